@@ -6,37 +6,37 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* A surface point closer to the node than this fraction of the bond is moved away: the node then lies on the wall
- * within 1e-3 of a bond, and a/t stays representable against its neighbours. */
+/* [-] Smallest fraction t of a bond at which it is cut: a node on the wall counts as 1e-3 of a bond
+ * away from it, so that its wall term a/t stays representable against the weights of its other bonds. */
 #define PDI_BOND_MIN_T 1e-3
-/* A surface that bends more than this over one cell is an edge; less than the next, flat but for rounding. A radius of
- * two cells bends by one half: more than the rounding of differences lies between. */
+/* [-] Curvature times the spacing above which a surface counts as an edge, and below which as flat. A radius of two
+ * cells gives one half; the factor keeps rounding of the differences from deciding on it. */
 #define PDI_BOND_SHARP (0.5 * (1.0 + 1e-5))
 #define PDI_BOND_FLAT 1e-5
-/* A blocked bond whose line grazes the surface is extended up to this many times its length: the chord that it lies on
- * grows with the square root of the radius. */
+/* [-] A blocked bond whose line grazes the surface is extended up to this multiple of its length to find the
+ * intersection: the chord that it lies on grows with the square root of the radius. */
 #define PDI_BOND_MAX_T 16.0
-/* A normal this close to an axis is along it: rounding of the differences. */
+/* [-] A unit normal whose largest component is closer than this to 1 is along an axis, but for rounding. */
 #define PDI_BOND_LEVEL 1e-9
-/* The slope of a distance is 1, and less at an edge. Where normals have cancelled it is rounding. */
+/* [-] The gradient of a distance has the norm 1, and less at an edge. Below this value normals cancel to rounding. */
 #define PDI_BOND_SLOPE 1e-6
-/* Distance in cells from a smooth surface of a place that is one of a cell's faces. */
+/* [cells] An intersection farther than this from the smooth surface is on a cell face instead. */
 #define PDI_BOND_OFF 1e-3
-/* Below this pivot ratio the open bonds do not span space (a channel one node wide). */
+/* [-] Below this pivot ratio of the moments the open bonds do not span space (a channel one node wide). */
 #define PDI_BOND_MIN_PIVOT 1e-3
 
-/* Where a cut bond meets the surface. */
+/* Intersection of a cut bond with the surface, and the geometry of the surface there. */
 typedef struct pdi_cut {
-    double t;              /* fraction of the bond */
+    double t;              /* [-] fraction of the bond */
     double normal[PD_DIM]; /* unit, towards the fluid */
-    double distance;       /* [m] of the node from a smooth surface; 0: unknown or flat, then the next two are 0 */
-    double mean;           /* [1/m] sum of the curvatures: Laplacian of the distance */
+    double distance;       /* [m] of the node from a curved surface; 0: unknown or flat, then the next two are 0 */
+    double mean;           /* [1/m] sum of the principal curvatures: Laplacian of the distance */
     double bend;           /* [m] xi.D xi - mean (xi.N)^2 with the second derivatives D of the distance */
     int smooth;            /* 1: on the zero level of a shape that is curved or inclined against the lattice */
 } pdi_cut;
 
-/* The surface as faces of closed cells. Entering through an edge or corner, the normal is that of the faces whose
- * near side is open. */
+/* Intersection with the face of the closed cell that the bond enters. Through an edge or corner the normal is that of
+ * the faces whose near side is open. */
 static void pdi_bond_face_cut(const pd_paths *paths, int32_t node, int k, int group, pdi_cut *cut)
 {
     const pd_stencil *s = paths->stencil;
@@ -62,7 +62,7 @@ static void pdi_bond_face_cut(const pd_paths *paths, int32_t node, int k, int gr
     cut->t = s->group_entry[group];
 }
 
-/* Signed distance at fraction t of the bond, positive in the fluid. */
+/* Signed distance [m] from a shape of the point at fraction t of the bond xi from x, positive in the fluid. */
 static double pdi_bond_distance(const pd_grid *grid, int shape, const double *x, const double *xi, double t)
 {
     double at[PD_DIM];
@@ -70,7 +70,8 @@ static double pdi_bond_distance(const pd_grid *grid, int shape, const double *x,
     return pdi_grid_level(grid, shape, at);
 }
 
-/* 1 when a node inside `shape` has dissolved in front of the closed group: the surface is then that of the cells. */
+/* 1: a node inside `shape` has dissolved in front of the closed group of the bond, so the surface is that of cell
+ * faces, no longer the shape. */
 static int pdi_bond_receded(const pd_paths *paths, int shape, int32_t node, int k, int group)
 {
     const pd_stencil *s = paths->stencil;
@@ -85,7 +86,8 @@ static int pdi_bond_receded(const pd_paths *paths, int shape, int32_t node, int 
     return 0;
 }
 
-/* Normal and curvature of the surface at the cut, from differences of the distance. An edge counts as flat. */
+/* Normal and curvatures of the smooth surface at the intersection, by central differences of the distance with a step
+ * of 1e-3 spacings. An edge counts as flat. */
 static void pdi_bond_curve(const pd_grid *grid, int shape, const double *x, const double *xi, pdi_cut *cut)
 {
     double gradient[PD_DIM], p[PD_DIM], eps = 1e-3 * pdi_vec_least(grid->h), mean = 0.0, sharpest = 0.0;
@@ -102,14 +104,14 @@ static void pdi_bond_curve(const pd_grid *grid, int shape, const double *x, cons
         mean += second / (eps * eps);
         sharpest = pdi_max(sharpest, fabs(second) / (eps * eps) * grid->h[d]);
     }
-    double slope = pdi_vec_norm(gradient), step = eps / length, reach;
-    if (!(slope > PDI_BOND_SLOPE)) return;
-    double most = 0.0;
+    double norm = pdi_vec_norm(gradient), step = eps / length, reach;
+    if (!(norm > PDI_BOND_SLOPE)) return;
+    double largest = 0.0;
     for (int d = 0; d < PD_DIM; d++) {
-        cut->normal[d] = gradient[d] / slope;
-        most = pdi_max(most, fabs(cut->normal[d]));
+        cut->normal[d] = gradient[d] / norm;
+        largest = pdi_max(largest, fabs(cut->normal[d]));
     }
-    cut->smooth = most < 1.0 - PDI_BOND_LEVEL || !(sharpest < PDI_BOND_FLAT);
+    cut->smooth = largest < 1.0 - PDI_BOND_LEVEL || !(sharpest < PDI_BOND_FLAT);
     double second = (pdi_bond_distance(grid, shape, x, xi, cut->t + step) - centre) -
                     (centre - pdi_bond_distance(grid, shape, x, xi, cut->t - step));
     /* no closer than the least t allows, and not out where the expansion about the surface ends */
@@ -121,8 +123,8 @@ static void pdi_bond_curve(const pd_grid *grid, int shape, const double *x, cons
     cut->bend = second / (step * step) - mean * reach * reach;
 }
 
-/* The fraction of bond k from node x at which it first passes a node that belongs to `shape`; HUGE_VAL: at none. Such a
- * node is closed even where the line does no more than touch the shape there. */
+/* First fraction of bond k from node x at which it passes a node that belongs to `shape`; HUGE_VAL: none. Such a node
+ * is closed even where the line only touches the shape. */
 static double pdi_bond_node(const pd_grid *grid, int shape, const double *x, const pd_stencil *s, int k)
 {
     const int *n = s->offset + k * PD_DIM;
@@ -140,9 +142,9 @@ static double pdi_bond_node(const pd_grid *grid, int shape, const double *x, con
     return HUGE_VAL;
 }
 
-/* Move the cut to where bond k enters `shape`: before the face cut or, where the line grazes the closed cell, behind
- * it, up to fraction `limit`: in a tube even behind the far end, where cells at the wall block the line between two
- * fluid nodes. */
+/* Moves the intersection to the point at which bond k enters `shape`: before the cell face or, where the line grazes
+ * the closed cell, behind it, up to fraction `limit`. In a tube that may lie behind the far end, where cells at the
+ * wall block the line between two fluid nodes. */
 static void pdi_bond_shape_cut(const pd_grid *grid, int shape, const double *x, const pd_stencil *s, int k,
                                double limit, pdi_cut *cut)
 {
@@ -162,19 +164,21 @@ PDI_FN int pdi_bond_shape(const pd_grid *grid, int32_t closed, int walled)
     return shape >= 0 && pdi_shape_exact(grid->shapes, shape) ? shape : -1;
 }
 
-/* A surface of revolution bends round the axis too, by N_r/r, whatever its section does. */
+/* Axisymmetric grid: adds the curvature N_r/r of a surface of revolution in the plane of the ring. */
 static void pdi_bond_revolve(const pd_grid *grid, const double *x, const double *xi, pdi_cut *cut)
 {
     int r = PD_DIM - 1;
-    double radius = x[r] + cut->t * xi[r], reach = pdi_vec_dot(xi, cut->normal);
-    double round = radius > 0.0 ? cut->normal[r] / radius : 0.0;
-    double distance = cut->distance > 0.0 ? cut->distance : cut->t * fabs(reach);
-    if (!(fabs(round) * grid->h[r] < PDI_BOND_SHARP) || !(distance * (cut->mean + round) < 1.5)) return;
+    double radius = x[r] + cut->t * xi[r], normal_length = pdi_vec_dot(xi, cut->normal);
+    double ring_curvature = radius > 0.0 ? cut->normal[r] / radius : 0.0;
+    double distance = cut->distance > 0.0 ? cut->distance : cut->t * fabs(normal_length);
+    if (!(fabs(ring_curvature) * grid->h[r] < PDI_BOND_SHARP) || !(distance * (cut->mean + ring_curvature) < 1.5))
+        return;
     cut->distance = distance;
-    cut->mean += round;
-    cut->bend -= round * reach * reach;
+    cut->mean += ring_curvature;
+    cut->bend -= ring_curvature * normal_length * normal_length;
 }
 
+/* Computes the intersection of bond k of `node`, blocked at `group`, with the surface: smooth shape or cell face. */
 static void pdi_bond_cut(const pd_paths *paths, int32_t node, int k, int group, pdi_cut *cut)
 {
     const pd_grid *grid = paths->grid;
@@ -191,25 +195,24 @@ static void pdi_bond_cut(const pd_paths *paths, int32_t node, int k, int group, 
     if (PD_DIM == 2 && grid->circumference) pdi_bond_revolve(grid, x, s->xi + k * PD_DIM, cut);
 }
 
-/* Inverse of the moment matrix, with what `closure` adds to it where that is not NULL. What is missing shows against
- * the moments `norm` of a whole family, whatever the ratio of the spacings: those of bonds across a long cell are
- * smaller by its fourth power. 0: pivots fall below `least`. */
-static int pdi_bond_invert(const double *norm, const double *moment, const double *closure, double least,
+/* Inverts the moment matrix [PD_DIM][PD_DIM], plus `closure` where that is not NULL, scaled by the moments `norm` of a
+ * full family so that the ratio of the spacings does not matter. 0: the pivot ratio is below `min_pivot`. */
+static int pdi_bond_invert(const double *norm, const double *moment, const double *closure, double min_pivot,
                            double *inverse)
 {
-    double scaled[PD_DIM * PD_DIM], unit[PD_DIM];
-    for (int a = 0; a < PD_DIM; a++) unit[a] = sqrt(norm[a]);
+    double scaled[PD_DIM * PD_DIM], scale[PD_DIM];
+    for (int a = 0; a < PD_DIM; a++) scale[a] = sqrt(norm[a]);
     for (int a = 0; a < PD_DIM; a++)
         for (int b = 0; b < PD_DIM; b++)
             scaled[a * PD_DIM + b] =
-                (moment[a * PD_DIM + b] + (closure ? closure[a * PD_DIM + b] : 0.0)) / (unit[a] * unit[b]);
-    if (!(pdi_vec_invert(scaled, inverse) > least)) return 0;
+                (moment[a * PD_DIM + b] + (closure ? closure[a * PD_DIM + b] : 0.0)) / (scale[a] * scale[b]);
+    if (!(pdi_vec_invert(scaled, inverse) > min_pivot)) return 0;
     for (int a = 0; a < PD_DIM; a++)
-        for (int b = 0; b < PD_DIM; b++) inverse[a * PD_DIM + b] /= unit[a] * unit[b];
+        for (int b = 0; b < PD_DIM; b++) inverse[a * PD_DIM + b] /= scale[a] * scale[b];
     return 1;
 }
 
-/* 1 when the family of `node` is whole and free of inlet ghosts (which carry no pressure). */
+/* 1: the family of `node` is full: all far ends are fluid, images or outlets; inlet ghosts carry no pressure. */
 static int pdi_bond_whole(const pd_bonds *bonds, int32_t node)
 {
     for (int k = 0; k < bonds->stencil->count; k++) {
@@ -219,23 +222,23 @@ static int pdi_bond_whole(const pd_bonds *bonds, int32_t node)
     return 1;
 }
 
-/* The field along a cut bond is u_i + s u' + s^2/2 u'' with its zero at t (eq. 3.3, 3.4). Near a wall at distance d
- * u = g d + q d^2/2, so that u'' = g (xi.D xi) + q (xi.N)^2 and the Laplacian of u is g mean + q: both u'' and the
- * slope g follow from u_i and that Laplacian. */
+/* Adds the contributions of cut bond k to wall_lap and wall_curv (eq. 3.3, 3.4). The field along the bond is u_i + s
+ * u' + s^2/2 u'' with its zero at t. Near a wall at distance d it is u = g d + q d^2/2, so that u'' = g (xi.D xi) + q
+ * (xi.N)^2 and the Laplacian of u is g mean + q: both u'' and the gradient g follow from u_i and that Laplacian. */
 static void pdi_bond_add_wall(const pd_bonds *bonds, int32_t node, int k, const pdi_cut *cut, double *lap,
                               double *curv)
 {
     double a = pdi_bond_lap(bonds, node)[k], half = 0.5 * a * (1.0 - cut->t);
-    double reach = pdi_vec_dot(bonds->stencil->xi + k * PD_DIM, cut->normal);
+    double normal_length = pdi_vec_dot(bonds->stencil->xi + k * PD_DIM, cut->normal);
     *lap += a / cut->t;
-    *curv += half * reach * reach;
+    *curv += half * normal_length * normal_length;
     if (!(cut->distance > 0.0)) return;
-    double slope = 1.0 / (1.0 - 0.5 * cut->distance * cut->mean);
-    *lap -= half * cut->bend * slope / cut->distance;
-    *curv -= half * cut->bend * slope * 0.5 * cut->distance;
+    double gradient = 1.0 / (1.0 - 0.5 * cut->distance * cut->mean);
+    *lap -= half * cut->bend * gradient / cut->distance;
+    *curv -= half * cut->bend * gradient * 0.5 * cut->distance;
 }
 
-/* 1 when the bond is cut by cells of a smooth surface that its line meets behind its far end, or nowhere. */
+/* 1: the bond is blocked by cells of a smooth surface that its line intersects behind its far end, or nowhere. */
 static int pdi_bond_grazes(const pd_paths *paths, int32_t node, int k, int group, const pdi_cut *cut)
 {
     const pd_grid *grid = paths->grid;
@@ -322,30 +325,31 @@ PDI_FN void pdi_bond_wall_motion(const pd_bonds *bonds, int32_t row, pd_velocity
     }
 }
 
-/* Place of bond k among the neighbours x-, x+, y-, ...; -1: none of them. */
+/* Number of bond k among the nearest neighbours x-, x+, y-, ...; -1: it is longer or diagonal. */
 static int pdi_bond_leg(const pd_stencil *s, int k)
 {
-    int place = -1, steps = 0;
+    int neighbour = -1, steps = 0;
     for (int d = 0; d < PD_DIM; d++) {
         int n = s->offset[k * PD_DIM + d];
-        if (n != 0) place = 2 * d + (n > 0);
+        if (n != 0) neighbour = 2 * d + (n > 0);
         steps += abs(n);
     }
-    return steps == 1 ? place : -1;
+    return steps == 1 ? neighbour : -1;
 }
 
-/* From the inverse moments S^-1 to N S^-T with the moments N of a whole family, which g = w xi / N is made with. */
-static void pdi_bond_transpose(const double *norm, double *k)
+/* Converts inverse moments S^-1 to the flux correction N S^-T (eq. 4.2b), with the moments N = `norm` of a full
+ * family, for g = w xi / N. */
+static void pdi_bond_transpose(const double *norm, double *matrix)
 {
     double inverse[PD_DIM * PD_DIM];
-    memcpy(inverse, k, sizeof inverse);
+    memcpy(inverse, matrix, sizeof inverse);
     for (int a = 0; a < PD_DIM; a++)
-        for (int b = 0; b < PD_DIM; b++) k[a * PD_DIM + b] = norm[a] * inverse[b * PD_DIM + a];
+        for (int b = 0; b < PD_DIM; b++) matrix[a * PD_DIM + b] = norm[a] * inverse[b * PD_DIM + a];
 }
 
-/* What the cut bonds of row r add to its moments, by a zero normal gradient at the surface (eq. 3.6): the mirror of
- * the far end is xi - 2 (1-t) (xi.N) N, and its excess over xi a known multiple of the gradient. And what walls do to a
- * flow. */
+/* Computes closure [PD_DIM][PD_DIM], which the cut bonds of row r add to its moments by a zero normal gradient at the
+ * surface (eq. 3.6): the mirror image of the far end is xi - 2 (1-t) (xi.N) N, and its difference from xi a known
+ * multiple of the gradient. With flow it also sums the wall terms of the row (wall_lap, wall_curv, smooth, leg). */
 static void pdi_bond_close_row(pd_bonds *bonds, int32_t r, double *closure)
 {
     const pd_stencil *s = bonds->stencil;
@@ -353,20 +357,21 @@ static void pdi_bond_close_row(pd_bonds *bonds, int32_t r, double *closure)
     memset(closure, 0, PD_DIM * PD_DIM * sizeof *closure);
     for (int k = 0; k < s->count; k++) {
         const double *xi = s->xi + k * PD_DIM;
-        int place = pdi_bond_leg(s, k);
+        int neighbour = pdi_bond_leg(s, k);
         pdi_cut cut;
         if (pdi_bond_open(bonds, r, k)) continue;
         pdi_bond_cut(&bonds->paths, node, k, pdi_path_closed_group(&bonds->paths, node, k), &cut);
-        double excess = 2.0 * s->base[k] * pdi_max(1.0 - cut.t, 0.0) * pdi_vec_dot(xi, cut.normal);
-        for (int i = 0; i < PD_DIM * PD_DIM; i++) closure[i] += excess * xi[i / PD_DIM] * cut.normal[i % PD_DIM];
+        double factor = 2.0 * s->base[k] * pdi_max(1.0 - cut.t, 0.0) * pdi_vec_dot(xi, cut.normal);
+        for (int i = 0; i < PD_DIM * PD_DIM; i++) closure[i] += factor * xi[i / PD_DIM] * cut.normal[i % PD_DIM];
         if (bonds->options & PD_BONDS_AT_REST) continue;
         pdi_bond_add_wall(bonds, node, k, &cut, &bonds->wall_lap[r], &bonds->wall_curv[r]);
         if (cut.smooth) bonds->smooth[r] = 1;
-        if (place >= 0) bonds->leg[(int64_t)r * 2 * PD_DIM + place] = -cut.t;
+        if (neighbour >= 0) bonds->leg[(int64_t)r * 2 * PD_DIM + neighbour] = -cut.t;
     }
 }
 
-/* Inverse moments where the open bonds may not span space (a channel one node wide). */
+/* Inverts the moments; where the open bonds do not span space (a channel one node wide) with the closure added, and
+ * where that does not help either, to zero. */
 static void pdi_bond_invert_open(const double *norm, const double *moment, const double *closure, double *inverse)
 {
     if (pdi_bond_invert(norm, moment, NULL, PDI_BOND_MIN_PIVOT, inverse)) return;
@@ -374,7 +379,7 @@ static void pdi_bond_invert_open(const double *norm, const double *moment, const
     memset(inverse, 0, PD_DIM * PD_DIM * sizeof *inverse);
 }
 
-/* Inverse moments of row r at rest. */
+/* Inverse moments of row r without flow: the closure is computed only where the open bonds do not span space. */
 static void pdi_bond_rest(pd_bonds *bonds, int32_t r, const double *moment, double *inverse)
 {
     double closure[PD_DIM * PD_DIM];
@@ -383,7 +388,7 @@ static void pdi_bond_rest(pd_bonds *bonds, int32_t r, const double *moment, doub
     pdi_bond_invert_open(bonds->norm, moment, closure, inverse);
 }
 
-PDI_FN const double *pdi_bond_moment(const pd_bonds *bonds, int32_t r, double *room)
+PDI_FN const double *pdi_bond_moment(const pd_bonds *bonds, int32_t r, double *buffer)
 {
     enum { N = PD_DIM * PD_DIM };
     const pd_stencil *s = bonds->stencil;
@@ -397,17 +402,19 @@ PDI_FN const double *pdi_bond_moment(const pd_bonds *bonds, int32_t r, double *r
         if (inlet || !pdi_bond_open(bonds, r, k)) continue;
         for (int i = 0; i < N; i++) moment[i] += s->base[k] * xi[i / PD_DIM] * xi[i % PD_DIM];
     }
-    pdi_bond_rest(&rest, r, moment, room);
-    return room;
+    pdi_bond_rest(&rest, r, moment, buffer);
+    return buffer;
 }
 
+/* Computes all data of row r: the mask of open bonds, inverse moments, and with flow the wall terms and the flux
+ * correction. */
 static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
 {
     enum { N = PD_DIM * PD_DIM };
     const pd_stencil *s = bonds->stencil;
     const pd_grid *grid = bonds->grid;
     int32_t node = bonds->node[r];
-    int rests = bonds->options & PD_BONDS_AT_REST;
+    int at_rest = bonds->options & PD_BONDS_AT_REST;
     double moment[N], closure[N], inner[N], entry[N], norm[PD_DIM];
     memset(moment, 0, sizeof moment);
     memset(inner, 0, sizeof inner);
@@ -428,7 +435,7 @@ static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
             (inlet ? entry : inner)[i] += flux * xi[i / PD_DIM] * xi[i % PD_DIM];
         }
     }
-    if (rests) {
+    if (at_rest) {
         if (bonds->moment) pdi_bond_rest(bonds, r, moment, bonds->moment + (int64_t)r * N);
         return;
     }
@@ -460,7 +467,7 @@ PDI_FN void pdi_bond_row_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, bonds, advecting, rows * PD_DIM * PD_DIM, "1");
 }
 
-/* Moments, and what walls do to a flow, at the first `rows` rows. */
+/* Copies moments and wall terms of the first `rows` rows. */
 static void pdi_bond_copy_walls(const pd_bonds *from, size_t rows, pd_bonds *to)
 {
     if (from->options & PD_BONDS_LEAN) return;
@@ -473,32 +480,32 @@ static void pdi_bond_copy_walls(const pd_bonds *from, size_t rows, pd_bonds *to)
     memcpy(to->advecting, from->advecting, rows * PD_DIM * PD_DIM * sizeof *from->advecting);
 }
 
-/* All arrays of rows have one capacity at any time, also when memory runs out half-way. */
+/* Grows the arrays of rows to hold `rows` rows. All arrays keep one common capacity, also when memory runs out. */
 static pd_status pdi_bond_reserve(pd_ctx *ctx, int32_t rows, pd_bonds *b)
 {
     if (rows <= b->capacity) return PD_OK;
-    pd_bonds fresh = *b;
-    fresh.capacity = rows + rows / 4 + 64;
-    pd_status status = pdi_owner_build(ctx, pdi_bond_row_list, &fresh);
+    pd_bonds grown = *b;
+    grown.capacity = rows + rows / 4 + 64;
+    pd_status status = pdi_owner_build(ctx, pdi_bond_row_list, &grown);
     if (status == PD_OK) {
         size_t used = (size_t)b->rows;
         pd_bonds old = *b;
         if (used) {
-            memcpy(fresh.node, b->node, used * sizeof *b->node);
+            memcpy(grown.node, b->node, used * sizeof *b->node);
             for (int w = 0; w < b->paths.words; w++)
-                memcpy(fresh.mask + (int64_t)w * fresh.capacity, b->mask + (int64_t)w * b->capacity,
+                memcpy(grown.mask + (int64_t)w * grown.capacity, b->mask + (int64_t)w * b->capacity,
                        used * sizeof *b->mask);
-            memcpy(fresh.inlet, b->inlet, used * sizeof *b->inlet);
-            pdi_bond_copy_walls(b, used, &fresh);
+            memcpy(grown.inlet, b->inlet, used * sizeof *b->inlet);
+            pdi_bond_copy_walls(b, used, &grown);
         }
-        *b = fresh;
-        fresh = old;
+        *b = grown;
+        grown = old;
     }
-    pdi_owner_free(ctx, pdi_bond_row_list, &fresh);
+    pdi_owner_free(ctx, pdi_bond_row_list, &grown);
     return status;
 }
 
-/* Rows r and q of an array of `count` doubles a row change places. */
+/* Exchanges rows r and q of an array with `count` doubles a row. */
 static void pdi_bond_swap_double(double *x, int count, int32_t r, int32_t q)
 {
     for (int i = 0; i < count; i++) {
@@ -508,6 +515,7 @@ static void pdi_bond_swap_double(double *x, int count, int32_t r, int32_t q)
     }
 }
 
+/* Exchanges rows r and q of an array of bytes. */
 static void pdi_bond_swap_byte(uint8_t *x, int32_t r, int32_t q)
 {
     uint8_t keep = x[r];
@@ -515,6 +523,7 @@ static void pdi_bond_swap_byte(uint8_t *x, int32_t r, int32_t q)
     x[q] = keep;
 }
 
+/* Exchanges rows r and q in all arrays. */
 static void pdi_bond_swap_rows(pd_bonds *b, int32_t r, int32_t q)
 {
     int32_t node = b->node[r];
@@ -539,7 +548,7 @@ static void pdi_bond_swap_rows(pd_bonds *b, int32_t r, int32_t q)
 }
 PDI_COLD_END
 
-/* Plain rows first, in the order of their nodes, then those at inlets. */
+/* Sorts the rows: plain ones in the order of their nodes, then those with bonds to inlets. */
 static void pdi_bond_sort(pd_bonds *b)
 {
     int32_t next = 0;
@@ -554,6 +563,7 @@ static void pdi_bond_sort(pd_bonds *b)
     }
 }
 
+/* Describes the arrays of pd_runs to the array registry. */
 static void pdi_bond_run_list(pdi_owner *owner, void *object)
 {
     pd_runs *list = (pd_runs *)object;
@@ -561,7 +571,8 @@ static void pdi_bond_run_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, list, length, list->capacity, "1");
 }
 
-/* List the plain rows (cut) or the nodes with whole families, up to the capacity; their number. */
+/* Lists the ranges of nodes with plain rows (cut 1) or with full families (cut 0), up to the capacity; returns their
+ * number. */
 static int32_t pdi_bond_list(const pd_bonds *b, int cut, pd_runs *list)
 {
     int32_t count = 0, length = 0;
@@ -583,6 +594,7 @@ static int32_t pdi_bond_list(const pd_bonds *b, int cut, pd_runs *list)
     return count;
 }
 
+/* Updates a list of ranges, and grows it when it is too short. */
 static pd_status pdi_bond_runs(pd_ctx *ctx, const pd_bonds *b, int cut, pd_runs *list)
 {
     int32_t count = pdi_bond_list(b, cut, list);
@@ -595,7 +607,7 @@ static pd_status pdi_bond_runs(pd_ctx *ctx, const pd_bonds *b, int cut, pd_runs 
     return PD_OK;
 }
 
-/* The order of the rows, and the lists that sweeps go by. */
+/* Sorts the rows and updates the lists of ranges that sweeps go by. */
 static pd_status pdi_bond_arrange(pd_ctx *ctx, pd_bonds *b)
 {
     pdi_bond_sort(b);
@@ -603,7 +615,8 @@ static pd_status pdi_bond_arrange(pd_ctx *ctx, pd_bonds *b)
     return pdi_bond_runs(ctx, b, 1, &b->cut);
 }
 
-/* Give `node` the row that its family needs, or none. */
+/* Updates the row of a node: adds one where its family is truncated, computes it, or removes it where it is not
+ * needed. */
 static pd_status pdi_bond_renew(pd_ctx *ctx, int32_t node, pd_bonds *b)
 {
     int needed = b->grid->kind[node] == PD_FLUID && ((b->options & PD_BONDS_ALL_ROWS) || !pdi_bond_whole(b, node));
@@ -626,10 +639,11 @@ static pd_status pdi_bond_renew(pd_ctx *ctx, int32_t node, pd_bonds *b)
     return PD_OK;
 }
 
-/* Nodes between two polls: a tenth of a second where each needs a row in 3D. */
+/* Nodes between two checks for cancellation: a tenth of a second where each needs a row in 3D. */
 #define PDI_BOND_POLL 4096
 
 PDI_COLD_BEGIN
+/* Describes the arrays of pd_bonds with one entry a node to the array registry. */
 static void pdi_bond_table(pdi_owner *owner, void *object)
 {
     pd_bonds *bonds = (pd_bonds *)object;
@@ -640,6 +654,7 @@ static void pdi_bond_table(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, bonds, renewed, bonds->grid->total, "1");
 }
 
+/* Inner part of pd_bonds_build: what it leaves behind on failure is freed by the caller. */
 static pd_status pdi_bond_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, int options,
                                pd_bonds *bonds)
 {

@@ -3,12 +3,12 @@
 #include "core/owner.h"
 #include <string.h>
 
-PDI_FN int32_t pdi_boundary_segment(const pd_bonds *bonds, int32_t i, int32_t length, int *beside)
+PDI_FN int32_t pdi_boundary_segment(const pd_bonds *bonds, int32_t i, int32_t length, int *near_port)
 {
     const pd_grid *grid = bonds->grid;
     int at[PD_DIM], reach = bonds->stencil->reach;
     pdi_grid_index(grid, i, at);
-    *beside = 1;
+    *near_port = 1;
     for (int d = 1; d < PD_DIM; d++) {
         if (pdi_grid_port(grid->side[2 * d]) && at[d] < reach) return length;
         if (pdi_grid_port(grid->side[2 * d + 1]) && at[d] >= grid->n[d] - reach) return length;
@@ -17,7 +17,7 @@ PDI_FN int32_t pdi_boundary_segment(const pd_bonds *bonds, int32_t i, int32_t le
     int32_t high = (pdi_grid_port(grid->side[1]) ? grid->n[0] - reach : grid->n[0]) - at[0];
     if (low > 0) return low < length ? low : length;
     if (high <= 0) return length;
-    *beside = 0;
+    *near_port = 0;
     return high < length ? high : length;
 }
 
@@ -28,6 +28,7 @@ PDI_FN int pdi_boundary_any(const pd_grid *grid)
     return 0;
 }
 
+/* far [count]: far ends of the bonds of node i; blocked bonds and those to outlets end on i. */
 static void pdi_boundary_ends(const pd_bonds *bonds, int32_t i, int32_t *far)
 {
     for (int k = 0; k < bonds->stencil->count; k++) {
@@ -37,16 +38,16 @@ static void pdi_boundary_ends(const pd_bonds *bonds, int32_t i, int32_t *far)
     }
 }
 
-/* Count them, or list them. */
+/* Counts the fluid nodes near inlets and outlets; with `list` also stores them and their far ends. */
 static int32_t pdi_boundary_list(pd_boundary *p, int list)
 {
     const pd_bonds *bonds = p->bonds;
     int32_t found = 0;
     for (int32_t i = 0; i < bonds->grid->total; i++) {
-        int beside;
+        int near_port;
         if (bonds->grid->kind[i] != PD_FLUID) continue;
-        pdi_boundary_segment(bonds, i, 1, &beside);
-        if (!beside) continue;
+        pdi_boundary_segment(bonds, i, 1, &near_port);
+        if (!near_port) continue;
         if (list) {
             p->node[found] = i;
             pdi_boundary_ends(bonds, i, p->far + (int64_t)found * bonds->stencil->count);
@@ -56,6 +57,7 @@ static int32_t pdi_boundary_list(pd_boundary *p, int list)
     return found;
 }
 
+/* Describes the arrays of pd_boundary to the array registry. */
 static void pdi_boundary_arrays(pdi_owner *owner, void *object)
 {
     pd_boundary *boundary = (pd_boundary *)object;
@@ -88,7 +90,7 @@ PDI_FN void pdi_boundary_free(pd_ctx *ctx, pd_boundary *p)
     memset(p, 0, sizeof *p);
 }
 
-/* 1: an open bond of fluid node i ends on a node of the kind `port`. */
+/* 1: an open bond of fluid node i ends on a node of the kind `port` (PD_INLET or PD_OUTLET). */
 static int pdi_boundary_beside(const pd_bonds *bonds, int32_t i, uint8_t port)
 {
     int32_t row = bonds->row[i];
@@ -97,7 +99,7 @@ static int pdi_boundary_beside(const pd_bonds *bonds, int32_t i, uint8_t port)
     return 0;
 }
 
-/* Mark the fluid that the open bonds of i reach; how many nodes are new. */
+/* One step of a flood fill: marks the fluid nodes that open bonds of node i end on; returns how many are new. */
 static int64_t pdi_boundary_spread(const pd_bonds *bonds, int32_t i, uint8_t *mark)
 {
     int64_t found = 0;
@@ -120,10 +122,10 @@ PDI_FN pd_status pdi_boundary_blocked(pd_ctx *ctx, const pd_bonds *bonds, int32_
     *node = -1;
     PDI_TRY(PDI_NEW(ctx, "flow", total, mark));
     for (int32_t i = 0; i < total; i++) mark[i] = kind[i] == PD_FLUID && pdi_boundary_beside(bonds, i, PD_OUTLET);
-    for (int64_t found = 1, back = 0; found > 0; back = !back) {
+    for (int64_t found = 1, backward = 0; found > 0; backward = !backward) {
         found = 0;
         for (int32_t n = 0; n < total; n++) {
-            int32_t i = back ? total - 1 - n : n;
+            int32_t i = backward ? total - 1 - n : n;
             if (mark[i]) found += pdi_boundary_spread(bonds, i, mark);
         }
     }

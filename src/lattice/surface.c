@@ -4,28 +4,30 @@
 #include <math.h>
 #include <string.h>
 
-/* [cells] A shorter way has no direction. */
+/* [cells] A shorter segment has no direction. */
 #define PDI_SURFACE_SHORT 1e-9
-/* [cells] A place that is nearer to a surface lies on it. */
+/* [cells] A point nearer than this to a surface lies on it. */
 #define PDI_SURFACE_TOUCH 1e-6
-/* [cells] Step of the differences that give a normal. */
+/* [cells] Step of the central differences for a normal. */
 #define PDI_SURFACE_STEP 1e-3
-/* [cells] Surfaces farther away do not count. */
+/* [cells] Surfaces farther away are not searched: beyond, distances of set operations are bounds. */
 #define PDI_SURFACE_FAR 2.0
-/* A distance whose slope is off by more has an edge nearby. */
+/* [-] A gradient of the distance whose norm differs from 1 by more than this has an edge nearby. */
 #define PDI_SURFACE_EDGE 1e-2
 
+/* A search for the surface nearest to a point, and the best candidate so far. */
 typedef struct pdi_surface {
     const pd_bonds *bonds;
-    double x[PD_DIM], xi[PD_DIM]; /* [m] start and way */
-    double end;                   /* fraction of it where the search ends */
-    double nearest;               /* [cells] from the surface below to the point; HUGE_VAL: none */
-    int behind;                   /* 1: the point lies behind it */
-    double place[PD_DIM], normal[PD_DIM];
-    int32_t closed;
+    double x[PD_DIM], xi[PD_DIM]; /* [m] position of the node, and vector from it to the point */
+    double end;                   /* [-] multiple of xi at which the search ends */
+    double nearest;               /* [cells] distance of the candidate from the point; HUGE_VAL: none */
+    int behind;                   /* 1: the point lies behind the surface */
+    double place[PD_DIM], normal[PD_DIM]; /* [m], [-] the candidate */
+    int32_t closed;               /* closed node behind it */
 } pdi_surface;
 
-/* First closed cell on the way; the side of the box that is a wall counts as one. */
+/* Candidate: the face of the first closed cell on the segment, by a walk from cell to cell; a side of the box that is a
+ * wall counts as one. */
 static void pdi_surface_faces(pdi_surface *r)
 {
     const pd_grid *grid = r->bonds->grid;
@@ -66,6 +68,7 @@ static void pdi_surface_faces(pdi_surface *r)
     }
 }
 
+/* Unit normal at x: gradient of the signed distance of a shape, by central differences. */
 static void pdi_surface_normal(const pd_grid *grid, int shape, const double *x, double *normal)
 {
     double at[PD_DIM], length;
@@ -82,7 +85,7 @@ static void pdi_surface_normal(const pd_grid *grid, int shape, const double *x, 
     for (int d = 0; d < PD_DIM; d++) normal[d] /= length > 0.0 ? length : 1.0;
 }
 
-/* A closed node up to a cell deep behind a place; -1: the metal that was there has dissolved. */
+/* Closed node up to one cell behind the surface point x; -1: the metal that was there has dissolved. */
 static int32_t pdi_surface_behind(const pdi_surface *r, const double *x, const double *normal)
 {
     const pd_grid *grid = r->bonds->grid;
@@ -101,8 +104,8 @@ static int32_t pdi_surface_behind(const pdi_surface *r, const double *x, const d
     return -1;
 }
 
-/* Moves `at` [m] to the nearest place of a smooth shape, by its distance, with the normal there. 0: it is not found, or
- * lies farther away than distances are exact; *first: the distance at the start [m]. */
+/* Projects `at` [m] onto a smooth shape by at most 8 steps along the normal, which is returned, too. *first: signed
+ * distance at the start [m]. 0: not converged, or farther away than PDI_SURFACE_FAR. */
 static int pdi_surface_nearest(const pd_grid *grid, int shape, double *at, double *normal, double *first)
 {
     double from[PD_DIM], smallest = pdi_vec_least(grid->h), level = 0.0, cells = 0.0;
@@ -118,7 +121,7 @@ static int pdi_surface_nearest(const pd_grid *grid, int shape, double *at, doubl
     return fabs(level) <= PDI_SURFACE_TOUCH * smallest && !(cells > PDI_SURFACE_FAR);
 }
 
-/* The nearest place of a smooth shape. Where the node lies inside it, it has receded. */
+/* Candidate: the point of a smooth shape nearest to `to` [m]. A shape inside which the fluid node lies has receded. */
 static void pdi_surface_foot(pdi_surface *r, int shape, const double *to)
 {
     const pd_grid *grid = r->bonds->grid;
@@ -181,18 +184,19 @@ PDI_FN int pdi_surface_rise(const pd_bonds *bonds, int32_t closed, const double 
     return fabs(pdi_vec_norm(normal) - 1.0) < PDI_SURFACE_EDGE;
 }
 
-/* ---- the area beside a face ---- */
+/* ---- area of the surface at a cell face ---- */
 
+/* A cell face between an open and a closed node. */
 typedef struct pdi_surface_patch {
     const pd_grid *grid;
-    int shape, side;     /* side: 1: the face lies on a side of the box */
-    int axis;
+    int shape, side;     /* smooth shape of the closed node, -1: none; 1: the face lies on a side of the box */
+    int axis;            /* normal to the face */
     double middle[PD_DIM], out[PD_DIM]; /* [m] middle of the face; its unit normal towards the open node */
 } pdi_surface_patch;
 
 #if PD_DIM > 1
-/* The place of the surface next to that of the face at `across` [half cells from its middle, along the axes other than
- * its own], and the normal there. Sides of the box are the surface where no shape covers them. */
+/* Maps a point of the face, `across` [half cells from its middle, along the other axes], to the surface: `at` [m] and
+ * the unit normal. Sides of the box are the surface where no shape covers them. */
 static void pdi_surface_place(const pdi_surface_patch *f, const double *across, double *at, double *normal)
 {
     double on[PD_DIM], first;
@@ -207,8 +211,8 @@ static void pdi_surface_place(const pdi_surface_patch *f, const double *across, 
 #endif
 
 #if PD_DIM == 3
-/* Twice the area of the surface beside the square of the face about `across` whose half edge is `half` [half cells],
- * along the normal at its middle. */
+/* Twice the area [m2] of the surface that the square of the face about `across`, with the half edge `half` [half
+ * cells], is mapped to: projected on the normal at its middle. */
 static double pdi_surface_piece(const pdi_surface_patch *f, const double *across, double half)
 {
     double corner[4][PD_DIM], middle[PD_DIM], normal[PD_DIM], sum = 0.0;
@@ -227,7 +231,8 @@ static double pdi_surface_piece(const pdi_surface_patch *f, const double *across
     return (f->axis == 1 ? -1.0 : 1.0) * f->out[f->axis] * sum;
 }
 #elif PD_DIM == 2
-/* The same of a line; of the ring that it is on an axisymmetric lattice. */
+/* The same in 2D: twice the length [m] of the mapped segment; on an axisymmetric grid twice the area of its ring
+ * [m2]. */
 static double pdi_surface_piece(const pdi_surface_patch *f, const double *across, double half)
 {
     double from[PD_DIM], to[PD_DIM], middle[PD_DIM], normal[PD_DIM];

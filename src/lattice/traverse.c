@@ -2,52 +2,54 @@
 #include "lattice/traverse.h"
 #include "core/par.h"
 
-static void pdi_traverse_pieces(int32_t i, int32_t row, int32_t length, int most, pdi_traverse_fn run, const void *user)
+/* Calls `run` for a range of nodes in pieces of up to `max` nodes (0: as a whole). */
+static void pdi_traverse_pieces(int32_t i, int32_t row, int32_t length, int max, pdi_traverse_fn run, const void *user)
 {
     int32_t count;
     for (int32_t at = 0; at < length; at += count) {
-        count = most ? pdi_traverse_piece(length, most, &at) : length;
+        count = max ? pdi_traverse_piece(length, max, &at) : length;
         run(user, i + at, row < 0 ? row : row + at, count);
     }
 }
 
-/* The share of one thread; all where there is no fork around it. */
-static void pdi_traverse_share(const pd_bonds *bonds, int most, pdi_traverse_fn run, const void *user)
+/* Body of one thread (all nodes when called outside of a parallel region): ranges with full families, ranges of plain
+ * rows, rows at inlets. */
+static void pdi_traverse_share(const pd_bonds *bonds, int max, pdi_traverse_fn run, const void *user)
 {
     PDI_FOR
     for (int32_t s = 0; s < bonds->whole.count; s++)
-        pdi_traverse_pieces(bonds->whole.first[s], -1, bonds->whole.length[s], most, run, user);
+        pdi_traverse_pieces(bonds->whole.first[s], -1, bonds->whole.length[s], max, run, user);
     PDI_FOR
     for (int32_t s = 0; s < bonds->cut.count; s++)
-        pdi_traverse_pieces(bonds->cut.first[s], bonds->row[bonds->cut.first[s]], bonds->cut.length[s], most, run,
+        pdi_traverse_pieces(bonds->cut.first[s], bonds->row[bonds->cut.first[s]], bonds->cut.length[s], max, run,
                             user);
     PDI_FOR
     for (int32_t r = bonds->plain; r < bonds->rows; r++) run(user, bonds->node[r], r, 1);
 }
 
-/* The operands of a sweep in blocks. */
+/* Operands of a loop by blocks. */
 typedef struct pdi_traverse_work {
     const pd_bonds *bonds;
     pdi_traverse_block_fn block;
     const void *user;
 } pdi_traverse_work;
 
-/* The parts of a run that are away from inlets and outlets. */
+/* Calls the body for those parts of a range that are not near inlets and outlets, block by block. */
 static void pdi_traverse_run(const void *user, int32_t i, int32_t row, int32_t length)
 {
     const pdi_traverse_work *w = (const pdi_traverse_work *)user;
     int32_t part;
-    int beside, count;
+    int near_port, count;
     for (int32_t begin = 0; begin < length; begin += part) {
-        part = pdi_boundary_segment(w->bonds, i + begin, length - begin, &beside);
-        for (int32_t at = 0; at < part && !beside; at += count) {
+        part = pdi_boundary_segment(w->bonds, i + begin, length - begin, &near_port);
+        for (int32_t at = 0; at < part && !near_port; at += count) {
             count = pdi_traverse_block(part, &at);
             w->block(w->user, i + begin + at, row < 0 ? row : row + begin + at, -1, count);
         }
     }
 }
 
-/* Nodes beside inlets and outlets: the share of one thread. */
+/* Body of one thread: calls the loop body for each node near inlets and outlets. */
 static void pdi_traverse_beside(const pd_boundary *boundary, pdi_traverse_block_fn block, const void *user)
 {
     PDI_FOR
@@ -55,19 +57,19 @@ static void pdi_traverse_beside(const pd_boundary *boundary, pdi_traverse_block_
         block(user, boundary->node[p], boundary->bonds->row[boundary->node[p]], p, 1);
 }
 
-/* All fluid nodes, which are in one of both: the share of one thread. */
+/* Body of one thread: all fluid nodes, first those away from inlets and outlets, then those near them. */
 static void pdi_traverse_all(const pd_boundary *boundary, const pdi_traverse_work *w)
 {
     pdi_traverse_share(boundary->bonds, 0, pdi_traverse_run, w);
     pdi_traverse_beside(boundary, w->block, w->user);
 }
 
-PDI_FN void pdi_traverse_sweep(const pd_ctx *ctx, const pd_bonds *bonds, int64_t work, int most, pdi_traverse_fn run,
+PDI_FN void pdi_traverse_sweep(const pd_ctx *ctx, const pd_bonds *bonds, int64_t work, int max, pdi_traverse_fn run,
                                const void *user)
 {
     pdi_par_timing timing;
     int nt = pdi_par_begin(ctx, work, 1, (uint64_t)(uintptr_t)run, &timing);
-    PDI_SHARE(nt, pdi_traverse_share(bonds, most, run, user));
+    PDI_SHARE(nt, pdi_traverse_share(bonds, max, run, user));
     pdi_par_end(ctx, &timing);
 }
 
@@ -86,7 +88,7 @@ PDI_FN void pdi_traverse_blocks(const pd_ctx *ctx, const pd_boundary *boundary, 
 }
 
 PDI_COLD_BEGIN
-/* Fluxes through the plane of the bonds that start at `node`, of index i. */
+/* Adds the fluxes through the plane of the bonds that start at `node`, of index i[]. */
 static void pdi_traverse_cross(const pd_bonds *bonds, int32_t node, const int *i, int axis, int index,
                                pdi_traverse_flux_fn flux, const void *user, pdi_sum *sum)
 {

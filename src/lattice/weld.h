@@ -10,7 +10,7 @@
 #ifdef PDI_INTERNAL
 
 /* Vertices closer than this fraction of the largest extent of the surface are merged when the surface is not closed
- * without it. Chosen above the rounding of single-precision STL files (6e-8), with a margin. */
+ * without it. More than the rounding of coordinates in files (six decimal digits). */
 #define PDI_WELD_NEAR 3e-6
 
 /* Merges corners with identical coordinates. corner [n][3] [m]; vertex [n] receives the number of the first corner at
