@@ -235,10 +235,10 @@ static void pdi_axisym_hoop(const pd_stencil *s, const pdi_axisym_fit *f, const 
 /* Describes the arrays of pd_axisym to the array registry. */
 static void pdi_axisym_list(pdi_owner *owner, void *object)
 {
-    pd_axisym *axisym = (pd_axisym *)object;
-    PDI_ARRAY(owner, axisym, lap, (int64_t)axisym->rows * axisym->count, "1/m2");
-    PDI_ARRAY(owner, axisym, flux, (int64_t)axisym->rows * axisym->count, "1");
-    PDI_ARRAY(owner, axisym, hoop, axisym->rows, "1/m2");
+    pd_axisym *ring = (pd_axisym *)object;
+    PDI_ARRAY(owner, ring, lap, (int64_t)ring->rows * ring->count, "1/m2");
+    PDI_ARRAY(owner, ring, flux, (int64_t)ring->rows * ring->count, "1");
+    PDI_ARRAY(owner, ring, hoop, ring->rows, "1/m2");
 }
 
 /* Allocates and computes all weights: lap, flux, hoop. */

@@ -2,19 +2,20 @@
 #include "lattice/csr.h"
 #include <string.h>
 
-/* One matrix while it is built. */
+/* Working arrays while a matrix is assembled. */
 typedef struct pdi_csr_work {
     const pd_bonds *bonds;
     const pd_csr_desc *desc;
     pd_csr *csr;
-    int32_t *source;  /* [total] node that an image stands for, of others the node itself */
-    int8_t *sign;     /* [total] of an image's component */
-    int32_t *column;  /* [count + 1] of one row, ascending: given nodes as -1 - node, then columns */
-    double *weight;   /* [count + 1] */
-    int32_t room;     /* count + 1 */
-    int32_t size;
+    int32_t *source;  /* [total] source node of an image; of others the node itself */
+    int8_t *sign;     /* [total] sign of the component at an image */
+    int32_t *column;  /* [count + 1] entries of one row, ascending: given nodes as -1 - node, then columns */
+    double *weight;   /* [count + 1] [unit of the operator] */
+    int32_t room;     /* capacity of a row: bonds and the diagonal */
+    int32_t size;     /* entries of the row so far */
 } pdi_csr_work;
 
+/* PD_ERR_ARGUMENT: unknown operator, axis out of range, or a diffusivity that is missing, negative or not finite. */
 static pd_status pdi_csr_check(pd_ctx *ctx, const pd_bonds *bonds, const pd_csr_desc *d)
 {
     int along = d->op == PD_CSR_GRADIENT || d->op == PD_CSR_DIVERGENCE;
@@ -34,7 +35,8 @@ static pd_status pdi_csr_check(pd_ctx *ctx, const pd_bonds *bonds, const pd_csr_
     return PD_OK;
 }
 
-/* Adds to the row what a value of the far end `far` (of the lattice, with its ghosts) counts. */
+/* Adds `weight` to the row entry of the value at far end `far` (a node or ghost of the lattice), and inserts the
+ * entry when it is new. */
 static void pdi_csr_add(pdi_csr_work *w, int32_t far, double weight)
 {
     int32_t node = w->source[far], at = w->size;
@@ -52,13 +54,14 @@ static void pdi_csr_add(pdi_csr_work *w, int32_t far, double weight)
     w->size++;
 }
 
-/* Weight of the far end of bond k of node i; *own: the weight of node i itself in this bond. */
-static double pdi_csr_weight(const pdi_csr_work *w, int32_t i, int k, double *own)
+/* Returns the weight of the value at the far end of bond k of node i; *diagonal: that of the value at node i itself
+ * in this bond. */
+static double pdi_csr_weight(const pdi_csr_work *w, int32_t i, int k, double *diagonal)
 {
     const pd_bonds *b = w->bonds;
     const pd_stencil *s = b->stencil;
     int32_t r = b->row[i];
-    double weight = 0.0, room[PD_DIM * PD_DIM];
+    double weight = 0.0, buffer[PD_DIM * PD_DIM];
     const double *inverse = NULL;
     int axis = w->desc->axis;
     switch (w->desc->op) {
@@ -72,28 +75,29 @@ static double pdi_csr_weight(const pdi_csr_work *w, int32_t i, int k, double *ow
     case PD_CSR_GRADIENT: /* eq. 2.4; at cut families eq. 3.5 */
         weight = r < 0 ? s->grad[k * PD_DIM + axis] : 0.0;
         if (r >= 0 && b->grid->kind[i + b->paths.shift[k]] == PD_INLET) break;
-        if (r >= 0) inverse = pdi_bond_moment(b, r, room) + axis * PD_DIM;
+        if (r >= 0) inverse = pdi_bond_moment(b, r, buffer) + axis * PD_DIM;
         for (int e = 0; e < PD_DIM && inverse; e++) weight += inverse[e] * s->base[k] * s->xi[k * PD_DIM + e];
         break;
     case PD_CSR_DIVERGENCE: /* eq. 4.2 */
         weight = s->grad[k * PD_DIM + axis] * pdi_bond_flux(b, i, k);
-        *own = weight;
+        *diagonal = weight;
         return weight;
     }
-    *own = -weight;
+    *diagonal = -weight;
     return weight;
 }
 
+/* Assembles the row of node i. */
 static void pdi_csr_row(pdi_csr_work *w, int32_t i)
 {
     const pd_bonds *b = w->bonds;
     int32_t r = b->row[i];
-    double sum = 0.0, own;
+    double sum = 0.0, diagonal;
     w->size = 0;
     for (int k = 0; k < b->stencil->count; k++) {
         if (r >= 0 && !pdi_bond_open(b, r, k)) continue;
-        double weight = pdi_csr_weight(w, i, k, &own);
-        sum += own;
+        double weight = pdi_csr_weight(w, i, k, &diagonal);
+        sum += diagonal;
         if (weight != 0.0) pdi_csr_add(w, i + b->paths.shift[k], weight);
     }
     /* the opposite bonds of a whole family cancel to the last bit in op.h */
@@ -101,7 +105,7 @@ static void pdi_csr_row(pdi_csr_work *w, int32_t i)
     pdi_csr_add(w, i, sum);
 }
 
-/* Row by row; count: only the lengths. */
+/* Assembles all rows; count 1: only their lengths (row and given_row). */
 static void pdi_csr_rows(pdi_csr_work *w, int count)
 {
     pd_csr *c = w->csr;
@@ -123,11 +127,13 @@ static void pdi_csr_rows(pdi_csr_work *w, int count)
     }
 }
 
+/* 1: node i is an unknown: fluid and in the set. */
 static int pdi_csr_takes(const pd_bonds *bonds, const pd_csr_desc *desc, int32_t i)
 {
     return bonds->grid->kind[i] == PD_FLUID && (!desc->mask || desc->mask[i]);
 }
 
+/* Numbers the unknowns and allocates the arrays by row. */
 static pd_status pdi_csr_nodes(pd_ctx *ctx, const pd_bonds *bonds, const pd_csr_desc *desc, pd_csr *csr)
 {
     csr->total = bonds->grid->total;
@@ -144,6 +150,7 @@ static pd_status pdi_csr_nodes(pd_ctx *ctx, const pd_bonds *bonds, const pd_csr_
     return PD_OK;
 }
 
+/* Builds the matrix: sources of images, lengths of rows, then entries. */
 static pd_status pdi_csr_fill(pd_ctx *ctx, pdi_csr_work *w)
 {
     const pd_ghosts *g = &w->bonds->ghosts;

@@ -12,7 +12,7 @@ pd_status pd_lattice_build(pd_ctx *ctx, const pd_lattice_desc *desc, pd_lattice 
     return status;
 }
 
-/* Room for one more. */
+/* Grows the list of fields. */
 static pd_status pdi_lattice_grow(pd_ctx *ctx, pd_lattice *l)
 {
     int capacity = 2 * l->capacity + 4;

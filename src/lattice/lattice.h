@@ -1,4 +1,4 @@
-/* lattice: stencil, grid and bonds as one object that owns the fields on it, for programs that use the operators alone.
+/* lattice: stencil, grid and bonds as one object that owns its fields, for programs that use the operators alone.
  *
  * A diffusion loop:
  *     pd_lattice_desc desc = {0};
@@ -23,13 +23,13 @@ typedef struct pd_lattice_desc {
     pd_grid_desc grid;
 } pd_lattice_desc;
 
-/* The parts point at each other: a built lattice must not be moved. */
+/* The parts point to each other: a built lattice must not be copied or moved. */
 typedef struct pd_lattice {
     pd_stencil stencil;
     pd_grid grid;
     pd_bonds bonds;
     int fields, capacity;
-    int *components; /* [capacity] */
+    int *components; /* [capacity] of each field */
     double **field;  /* [capacity] [components][total] [unit that the caller gives it] */
 } pd_lattice;
 
@@ -37,9 +37,10 @@ typedef struct pd_lattice {
 #define pd_lattice_field PD_NAME(pd_lattice_field)
 #define pd_lattice_free PD_NAME(pd_lattice_free)
 
-/* The errors of pd_stencil_build, pd_grid_build and pd_bonds_build. */
+/* Builds stencil, grid and bonds. Failures: those of pd_stencil_build, pd_grid_build and pd_bonds_build. */
 PD_API pd_status pd_lattice_build(pd_ctx *ctx, const pd_lattice_desc *desc, pd_lattice *lattice);
-/* *field [components][total], all zero; freed with the lattice. On failure *field is NULL and the lattice as before. */
+/* Allocates a field: *field [components][total], all zero, freed with the lattice. On failure *field is NULL and the
+ * lattice as before. */
 PD_API pd_status pd_lattice_field(pd_ctx *ctx, pd_lattice *lattice, int components, double **field);
 PD_API void pd_lattice_free(pd_ctx *ctx, pd_lattice *lattice);
 

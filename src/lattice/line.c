@@ -1,19 +1,20 @@
 /* line: see line.h
  *
- * Each pass streams over the columns of a piece, a few operands at a time: what is written stays in the first cache.
+ * Each pass streams over the columns of a chunk of nodes, a few operands at a time: results stay in the L1 cache.
  */
 #include "lattice/line.h"
 
-/* [nodes] Deepest family. */
+/* [cells] Largest reach of a family (m = 12). */
 #define PDI_LINE_REACH 12
-/* Nodes of a piece. */
+/* Nodes in a chunk. */
 #define PDI_LINE_LANES 256
-/* Columns of a piece, with both its sides, in whole vectors. */
+/* Columns of a chunk with the reach on both sides, in multiples of the vector length. */
 #define PDI_LINE_COLUMNS (PDI_LINE_LANES + 2 * PDI_LINE_REACH + PDI_VECTOR)
-/* Kinds of lines that are kept at a time. */
+/* Kinds of lines that are processed at a time. */
 #define PDI_LINE_KINDS 4
 
-/* sum (+)= (a - c) + (b - c): a line and its mirror image. */
+/* sum (+)= (a - c) + (b - c): differences of a grid line and its mirror image a, b to the line c through the node. With
+ * `first` the sum is set, else added to. */
 static void pdi_line_pair(const double *PD_RESTRICT c, const double *PD_RESTRICT a, const double *PD_RESTRICT b,
                           int first, int n, double *PD_RESTRICT sum)
 {
@@ -23,7 +24,7 @@ static void pdi_line_pair(const double *PD_RESTRICT c, const double *PD_RESTRICT
         for (int k = 0; k < n; k++) sum[k] += (a[k] - c[k]) + (b[k] - c[k]);
 }
 
-/* sum (+)= two pairs, shift[4]. */
+/* The same for two pairs of lines at the node shifts shift[4]. */
 static void pdi_line_pairs(const double *PD_RESTRICT c, const int32_t *shift, int first, int n,
                            double *PD_RESTRICT sum)
 {
@@ -35,7 +36,7 @@ static void pdi_line_pairs(const double *PD_RESTRICT c, const int32_t *shift, in
         for (int k = 0; k < n; k++) sum[k] += ((p[k] - c[k]) + (q[k] - c[k])) + ((r[k] - c[k]) + (s[k] - c[k]));
 }
 
-/* sum = four pairs, shift[8]. */
+/* The same for four pairs of lines at shift[8]; the sum is set. */
 static void pdi_line_four_pairs(const double *PD_RESTRICT c, const int32_t *shift, int n, double *PD_RESTRICT sum)
 {
     const double *PD_RESTRICT p = c + shift[0], *PD_RESTRICT q = c + shift[1];
@@ -47,8 +48,8 @@ static void pdi_line_four_pairs(const double *PD_RESTRICT c, const int32_t *shif
                  (((t[k] - c[k]) + (u[k] - c[k])) + ((v[k] - c[k]) + (w[k] - c[k])));
 }
 
-/* Differences of all lines of one kind to the line through the node. Their number is even: opposite ones belong
- * together. */
+/* sum [n] = differences of all grid lines of one kind to the line through the node. Their number is even: opposite
+ * ones are paired. */
 static void pdi_line_kind(const pdi_lines *lines, const double *f, int kind, int n, double *sum)
 {
     const int32_t *shift = lines->shift;
@@ -61,7 +62,7 @@ static void pdi_line_kind(const pdi_lines *lines, const double *f, int kind, int
     for (; l < end; l += 2) pdi_line_pair(f, f + shift[l], f + shift[l + 1], l == first, n, sum);
 }
 
-/* t (+)= a[0] x[0] + .. + a[kinds-1] x[kinds-1], at most four kinds. */
+/* Weighted sum t (+)= a[0] x[0] + .. + a[kinds-1] x[kinds-1], at most four kinds. */
 static void pdi_line_weigh(double (*x)[PDI_LINE_COLUMNS], const double *a, int kinds, int first, int n,
                            double *PD_RESTRICT t)
 {
@@ -81,7 +82,8 @@ static void pdi_line_weigh(double (*x)[PDI_LINE_COLUMNS], const double *a, int k
         for (int k = 0; k < n; k++) t[k] += b * p[k];
 }
 
-/* The family of m = 3 in 2D in one pass: three pairs of lines, which reach three, two and one layers. */
+/* The weighted sums t of all layers for the family of m = 3 in 2D in one pass: three pairs of grid lines, with the
+ * reach 3, 2 and 1. */
 static void pdi_line_three(const double *PD_RESTRICT f, const int32_t *shift, const double *a, int n,
                            double (*t)[PDI_LINE_COLUMNS])
 {
@@ -97,13 +99,15 @@ static void pdi_line_three(const double *PD_RESTRICT f, const int32_t *shift, co
     }
 }
 
+/* 1: the stencil has the grid lines of m = 3 in 2D. */
 static int pdi_line_is_three(const pd_stencil *s)
 {
     return s->reach == 3 && s->kinds == 3 && s->line_first[3] == 6 && s->line_first[1] == 2 && s->line_first[2] == 4 &&
            s->line_reach[0] == 3 && s->line_reach[1] == 2 && s->line_reach[2] == 1;
 }
 
-/* out += the layers n and -n: what the lines beside it bring there, and the bonds of the layer along axis 0. */
+/* Adds to out the layers n and -n along axis 0: the sums `side` of the other grid lines there, and the differences
+ * along the line of the node with the weight a of the layer. */
 static void pdi_line_layer(const double *PD_RESTRICT f, const double *PD_RESTRICT side, double a, int n, int count,
                            double *PD_RESTRICT out)
 {
@@ -111,7 +115,7 @@ static void pdi_line_layer(const double *PD_RESTRICT f, const double *PD_RESTRIC
     for (int b = 0; b < count; b++) out[b] += (left[b] + right[b]) + a * ((up[b] - f[b]) + (down[b] - f[b]));
 }
 
-/* The first three layers at once. */
+/* The same for the layers 0 to 3 at once; sets out. */
 static void pdi_line_layers(const double *PD_RESTRICT f, double (*t)[PDI_LINE_COLUMNS], int reach, const double *a,
                             int count, double *PD_RESTRICT out)
 {
@@ -124,8 +128,8 @@ static void pdi_line_layers(const double *PD_RESTRICT f, double (*t)[PDI_LINE_CO
                   ((w[b - 3] + w[b + 3]) + e * ((f[b + 3] - f[b]) + (f[b - 3] - f[b]))));
 }
 
-/* Columns that a line has no bond to may hold anything, and do not get into the sums that are read: kinds are sorted by
- * their reach, and layer n takes those that reach it. `columns` may be more than count and both sides. */
+/* Laplacian of a chunk of `count` nodes. Columns beyond the reach of a kind of lines may hold any values: kinds are
+ * sorted by reach, and layer n uses those that reach it. `columns` may exceed count plus both sides. */
 static void pdi_line_piece(const pdi_lines *lines, const double *f, int count, int columns, double *out)
 {
     const pd_stencil *s = lines->stencil;

@@ -5,44 +5,50 @@
 #include <math.h>
 #include <string.h>
 
-/* [cells] Thinner layers may be missed. */
+/* [cells] The search for surfaces on a bond stops at parts of this length: thinner layers may be missed. */
 #define PDI_MEDIA_THIN 0.0625
-/* [cells] The materials on both sides of a surface are looked up at this distance from it. */
+/* [cells] The diffusivities on both sides of a surface are evaluated at this distance from it. */
 #define PDI_MEDIA_BESIDE 1e-3
-/* Two lengths that differ by this share are equal. */
+/* [-] Two lengths that differ by this fraction are equal. */
 #define PDI_MEDIA_TIE 1e-9
-/* The square of the slope of a distance is 1. Where it is less than this, slopes have cancelled. */
+/* [-] The squared gradient of a distance is 1. Below this value the differences on both sides of a node cancel, between
+ * two parts of the surface. */
 #define PDI_MEDIA_CANCELLED 0.4
 
-/* A straight way from x along xi. */
+/* A straight segment from x to x + xi. */
 typedef struct pdi_media_way {
     const pd_media *media;
     double x[PD_DIM], xi[PD_DIM]; /* [m] */
-    double from, length;          /* share of it where the present material begins; [m] of the whole */
-    double near, far;             /* [m2/s] at both ends; NaN: unknown */
+    double from, length;          /* [-] fraction of it where the present material begins; [m] its length */
+    double near, far;             /* [m2/s] diffusivity at both ends; NaN: unknown */
 } pdi_media_way;
 
-/* Behind sides that are not walls materials repeat, as the kinds of the ghosts do. */
-static double pdi_media_ask(const pdi_media_way *w, pd_point_fn fn, double share)
+/* Evaluates a function at a fraction of the segment. Behind sides that are not walls positions are folded into the
+ * box, so materials repeat as the kinds of ghosts do. */
+static double pdi_media_ask(const pdi_media_way *w, pd_point_fn fn, double fraction)
 {
     double x[PD_DIM];
-    for (int d = 0; d < PD_DIM; d++) x[d] = w->x[d] + share * w->xi[d];
+    for (int d = 0; d < PD_DIM; d++) x[d] = w->x[d] + fraction * w->xi[d];
     pdi_grid_fold_position(w->media->grid, x);
     return fn(w->media->user, x);
 }
 
-static double pdi_media_level(const pdi_media_way *w, double share) { return pdi_media_ask(w, w->media->level, share); }
-
-/* -1, 1, or 0 on the surface, at a share of the way. */
-static int pdi_media_side(const pdi_media_way *w, double share, double level)
+/* Signed distance [m] from the surface at a fraction of the segment. */
+static double pdi_media_level(const pdi_media_way *w, double fraction)
 {
-    double x[PD_DIM], touch;
-    for (int d = 0; d < PD_DIM; d++) x[d] = w->x[d] + share * w->xi[d];
-    touch = pdi_shape_tie(w->media->grid->h, x);
-    return (level > touch) - (level < -touch);
+    return pdi_media_ask(w, w->media->level, fraction);
 }
 
-/* Where the level passes zero between lo and hi. */
+/* Side of the surface at a fraction of the segment, where its signed distance is `level` [m]: -1, 1, or 0 on it. */
+static int pdi_media_side(const pdi_media_way *w, double fraction, double level)
+{
+    double x[PD_DIM], tolerance;
+    for (int d = 0; d < PD_DIM; d++) x[d] = w->x[d] + fraction * w->xi[d];
+    tolerance = pdi_shape_tie(w->media->grid->h, x);
+    return (level > tolerance) - (level < -tolerance);
+}
+
+/* Fraction between lo and hi at which the segment intersects the surface; flo, fhi: signed distances there [m]. */
 static double pdi_media_root(const pdi_media_way *w, double lo, double hi, double flo, double fhi)
 {
     double scale = fabs(flo) + fabs(fhi), t = lo, f = scale;
@@ -55,7 +61,7 @@ static double pdi_media_root(const pdi_media_way *w, double lo, double hi, doubl
     return t;
 }
 
-/* A way within the surface: half of it belongs to either side. */
+/* Diffusivity [m2/s] of a segment 0 .. end that lies within the surface: the mean of both sides. */
 static double pdi_media_within(const pdi_media_way *w, double end)
 {
     const pd_media *m = w->media;
@@ -73,7 +79,8 @@ static double pdi_media_within(const pdi_media_way *w, double end)
     return sum;
 }
 
-/* Resistance over length [s/m2] from w->from to `to` within one material; at the ends of the way that of its node. */
+/* Resistance over length [s/m2] of the segment from w->from to the fraction `to`, within one material; the parts at
+ * its ends have the diffusivity of the node there. */
 static double pdi_media_resist(const pdi_media_way *w, double to, double end)
 {
     double d, near = w->from > 0.0 ? (double)NAN : w->near, far = to < end ? (double)NAN : w->far;
@@ -84,19 +91,19 @@ static double pdi_media_resist(const pdi_media_way *w, double to, double end)
     return d > 0.0 ? (to - w->from) / d : HUGE_VAL;
 }
 
-/* ---- the materials on a way ---- */
+/* ---- integral over the materials on a segment ---- */
 
-/* A way from 0 to `end`, as far as it is known. */
+/* State of the integration over a segment from 0 to `end`. */
 typedef struct pdi_media_walk {
     pdi_media_way *way;
     double end;
-    int cell;         /* 1: the sum is that of diffusivities, and nodes own nothing; 0: of resistances */
-    double sum;
-    int side;         /* of the last place off the surface; 0: none so far */
-    double at, level; /* the last place */
+    int cell;         /* 1: integral of the diffusivity [m2/s]; 0: of the resistance [s/m2] */
+    double sum;       /* [m2/s] or [s/m2] integral so far */
+    int side;         /* side of the last point off the surface; 0: none so far */
+    double at, level; /* [-], [m] fraction and signed distance of the last point */
 } pdi_media_walk;
 
-/* The material from way->from to `to` ends there. */
+/* Adds the part from way->from to `to`, which is of one material. */
 static void pdi_media_piece(pdi_media_walk *k, double to)
 {
     pdi_media_way *w = k->way;
@@ -105,6 +112,8 @@ static void pdi_media_piece(pdi_media_walk *k, double to)
     w->from = to;
 }
 
+/* Takes in the next point: finds the surface between it and the last one when they are on different sides, and adds
+ * the material that ends there. */
 static void pdi_media_reach_place(pdi_media_walk *k, double at, double level)
 {
     int beyond = pdi_media_side(k->way, at, level);
@@ -115,8 +124,8 @@ static void pdi_media_reach_place(pdi_media_walk *k, double at, double level)
     k->level = level;
 }
 
-/* From the last place to `to`, by halves until no surface can hide: the distances from it at both ends say how near it
- * is. The places are the same from whichever end the way begins. */
+/* Integrates from the last point to `to` by bisection, until no surface can be missed: the distances at both ends are
+ * bounds (Lipschitz constant 1). The points are the same from whichever end the segment begins. */
 static void pdi_media_follow(pdi_media_walk *k, double to, double level)
 {
     const pd_media *m = k->way->media;
@@ -128,6 +137,8 @@ static void pdi_media_follow(pdi_media_walk *k, double to, double level)
     } else pdi_media_reach_place(k, to, level);
 }
 
+/* Integral over 0 .. end of the diffusivity (cell 1) or the resistance (cell 0). *side: 0 when the segment lies
+ * within the surface. */
 static double pdi_media_sum(pdi_media_way *w, double end, int cell, int *side)
 {
     pdi_media_walk k = {w, end, cell, 0.0, 0, 0.0, pdi_media_level(w, 0.0)};
@@ -140,7 +151,7 @@ static double pdi_media_sum(pdi_media_way *w, double end, int cell, int *side)
     return k.sum;
 }
 
-/* Mean diffusivity over the part 0 .. end of the way. */
+/* Mean diffusivity [m2/s] of the segment 0 .. end: resistances in series (eq. 5.8). */
 static double pdi_media_mean(pdi_media_way *w, double end)
 {
     int side;
@@ -148,6 +159,7 @@ static double pdi_media_mean(pdi_media_way *w, double end)
     return side ? end / sum : pdi_media_within(w, end);
 }
 
+/* Sets the segment to bond k of node i. */
 static void pdi_media_start(const pd_media *m, int32_t i, int k, pdi_media_way *w)
 {
     w->media = m;
@@ -167,8 +179,8 @@ PDI_FN double pdi_media_part(const pd_media *m, int32_t i, int k, double end)
     return fabs(pdi_media_level(&w, 0.0)) > end * w.length ? m->at[i] : pdi_media_mean(&w, end);
 }
 
-/* Nodes that own something: walls and what lies behind them never take part. A ghost that stands for metal, or lies
- * behind it, is closed, too, but opens when that dissolves. */
+/* 1: the node can take part in diffusion: it is no wall. A ghost whose source is metal takes part, as it opens when the
+ * metal dissolves. */
 static int pdi_media_takes(const pd_grid *grid, int32_t i)
 {
     int at[PD_DIM];
@@ -181,7 +193,7 @@ static int pdi_media_takes(const pd_grid *grid, int32_t i)
     return !pdi_grid_inside(grid, at) && grid->kind[pdi_grid_image(grid, i, NULL)] == PD_SOLID;
 }
 
-/* Node `times` bonds k from node i; -1: outside of the arrays, or no part of the fluid. */
+/* Node at `times` bonds k from node i; -1: outside of the arrays, or a wall. */
 static int32_t pdi_media_reach(const pd_media *m, int32_t i, int k, int times)
 {
     int at[PD_DIM];
@@ -194,8 +206,11 @@ static int32_t pdi_media_reach(const pd_media *m, int32_t i, int k, int times)
     return pdi_media_takes(m->grid, j) ? j : -1;
 }
 
+/* Node at the far end of bond k of node i; -1: outside of the arrays, or a wall. */
 static int32_t pdi_media_far(const pd_media *m, int32_t i, int k) { return pdi_media_reach(m, i, k, 1); }
 
+/* Computes the diffusivities of all bonds of node i, which has a row; writes the same number for the opposite bond of
+ * the far end. */
 static void pdi_media_row(pd_media *m, int32_t i)
 {
     int count = m->stencil->count;
@@ -212,19 +227,20 @@ static void pdi_media_row(pd_media *m, int32_t i)
 }
 
 #if PD_DIM > 1
-/* ---- along a surface that lies along the lattice ---- */
+/* ---- conduction along a surface that is normal to an axis (eq. 5.14) ---- */
 
-/* What the bonds of a node within such a surface conduct on top: the sum of x[a] e_a^2. */
+/* Correction of the diffusivity of the bonds of a node parallel to such a surface: sum of x[a] e_a^2, e the
+ * direction. */
 typedef struct pdi_media_lift {
-    int axis;         /* across the surface; -1: it lies at an angle */
+    int axis;         /* normal to the surface; -1: it is inclined, no correction */
     double x[PD_DIM]; /* [m2/s] */
 } pdi_media_lift;
 
-/* Axis along the normal of the surface near node i, to rounding. -1: the surface lies at an angle. Where two parts of
- * it are as near on both sides of the node, slopes cancel, and the axis is that along which the distance changes. */
+/* Axis normal to the surface near node i, to rounding; -1: the surface is inclined. Where two parts of it are equally
+ * near on both sides of the node, central differences cancel, and the axis is that along which the distance changes. */
 static int pdi_media_axis(const pd_media *m, int32_t i)
 {
-    double slope[PD_DIM], change[PD_DIM], length = 0.0, changes = 0.0;
+    double gradient[PD_DIM], change[PD_DIM], length = 0.0, changes = 0.0;
     pdi_media_way w;
     w.media = m;
     pd_grid_position(m->grid, i, w.x);
@@ -234,19 +250,19 @@ static int pdi_media_axis(const pd_media *m, int32_t i)
         here = pdi_media_level(&w, 0.0);
         up = pdi_media_level(&w, 1.0);
         down = pdi_media_level(&w, -1.0);
-        slope[d] = 0.5 * (up - down) / eps;
+        gradient[d] = 0.5 * (up - down) / eps;
         change[d] = pdi_max(fabs(up - here), fabs(here - down)) / eps;
-        length += slope[d] * slope[d];
+        length += gradient[d] * gradient[d];
         changes += change[d] * change[d];
     }
-    const double *normal = length > PDI_MEDIA_CANCELLED ? slope : change;
+    const double *normal = length > PDI_MEDIA_CANCELLED ? gradient : change;
     if (normal == change) length = changes;
     for (int d = 0; d < PD_DIM; d++)
         if (normal[d] * normal[d] > (1.0 - PDI_MEDIA_TIE) * length) return d;
     return -1;
 }
 
-/* Mean diffusivity of the cell of node i along `axis`, by pieces. */
+/* Mean diffusivity [m2/s] of the cell of node i along `axis`, material by material. */
 static double pdi_media_cell(const pd_media *m, int32_t i, int axis)
 {
     pdi_media_way w;
@@ -261,8 +277,8 @@ static double pdi_media_cell(const pd_media *m, int32_t i, int axis)
     return side ? sum : pdi_media_within(&w, 1.0);
 }
 
-/* What the cell of node i has more than its node along `axis`, when the node is the poorer side of the surface: its
- * neighbours on the better side carry that, since nothing but the poor side leads to the node. */
+/* Mean diffusivity of the cell of node i minus that of the node [m2/s], at least 0, when the surface cuts the cell. The
+ * neighbours in the material of higher diffusivity carry this surplus. */
 static double pdi_media_surplus(const pd_media *m, int32_t i, int axis)
 {
     pdi_media_way w;
@@ -272,7 +288,8 @@ static double pdi_media_surplus(const pd_media *m, int32_t i, int axis)
     return pdi_max(pdi_media_cell(m, i, axis) - m->at[i], 0.0);
 }
 
-/* Mean diffusivity that the layer of node i stands for. */
+/* Mean diffusivity [m2/s] of the layer of cells of node i: of its cell, without its surplus and with that of
+ * neighbours of lower diffusivity. */
 static double pdi_media_layer(const pd_media *m, int32_t i, int axis)
 {
     double mean = pdi_media_cell(m, i, axis) - pdi_media_surplus(m, i, axis);
@@ -286,60 +303,59 @@ static double pdi_media_layer(const pd_media *m, int32_t i, int axis)
     return mean;
 }
 
-/* 1 when bond k lies within surfaces across `axis`. */
+/* 1: bond k is parallel to surfaces normal to `axis`. */
 static int pdi_media_within_bond(const pd_media *m, int k, int axis)
 {
     return axis >= 0 && m->stencil->offset[k * PD_DIM + axis] == 0;
 }
 
-/* Axes along which bond n is the image of bond k; -1: it is none. Images across the surface count as more than all
- * others. */
+/* Number of axes along which bond n is the mirror image of bond k; -1: it is no image. A reflection across the surface
+ * (along `axis`) counts PD_DIM. */
 static int pdi_media_turns(const pd_stencil *s, int n, int k, int axis)
 {
-    int turns = 0;
+    int reflections = 0;
     for (int d = 0; d < PD_DIM; d++) {
         int a = s->offset[n * PD_DIM + d], b = s->offset[k * PD_DIM + d];
         if (a != b && a != -b) return -1;
-        if (a != b) turns += d == axis ? PD_DIM : 1;
+        if (a != b) reflections += d == axis ? PD_DIM : 1;
     }
-    return turns;
+    return reflections;
 }
 
-/* Diffusivity of bond k of node i, or, where that ends in a wall, of its mirror image: what walls cut is made up for
- * elsewhere (theory: eq. 5.7). Images on the same side of the surface come first, then those in one mirror; the mean of
- * several. */
+/* Diffusivity [m2/s] of bond k of node i, or, where that ends in a wall, the mean of its mirror images with the fewest
+ * reflections: what walls cut off is corrected elsewhere (theory: eq. 5.7). */
 static double pdi_media_mirrored(const pd_media *m, int32_t i, int k, int axis)
 {
     const pd_stencil *s = m->stencil;
     const double *row = m->along + (int64_t)m->near[i] * s->count;
     double sum = 0.0;
-    int least = 2 * PD_DIM, found = 0;
+    int fewest = 2 * PD_DIM, found = 0;
     if (pdi_media_far(m, i, k) >= 0) return row[k];
     for (int n = 0; n < s->count; n++) {
-        int turns = pdi_media_turns(s, n, k, axis);
-        if (turns < 0 || turns > least || pdi_media_far(m, i, n) < 0) continue;
-        if (turns < least) sum = found = 0;
-        least = turns;
+        int reflections = pdi_media_turns(s, n, k, axis);
+        if (reflections < 0 || reflections > fewest || pdi_media_far(m, i, n) < 0) continue;
+        if (reflections < fewest) sum = found = 0;
+        fewest = reflections;
         sum += row[n];
         found++;
     }
     return found ? sum / found : m->at[i];
 }
 
-/* Bonds across the surface are resistances in series, and conduct less along the surface than the materials do. A cell
- * that the surface cuts has the material of its node. The moments of the node lack something against the mean of its
- * cell (eq. 5.14). This goes to its bonds within the surface. Then the layers together conduct what the materials do,
- * and nothing changes across the surface. */
+/* Computes the correction of node i (eq. 5.14). Bonds across the surface are resistances in series, and conduct less
+ * along the surface than the materials do; a cell that the surface cuts has the material of its node. The deficit of
+ * the moments of the node against the mean of its cell is given to its bonds parallel to the surface. Then the layers
+ * together conduct along the surface what the materials do, and nothing changes across it. */
 static void pdi_media_lack(const pd_media *m, int32_t i, pdi_media_lift *lift)
 {
     const pd_stencil *s = m->stencil;
-    double matrix[PD_DIM * PD_DIM], lack[PD_DIM], inverse[PD_DIM * PD_DIM];
+    double matrix[PD_DIM * PD_DIM], deficit[PD_DIM], inverse[PD_DIM * PD_DIM];
     memset(matrix, 0, sizeof matrix);
     memset(lift->x, 0, sizeof lift->x);
     lift->axis = pdi_media_axis(m, i);
     if (lift->axis < 0) return;
     double mean = pdi_media_layer(m, i, lift->axis);
-    for (int a = 0; a < PD_DIM; a++) lack[a] = a == lift->axis ? 0.0 : mean;
+    for (int a = 0; a < PD_DIM; a++) deficit[a] = a == lift->axis ? 0.0 : mean;
     matrix[lift->axis * PD_DIM + lift->axis] = 1.0;
     for (int k = 0; k < s->count; k++) {
         const double *xi = s->xi + k * PD_DIM;
@@ -347,17 +363,18 @@ static void pdi_media_lack(const pd_media *m, int32_t i, pdi_media_lift *lift)
         double along = pdi_media_mirrored(m, i, k, lift->axis);
         for (int a = 0; a < PD_DIM; a++) {
             if (a == lift->axis) continue;
-            lack[a] -= 0.5 * s->lap[k] * along * xi[a] * xi[a];
+            deficit[a] -= 0.5 * s->lap[k] * along * xi[a] * xi[a];
             for (int b = 0; b < PD_DIM && pdi_media_within_bond(m, k, lift->axis); b++)
                 matrix[a * PD_DIM + b] += 0.5 * s->lap[k] * xi[a] * xi[a] * xi[b] * xi[b] / square;
         }
     }
     if (!(pdi_vec_invert(matrix, inverse) > 0.0)) return;
     for (int a = 0; a < PD_DIM; a++)
-        for (int b = 0; b < PD_DIM; b++) lift->x[a] += inverse[a * PD_DIM + b] * lack[b];
+        for (int b = 0; b < PD_DIM; b++) lift->x[a] += inverse[a * PD_DIM + b] * deficit[b];
 }
 
-/* Add half of what both ends ask for, as far as a quarter stays. */
+/* Adds to bond k of node i, and to its opposite bond, the mean of the corrections of both ends; at least a quarter of
+ * the diffusivity stays. */
 static void pdi_media_add(const pd_media *m, const pdi_media_lift *lift, int32_t i, int k)
 {
     const pd_stencil *s = m->stencil;
@@ -374,6 +391,7 @@ static void pdi_media_add(const pd_media *m, const pdi_media_lift *lift, int32_t
     m->along[(int64_t)m->near[j] * s->count + back] = *here;
 }
 
+/* Computes the corrections of all nodes near the surface, and adds them to their bonds. */
 static pd_status pdi_media_raise(pd_ctx *ctx, pd_media *m)
 {
     pdi_media_lift *lift = NULL;
@@ -402,8 +420,8 @@ PDI_FN void pdi_media_row_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, media, along, media->rows ? (int64_t)media->rows * media->stencil->count : 0, "m2/s");
 }
 
-/* Rows of the nodes within one bond of the surface. A node that lies on it, to rounding, has the material of one side:
- * all its neighbours have rows, too, so that both ends of a bond conduct the same. */
+/* Numbers the nodes within one bond of the surface and computes the diffusivities of their bonds. The tolerance
+ * includes all neighbours of a node on the surface, so that both ends of a bond have the same diffusivity. */
 static pd_status pdi_media_rows(pd_ctx *ctx, pd_media *m)
 {
     double longest = 0.0;

@@ -1,43 +1,44 @@
-/* media: diffusivities of bonds where the diffusivity is a field that may jump across a surface.
+/* media: diffusivity of each bond in a heterogeneous medium, whose diffusivity is a field with jumps across a surface.
  *
- * Along a bond materials are resistances in series (theory: eq. 5.8). A surface is the zero level of a signed distance;
- * all its crossings of a bond count, so a layer thinner than a bond is not passed over, and a surface may lie on a
- * node. What bonds near the surface conduct is computed once, the same for both ends.
+ * Along a bond materials are resistances in series (theory: eq. 5.8). The surface is the zero level of a signed
+ * distance; all its intersections with a bond count, so a layer thinner than a bond is not missed, and a surface may
+ * lie on a node. The diffusivity of bonds near the surface is computed once, the same for both ends.
  */
 #ifndef PD_MEDIA_H
 #define PD_MEDIA_H
 #include "core/owner.h"
 #include "lattice/grid.h"
 
-/* A number at position x [m]. */
+/* A scalar at the position x [m]. */
 typedef double (*pd_point_fn)(void *user, const double *x);
 
-/* Empty without `at`. */
+/* Diffusivities of nodes and bonds. at NULL: the medium is homogeneous, nothing is stored. */
 typedef struct pd_media {
     const pd_stencil *stencil;
     const pd_grid *grid;
-    pd_point_fn field;  /* [m2/s] */
+    pd_point_fn field;  /* [m2/s] diffusivity */
     pd_point_fn level;  /* [m] signed distance from the surface where `field` jumps, Lipschitz constant 1; NULL: none */
     void *user;         /* of both */
-    double smallest;    /* [m] of the spacings */
-    double *at;         /* [total] [m2/s] at nodes, ghosts included */
-    int32_t *near;      /* [total] row of a node within one bond of the surface; -1: not */
-    double *along;      /* [rows][count] [m2/s] mean along the bonds of these; NULL without */
-    int32_t rows;
-    int unit[PD_DIM];   /* bond of one cell towards + of an axis */
+    double smallest;    /* [m] smallest spacing */
+    double *at;         /* [total] [m2/s] diffusivity at nodes, ghosts included */
+    int32_t *near;      /* [total] row of a node within one bond of the surface; -1: farther away */
+    double *along;      /* [rows][count] [m2/s] mean diffusivity of the bonds of these nodes; NULL: no surface */
+    int32_t rows;       /* nodes within one bond of the surface */
+    int unit[PD_DIM];   /* index of the bond of one cell in the positive direction of an axis */
 } pd_media;
 
 #ifdef PDI_INTERNAL
-/* Arrays of a pd_media: by the lattice, and by the rows. */
+/* Describe the arrays of pd_media to the array registry: those by node, and those by row. */
 PDI_FN void pdi_media_list(pdi_owner *owner, void *object);
 PDI_FN void pdi_media_row_list(pdi_owner *owner, void *object);
-/* Grid and stencil are borrowed. PD_ERR_ARGUMENT: a diffusivity is negative or not finite. */
+/* Evaluates the diffusivity at all nodes and along all bonds near the surface `level`. Grid and stencil are borrowed.
+ * PD_ERR_ARGUMENT: a diffusivity is negative or not finite. */
 PDI_FN pd_status pdi_media_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, pd_point_fn field,
                                  pd_point_fn level, void *user, pd_media *media);
 PDI_FN void pdi_media_free(pd_ctx *ctx, pd_media *media);
-/* Mean of the resistances from node i over the part 0 .. end of bond k, as a diffusivity [m2/s]. */
+/* Mean diffusivity [m2/s] of the part of bond k from node i to the fraction `end`: resistances in series. */
 PDI_FN double pdi_media_part(const pd_media *media, int32_t i, int k, double end);
-/* Harmonic mean (eq. 5.2): no ratio overflows, and both ends get the same bits. */
+/* Harmonic mean 2ab/(a + b) (eq. 5.2), in a form that does not overflow and gives the same bits from both ends. */
 static inline double pdi_media_harmonic(double a, double b)
 {
     double lower = a < b ? a : b, upper = a < b ? b : a;

@@ -1,7 +1,7 @@
 /* op: see op.h
  *
- * Sweeps work on up to PDI_PIECE neighbours along axis 0 at once, bond by bond, so that the inner loops are plain
- * vectors: nodes with whole families share the weights (opposite bonds go together), rows blank out their closed bonds.
+ * Loops work on up to PDI_PIECE neighbours along axis 0 at once, bond by bond, so that the inner loops are vector
+ * loops: nodes with full families share the weights (opposite bonds are paired), rows mask their blocked bonds.
  */
 #include "lattice/op.h"
 #include "core/vec.h"
@@ -9,20 +9,23 @@
 #include "lattice/line.h"
 #include <string.h>
 
-/* `count` nodes with whole families from node `first`, or rows from row `first`, with consecutive nodes. */
+/* Body of an operator: `count` nodes with full families from node `first`, or rows from row `first`, with consecutive
+ * nodes. */
 typedef struct pdi_op_sweep pdi_op_sweep;
 typedef void (*pdi_op_piece_fn)(const pdi_op_sweep *w, int32_t first, int count);
 
-/* The operands of one sweep. */
+/* Operands of one operator. */
 struct pdi_op_sweep {
     const pd_bonds *bonds;
     int32_t total;
-    const double *f, *d; /* field; diffusivity or NULL */
-    double *out;
-    pdi_op_piece_fn whole, cut;
-    int any_length; /* 1: `whole` takes runs of any length */
+    const double *f, *d; /* [total] field [any unit]; diffusivity [m2/s] or NULL */
+    double *out;         /* result */
+    pdi_op_piece_fn whole, cut; /* bodies for full and for truncated families */
+    int any_length;      /* 1: `whole` takes ranges of any length */
 };
 
+/* Body of the loop over ranges: calls the body for full (row -1) or truncated families in pieces of up to PDI_PIECE
+ * nodes. */
 static void pdi_op_run(const void *user, int32_t i, int32_t row, int32_t length)
 {
     const pdi_op_sweep *w = (const pdi_op_sweep *)user;
@@ -38,6 +41,7 @@ static void pdi_op_run(const void *user, int32_t i, int32_t row, int32_t length)
     }
 }
 
+/* Evaluates an operator at all fluid nodes, with threads. */
 static void pdi_op_apply(const pd_ctx *ctx, pdi_op_sweep *w, pdi_op_piece_fn whole, pdi_op_piece_fn cut)
 {
     w->whole = whole;
@@ -45,6 +49,7 @@ static void pdi_op_apply(const pd_ctx *ctx, pdi_op_sweep *w, pdi_op_piece_fn who
     pdi_traverse_sweep(ctx, w->bonds, w->bonds->grid->fluid_count * w->bonds->stencil->count * 4, 0, pdi_op_run, w);
 }
 
+/* Sets the operands of an operator. */
 static void pdi_op_sweep_init(const pd_bonds *bonds, const double *f, const double *d, double *out, pdi_op_sweep *w)
 {
     w->bonds = bonds;
@@ -57,6 +62,8 @@ static void pdi_op_sweep_init(const pd_bonds *bonds, const double *f, const doub
 
 /* ---- gradient: G f_i = sum g (f_j - f_i); the sum of g over a whole family is zero (eq. 2.4) ---- */
 
+/* slope [PD_DIM][count] = gradient of f at `count` nodes with full families from node i (eq. 2.4); opposite bonds are
+ * paired. */
 static void pdi_op_slope_whole(const pd_bonds *bonds, const double *f, int32_t i, int count,
                                double slope[PD_DIM][PDI_PIECE])
 {
@@ -70,7 +77,8 @@ static void pdi_op_slope_whole(const pd_bonds *bonds, const double *f, int32_t i
     }
 }
 
-/* K^-1 sum w xi (f_j - f_i) with the moments K of the open bonds (eq. 3.5). */
+/* slope [PD_DIM][count] = gradient K^-1 sum w xi (f_j - f_i) at `count` rows from row r, with the moments K of the
+ * open bonds (eq. 3.5). Inlet ghosts are left out. */
 static void pdi_op_slope_cut(const pd_bonds *bonds, const double *field, int32_t r, int count,
                              double slope[PD_DIM][PDI_PIECE])
 {
@@ -91,8 +99,8 @@ static void pdi_op_slope_cut(const pd_bonds *bonds, const double *field, int32_t
         }
     }
     for (int b = 0; b < count; b++) {
-        double room[PD_DIM * PD_DIM];
-        const double *inverse = pdi_bond_moment(bonds, r + b, room);
+        double buffer[PD_DIM * PD_DIM];
+        const double *inverse = pdi_bond_moment(bonds, r + b, buffer);
         for (int d = 0; d < PD_DIM; d++) {
             double value = 0.0;
             for (int e = 0; e < PD_DIM; e++) value += inverse[d * PD_DIM + e] * sum[e][b];
@@ -101,6 +109,7 @@ static void pdi_op_slope_cut(const pd_bonds *bonds, const double *field, int32_t
     }
 }
 
+/* Writes the gradients of `count` nodes from node i to the result [PD_DIM][total]. */
 static void pdi_op_gradient_put(const pdi_op_sweep *w, int32_t i, int count, double slope[PD_DIM][PDI_PIECE])
 {
     for (int d = 0; d < PD_DIM; d++)
@@ -130,7 +139,7 @@ void pd_op_gradient(const pd_ctx *ctx, const pd_bonds *bonds, const double *f, d
 
 /* ---- divergence: D u_i = sum g.(u_i + u_j), antisymmetric in i and j (eq. 4.2) ---- */
 
-/* Nodes i .. i+count-1, which are the rows from r (-1: whole families), bond by bond. */
+/* Divergence at the nodes i .. i+count-1, which own the rows from r (-1: full families), bond by bond. */
 static void pdi_op_divergence_bonds(const pdi_op_sweep *w, int32_t i, int32_t r, int count)
 {
     const pd_bonds *bonds = w->bonds;
@@ -151,6 +160,7 @@ static void pdi_op_divergence_bonds(const pdi_op_sweep *w, int32_t i, int32_t r,
     memcpy(w->out + i, sum, (size_t)count * sizeof(double));
 }
 
+/* Divergence at nodes with full families: opposite bonds are paired; on an axisymmetric grid bond by bond. */
 static void pdi_op_divergence_whole(const pdi_op_sweep *w, int32_t i, int count)
 {
     const pd_stencil *s = w->bonds->stencil;
@@ -184,7 +194,7 @@ void pd_op_divergence(const pd_ctx *ctx, const pd_bonds *bonds, const double *u,
 
 /* ---- Laplacian: L f_i = sum a (f_j - f_i), symmetric weights (eq. 2.3) ---- */
 
-/* Nodes i .. i+count-1, which are the rows from r (-1: whole families), bond by bond. */
+/* Laplacian at the nodes i .. i+count-1, which own the rows from r (-1: full families), bond by bond. */
 static void pdi_op_laplacian_bonds(const pdi_op_sweep *w, int32_t i, int32_t r, int count)
 {
     const pd_bonds *bonds = w->bonds;
@@ -202,6 +212,7 @@ static void pdi_op_laplacian_bonds(const pdi_op_sweep *w, int32_t i, int32_t r, 
     memcpy(w->out + i, sum, (size_t)count * sizeof(double));
 }
 
+/* Laplacian at nodes with full families of a planar grid, by grid lines (lattice/line). */
 static void pdi_op_laplacian_whole(const pdi_op_sweep *w, int32_t i, int count)
 {
     pdi_lines lines;
@@ -211,6 +222,7 @@ static void pdi_op_laplacian_whole(const pdi_op_sweep *w, int32_t i, int count)
     pdi_line_laplacian(&lines, w->f, i, count, w->out + i);
 }
 
+/* Laplacian at nodes with full families of an axisymmetric grid, bond by bond. */
 static void pdi_op_laplacian_rings(const pdi_op_sweep *w, int32_t i, int count)
 {
     pdi_op_laplacian_bonds(w, i, -1, count);
@@ -231,13 +243,14 @@ void pd_op_laplacian(const pd_ctx *ctx, const pd_bonds *bonds, const double *f, 
 
 /* ---- diffusion: sum D_ij a (f_j - f_i), D_ij = 2 D_i D_j / (D_i + D_j) (eq. 5.2) ---- */
 
-/* In this form neither a ratio of 1e300 nor a zero at one end overflows; the same bits from both ends. */
+/* Harmonic mean 2ab/(a + b), in a form that does not overflow and gives the same bits from both ends. */
 static inline double pdi_op_harmonic(double a, double b)
 {
     double lower = a < b ? a : b, upper = a < b ? b : a;
     return upper > 0.0 ? 2.0 * lower / (1.0 + lower / upper) : 0.0;
 }
 
+/* Diffusion at the nodes i .. i+count-1, which own the rows from r (-1: full families), bond by bond (eq. 5.2). */
 static void pdi_op_diffuse_bonds(const pdi_op_sweep *w, int32_t i, int32_t r, int count)
 {
     const pd_bonds *bonds = w->bonds;
@@ -257,6 +270,7 @@ static void pdi_op_diffuse_bonds(const pdi_op_sweep *w, int32_t i, int32_t r, in
     memcpy(w->out + i, sum, (size_t)count * sizeof(double));
 }
 
+/* Diffusion at the nodes i .. i+count-1, which own the rows from r (-1: full families), bond by bond (eq. 5.2). */
 static void pdi_op_diffuse_whole(const pdi_op_sweep *w, int32_t i, int count) { pdi_op_diffuse_bonds(w, i, -1, count); }
 
 static void pdi_op_diffuse_cut(const pdi_op_sweep *w, int32_t r, int count)

@@ -3,14 +3,14 @@
 #include <math.h>
 #include <string.h>
 
-/* [cells^2] Added to squared distances: the weight of a datum at the place itself is finite. */
+/* [cells^2] Added to squared distances, so that the weight of a datum at the point itself is finite (eq. 3.11). */
 #define PDI_QUADRATIC_NEAR 1e-6
-/* Weight of a zero for each second derivative, for those that no datum gives. */
+/* [-] Weight of the regularising equation "second derivative = 0", for those that no datum determines. */
 #define PDI_QUADRATIC_FAINT 1e-5
-/* Weight of a zero for each slope. */
+/* [-] Weight of the regularising equation "gradient component = 0". */
 #define PDI_QUADRATIC_FAINTER 1e-10
-/* [-] of a column: what the elimination leaves of it by rounding. An entry e of a row with the misfit r would give a
- * derivative of e r/FAINT^2, so rounding of 1e-16 one of 1e-6 r. */
+/* [-] A column whose norm falls below this fraction in the elimination is zero but for rounding. An entry e of an
+ * equation with the residual r would give a derivative of e r/FAINT^2, so rounding of 1e-16 one of 1e-6 r. */
 #define PDI_QUADRATIC_ROUNDING 1e-11
 
 PDI_FN void pdi_quadratic_start(pdi_quadratic *fit, const double *x, const double *h)
@@ -22,10 +22,11 @@ PDI_FN void pdi_quadratic_start(pdi_quadratic *fit, const double *x, const doubl
     }
 }
 
-/* A new row for a datum at x, whose place in units of h is z; NULL: no room. */
-static double *pdi_quadratic_row(pdi_quadratic *fit, const double *x, double near, double *z)
+/* Adds an equation for a datum at x; z [PD_DIM]: its position relative to the point in units of h; offset [cells2]:
+ * added to the squared distance in its weight. NULL: the fit is full. */
+static double *pdi_quadratic_row(pdi_quadratic *fit, const double *x, double offset, double *z)
 {
-    double square = near;
+    double square = offset;
     if (fit->rows == PDI_QUADRATIC_ROWS) return NULL;
     for (int d = 0; d < PD_DIM; d++) {
         z[d] = (x[d] - fit->x[d]) / fit->h[d];
@@ -35,6 +36,7 @@ static double *pdi_quadratic_row(pdi_quadratic *fit, const double *x, double nea
     return fit->row[fit->rows++];
 }
 
+/* Multiplies an equation, its right-hand side included, by its weight. */
 static void pdi_quadratic_weigh(double *row, double weight)
 {
     for (int c = 0; c <= PDI_QUADRATIC_TERMS; c++) row[c] *= weight;
@@ -70,7 +72,7 @@ PDI_FN void pdi_quadratic_slope(pdi_quadratic *fit, const double *x, const doubl
     pdi_quadratic_weigh(row, fit->weight[fit->rows - 1]);
 }
 
-/* Heavy rows first: reflections then keep what light ones say. */
+/* Sorts the equations by descending weight: Householder reflections are then accurate for light ones, too. */
 static void pdi_quadratic_sort(pdi_quadratic *fit)
 {
     double keep[PDI_QUADRATIC_TERMS + 1];
@@ -85,6 +87,7 @@ static void pdi_quadratic_sort(pdi_quadratic *fit)
         }
 }
 
+/* Norm of column c from row `top` on. */
 static double pdi_quadratic_norm(const pdi_quadratic *fit, int top, int c)
 {
     double square = 0.0;
@@ -92,7 +95,7 @@ static double pdi_quadratic_norm(const pdi_quadratic *fit, int top, int c)
     return sqrt(square);
 }
 
-/* Householder's reflection that clears column c below row `top`. */
+/* Applies the Householder reflection that clears column c below row `top`. */
 static void pdi_quadratic_reflect(pdi_quadratic *fit, int top, int c)
 {
     double norm = pdi_quadratic_norm(fit, top, c), vector[PDI_QUADRATIC_ROWS + PDI_QUADRATIC_TERMS], square = 0.0;
@@ -109,14 +112,15 @@ static void pdi_quadratic_reflect(pdi_quadratic *fit, int top, int c)
     for (int r = top + 1; r < fit->rows; r++) fit->row[r][c] = 0.0;
 }
 
-/* As many rows as the data determine terms, whose columns come first in `order`. What the data miss by is left out.
- * Second derivatives that are not determined come next, then such slopes: lighter rows never reach heavier ones. */
+/* QR factorisation of the equations: keeps as many rows as the data determine terms, and drops residuals. order
+ * [terms]: columns of the determined terms, then undetermined second derivatives, then undetermined gradients, so
+ * that lighter equations never change heavier ones. */
 static void pdi_quadratic_reduce(pdi_quadratic *fit, int *order)
 {
     int top = 0, rest = 0, unknown[PDI_QUADRATIC_TERMS];
     for (int c = 0; c < PDI_QUADRATIC_TERMS; c++) {
-        double least = PDI_QUADRATIC_ROUNDING * pdi_quadratic_norm(fit, 0, c);
-        unknown[c] = !(pdi_quadratic_norm(fit, top, c) > least);
+        double limit = PDI_QUADRATIC_ROUNDING * pdi_quadratic_norm(fit, 0, c);
+        unknown[c] = !(pdi_quadratic_norm(fit, top, c) > limit);
         if (!unknown[c]) {
             order[top] = c;
             pdi_quadratic_reflect(fit, top++, c);

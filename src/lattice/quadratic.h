@@ -1,29 +1,32 @@
-/* quadratic: the value at a place of the quadratic that fits values and slopes around it best.
+/* quadratic: interpolation at a point by the weighted least-squares fit of a quadratic to values and normal derivatives
+ * nearby (theory: eq. 3.11).
  *
- * Data count with 1/r^4 of their distance in cells, so that the fit goes through a datum at the place itself. What
- * the data do not determine is zero: second derivatives, then slopes.
+ * Squared residuals have the weight 1/r^4, r the distance in cells, so that the fit passes through a datum at the point
+ * itself. What the data do not determine is zero: second derivatives first, then gradients.
  */
 #ifndef PD_QUADRATIC_H
 #define PD_QUADRATIC_H
 #include "core/config.h"
 
 #ifdef PDI_INTERNAL
-#define PDI_QUADRATIC_TERMS ((PD_DIM + 1) * (PD_DIM + 2) / 2)
-#define PDI_QUADRATIC_ROWS 96 /* most data of a fit */
-#define PDI_QUADRATIC_SQUARE 4 /* largest squared length of the bonds whose ends count, in cells */
+#define PDI_QUADRATIC_TERMS ((PD_DIM + 1) * (PD_DIM + 2) / 2) /* coefficients of a quadratic */
+#define PDI_QUADRATIC_ROWS 96 /* largest number of data of a fit */
+#define PDI_QUADRATIC_SQUARE 4 /* [cells2] largest squared length of the bonds whose ends are data */
+/* A fit in progress: one weighted equation a datum. */
 typedef struct pdi_quadratic {
-    double x[PD_DIM], h[PD_DIM]; /* [m] the place, and the unit of lengths along each axis */
-    int rows;
-    /* weighted; the last column is the right-hand side */
+    double x[PD_DIM], h[PD_DIM]; /* [m] the point, and the unit of length along each axis */
+    int rows;                    /* data so far */
+    /* [unit of the field] weighted equations; the last column is the right-hand side */
     double row[PDI_QUADRATIC_ROWS + PDI_QUADRATIC_TERMS][PDI_QUADRATIC_TERMS + 1];
-    double weight[PDI_QUADRATIC_ROWS + PDI_QUADRATIC_TERMS];
+    double weight[PDI_QUADRATIC_ROWS + PDI_QUADRATIC_TERMS]; /* [-] 1/r^2 of each equation */
 } pdi_quadratic;
+/* Begins a fit at the point x [m] with the lengths h [m] as units (the spacings). */
 PDI_FN void pdi_quadratic_start(pdi_quadratic *fit, const double *x, const double *h);
-/* The field is `value` at x [m]; its slope along the unit vector `normal` there is `slope` [1/m]. Data beyond the room
- * are dropped. */
+/* Add a datum: the field is `value` at x [m]; its derivative there along the unit vector `normal` is `slope` [unit of
+ * the field / m]. Data beyond PDI_QUADRATIC_ROWS are dropped. */
 PDI_FN void pdi_quadratic_value(pdi_quadratic *fit, const double *x, double value);
 PDI_FN void pdi_quadratic_slope(pdi_quadratic *fit, const double *x, const double *normal, double slope);
-/* Value at the place; NaN without data. The data are used up. */
+/* Solves the least-squares problem; returns the value at the point, NaN without data. Overwrites the data. */
 PDI_FN double pdi_quadratic_solve(pdi_quadratic *fit);
 #endif
 

@@ -7,20 +7,21 @@
 #include <math.h>
 #include <string.h>
 
-/* Of a quadratic about the node: slopes, then second derivatives. */
+/* Terms of a quadratic about the node: linear ones, then products (the constant is the value of the node). */
 #define PDI_RECONSTRUCT_TERMS (PD_DIM + PD_DIM * (PD_DIM + 1) / 2)
-/* Data whose moments, over those of a whole family, have a pivot below this determine no quadratic. */
+/* [-] Data whose moments, scaled by those of a full family, have a pivot below this determine no quadratic (theory,
+ * 3.2). */
 #define PDI_RECONSTRUCT_MIN_PIVOT 1e-3
-/* Share of h that differences of a field reach. */
+/* [-] Step of central differences over the spacing. */
 #define PDI_RECONSTRUCT_NEAR 0.05
 
-/* Weighted moments of the data of a row. */
+/* Matrix of the normal equations of a fit. */
 typedef struct pdi_reconstruct_moments {
-    double sum[PDI_RECONSTRUCT_TERMS * PDI_RECONSTRUCT_TERMS]; /* then scaled by `unit` on both sides and factored */
-    double unit[PDI_RECONSTRUCT_TERMS];
+    double sum[PDI_RECONSTRUCT_TERMS * PDI_RECONSTRUCT_TERMS]; /* later scaled by `unit` on both sides and factored */
+    double unit[PDI_RECONSTRUCT_TERMS]; /* 1/sqrt of the diagonal for a full family */
 } pdi_reconstruct_moments;
 
-/* The terms at the fraction t of bond k, in cells. */
+/* term [terms] = the linear and quadratic terms of the point at fraction t of bond k, in cells. */
 static void pdi_reconstruct_terms(const pd_stencil *s, int k, double t, double *term)
 {
     const int *n = s->offset + k * PD_DIM;
@@ -31,7 +32,8 @@ static void pdi_reconstruct_terms(const pd_stencil *s, int k, double t, double *
     }
 }
 
-/* Those at the place of the surface below the end of a bond of row r that only grazes it. 0: there is none. */
+/* term [terms] at the surface point nearest to the end of a bond of row r that only grazes the surface; 0: none
+ * found. */
 static int pdi_reconstruct_below(const pd_bonds *bonds, int32_t r, const pdi_bond_end *end, double *term)
 {
     const double *h = bonds->grid->h;
@@ -48,6 +50,7 @@ static int pdi_reconstruct_below(const pd_bonds *bonds, int32_t r, const pdi_bon
     return 1;
 }
 
+/* Adds a datum with its weight to the normal equations. */
 static void pdi_reconstruct_add(const double *term, double weight, pdi_reconstruct_moments *m)
 {
     for (int a = 0; a < PDI_RECONSTRUCT_TERMS; a++)
@@ -55,7 +58,7 @@ static void pdi_reconstruct_add(const double *term, double weight, pdi_reconstru
             m->sum[a * PDI_RECONSTRUCT_TERMS + b] += weight * term[a] * term[b];
 }
 
-/* 0: the data determine no quadratic. */
+/* Scales and factors the normal equations (Cholesky). 0: the data do not determine a quadratic. */
 static int pdi_reconstruct_factor(pdi_reconstruct_moments *m)
 {
     double least[PDI_RECONSTRUCT_TERMS];
@@ -67,7 +70,7 @@ static int pdi_reconstruct_factor(pdi_reconstruct_moments *m)
     return pdi_vec_factor_any(PDI_RECONSTRUCT_TERMS, PDI_RECONSTRUCT_TERMS, least, m->sum);
 }
 
-/* x = M^-1 y */
+/* x = M^-1 y with factored normal equations M. */
 static void pdi_reconstruct_solve(const pdi_reconstruct_moments *m, const double *y, double *x)
 {
     for (int r = 0; r < PDI_RECONSTRUCT_TERMS; r++) x[r] = y[r] * m->unit[r];
@@ -75,7 +78,7 @@ static void pdi_reconstruct_solve(const pdi_reconstruct_moments *m, const double
     for (int r = 0; r < PDI_RECONSTRUCT_TERMS; r++) x[r] *= m->unit[r];
 }
 
-/* Empty moments in the units of a whole family. */
+/* Empty normal equations, with the scales of a full family. */
 static void pdi_reconstruct_start(const pd_stencil *s, pdi_reconstruct_moments *m)
 {
     double term[PDI_RECONSTRUCT_TERMS];
@@ -87,20 +90,20 @@ static void pdi_reconstruct_start(const pd_stencil *s, pdi_reconstruct_moments *
     for (int a = 0; a < PDI_RECONSTRUCT_TERMS; a++) m->unit[a] = 1.0 / sqrt(m->unit[a]);
 }
 
-/* 1: a scalar knows the far end of bond k. Bonds to inlets carry none. */
+/* 1: bond k of row r is open and its far end has a scalar value (inlet ghosts have none). */
 static int pdi_reconstruct_carries(const pd_bonds *bonds, int32_t r, int k)
 {
     return pdi_bond_open(bonds, r, k) && bonds->grid->kind[bonds->node[r] + bonds->paths.shift[k]] != PD_INLET;
 }
 
-/* 1: a scalar stands at `node`. */
+/* 1: the node has a scalar value: open and no inlet. */
 static int pdi_reconstruct_stands(const pd_grid *grid, int32_t node)
 {
     return pdi_grid_open(grid->kind[node]) && grid->kind[node] != PD_INLET;
 }
 
-/* Steps to the nodes beside `node` along axis d that a parabola goes through: both neighbours, or the next two on one
- * side. 0: there are none. */
+/* step [2]: differences of node ids to the two other nodes of a parabola along axis d: both neighbours, or the next
+ * two on one side. 0: there are none. */
 static int pdi_reconstruct_line(const pd_grid *grid, int32_t node, int d, int32_t step[2])
 {
     int32_t stride = grid->stride[d];
@@ -111,13 +114,14 @@ static int pdi_reconstruct_line(const pd_grid *grid, int32_t node, int d, int32_
     return grid->kind[node + step[0]] == PD_FLUID && pdi_reconstruct_stands(grid, node + step[1]);
 }
 
-/* The gradient of a scalar at a row of a wide family (eq. 3.5b). 0: the bonds determine none. In a gap that has no
- * parabola along an axis the quadratic would carry the slope in from nodes in front of it, by mixed derivatives. */
-static int pdi_reconstruct_scalar(pd_reconstruct *slopes, int32_t r)
+/* Computes the scalar fit of row r of a wide family: its gradient as a linear map of the data (eq. 3.5b). 0: the
+ * bonds determine none, or there is no parabola along an axis: in such a gap the quadratic would take the gradient
+ * from nodes in front of it, by mixed derivatives. */
+static int pdi_reconstruct_scalar(pd_reconstruct *rec, int32_t r)
 {
-    const pd_bonds *bonds = slopes->bonds;
+    const pd_bonds *bonds = rec->bonds;
     const pd_stencil *s = bonds->stencil;
-    double *slope = slopes->slope + (int64_t)slopes->place[r] * PD_DIM * PDI_RECONSTRUCT_TERMS;
+    double *slope = rec->slope + (int64_t)rec->place[r] * PD_DIM * PDI_RECONSTRUCT_TERMS;
     double term[PDI_RECONSTRUCT_TERMS];
     int32_t step[2];
     pdi_reconstruct_moments m;
@@ -138,9 +142,11 @@ static int pdi_reconstruct_scalar(pd_reconstruct *slopes, int32_t r)
     return 1;
 }
 
-/* What cut bonds add to the Laplacian of a velocity that vanishes on the surface (eq. 3.4b). */
-static int pdi_reconstruct_velocity(const pd_bonds *bonds, int32_t r, const double *excess, double share, double *bend,
-                                    double *drag)
+/* Computes the velocity fit of row r (eq. 3.4b): the contribution of cut bonds to the Laplacian of a velocity that
+ * vanishes on the surface, as coefficients[terms] of the sums over open bonds and *drag [1/m2] of the velocity of the
+ * node. 0: the bonds determine no fit. */
+static int pdi_reconstruct_velocity(const pd_bonds *bonds, int32_t r, const double *extra_weight, double factor,
+                                    double *coefficients, double *drag)
 {
     const pd_stencil *s = bonds->stencil;
     double term[PDI_RECONSTRUCT_TERMS], far[PDI_RECONSTRUCT_TERMS], wall[PDI_RECONSTRUCT_TERMS];
@@ -153,7 +159,7 @@ static int pdi_reconstruct_velocity(const pd_bonds *bonds, int32_t r, const doub
         pdi_reconstruct_terms(s, k, 1.0, term);
         if (!pdi_bond_open(bonds, r, k)) {
             pdi_bond_end end;
-            double a = pdi_bond_lap(bonds, bonds->node[r])[k] + (excess ? share * excess[k] : 0.0);
+            double a = pdi_bond_lap(bonds, bonds->node[r])[k] + (extra_weight ? factor * extra_weight[k] : 0.0);
             pdi_bond_find_end(bonds, r, k, &end);
             for (int c = 0; c < PDI_RECONSTRUCT_TERMS; c++) far[c] += a * term[c];
             if (end.t > 1.0 + 1e-9) continue; /* the line grazes the surface, and meets it far behind */
@@ -164,38 +170,38 @@ static int pdi_reconstruct_velocity(const pd_bonds *bonds, int32_t r, const doub
         pdi_reconstruct_add(term, weight, &m);
     }
     if (!pdi_reconstruct_factor(&m)) return 0;
-    pdi_reconstruct_solve(&m, far, bend);
+    pdi_reconstruct_solve(&m, far, coefficients);
     *drag = 0.0;
-    for (int c = 0; c < PDI_RECONSTRUCT_TERMS; c++) *drag += bend[c] * wall[c];
+    for (int c = 0; c < PDI_RECONSTRUCT_TERMS; c++) *drag += coefficients[c] * wall[c];
     return 1;
 }
 
-/* ---- the cubic part of a velocity beside a wall ---- */
+/* ---- the cubic part of a velocity near a wall (eq. 3.4c) ---- */
 
-/* Sum of the curvatures, in 1/h, from which a surface counts as an edge. */
+/* [-] Sum of the principal curvatures times h from which a surface counts as an edge. */
 #define PDI_RECONSTRUCT_SHARP 0.5
 
-/* The surface below a node. */
+/* The surface point nearest to a node. */
 typedef struct pdi_reconstruct_foot {
     const pd_bonds *bonds;
-    int32_t closed;
-    double at[PD_DIM], normal[PD_DIM]; /* [m] */
+    int32_t closed;                    /* closed node behind it */
+    double at[PD_DIM], normal[PD_DIM]; /* [m], [-] point, and normal towards the fluid */
 } pdi_reconstruct_foot;
 
-/* 0: no smooth surface, or one with an edge nearby. */
+/* Finds the surface point nearest to the node of row r. 0: no smooth surface, or an edge nearby. */
 static int pdi_reconstruct_find_foot(const pd_bonds *bonds, int32_t r, pdi_reconstruct_foot *foot)
 {
     const pd_stencil *s = bonds->stencil;
-    double x[PD_DIM], distance, nearest = HUGE_VAL, round = 0.0;
+    double x[PD_DIM], distance, nearest = HUGE_VAL, curvature = 0.0;
     foot->bonds = bonds;
     foot->closed = -1;
     for (int k = 0; k < s->count; k++) {
         pdi_bond_end end;
         if (pdi_bond_open(bonds, r, k)) continue;
         pdi_bond_find_end(bonds, r, k, &end);
-        double way = end.t * pdi_vec_norm(s->xi + k * PD_DIM);
-        if (!end.smooth || end.side || !(way < nearest)) continue;
-        nearest = way;
+        double length = end.t * pdi_vec_norm(s->xi + k * PD_DIM);
+        if (!end.smooth || end.side || !(length < nearest)) continue;
+        nearest = length;
         foot->closed = end.cell;
     }
     if (foot->closed < 0) return 0;
@@ -208,15 +214,15 @@ static int pdi_reconstruct_find_foot(const pd_bonds *bonds, int32_t r, pdi_recon
         x[d] = at + eps;
         double up = pdi_bond_smooth(bonds, foot->closed, x);
         x[d] = at - eps;
-        round += (up + pdi_bond_smooth(bonds, foot->closed, x)) / (eps * eps) * bonds->grid->h[d];
+        curvature += (up + pdi_bond_smooth(bonds, foot->closed, x)) / (eps * eps) * bonds->grid->h[d];
         x[d] = at;
     }
-    return fabs(round) < PDI_RECONSTRUCT_SHARP;
+    return fabs(curvature) < PDI_RECONSTRUCT_SHARP;
 }
 
-/* Velocity u at x [m] of slow flow that vanishes on the surface, and whose pressure has the second derivatives `bends`
- * and nothing else, times mu (eq. 3.4c). */
-static void pdi_reconstruct_slow(const pdi_reconstruct_foot *foot, const double *bends, const double *x, double *u)
+/* Velocity times viscosity, u [PD_DIM] at x [m], of Stokes flow that vanishes on the surface and whose pressure has the
+ * second derivatives `hessian` (xx, yx, yy, ..) and no other part (eq. 3.4c). */
+static void pdi_reconstruct_slow(const pdi_reconstruct_foot *foot, const double *hessian, const double *x, double *u)
 {
     double d = pdi_bond_smooth(foot->bonds, foot->closed, x), s[PD_DIM], hn[PD_DIM], hs[PD_DIM], square = 0.0;
     const double *n = foot->normal;
@@ -229,104 +235,108 @@ static void pdi_reconstruct_slow(const pdi_reconstruct_foot *foot, const double 
     }
     for (int a = 0, at = 0; a < PD_DIM; a++)
         for (int b = 0; b <= a; b++, at++) {
-            hn[a] += bends[at] * n[b];
-            hs[a] += bends[at] * s[b];
+            hn[a] += hessian[at] * n[b];
+            hs[a] += hessian[at] * s[b];
             if (a == b) continue;
-            hn[b] += bends[at] * n[a];
-            hs[b] += bends[at] * s[a];
+            hn[b] += hessian[at] * n[a];
+            hs[b] += hessian[at] * s[a];
         }
-    double up = pdi_vec_dot(hn, n), turn = pdi_vec_dot(hs, n);
+    double normal_normal = pdi_vec_dot(hn, n), tangent_normal = pdi_vec_dot(hs, n);
     for (int a = 0; a < PD_DIM; a++) {
-        double t = hn[a] - up * n[a];
-        u[a] = n[a] * (up * d * d * d / 6.0 + turn * d * d / 2.0) + (hs[a] - turn * n[a]) * d * d / 2.0 +
+        double t = hn[a] - normal_normal * n[a];
+        u[a] = n[a] * (normal_normal * d * d * d / 6.0 + tangent_normal * d * d / 2.0) +
+               (hs[a] - tangent_normal * n[a]) * d * d / 2.0 +
                t * (PD_DIM * d * d * d / 6.0 - square * d / 2.0);
     }
 }
 
-/* Friction of that velocity at row r: by its sums, less what it is. */
-static void pdi_reconstruct_excess(const pd_reconstruct *slopes, const pdi_reconstruct_foot *foot, int32_t r,
-                                   const double *bends, const double *excess, double share, double *miss)
+/* error [PD_DIM]: discrete minus exact Laplacian of that velocity at row r. */
+static void pdi_reconstruct_excess(const pd_reconstruct *rec, const pdi_reconstruct_foot *foot, int32_t r,
+                                   const double *hessian, const double *extra_weight, double factor, double *error)
 {
     const pd_bonds *bonds = foot->bonds;
     const pd_stencil *s = bonds->stencil;
-    int64_t q = slopes->place[r];
+    int64_t q = rec->place[r];
     double x[PD_DIM], y[PD_DIM], here[PD_DIM], u[2][PD_DIM];
     pd_grid_position(bonds->grid, bonds->node[r], x);
-    pdi_reconstruct_slow(foot, bends, x, here);
-    for (int a = 0; a < PD_DIM; a++) miss[a] = -slopes->drag[q] * here[a];
+    pdi_reconstruct_slow(foot, hessian, x, here);
+    for (int a = 0; a < PD_DIM; a++) error[a] = -rec->drag[q] * here[a];
     for (int k = 0; k < s->count; k++) {
-        double weight = pdi_bond_lap(bonds, bonds->node[r])[k] + (excess ? share * excess[k] : 0.0);
+        double weight = pdi_bond_lap(bonds, bonds->node[r])[k] + (extra_weight ? factor * extra_weight[k] : 0.0);
         if (!pdi_bond_open(bonds, r, k)) continue;
         for (int c = 0; c < PDI_RECONSTRUCT_TERMS; c++)
-            weight += slopes->bend[q * PDI_RECONSTRUCT_TERMS + c] * slopes->term[k * PDI_RECONSTRUCT_TERMS + c];
+            weight += rec->bend[q * PDI_RECONSTRUCT_TERMS + c] * rec->term[k * PDI_RECONSTRUCT_TERMS + c];
         for (int d = 0; d < PD_DIM; d++) y[d] = x[d] + s->xi[k * PD_DIM + d];
-        pdi_reconstruct_slow(foot, bends, y, u[0]);
-        for (int a = 0; a < PD_DIM; a++) miss[a] += weight * (u[0][a] - here[a]);
+        pdi_reconstruct_slow(foot, hessian, y, u[0]);
+        for (int a = 0; a < PD_DIM; a++) error[a] += weight * (u[0][a] - here[a]);
     }
     for (int d = 0; d < PD_DIM; d++) {
         double eps = PDI_RECONSTRUCT_NEAR * bonds->grid->h[d];
         for (int side = 0; side < 2; side++) {
             memcpy(y, x, sizeof y);
             y[d] += side ? eps : -eps;
-            pdi_reconstruct_slow(foot, bends, y, u[side]);
+            pdi_reconstruct_slow(foot, hessian, y, u[side]);
         }
-        for (int a = 0; a < PD_DIM; a++) miss[a] -= ((u[1][a] - here[a]) - (here[a] - u[0][a])) / (eps * eps);
+        for (int a = 0; a < PD_DIM; a++) error[a] -= ((u[1][a] - here[a]) - (here[a] - u[0][a])) / (eps * eps);
     }
 }
 
-/* What the sums of row r miss of cubics. */
-static void pdi_reconstruct_cubic(pd_reconstruct *slopes, int32_t r, const double *excess, double share)
+/* Computes the errors of row r for each second derivative of the pressure (nearest neighbours only); zero without a
+ * velocity fit or smooth surface. */
+static void pdi_reconstruct_cubic(pd_reconstruct *rec, int32_t r, const double *extra_weight, double factor)
 {
-    int64_t q = slopes->place[r];
+    int64_t q = rec->place[r];
     pdi_reconstruct_foot foot;
-    if (slopes->wide) return;
-    double *miss = slopes->miss + q * PD_DIM * PDI_RECONSTRUCT_BENDS;
-    memset(miss, 0, PD_DIM * PDI_RECONSTRUCT_BENDS * sizeof *miss);
-    if (!slopes->fits[q] || !pdi_reconstruct_find_foot(slopes->bonds, r, &foot)) return;
+    if (rec->wide) return;
+    double *error = rec->miss + q * PD_DIM * PDI_RECONSTRUCT_BENDS;
+    memset(error, 0, PD_DIM * PDI_RECONSTRUCT_BENDS * sizeof *error);
+    if (!rec->fits[q] || !pdi_reconstruct_find_foot(rec->bonds, r, &foot)) return;
     for (int c = 0; c < PDI_RECONSTRUCT_BENDS; c++) {
-        double bends[PDI_RECONSTRUCT_BENDS], part[PD_DIM];
-        memset(bends, 0, sizeof bends);
-        bends[c] = 1.0;
-        pdi_reconstruct_excess(slopes, &foot, r, bends, excess, share, part);
-        for (int a = 0; a < PD_DIM; a++) miss[a * PDI_RECONSTRUCT_BENDS + c] = part[a];
+        double hessian[PDI_RECONSTRUCT_BENDS], part[PD_DIM];
+        memset(hessian, 0, sizeof hessian);
+        hessian[c] = 1.0;
+        pdi_reconstruct_excess(rec, &foot, r, hessian, extra_weight, factor, part);
+        for (int a = 0; a < PD_DIM; a++) error[a * PDI_RECONSTRUCT_BENDS + c] = part[a];
     }
 }
 
-/* slope [PD_DIM] = that of the fit of f at row r of a wide family. */
-static void pdi_reconstruct_fit(const pd_reconstruct *slopes, int32_t r, const double *f, double *slope)
+/* slope [PD_DIM] = gradient of the scalar fit of f at row r of a wide family. */
+static void pdi_reconstruct_fit(const pd_reconstruct *rec, int32_t r, const double *f, double *slope)
 {
-    const pd_bonds *bonds = slopes->bonds;
+    const pd_bonds *bonds = rec->bonds;
     int32_t node = bonds->node[r];
-    const double *by = slopes->slope + (int64_t)slopes->place[r] * PD_DIM * PDI_RECONSTRUCT_TERMS;
+    const double *coefficients = rec->slope + (int64_t)rec->place[r] * PD_DIM * PDI_RECONSTRUCT_TERMS;
     double sum[PDI_RECONSTRUCT_TERMS];
     memset(sum, 0, sizeof sum);
     for (int k = 0; k < bonds->stencil->count; k++) {
         if (!pdi_reconstruct_carries(bonds, r, k)) continue;
-        const double *term = slopes->term + k * PDI_RECONSTRUCT_TERMS;
+        const double *term = rec->term + k * PDI_RECONSTRUCT_TERMS;
         double difference = f[node + bonds->paths.shift[k]] - f[node];
         for (int c = 0; c < PDI_RECONSTRUCT_TERMS; c++) sum[c] += difference * term[c];
     }
     for (int d = 0; d < PD_DIM; d++) {
         slope[d] = 0.0;
-        for (int c = 0; c < PDI_RECONSTRUCT_TERMS; c++) slope[d] += by[d * PDI_RECONSTRUCT_TERMS + c] * sum[c];
+        for (int c = 0; c < PDI_RECONSTRUCT_TERMS; c++)
+            slope[d] += coefficients[d * PDI_RECONSTRUCT_TERMS + c] * sum[c];
     }
 }
 
-/* Second derivatives of f at a node: of parabolas along the axes, the mean over the squares beside it across them. */
-static void pdi_reconstruct_curve(const pd_grid *grid, int32_t node, const double *f, double *bends)
+/* hessian: second derivatives (xx, yx, yy, ..) of f at a node: of parabolas along the axes (four nodes where they are
+ * one-sided), and mixed ones as the mean over the squares of nodes next to it. */
+static void pdi_reconstruct_curve(const pd_grid *grid, int32_t node, const double *f, double *hessian)
 {
     for (int a = 0, at = 0; a < PD_DIM; a++)
         for (int b = 0; b <= a; b++, at++) {
             int32_t step[2];
             int count = 0;
-            bends[at] = 0.0;
+            hessian[at] = 0.0;
             if (a == b && pdi_reconstruct_line(grid, node, a, step)) {
                 int32_t third = step[0] + step[1];
-                double one = f[node + step[0]] - f[node], two = f[node + step[1]] - f[node];
-                bends[at] = third ? two - 2.0 * one : one + two;
+                double first = f[node + step[0]] - f[node], second = f[node + step[1]] - f[node];
+                hessian[at] = third ? second - 2.0 * first : first + second;
                 if (third && grid->kind[node + step[1]] == PD_FLUID && pdi_reconstruct_stands(grid, node + third))
-                    bends[at] = 4.0 * two - 5.0 * one - (f[node + third] - f[node]);
-                bends[at] /= grid->h[a] * grid->h[a];
+                    hessian[at] = 4.0 * second - 5.0 * first - (f[node + third] - f[node]);
+                hessian[at] /= grid->h[a] * grid->h[a];
             }
             for (int which = 0; which < 4 && a != b; which++) {
                 int32_t i = node + (which & 1 ? grid->stride[a] : -grid->stride[a]);
@@ -335,25 +345,26 @@ static void pdi_reconstruct_curve(const pd_grid *grid, int32_t node, const doubl
                     !pdi_reconstruct_stands(grid, k))
                     continue;
                 double mixed = f[k] - f[i] - f[j] + f[node];
-                bends[at] += which == 0 || which == 3 ? mixed : -mixed;
+                hessian[at] += which == 0 || which == 3 ? mixed : -mixed;
                 count++;
             }
-            if (count) bends[at] /= count * grid->h[a] * grid->h[b];
+            if (count) hessian[at] /= count * grid->h[a] * grid->h[b];
         }
 }
 
-PDI_FN void pdi_reconstruct_miss(const pd_reconstruct *slopes, int32_t r, const double *f, double *miss)
+PDI_FN void pdi_reconstruct_miss(const pd_reconstruct *rec, int32_t r, const double *f, double *error)
 {
-    double bends[PDI_RECONSTRUCT_BENDS];
-    for (int a = 0; a < PD_DIM; a++) miss[a] = 0.0;
-    if (slopes->wide) return;
-    const double *part = slopes->miss + (int64_t)slopes->place[r] * PD_DIM * PDI_RECONSTRUCT_BENDS;
-    pdi_reconstruct_curve(slopes->bonds->grid, slopes->bonds->node[r], f, bends);
+    double hessian[PDI_RECONSTRUCT_BENDS];
+    for (int a = 0; a < PD_DIM; a++) error[a] = 0.0;
+    if (rec->wide) return;
+    const double *part = rec->miss + (int64_t)rec->place[r] * PD_DIM * PDI_RECONSTRUCT_BENDS;
+    pdi_reconstruct_curve(rec->bonds->grid, rec->bonds->node[r], f, hessian);
     for (int a = 0; a < PD_DIM; a++)
-        for (int c = 0; c < PDI_RECONSTRUCT_BENDS; c++) miss[a] += part[a * PDI_RECONSTRUCT_BENDS + c] * bends[c];
+        for (int c = 0; c < PDI_RECONSTRUCT_BENDS; c++) error[a] += part[a * PDI_RECONSTRUCT_BENDS + c] * hessian[c];
 }
 
 PDI_COLD_BEGIN
+/* Describes the arrays of pd_reconstruct to the array registry. */
 static void pdi_reconstruct_list(pdi_owner *owner, void *object)
 {
     pd_reconstruct *slopes = (pd_reconstruct *)object;
@@ -369,95 +380,96 @@ static void pdi_reconstruct_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, slopes, place, slopes->rows, "1");
 }
 
-static pd_status pdi_reconstruct_reserve(pd_ctx *ctx, int32_t count, pd_reconstruct *slopes)
+/* Allocates the arrays for `count` rows when they are too small; earlier contents are lost. */
+static pd_status pdi_reconstruct_reserve(pd_ctx *ctx, int32_t count, pd_reconstruct *rec)
 {
-    const pd_bonds *bonds = slopes->bonds;
-    if (count <= slopes->capacity && bonds->capacity <= slopes->rows) return PD_OK;
-    pdi_reconstruct_free(ctx, slopes);
-    slopes->bonds = bonds;
-    slopes->capacity = count + count / 4;
-    slopes->wide = bonds->stencil->reach > 1 ? slopes->capacity : 0;
-    slopes->rows = bonds->capacity;
-    return pdi_owner_build(ctx, pdi_reconstruct_list, slopes);
+    const pd_bonds *bonds = rec->bonds;
+    if (count <= rec->capacity && bonds->capacity <= rec->rows) return PD_OK;
+    pdi_reconstruct_free(ctx, rec);
+    rec->bonds = bonds;
+    rec->capacity = count + count / 4;
+    rec->wide = bonds->stencil->reach > 1 ? rec->capacity : 0;
+    rec->rows = bonds->capacity;
+    return pdi_owner_build(ctx, pdi_reconstruct_list, rec);
 }
 PDI_COLD_END
 
-PDI_FN pd_status pdi_reconstruct_update(pd_ctx *ctx, const pd_bonds *bonds, const double *excess, double share,
-                                        pd_reconstruct *slopes)
+PDI_FN pd_status pdi_reconstruct_update(pd_ctx *ctx, const pd_bonds *bonds, const double *extra_weight, double factor,
+                                        pd_reconstruct *rec)
 {
     int32_t count = 0;
     for (int32_t r = 0; r < bonds->rows; r++) count += bonds->smooth[r];
-    slopes->bonds = bonds;
-    PDI_TRY(pdi_reconstruct_reserve(ctx, count, slopes));
-    slopes->count = 0;
+    rec->bonds = bonds;
+    PDI_TRY(pdi_reconstruct_reserve(ctx, count, rec));
+    rec->count = 0;
     for (int k = 0; k < bonds->stencil->count && count; k++) {
-        double *term = slopes->term + k * PDI_RECONSTRUCT_TERMS;
+        double *term = rec->term + k * PDI_RECONSTRUCT_TERMS;
         pdi_reconstruct_terms(bonds->stencil, k, 1.0, term);
         for (int a = 0; a < PDI_RECONSTRUCT_TERMS; a++) term[a] *= bonds->stencil->base[k];
     }
-    for (int32_t r = 0; r < slopes->rows; r++) {
-        int32_t q = slopes->count;
-        slopes->place[r] = -1;
+    for (int32_t r = 0; r < rec->rows; r++) {
+        int32_t q = rec->count;
+        rec->place[r] = -1;
         if (r >= bonds->rows || !bonds->smooth[r]) continue;
-        slopes->place[r] = q;
-        slopes->row[q] = r;
-        slopes->fits[q] = (uint8_t)pdi_reconstruct_velocity(bonds, r, excess, share,
-                                                            slopes->bend + (int64_t)q * PDI_RECONSTRUCT_TERMS,
-                                                            slopes->drag + q);
-        pdi_reconstruct_cubic(slopes, r, excess, share);
-        if (slopes->wide) slopes->known[q] = (uint8_t)pdi_reconstruct_scalar(slopes, r);
-        slopes->count++;
+        rec->place[r] = q;
+        rec->row[q] = r;
+        rec->fits[q] = (uint8_t)pdi_reconstruct_velocity(bonds, r, extra_weight, factor,
+                                                         rec->bend + (int64_t)q * PDI_RECONSTRUCT_TERMS,
+                                                         rec->drag + q);
+        pdi_reconstruct_cubic(rec, r, extra_weight, factor);
+        if (rec->wide) rec->known[q] = (uint8_t)pdi_reconstruct_scalar(rec, r);
+        rec->count++;
     }
     return PD_OK;
 }
 
-PDI_FN void pdi_reconstruct_gradient(const pd_ctx *ctx, const pd_reconstruct *slopes, const double *f, double *grad)
+PDI_FN void pdi_reconstruct_gradient(const pd_ctx *ctx, const pd_reconstruct *rec, const double *f, double *grad)
 {
-    const pd_bonds *bonds = slopes->bonds;
-    if (!slopes->count) return;
+    const pd_bonds *bonds = rec->bonds;
+    if (!rec->count) return;
     const pd_grid *grid = bonds->grid;
-    int each = slopes->wide ? bonds->stencil->count * PDI_RECONSTRUCT_TERMS : PD_DIM * 4;
-    int nt = pdi_par_threads(ctx, (int64_t)slopes->count * each);
+    int each = rec->wide ? bonds->stencil->count * PDI_RECONSTRUCT_TERMS : PD_DIM * 4;
+    int nt = pdi_par_threads(ctx, (int64_t)rec->count * each);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int32_t q = 0; q < slopes->count; q++) {
-        int32_t node = bonds->node[slopes->row[q]];
+    for (int32_t q = 0; q < rec->count; q++) {
+        int32_t node = bonds->node[rec->row[q]];
         double fit[PD_DIM];
-        int known = slopes->wide && slopes->known[q];
-        if (known) pdi_reconstruct_fit(slopes, slopes->row[q], f, fit);
+        int known = rec->wide && rec->known[q];
+        if (known) pdi_reconstruct_fit(rec, rec->row[q], f, fit);
         for (int d = 0; d < PD_DIM && known; d++) grad[(int64_t)d * grid->total + node] = fit[d];
         for (int d = 0; d < PD_DIM && !known; d++) {
             int32_t step[2];
             if (!pdi_reconstruct_line(grid, node, d, step)) continue;
-            double one = f[node + step[0]] - f[node], two = f[node + step[1]] - f[node];
-            double slope = step[1] == -step[0] ? 0.5 * (one - two) : 2.0 * one - 0.5 * two;
+            double first = f[node + step[0]] - f[node], second = f[node + step[1]] - f[node];
+            double slope = step[1] == -step[0] ? 0.5 * (first - second) : 2.0 * first - 0.5 * second;
             grad[(int64_t)d * grid->total + node] = (step[0] > 0 ? slope : -slope) / grid->h[d];
         }
     }
 }
 
-PDI_FN void pdi_reconstruct_bend(const pd_reconstruct *slopes, int32_t r, const double *u, double *wall)
+PDI_FN void pdi_reconstruct_bend(const pd_reconstruct *rec, int32_t r, const double *u, double *wall)
 {
-    const pd_bonds *bonds = slopes->bonds;
+    const pd_bonds *bonds = rec->bonds;
     const pd_stencil *s = bonds->stencil;
-    int32_t node = bonds->node[r], q = slopes->place[r];
+    int32_t node = bonds->node[r], q = rec->place[r];
     int64_t total = bonds->grid->total;
-    const double *bend = slopes->bend + (int64_t)q * PDI_RECONSTRUCT_TERMS;
-    for (int d = 0; d < PD_DIM; d++) wall[d] = -slopes->drag[q] * u[d * total + node];
+    const double *coefficients = rec->bend + (int64_t)q * PDI_RECONSTRUCT_TERMS;
+    for (int d = 0; d < PD_DIM; d++) wall[d] = -rec->drag[q] * u[d * total + node];
     for (int k = 0; k < s->count; k++) {
-        const double *term = slopes->term + k * PDI_RECONSTRUCT_TERMS;
+        const double *term = rec->term + k * PDI_RECONSTRUCT_TERMS;
         double weight = 0.0;
         if (!pdi_bond_open(bonds, r, k)) continue;
-        for (int a = 0; a < PDI_RECONSTRUCT_TERMS; a++) weight += bend[a] * term[a];
+        for (int a = 0; a < PDI_RECONSTRUCT_TERMS; a++) weight += coefficients[a] * term[a];
         for (int d = 0; d < PD_DIM; d++)
             wall[d] += weight * (u[d * total + node + bonds->paths.shift[k]] - u[d * total + node]);
     }
 }
 
-PDI_FN void pdi_reconstruct_free(pd_ctx *ctx, pd_reconstruct *slopes)
+PDI_FN void pdi_reconstruct_free(pd_ctx *ctx, pd_reconstruct *rec)
 {
-    pdi_owner_free(ctx, pdi_reconstruct_list, slopes);
-    memset(slopes, 0, sizeof *slopes);
+    pdi_owner_free(ctx, pdi_reconstruct_list, rec);
+    memset(rec, 0, sizeof *rec);
 }
 
 #undef PDI_RECONSTRUCT_TERMS

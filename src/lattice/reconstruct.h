@@ -1,12 +1,13 @@
-/* reconstruct: fields beside smooth surfaces as quadratics through the nodes that a row sees.
+/* reconstruct: quadratic least-squares reconstruction of scalars and velocities at nodes near smooth walls, for
+ * gradients and for the wall terms of the Laplacian.
  *
- * The gradient (3.5) of a cut family is exact for linear fields: on one side of a surface its error is half the bend of
- * the field over the reach of the bonds. And what (3.2) takes along each cut bond by itself leaves out how the slope of
- * the velocity changes along the surface. Rows on shapes that are curved or inclined take parabolas along the axes for
- * a scalar, or with wide families the quadratic closest to it at their far ends, and for a velocity a quadratic through
- * the places on the surface as well, where their bonds determine one (theory: eq. 3.5b, 3.4b). With the nearest
- * neighbours the cubic part of a velocity that vanishes on the surface follows from the second derivatives of the
- * pressure: what sums miss of it is known beforehand (eq. 3.4c).
+ * The gradient (3.5) of a truncated family is exact for linear fields: on one side of a surface its error is half of
+ * the second difference of the field over the reach of the bonds. The wall terms (3.2) treat each cut bond by itself,
+ * and omit the change of the velocity gradient along the surface. Rows (nodes) at shapes that are curved or inclined
+ * use instead: for a scalar parabolas along the axes, or with wide families a quadratic fit to the far ends of bonds
+ * (eq. 3.5b); for a velocity a quadratic fit that includes the points on the surface (eq. 3.4b), where the bonds
+ * determine one. With nearest neighbours the cubic part of a velocity that vanishes on the surface follows from the
+ * second derivatives of the pressure, and the error of the sums for it is computed beforehand (eq. 3.4c).
  */
 #ifndef PD_RECONSTRUCT_H
 #define PD_RECONSTRUCT_H
@@ -14,43 +15,45 @@
 
 typedef struct pd_reconstruct {
     const pd_bonds *bonds;
-    int32_t count, capacity; /* rows beside smooth surfaces */
-    int32_t *row;            /* [capacity] */
-    uint8_t *fits;           /* [capacity] 1: the bonds determine the fit of a velocity */
-    double *bend;            /* [capacity][terms] [-] the sum over cut bonds of (3.4b) from the same moments */
-    double *drag;            /* [capacity] [1/m2] what it takes from the velocity of the node, for the surface */
-    double *term;            /* [bonds of the stencil][terms] [1/m2] weighted terms of the far ends of all rows */
-    int32_t wide;            /* capacity, or 0: families of the nearest neighbours */
-    double *miss;            /* [capacity - wide][PD_DIM][second derivatives] [m] what friction has too much (3.4c) for
+    int32_t count, capacity; /* rows near smooth surfaces */
+    int32_t *row;            /* [capacity] row of pd_bonds */
+    uint8_t *fits;           /* [capacity] 1: the bonds determine the velocity fit */
+    double *bend;            /* [capacity][terms] [-] coefficients of the sum over cut bonds in (3.4b) */
+    double *drag;            /* [capacity] [1/m2] its coefficient of the velocity of the node: wall friction */
+    double *term;            /* [bonds of the stencil][terms] [1/m2] weighted quadratic terms at far ends of bonds */
+    int32_t wide;            /* capacity, or 0: families of nearest neighbours */
+    double *miss;            /* [capacity - wide][PD_DIM][second derivatives] [m] error of the viscous term (3.4c) for
                               * each second derivative of the pressure over mu */
-    uint8_t *known;          /* [wide] 1: the bonds determine the fit of a scalar */
-    double *slope;           /* [wide][PD_DIM][terms] [m] its gradient from the sums of terms times differences */
-    int32_t rows;
-    int32_t *place;          /* [rows] of a row of the bonds in these lists; -1: none */
+    uint8_t *known;          /* [wide] 1: the bonds determine the scalar fit */
+    double *slope;           /* [wide][PD_DIM][terms] [m] gradient of the fit from sums of terms times differences */
+    int32_t rows;            /* capacity of the rows of pd_bonds */
+    int32_t *place;          /* [rows] index of a row of pd_bonds in these lists; -1: not near a smooth surface */
 } pd_reconstruct;
 
 #ifdef PDI_INTERNAL
-/* The fits as the geometry is; `slopes` holds zeros or those of before. excess: NULL, or [bonds of the stencil] [1/m2]
- * what friction adds, times `share`, to the weights of the Laplacian. */
-PDI_FN pd_status pdi_reconstruct_update(pd_ctx *ctx, const pd_bonds *bonds, const double *excess, double share,
-                                        pd_reconstruct *slopes);
-PDI_FN void pdi_reconstruct_free(pd_ctx *ctx, pd_reconstruct *slopes);
+/* Computes the fits of all rows near smooth surfaces for the present geometry; `rec` is zero or holds earlier fits.
+ * extra_weight: NULL, or [bonds of the stencil] [1/m2] added, times `factor`, to the Laplacian weights (isotropic
+ * friction, eq. 4.1c). */
+PDI_FN pd_status pdi_reconstruct_update(pd_ctx *ctx, const pd_bonds *bonds, const double *extra_weight, double factor,
+                                        pd_reconstruct *rec);
+PDI_FN void pdi_reconstruct_free(pd_ctx *ctx, pd_reconstruct *rec);
 
 #define PDI_RECONSTRUCT_BENDS (PD_DIM * (PD_DIM + 1) / 2) /* second derivatives: xx, yx, yy, .. */
-/* grad [PD_DIM][total] of f [total] at the rows beside smooth surfaces: of the fit of wide families, else along axes on
- * which they have neighbours.
- * Ghosts must be filled. */
-PDI_FN void pdi_reconstruct_gradient(const pd_ctx *ctx, const pd_reconstruct *slopes, const double *f, double *grad);
-/* 1: row r of the bonds has a fit of a velocity. */
-static inline int pdi_reconstruct_bent(const pd_reconstruct *slopes, int32_t r)
+/* Replaces grad [PD_DIM][total] of f [total] at the rows near smooth surfaces (eq. 3.5b): by the fit of wide families,
+ * else by parabolas along the axes on which they have neighbours. Ghost values must be set. */
+PDI_FN void pdi_reconstruct_gradient(const pd_ctx *ctx, const pd_reconstruct *rec, const double *f, double *grad);
+/* 1: row r of the bonds has a velocity fit. */
+static inline int pdi_reconstruct_bent(const pd_reconstruct *rec, int32_t r)
 {
-    return r < slopes->rows && slopes->place[r] >= 0 && slopes->fits[slopes->place[r]];
+    return r < rec->rows && rec->place[r] >= 0 && rec->fits[rec->place[r]];
 }
-/* wall [PD_DIM] = what cut bonds make of the Laplacian of u [PD_DIM][total] at such a row beside a surface at rest. */
-PDI_FN void pdi_reconstruct_bend(const pd_reconstruct *slopes, int32_t r, const double *u, double *wall);
-/* Friction [PD_DIM] [unit of f / m] that such a row has too much beside a pressure f [total] (eq. 3.4c). */
-PDI_FN void pdi_reconstruct_miss(const pd_reconstruct *slopes, int32_t r, const double *f, double *miss);
-/* Slope at 0 of the parabola through `below` at -a, `at` at 0 and `above` at b. */
+/* wall [PD_DIM] = contribution of the cut bonds of row r to the Laplacian of the velocity u [PD_DIM][total], for a
+ * wall at rest (second sum of eq. 3.4b). */
+PDI_FN void pdi_reconstruct_bend(const pd_reconstruct *rec, int32_t r, const double *u, double *wall);
+/* error [PD_DIM] [unit of f / m]: error of the viscous term of row r for the pressure f [total], to be subtracted (eq.
+ * 3.4c). */
+PDI_FN void pdi_reconstruct_miss(const pd_reconstruct *rec, int32_t r, const double *f, double *error);
+/* Derivative at 0 of the parabola through the values `below` at -a, `at` at 0 and `above` at b. */
 static inline double pdi_reconstruct_parabola(double a, double b, double below, double at, double above)
 {
     return ((above - at) * a / b + (at - below) * b / a) / (a + b);
