@@ -69,6 +69,7 @@ PDI_FN double pdi_area_measure(int count, const double *xi, const double *area, 
 /* 1: two spacings [m] are equal to rounding. */
 static int pdi_area_equal_spacing(double a, double b) { return fabs(a - b) <= 1e-9 * fabs(a); }
 
+/* Greatest common divisor. */
 static int pdi_area_gcd(int a, int b)
 {
     while (b) {

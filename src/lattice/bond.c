@@ -6,8 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* [-] Smallest fraction t of a bond at which it is cut: a node on the wall counts as 1e-3 of a bond
- * away from it, so that its wall term a/t stays representable against the weights of its other bonds. */
+/* [-] Smallest fraction t of a bond at which it is cut: a node on the wall counts as 1e-3 of a bond away from it, so
+ * that its wall term a/t stays representable against the weights of its other bonds. */
 #define PDI_BOND_MIN_T 1e-3
 /* [-] Curvature times the spacing above which a surface counts as an edge, and below which as flat. A radius of two
  * cells gives one half; the factor keeps rounding of the differences from deciding on it. */

@@ -145,8 +145,8 @@ static inline pdi_openness pdi_bond_gate_of(const pd_bonds *bonds, int32_t row, 
     if (gate->all >> (k & 31) & 1u) return PDI_OPEN_ALL;
     return gate->any >> (k & 31) & 1u ? PDI_OPEN_SOME : PDI_OPEN_NONE;
 }
-/* The same, also for nodes with full families (row -1: all). When some are open, open[b] is 1.0 for those and 0.0 for
- * the others. */
+/* Which of `count` consecutive nodes have bond k open: none, all or some. They own the rows from `row` on, or have
+ * full families (row -1: all open). When some are open, open[b] is 1.0 for those and 0.0 for the others. */
 static inline pdi_openness pdi_bond_gate_open(const pd_bonds *bonds, int32_t row, int k, int count,
                                               pdi_bond_gate *gate, double *open)
 {

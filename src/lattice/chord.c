@@ -47,24 +47,24 @@ typedef struct pdi_chord_way {
 } pdi_chord_way;
 
 /* Offset [cells] from the start, along axis d, of the staircase at step k of its longest axis. */
-static int pdi_chord_height(const pdi_chord_way *w, int k, int d)
+static int pdi_chord_height(const pdi_chord_way *stairs, int k, int d)
 {
-    int step = w->step[w->axis], length = step < 0 ? -step : step, along = k * w->step[d];
+    int step = stairs->step[stairs->axis], length = step < 0 ? -step : step, along = k * stairs->step[d];
     int lower = along >= 0 ? along / length : -((-along + length - 1) / length);
-    return (w->above >> d & 1) && lower * length != along ? lower + 1 : lower;
+    return (stairs->above >> d & 1) && lower * length != along ? lower + 1 : lower;
 }
 
 /* 1: the cell at the offset `at` from the start is metal. */
-static int pdi_chord_cell(const pdi_chord_way *w, const int *at)
+static int pdi_chord_cell(const pdi_chord_way *stairs, const int *at)
 {
     int cell[PD_DIM];
-    for (int d = 0; d < PD_DIM; d++) cell[d] = w->from[d] + at[d];
-    return w->metal(w->self, cell);
+    for (int d = 0; d < PD_DIM; d++) cell[d] = stairs->from[d] + at[d];
+    return stairs->metal(stairs->self, cell);
 }
 
 /* 1: the staircase can go from cell `from` to cell `to` along the axes of a bit set, in some order, through metal
  * only; `to` is tested, too. */
-static int pdi_chord_climb(const pdi_chord_way *w, const int *from, const int *to, int axes)
+static int pdi_chord_climb(const pdi_chord_way *stairs, const int *from, const int *to, int axes)
 {
     if (!axes) return 1;
     for (int d = 0; d < PD_DIM; d++) {
@@ -72,45 +72,45 @@ static int pdi_chord_climb(const pdi_chord_way *w, const int *from, const int *t
         if (!(axes >> d & 1)) continue;
         memcpy(at, from, sizeof at);
         at[d] = to[d];
-        if (pdi_chord_cell(w, at) && pdi_chord_climb(w, at, to, axes & ~(1 << d))) return 1;
+        if (pdi_chord_cell(stairs, at) && pdi_chord_climb(stairs, at, to, axes & ~(1 << d))) return 1;
     }
     return 0;
 }
 
 /* 1: step k of the staircase along its longest axis is in metal. Axes along which it moves towards its side of the
  * line go before that step, the others behind it. */
-static int pdi_chord_on(const pdi_chord_way *w, int k)
+static int pdi_chord_on(const pdi_chord_way *stairs, int k)
 {
-    int from[PD_DIM], to[PD_DIM], before = 0, behind = 0, sign = w->step[w->axis] < 0 ? -1 : 1;
+    int from[PD_DIM], to[PD_DIM], before = 0, behind = 0, sign = stairs->step[stairs->axis] < 0 ? -1 : 1;
     for (int d = 0; d < PD_DIM; d++) {
-        from[d] = d == w->axis ? sign * k : pdi_chord_height(w, k, d);
-        to[d] = d == w->axis ? sign * (k + 1) : pdi_chord_height(w, k + 1, d);
-        if (d == w->axis || from[d] == to[d]) continue;
-        if ((to[d] > from[d]) == (w->above >> d & 1)) before |= 1 << d;
+        from[d] = d == stairs->axis ? sign * k : pdi_chord_height(stairs, k, d);
+        to[d] = d == stairs->axis ? sign * (k + 1) : pdi_chord_height(stairs, k + 1, d);
+        if (d == stairs->axis || from[d] == to[d]) continue;
+        if ((to[d] > from[d]) == (stairs->above >> d & 1)) before |= 1 << d;
         else behind |= 1 << d;
     }
-    if (!pdi_chord_climb(w, from, to, before)) return 0;
+    if (!pdi_chord_climb(stairs, from, to, before)) return 0;
     for (int d = 0; d < PD_DIM; d++)
         if (before >> d & 1) from[d] = to[d];
-    from[w->axis] = to[w->axis];
-    return pdi_chord_cell(w, from) && pdi_chord_climb(w, from, to, behind);
+    from[stairs->axis] = to[stairs->axis];
+    return pdi_chord_cell(stairs, from) && pdi_chord_climb(stairs, from, to, behind);
 }
 
 PDI_FN int pdi_chord_stairs(const int *from, const int *step, pdi_chord_fn is_metal, const void *self)
 {
     int length = 0;
-    pdi_chord_way w;
-    w.metal = is_metal;
-    w.self = self;
-    w.from = from;
-    w.step = step;
+    pdi_chord_way stairs;
+    stairs.metal = is_metal;
+    stairs.self = self;
+    stairs.from = from;
+    stairs.step = step;
     for (int d = 0; d < PD_DIM; d++) length = step[d] > length ? step[d] : -step[d] > length ? -step[d] : length;
-    for (w.axis = 0; w.axis < PD_DIM; w.axis++) {
-        if (step[w.axis] != length && -step[w.axis] != length) continue;
-        for (w.above = 0; w.above < 1 << PD_DIM; w.above++) {
+    for (stairs.axis = 0; stairs.axis < PD_DIM; stairs.axis++) {
+        if (step[stairs.axis] != length && -step[stairs.axis] != length) continue;
+        for (stairs.above = 0; stairs.above < 1 << PD_DIM; stairs.above++) {
             int k = 0;
-            if (w.above >> w.axis & 1) continue;
-            while (k < length && pdi_chord_on(&w, k)) k++;
+            if (stairs.above >> stairs.axis & 1) continue;
+            while (k < length && pdi_chord_on(&stairs, k)) k++;
             if (k == length) return 1;
         }
     }

@@ -72,7 +72,7 @@ static double pdi_csr_weight(const pdi_csr_work *w, int32_t i, int k, double *di
         weight = upper > 0.0 ? pdi_bond_lap(b, i)[k] * (2.0 * lower / (1.0 + lower / upper)) : 0.0; /* eq. 5.2 */
         break;
     }
-    case PD_CSR_GRADIENT: /* eq. 2.4; at cut families eq. 3.5 */
+    case PD_CSR_GRADIENT: /* eq. 2.4; at truncated families eq. 3.5 */
         weight = r < 0 ? s->grad[k * PD_DIM + axis] : 0.0;
         if (r >= 0 && b->grid->kind[i + b->paths.shift[k]] == PD_INLET) break;
         if (r >= 0) inverse = pdi_bond_moment(b, r, buffer) + axis * PD_DIM;
@@ -100,7 +100,7 @@ static void pdi_csr_row(pdi_csr_work *w, int32_t i)
         sum += diagonal;
         if (weight != 0.0) pdi_csr_add(w, i + b->paths.shift[k], weight);
     }
-    /* the opposite bonds of a whole family cancel to the last bit in op.h */
+    /* the opposite bonds of a full family cancel to the last bit in op.h */
     if (r < 0 && (w->desc->op == PD_CSR_GRADIENT || (w->desc->op == PD_CSR_DIVERGENCE && !b->axisym.flux))) sum = 0.0;
     pdi_csr_add(w, i, sum);
 }

@@ -271,6 +271,7 @@ static void pdi_facets_divide(pd_facets *f, const double *corner, pdi_facets_key
 
 /* ---- distance ---- */
 
+/* Scalar product of two vectors in 3D. */
 static double pdi_facets_dot(const double *a, const double *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
 /* Squared distance [m2] of point x from the segment a b. */
@@ -485,8 +486,8 @@ static int pdi_facets_faces(const pd_facets *f, int32_t k, double *normal_x, dou
     return fabs(normal[0]) > PDI_FACETS_STEEP * sqrt(pdi_facets_dot(normal, normal));
 }
 
-/* PD_ERR_GEOMETRY: a sampled triangle has its normal towards the inside of the body. Samples at least 8 triangles of
- * each shell, about PDI_FACETS_LOOKS in all. */
+/* PD_ERR_GEOMETRY: a sampled triangle has its normal towards the inside of the body. Samples about 8 triangles or
+ * more of each shell, and about PDI_FACETS_LOOKS in all. */
 static pd_status pdi_facets_face_out(pd_ctx *ctx, const pd_facets *f)
 {
     int32_t tested = 0, wrong = 0, first = 0, step = 1 + f->count / PDI_FACETS_LOOKS;

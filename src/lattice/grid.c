@@ -242,62 +242,63 @@ typedef struct pdi_grid_line {
 } pdi_grid_line;
 
 /* Smallest t > l->from, at most `end`, at which the line crosses a plane through which positions are folded. */
-static double pdi_grid_next_plane(const pdi_grid_line *l, double end)
+static double pdi_grid_next_plane(const pdi_grid_line *line, double end)
 {
-    const pd_grid *grid = l->grid;
+    const pd_grid *grid = line->grid;
     for (int d = 0; d < PD_DIM; d++) {
-        double length = grid->hi[d] - grid->lo[d], step = fabs(length / l->xi[d]);
-        if (!(fabs(l->xi[d]) > 0.0)) continue;
+        double length = grid->hi[d] - grid->lo[d], step = fabs(length / line->xi[d]);
+        if (!(fabs(line->xi[d]) > 0.0)) continue;
         if (grid->side[2 * d] == PD_SIDE_WALL && grid->side[2 * d + 1] == PD_SIDE_WALL) continue;
-        double first = (grid->lo[d] - l->x[d]) / l->xi[d], t = first + step * (floor((l->from - first) / step) + 1.0);
-        end = pdi_min(end, t > l->from ? t : t + step);
+        double first = (grid->lo[d] - line->x[d]) / line->xi[d];
+        double t = first + step * (floor((line->from - first) / step) + 1.0);
+        end = pdi_min(end, t > line->from ? t : t + step);
     }
     return end;
 }
 
 /* Sets y, eta and to: the image of the line from l->from on, up to the next folding plane. */
-static void pdi_grid_straight(pdi_grid_line *l, double end)
+static void pdi_grid_straight(pdi_grid_line *line, double end)
 {
     double other[PD_DIM];
-    l->to = pdi_grid_next_plane(l, end);
+    line->to = pdi_grid_next_plane(line, end);
     for (int d = 0; d < PD_DIM; d++) {
-        l->y[d] = l->x[d];
-        l->eta[d] = l->xi[d];
+        line->y[d] = line->x[d];
+        line->eta[d] = line->xi[d];
     }
-    if (!(l->from > 0.0)) return;
-    double t0 = 0.75 * l->from + 0.25 * l->to, t1 = 0.25 * l->from + 0.75 * l->to;
+    if (!(line->from > 0.0)) return;
+    double t0 = 0.75 * line->from + 0.25 * line->to, t1 = 0.25 * line->from + 0.75 * line->to;
     for (int d = 0; d < PD_DIM; d++) {
-        l->y[d] = l->x[d] + t0 * l->xi[d];
-        other[d] = l->x[d] + t1 * l->xi[d];
+        line->y[d] = line->x[d] + t0 * line->xi[d];
+        other[d] = line->x[d] + t1 * line->xi[d];
     }
-    pdi_grid_fold_position(l->grid, l->y);
-    pdi_grid_fold_position(l->grid, other);
+    pdi_grid_fold_position(line->grid, line->y);
+    pdi_grid_fold_position(line->grid, other);
     for (int d = 0; d < PD_DIM; d++) {
-        l->eta[d] = (other[d] - l->y[d]) / (t1 - t0);
-        l->y[d] -= t0 * l->eta[d];
+        line->eta[d] = (other[d] - line->y[d]) / (t1 - t0);
+        line->y[d] -= t0 * line->eta[d];
     }
 }
 
 /* Signed distance [m] of the point at t from a shape of the grid; *tie (or NULL): tolerance of the surface there [m].
  */
-static double pdi_grid_line_level(const pdi_grid_line *l, int shape, double t, double *tie)
+static double pdi_grid_line_level(const pdi_grid_line *line, int shape, double t, double *tie)
 {
     double at[PD_DIM];
-    for (int d = 0; d < PD_DIM; d++) at[d] = l->x[d] + t * l->xi[d];
-    if (tie) *tie = pdi_shape_tie(l->grid->h, at);
-    return pdi_grid_level(l->grid, shape, at);
+    for (int d = 0; d < PD_DIM; d++) at[d] = line->x[d] + t * line->xi[d];
+    if (tie) *tie = pdi_shape_tie(line->grid->h, at);
+    return pdi_grid_level(line->grid, shape, at);
 }
 
 /* The line is outside at `from` and inside at `to`: t of the root of the signed distance between them, where no face
  * is known; `from` when the distance has no sign change. */
-static double pdi_grid_sign_change(const pdi_grid_line *l, int shape, double from, double to)
+static double pdi_grid_sign_change(const pdi_grid_line *line, int shape, double from, double to)
 {
-    double low = pdi_grid_line_level(l, shape, from, NULL), high = pdi_grid_line_level(l, shape, to, NULL);
+    double low = pdi_grid_line_level(line, shape, from, NULL), high = pdi_grid_line_level(line, shape, to, NULL);
     double t = to, f = low;
-    if (!(low > PDI_GRID_SLACK * pdi_vec_least(l->grid->h)) || !(high < 0.0)) return from;
+    if (!(low > PDI_GRID_SLACK * pdi_vec_least(line->grid->h)) || !(high < 0.0)) return from;
     pdi_bracket s = {from, low, to, high, 0, 0};
     while (fabs(f) > 1e-12 * (low - high) && pdi_bracket_next(&s, &t)) {
-        f = pdi_grid_line_level(l, shape, t, NULL);
+        f = pdi_grid_line_level(line, shape, t, NULL);
         pdi_bracket_take(&s, t, f);
     }
     return t;
@@ -306,20 +307,20 @@ static double pdi_grid_sign_change(const pdi_grid_line *l, int shape, double fro
 PDI_FN double pdi_grid_enter(const pd_grid *grid, int shape, const double *x, const double *xi, double limit)
 {
     double slack = PDI_GRID_SLACK * pdi_vec_least(grid->h) / pdi_vec_norm(xi), end = limit + 2.0 * slack;
-    pdi_grid_line l;
-    l.grid = grid;
-    l.x = x;
-    l.xi = xi;
-    for (l.from = 0.0; l.from < end; l.from = l.to) {
+    pdi_grid_line line;
+    line.grid = grid;
+    line.x = x;
+    line.xi = xi;
+    for (line.from = 0.0; line.from < end; line.from = line.to) {
         double whole[PD_DIM], touch = pdi_shape_tie(grid->h, x);
-        pdi_grid_straight(&l, end);
-        for (int d = 0; d < PD_DIM; d++) whole[d] = l.to * l.eta[d];
-        for (double from = l.from / l.to, to; from < 1.0; from = to) { /* shares of l.to */
+        pdi_grid_straight(&line, end);
+        for (int d = 0; d < PD_DIM; d++) whole[d] = line.to * line.eta[d];
+        for (double from = line.from / line.to, to; from < 1.0; from = to) { /* shares of line.to */
             double tie, middle;
-            to = pdi_min(pdi_shape_crossing(grid->shapes, shape, l.y, whole, from, touch), 1.0);
-            middle = 0.5 * (from + to) * l.to;
-            if ((to - from) * l.to > slack && pdi_grid_line_level(&l, shape, middle, &tie) <= tie)
-                return pdi_min(pdi_grid_sign_change(&l, shape, from * l.to, middle), limit);
+            to = pdi_min(pdi_shape_crossing(grid->shapes, shape, line.y, whole, from, touch), 1.0);
+            middle = 0.5 * (from + to) * line.to;
+            if ((to - from) * line.to > slack && pdi_grid_line_level(&line, shape, middle, &tie) <= tie)
+                return pdi_min(pdi_grid_sign_change(&line, shape, from * line.to, middle), limit);
         }
     }
     return HUGE_VAL;

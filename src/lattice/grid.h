@@ -97,8 +97,9 @@ static inline int pdi_grid_along(const pd_grid *grid, int32_t node, int axis)
 {
     return (int)(node / grid->stride[axis] % grid->np[axis]) - grid->ghost;
 }
-/* Formats the position of a node as "(x, y, z)" [m] for messages: into text [PDI_GRID_PLACE], which is returned. */
+/* Length of the text of a position. */
 #define PDI_GRID_PLACE 80
+/* Formats the position of a node as "(x, y, z)" [m] for messages: into text [PDI_GRID_PLACE], which is returned. */
 PDI_FN const char *pdi_grid_place(const pd_grid *grid, int32_t node, char *text);
 /* 1: the cell index lies inside the box, not in ghost layers. */
 PDI_FN int pdi_grid_inside(const pd_grid *grid, const int *i);

@@ -24,7 +24,8 @@ static void pdi_line_pair(const double *PD_RESTRICT c, const double *PD_RESTRICT
         for (int k = 0; k < n; k++) sum[k] += (a[k] - c[k]) + (b[k] - c[k]);
 }
 
-/* The same for two pairs of lines at the node shifts shift[4]. */
+/* sum (+)= differences of two pairs of opposite grid lines, at the node shifts shift[4], to the line c through the
+ * node. With `first` the sum is set, else added to. */
 static void pdi_line_pairs(const double *PD_RESTRICT c, const int32_t *shift, int first, int n,
                            double *PD_RESTRICT sum)
 {
@@ -36,7 +37,8 @@ static void pdi_line_pairs(const double *PD_RESTRICT c, const int32_t *shift, in
         for (int k = 0; k < n; k++) sum[k] += ((p[k] - c[k]) + (q[k] - c[k])) + ((r[k] - c[k]) + (s[k] - c[k]));
 }
 
-/* The same for four pairs of lines at shift[8]; the sum is set. */
+/* sum = differences of four pairs of opposite grid lines, at the node shifts shift[8], to the line c through the
+ * node. */
 static void pdi_line_four_pairs(const double *PD_RESTRICT c, const int32_t *shift, int n, double *PD_RESTRICT sum)
 {
     const double *PD_RESTRICT p = c + shift[0], *PD_RESTRICT q = c + shift[1];
@@ -115,7 +117,8 @@ static void pdi_line_layer(const double *PD_RESTRICT f, const double *PD_RESTRIC
     for (int b = 0; b < count; b++) out[b] += (left[b] + right[b]) + a * ((up[b] - f[b]) + (down[b] - f[b]));
 }
 
-/* The same for the layers 0 to 3 at once; sets out. */
+/* Sets out to the sum of the layers 0 to 3 along axis 0: the sums t of the other grid lines, and the differences
+ * along the line f of the node with the weights a of the layers. */
 static void pdi_line_layers(const double *PD_RESTRICT f, double (*t)[PDI_LINE_COLUMNS], int reach, const double *a,
                             int count, double *PD_RESTRICT out)
 {

@@ -104,51 +104,52 @@ typedef struct pdi_media_walk {
 } pdi_media_walk;
 
 /* Adds the part from way->from to `to`, which is of one material. */
-static void pdi_media_piece(pdi_media_walk *k, double to)
+static void pdi_media_piece(pdi_media_walk *state, double to)
 {
-    pdi_media_way *w = k->way;
-    if (k->cell) k->sum += (to - w->from) * pdi_media_ask(w, w->media->field, 0.5 * (w->from + to));
-    else k->sum += pdi_media_resist(w, to, k->end);
+    pdi_media_way *w = state->way;
+    if (state->cell) state->sum += (to - w->from) * pdi_media_ask(w, w->media->field, 0.5 * (w->from + to));
+    else state->sum += pdi_media_resist(w, to, state->end);
     w->from = to;
 }
 
 /* Takes in the next point: finds the surface between it and the last one when they are on different sides, and adds
  * the material that ends there. */
-static void pdi_media_reach_place(pdi_media_walk *k, double at, double level)
+static void pdi_media_reach_place(pdi_media_walk *state, double at, double level)
 {
-    int beyond = pdi_media_side(k->way, at, level);
-    if (at >= k->end && beyond == 0) k->way->far = (double)NAN;
-    if (k->side * beyond < 0) pdi_media_piece(k, pdi_media_root(k->way, k->at, at, k->level, level));
-    if (beyond) k->side = beyond;
-    k->at = at;
-    k->level = level;
+    int beyond = pdi_media_side(state->way, at, level);
+    if (at >= state->end && beyond == 0) state->way->far = (double)NAN;
+    if (state->side * beyond < 0)
+        pdi_media_piece(state, pdi_media_root(state->way, state->at, at, state->level, level));
+    if (beyond) state->side = beyond;
+    state->at = at;
+    state->level = level;
 }
 
 /* Integrates from the last point to `to` by bisection, until no surface can be missed: the distances at both ends are
  * bounds (Lipschitz constant 1). The points are the same from whichever end the segment begins. */
-static void pdi_media_follow(pdi_media_walk *k, double to, double level)
+static void pdi_media_follow(pdi_media_walk *state, double to, double level)
 {
-    const pd_media *m = k->way->media;
-    double from = k->at, part = (to - from) * k->way->length * (1.0 - PDI_MEDIA_TIE);
-    if (part > fabs(k->level) + fabs(level) && part > PDI_MEDIA_THIN * m->smallest) {
+    const pd_media *m = state->way->media;
+    double from = state->at, part = (to - from) * state->way->length * (1.0 - PDI_MEDIA_TIE);
+    if (part > fabs(state->level) + fabs(level) && part > PDI_MEDIA_THIN * m->smallest) {
         double middle = 0.5 * (from + to);
-        pdi_media_follow(k, middle, pdi_media_level(k->way, middle));
-        pdi_media_follow(k, to, level);
-    } else pdi_media_reach_place(k, to, level);
+        pdi_media_follow(state, middle, pdi_media_level(state->way, middle));
+        pdi_media_follow(state, to, level);
+    } else pdi_media_reach_place(state, to, level);
 }
 
 /* Integral over 0 .. end of the diffusivity (cell 1) or the resistance (cell 0). *side: 0 when the segment lies
  * within the surface. */
 static double pdi_media_sum(pdi_media_way *w, double end, int cell, int *side)
 {
-    pdi_media_walk k = {w, end, cell, 0.0, 0, 0.0, pdi_media_level(w, 0.0)};
-    k.side = pdi_media_side(w, 0.0, k.level);
-    if (k.side == 0) w->near = (double)NAN;
+    pdi_media_walk state = {w, end, cell, 0.0, 0, 0.0, pdi_media_level(w, 0.0)};
+    state.side = pdi_media_side(w, 0.0, state.level);
+    if (state.side == 0) w->near = (double)NAN;
     w->from = 0.0;
-    pdi_media_follow(&k, end, pdi_media_level(w, end));
-    *side = k.side;
-    if (k.side && w->from < end) pdi_media_piece(&k, end);
-    return k.sum;
+    pdi_media_follow(&state, end, pdi_media_level(w, end));
+    *side = state.side;
+    if (state.side && w->from < end) pdi_media_piece(&state, end);
+    return state.sum;
 }
 
 /* Mean diffusivity [m2/s] of the segment 0 .. end: resistances in series (eq. 5.8). */

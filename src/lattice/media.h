@@ -28,8 +28,9 @@ typedef struct pd_media {
 } pd_media;
 
 #ifdef PDI_INTERNAL
-/* Describe the arrays of pd_media to the array registry: those by node, and those by row. */
+/* Describes the arrays of pd_media with one entry a node to the array registry. */
 PDI_FN void pdi_media_list(pdi_owner *owner, void *object);
+/* Describes the arrays of pd_media with one entry for each bond of nodes near the surface. */
 PDI_FN void pdi_media_row_list(pdi_owner *owner, void *object);
 /* Evaluates the diffusivity at all nodes and along all bonds near the surface `level`. Grid and stencil are borrowed.
  * PD_ERR_ARGUMENT: a diffusivity is negative or not finite. */

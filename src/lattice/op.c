@@ -60,7 +60,7 @@ static void pdi_op_sweep_init(const pd_bonds *bonds, const double *f, const doub
     w->any_length = 0;
 }
 
-/* ---- gradient: G f_i = sum g (f_j - f_i); the sum of g over a whole family is zero (eq. 2.4) ---- */
+/* ---- gradient: G f_i = sum g (f_j - f_i); the sum of g over a full family is zero (eq. 2.4) ---- */
 
 /* slope [PD_DIM][count] = gradient of f at `count` nodes with full families from node i (eq. 2.4); opposite bonds are
  * paired. */
@@ -116,6 +116,7 @@ static void pdi_op_gradient_put(const pdi_op_sweep *w, int32_t i, int count, dou
         memcpy(w->out + (int64_t)d * w->total + i, slope[d], (size_t)count * sizeof(double));
 }
 
+/* Gradient at `count` nodes with full families from node i. */
 static void pdi_op_gradient_whole(const pdi_op_sweep *w, int32_t i, int count)
 {
     double slope[PD_DIM][PDI_PIECE];
@@ -123,6 +124,7 @@ static void pdi_op_gradient_whole(const pdi_op_sweep *w, int32_t i, int count)
     pdi_op_gradient_put(w, i, count, slope);
 }
 
+/* Gradient at `count` rows (truncated families) from row r. */
 static void pdi_op_gradient_cut(const pdi_op_sweep *w, int32_t r, int count)
 {
     double slope[PD_DIM][PDI_PIECE];
@@ -180,6 +182,7 @@ static void pdi_op_divergence_whole(const pdi_op_sweep *w, int32_t i, int count)
     memcpy(w->out + i, sum, (size_t)count * sizeof(double));
 }
 
+/* Divergence at `count` rows (truncated families) from row r. */
 static void pdi_op_divergence_cut(const pdi_op_sweep *w, int32_t r, int count)
 {
     pdi_op_divergence_bonds(w, w->bonds->node[r], r, count);
@@ -228,6 +231,7 @@ static void pdi_op_laplacian_rings(const pdi_op_sweep *w, int32_t i, int count)
     pdi_op_laplacian_bonds(w, i, -1, count);
 }
 
+/* Laplacian at `count` rows (truncated families) from row r. */
 static void pdi_op_laplacian_cut(const pdi_op_sweep *w, int32_t r, int count)
 {
     pdi_op_laplacian_bonds(w, w->bonds->node[r], r, count);
@@ -270,9 +274,10 @@ static void pdi_op_diffuse_bonds(const pdi_op_sweep *w, int32_t i, int32_t r, in
     memcpy(w->out + i, sum, (size_t)count * sizeof(double));
 }
 
-/* Diffusion at the nodes i .. i+count-1, which own the rows from r (-1: full families), bond by bond (eq. 5.2). */
+/* Diffusion at `count` nodes with full families from node i. */
 static void pdi_op_diffuse_whole(const pdi_op_sweep *w, int32_t i, int count) { pdi_op_diffuse_bonds(w, i, -1, count); }
 
+/* Diffusion at `count` rows (truncated families) from row r. */
 static void pdi_op_diffuse_cut(const pdi_op_sweep *w, int32_t r, int count)
 {
     pdi_op_diffuse_bonds(w, w->bonds->node[r], r, count);

@@ -55,7 +55,7 @@ PDI_FN void pdi_quadratic_value(pdi_quadratic *fit, const double *x, double valu
     pdi_quadratic_weigh(row, fit->weight[fit->rows - 1]);
 }
 
-PDI_FN void pdi_quadratic_slope(pdi_quadratic *fit, const double *x, const double *normal, double slope)
+PDI_FN void pdi_quadratic_slope(pdi_quadratic *fit, const double *x, const double *normal, double derivative)
 {
     double z[PD_DIM], along[PD_DIM], length = 0.0, *row = pdi_quadratic_row(fit, x, 1.0, z);
     int at = 0;
@@ -68,7 +68,7 @@ PDI_FN void pdi_quadratic_slope(pdi_quadratic *fit, const double *x, const doubl
     for (int a = 0; a < PD_DIM; a++)
         for (int b = 0; b <= a; b++) row[at++] = z[a] * along[b] + z[b] * along[a] * (a == b ? 0.0 : 1.0) +
                                                  (a == b ? z[a] * along[a] : 0.0);
-    row[at] = slope * length;
+    row[at] = derivative * length;
     pdi_quadratic_weigh(row, fit->weight[fit->rows - 1]);
 }
 

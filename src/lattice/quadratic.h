@@ -22,10 +22,11 @@ typedef struct pdi_quadratic {
 } pdi_quadratic;
 /* Begins a fit at the point x [m] with the lengths h [m] as units (the spacings). */
 PDI_FN void pdi_quadratic_start(pdi_quadratic *fit, const double *x, const double *h);
-/* Add a datum: the field is `value` at x [m]; its derivative there along the unit vector `normal` is `slope` [unit of
- * the field / m]. Data beyond PDI_QUADRATIC_ROWS are dropped. */
+/* Adds a datum: the field is `value` at x [m]. Dropped when there are PDI_QUADRATIC_ROWS data already. */
 PDI_FN void pdi_quadratic_value(pdi_quadratic *fit, const double *x, double value);
-PDI_FN void pdi_quadratic_slope(pdi_quadratic *fit, const double *x, const double *normal, double slope);
+/* Adds a datum: the derivative of the field at x [m] along the unit vector `normal` is `derivative` [unit of the
+ * field / m]. Dropped when there are PDI_QUADRATIC_ROWS data already. */
+PDI_FN void pdi_quadratic_slope(pdi_quadratic *fit, const double *x, const double *normal, double derivative);
 /* Solves the least-squares problem; returns the value at the point, NaN without data. Overwrites the data. */
 PDI_FN double pdi_quadratic_solve(pdi_quadratic *fit);
 #endif

@@ -18,9 +18,10 @@ typedef struct pd_spans {
 /* Finds the ranges. Solid nodes belong to them, as they may dissolve. */
 PDI_FN pd_status pdi_spans_build(pd_ctx *ctx, const pd_grid *grid, pd_spans *spans);
 PDI_FN void pdi_spans_free(pd_ctx *ctx, pd_spans *spans);
-/* Copy full [components][total] to packed [components][nodes], and back, with zeros outside of the ranges. */
+/* Copies the active nodes of full [components][total] to packed [components][nodes]. */
 PDI_FN void pdi_spans_pack(const pd_ctx *ctx, const pd_spans *spans, int components, const double *full,
                            double *packed);
+/* Copies packed [components][nodes] to the active nodes of full [components][total]; all others become zero. */
 PDI_FN void pdi_spans_unpack(const pd_ctx *ctx, const pd_spans *spans, int components, const double *packed,
                              double *full);
 #endif

@@ -28,14 +28,15 @@ typedef struct pdi_surface {
 
 /* Candidate: the face of the first closed cell on the segment, by a walk from cell to cell; a side of the box that is a
  * wall counts as one. */
-static void pdi_surface_faces(pdi_surface *r)
+static void pdi_surface_faces(pdi_surface *search)
 {
-    const pd_grid *grid = r->bonds->grid;
+    const pd_grid *grid = search->bonds->grid;
     int i[PD_DIM];
     double next[PD_DIM], t = 0.0;
     for (int d = 0; d < PD_DIM; d++) {
-        i[d] = (int)floor((r->x[d] - grid->lo[d]) / grid->h[d]);
-        next[d] = fabs(r->xi[d]) > PDI_SURFACE_SHORT * grid->h[d] ? 0.5 * grid->h[d] / fabs(r->xi[d]) : HUGE_VAL;
+        i[d] = (int)floor((search->x[d] - grid->lo[d]) / grid->h[d]);
+        double step = fabs(search->xi[d]);
+        next[d] = step > PDI_SURFACE_SHORT * grid->h[d] ? 0.5 * grid->h[d] / step : HUGE_VAL;
     }
     for (;;) {
         int d = 0;
@@ -43,27 +44,27 @@ static void pdi_surface_faces(pdi_surface *r)
         for (int a = 1; a < PD_DIM; a++)
             if (next[a] < next[d]) d = a;
         t = next[d];
-        if (!(t <= r->end)) return;
-        int up = r->xi[d] > 0.0;
+        if (!(t <= search->end)) return;
+        int up = search->xi[d] > 0.0;
         i[d] += up ? 1 : -1;
-        next[d] += grid->h[d] / fabs(r->xi[d]);
+        next[d] += grid->h[d] / fabs(search->xi[d]);
         int outside = i[d] < 0 || i[d] >= grid->n[d];
         if (i[d] < -grid->ghost || i[d] >= grid->n[d] + grid->ghost) return;
         if (outside && grid->side[2 * d + up] != PD_SIDE_WALL) continue;
         int32_t node = pd_grid_node(grid, i);
         if (!outside && pdi_grid_open(grid->kind[node])) continue;
         /* a smooth surface is found by its distance, unless it has receded to these cells */
-        for (int a = 0; a < PD_DIM; a++) at[a] = r->x[a];
-        double smooth = outside ? (double)NAN : pdi_bond_smooth(r->bonds, node, at);
+        for (int a = 0; a < PD_DIM; a++) at[a] = search->x[a];
+        double smooth = outside ? (double)NAN : pdi_bond_smooth(search->bonds, node, at);
         if (smooth > pdi_shape_tie(grid->h, at)) return;
         double cells = 0.0;
-        for (int a = 0; a < PD_DIM; a++) cells = pdi_max(cells, fabs((t - 1.0) * r->xi[a]) / grid->h[a]);
-        if (t >= 1.0 - PDI_SURFACE_SHORT && !(cells < r->nearest)) return;
-        r->nearest = cells;
-        r->behind = t < 1.0;
-        r->closed = node;
-        for (int a = 0; a < PD_DIM; a++) r->place[a] = r->x[a] + t * r->xi[a];
-        for (int a = 0; a < PD_DIM; a++) r->normal[a] = a != d ? 0.0 : up ? -1.0 : 1.0;
+        for (int a = 0; a < PD_DIM; a++) cells = pdi_max(cells, fabs((t - 1.0) * search->xi[a]) / grid->h[a]);
+        if (t >= 1.0 - PDI_SURFACE_SHORT && !(cells < search->nearest)) return;
+        search->nearest = cells;
+        search->behind = t < 1.0;
+        search->closed = node;
+        for (int a = 0; a < PD_DIM; a++) search->place[a] = search->x[a] + t * search->xi[a];
+        for (int a = 0; a < PD_DIM; a++) search->normal[a] = a != d ? 0.0 : up ? -1.0 : 1.0;
         return;
     }
 }
@@ -86,9 +87,9 @@ static void pdi_surface_normal(const pd_grid *grid, int shape, const double *x, 
 }
 
 /* Closed node up to one cell behind the surface point x; -1: the metal that was there has dissolved. */
-static int32_t pdi_surface_behind(const pdi_surface *r, const double *x, const double *normal)
+static int32_t pdi_surface_behind(const pdi_surface *search, const double *x, const double *normal)
 {
-    const pd_grid *grid = r->bonds->grid;
+    const pd_grid *grid = search->bonds->grid;
     for (int half = 1; half < 3; half++) {
         double at[PD_DIM];
         int i[PD_DIM], inside = 1;
@@ -122,49 +123,49 @@ static int pdi_surface_nearest(const pd_grid *grid, int shape, double *at, doubl
 }
 
 /* Candidate: the point of a smooth shape nearest to `to` [m]. A shape inside which the fluid node lies has receded. */
-static void pdi_surface_foot(pdi_surface *r, int shape, const double *to)
+static void pdi_surface_foot(pdi_surface *search, int shape, const double *to)
 {
-    const pd_grid *grid = r->bonds->grid;
+    const pd_grid *grid = search->bonds->grid;
     double at[PD_DIM], normal[PD_DIM], first, cells = 0.0;
     if (shape < 0 || !pdi_shape_exact(grid->shapes, shape)) return;
-    if (!(pdi_grid_level(grid, shape, r->x) > pdi_shape_tie(grid->h, r->x))) return;
+    if (!(pdi_grid_level(grid, shape, search->x) > pdi_shape_tie(grid->h, search->x))) return;
     memcpy(at, to, sizeof at);
     if (!pdi_surface_nearest(grid, shape, at, normal, &first)) return;
     for (int d = 0; d < PD_DIM; d++) cells = pdi_max(cells, fabs(at[d] - to[d]) / grid->h[d]);
-    if (!(cells < r->nearest)) return;
-    int32_t closed = pdi_surface_behind(r, at, normal);
+    if (!(cells < search->nearest)) return;
+    int32_t closed = pdi_surface_behind(search, at, normal);
     if (closed < 0) return;
-    r->nearest = cells;
-    r->behind = first < 0.0;
-    r->closed = closed;
-    memcpy(r->place, at, sizeof at);
-    memcpy(r->normal, normal, sizeof normal);
+    search->nearest = cells;
+    search->behind = first < 0.0;
+    search->closed = closed;
+    memcpy(search->place, at, sizeof at);
+    memcpy(search->normal, normal, sizeof normal);
 }
 
 PDI_FN int pdi_surface_meet(const pd_bonds *bonds, int32_t node, const double *to, double *place, double *normal,
                         int32_t *closed)
 {
     const pd_grid *grid = bonds->grid;
-    pdi_surface r;
+    pdi_surface search;
     double square = 0.0;
-    memset(&r, 0, sizeof r);
-    r.bonds = bonds;
-    pd_grid_position(grid, node, r.x);
+    memset(&search, 0, sizeof search);
+    search.bonds = bonds;
+    pd_grid_position(grid, node, search.x);
     for (int d = 0; d < PD_DIM; d++) {
-        r.xi[d] = to[d] - r.x[d];
-        square += r.xi[d] / grid->h[d] * (r.xi[d] / grid->h[d]);
+        search.xi[d] = to[d] - search.x[d];
+        square += search.xi[d] / grid->h[d] * (search.xi[d] / grid->h[d]);
     }
-    r.nearest = HUGE_VAL;
-    pdi_surface_foot(&r, grid->wall, to);
-    pdi_surface_foot(&r, grid->solid, to);
+    search.nearest = HUGE_VAL;
+    pdi_surface_foot(&search, grid->wall, to);
+    pdi_surface_foot(&search, grid->solid, to);
     if (sqrt(square) > PDI_SURFACE_SHORT) {
-        r.end = 1.0 + 1.0 / sqrt(square);
-        pdi_surface_faces(&r);
+        search.end = 1.0 + 1.0 / sqrt(square);
+        pdi_surface_faces(&search);
     }
-    memcpy(place, r.place, sizeof r.place);
-    memcpy(normal, r.normal, sizeof r.normal);
-    *closed = r.closed;
-    return r.nearest < HUGE_VAL ? (r.behind ? -1 : 1) : 0;
+    memcpy(place, search.place, sizeof search.place);
+    memcpy(normal, search.normal, sizeof search.normal);
+    *closed = search.closed;
+    return search.nearest < HUGE_VAL ? (search.behind ? -1 : 1) : 0;
 }
 
 PDI_FN int pdi_surface_rise(const pd_bonds *bonds, int32_t closed, const double *x, double step, double *distance,
@@ -197,16 +198,17 @@ typedef struct pdi_surface_patch {
 #if PD_DIM > 1
 /* Maps a point of the face, `across` [half cells from its middle, along the other axes], to the surface: `at` [m] and
  * the unit normal. Sides of the box are the surface where no shape covers them. */
-static void pdi_surface_place(const pdi_surface_patch *f, const double *across, double *at, double *normal)
+static void pdi_surface_place(const pdi_surface_patch *face, const double *across, double *at, double *normal)
 {
     double on[PD_DIM], first;
     for (int d = 0, a = 0; d < PD_DIM; d++)
-        on[d] = f->middle[d] + (d == f->axis ? 0.0 : 0.5 * f->grid->h[d] * across[a++]);
+        on[d] = face->middle[d] + (d == face->axis ? 0.0 : 0.5 * face->grid->h[d] * across[a++]);
     memcpy(at, on, sizeof on);
-    int bare = f->shape < 0 || (f->side && pdi_grid_level(f->grid, f->shape, on) > pdi_shape_tie(f->grid->h, on));
-    if (!bare && pdi_surface_nearest(f->grid, f->shape, at, normal, &first)) return;
+    int bare = face->shape < 0 ||
+               (face->side && pdi_grid_level(face->grid, face->shape, on) > pdi_shape_tie(face->grid->h, on));
+    if (!bare && pdi_surface_nearest(face->grid, face->shape, at, normal, &first)) return;
     memcpy(at, on, sizeof on);
-    memcpy(normal, f->out, sizeof f->out);
+    memcpy(normal, face->out, sizeof face->out);
 }
 #endif
 
@@ -231,8 +233,8 @@ static double pdi_surface_piece(const pdi_surface_patch *f, const double *across
     return (f->axis == 1 ? -1.0 : 1.0) * f->out[f->axis] * sum;
 }
 #elif PD_DIM == 2
-/* The same in 2D: twice the length [m] of the mapped segment; on an axisymmetric grid twice the area of its ring
- * [m2]. */
+/* Twice the length [m] of the surface segment that the part of the face about `across`, with the half edge `half` [half
+ * cells], is mapped to (2D); on an axisymmetric grid twice the area of its ring [m2]. */
 static double pdi_surface_piece(const pdi_surface_patch *f, const double *across, double half)
 {
     double from[PD_DIM], to[PD_DIM], middle[PD_DIM], normal[PD_DIM];
@@ -245,6 +247,7 @@ static double pdi_surface_piece(const pdi_surface_patch *f, const double *across
     return (f->axis == 0 ? 2.0 : -2.0) * f->out[f->axis] * length * around;
 }
 #else
+/* Twice the area of the surface at a face in 1D, where it is one point [-]. */
 static double pdi_surface_piece(const pdi_surface_patch *f, const double *across, double half)
 {
     (void)f, (void)across;
@@ -254,23 +257,23 @@ static double pdi_surface_piece(const pdi_surface_patch *f, const double *across
 
 PDI_FN double pdi_surface_face(const pd_grid *grid, int32_t node, int axis, int up)
 {
-    pdi_surface_patch f;
+    pdi_surface_patch face;
     int32_t closed = up ? node + grid->stride[axis] : node - grid->stride[axis];
     double across[PD_DIM], coarse, fine = 0.0;
-    memset(&f, 0, sizeof f);
+    memset(&face, 0, sizeof face);
     memset(across, 0, sizeof across);
-    f.grid = grid;
-    f.axis = axis;
-    f.side = pdi_grid_walled(grid, closed);
-    f.shape = pdi_bond_shape(grid, closed, f.side);
-    f.out[axis] = up ? -1.0 : 1.0;
-    pd_grid_position(grid, node, f.middle);
-    f.middle[axis] -= 0.5 * grid->h[axis] * f.out[axis];
-    coarse = pdi_surface_piece(&f, across, 1.0);
-    if (PD_DIM == 1 || f.shape < 0) return 0.5 * coarse;
+    face.grid = grid;
+    face.axis = axis;
+    face.side = pdi_grid_walled(grid, closed);
+    face.shape = pdi_bond_shape(grid, closed, face.side);
+    face.out[axis] = up ? -1.0 : 1.0;
+    pd_grid_position(grid, node, face.middle);
+    face.middle[axis] -= 0.5 * grid->h[axis] * face.out[axis];
+    coarse = pdi_surface_piece(&face, across, 1.0);
+    if (PD_DIM == 1 || face.shape < 0) return 0.5 * coarse;
     for (int c = 0; c < 1 << (PD_DIM - 1); c++) {
         for (int a = 0; a < PD_DIM - 1; a++) across[a] = (c >> a) & 1 ? 0.5 : -0.5;
-        fine += pdi_surface_piece(&f, across, 0.5);
+        fine += pdi_surface_piece(&face, across, 0.5);
     }
     /* the error of both goes with the square of their edges */
     return 0.5 * (fine + (fine - coarse) / 3.0);

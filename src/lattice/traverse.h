@@ -51,7 +51,7 @@ PDI_FN void pdi_traverse_sweep(const pd_ctx *ctx, const pd_bonds *bonds, int64_t
  * -1). place < 0: no inlet or outlet within reach; else one node near them, entry `place` of pd_boundary. */
 typedef void (*pdi_traverse_block_fn)(const void *user, int32_t i, int32_t row, int32_t place, int count);
 /* Loop over all fluid nodes in parallel, in blocks, and one by one near inlets and outlets. `block` writes to its own
- * nodes only. work: as above. */
+ * nodes only. work: number of scalar operations, to decide on threads. */
 PDI_FN void pdi_traverse_blocks(const pd_ctx *ctx, const pd_boundary *boundary, int64_t work,
                                 pdi_traverse_block_fn block, const void *user);
 /* Flux through the open bond k of node i, positive towards its far end. */
