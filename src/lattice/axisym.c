@@ -53,7 +53,7 @@ static double pdi_axisym_conductance(const pdi_axisym_fit *fit, int i, int k)
                      (to * to - from * from) * (fit->radial[i] - fit->radial[j]));
 }
 
-/* Solves matrix x = residual by Gauss elimination with complete pivoting. Conditions that depend on each other leave
+/* Solves for the Newton step by Gauss elimination with complete pivoting. Conditions that depend on each other leave
  * zero pivots: the corresponding unknowns are 0. */
 static void pdi_axisym_solve(pdi_axisym_fit *fit)
 {
@@ -93,8 +93,8 @@ static void pdi_axisym_solve(pdi_axisym_fit *fit)
     }
 }
 
-/* Computes the relative residuals of the moment conditions (3.7) at all fitted rows (lack) and their Jacobian by the
- * multipliers (matrix). Returns the largest residual [-]. */
+/* Computes the relative residuals of the moment conditions (3.7) at all fitted rows and their Jacobian by the
+ * multipliers. Returns the largest residual [-]. */
 static double pdi_axisym_conditions(pdi_axisym_fit *fit)
 {
     const pd_stencil *s = fit->stencil;

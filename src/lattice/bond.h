@@ -122,36 +122,36 @@ static inline const uint32_t *pdi_bond_words(const pd_bonds *bonds, int32_t row,
     return bonds->mask + (int64_t)(k >> 5) * bonds->capacity + row;
 }
 /* Loads the masks of the 32 bonds that bond k is one of, for the rows row .. row+count-1. */
-static inline void pdi_bond_gate_load(const pd_bonds *bonds, int32_t row, int k, int count, pdi_bond_gate *gate)
+static inline void pdi_bond_gate_load(const pd_bonds *bonds, int32_t row, int k, int count, pdi_bond_gate *masks)
 {
-    gate->word = pdi_bond_words(bonds, row, k);
-    gate->group = k >> 5;
-    gate->any = 0;
-    gate->all = ~(uint32_t)0;
+    masks->word = pdi_bond_words(bonds, row, k);
+    masks->group = k >> 5;
+    masks->any = 0;
+    masks->all = ~(uint32_t)0;
     for (int b = 0; b < count; b++) {
-        gate->any |= gate->word[b];
-        gate->all &= gate->word[b];
+        masks->any |= masks->word[b];
+        masks->all &= masks->word[b];
     }
 }
 /* 1.0: row b of the block has bond k open, 0.0: it is blocked. */
-static inline double pdi_bond_gate_value(const pdi_bond_gate *gate, int k, int b)
+static inline double pdi_bond_gate_value(const pdi_bond_gate *masks, int k, int b)
 {
-    return (double)(int32_t)(gate->word[b] >> (k & 31) & 1u);
+    return (double)(int32_t)(masks->word[b] >> (k & 31) & 1u);
 }
-/* Which of the rows row .. row+count-1 have bond k open: none, all or some. Use one `gate` for one block of rows. */
-static inline pdi_openness pdi_bond_gate_of(const pd_bonds *bonds, int32_t row, int k, int count, pdi_bond_gate *gate)
+/* Which of the rows row .. row+count-1 have bond k open: none, all or some. Use one `masks` for one block of rows. */
+static inline pdi_openness pdi_bond_gate_of(const pd_bonds *bonds, int32_t row, int k, int count, pdi_bond_gate *masks)
 {
-    if (!gate->word || gate->group != k >> 5) pdi_bond_gate_load(bonds, row, k, count, gate);
-    if (gate->all >> (k & 31) & 1u) return PDI_OPEN_ALL;
-    return gate->any >> (k & 31) & 1u ? PDI_OPEN_SOME : PDI_OPEN_NONE;
+    if (!masks->word || masks->group != k >> 5) pdi_bond_gate_load(bonds, row, k, count, masks);
+    if (masks->all >> (k & 31) & 1u) return PDI_OPEN_ALL;
+    return masks->any >> (k & 31) & 1u ? PDI_OPEN_SOME : PDI_OPEN_NONE;
 }
 /* Which of `count` consecutive nodes have bond k open: none, all or some. They own the rows from `row` on, or have
  * full families (row -1: all open). When some are open, open[b] is 1.0 for those and 0.0 for the others. */
 static inline pdi_openness pdi_bond_gate_open(const pd_bonds *bonds, int32_t row, int k, int count,
-                                              pdi_bond_gate *gate, double *open)
+                                              pdi_bond_gate *masks, double *open)
 {
-    pdi_openness which = row < 0 ? PDI_OPEN_ALL : pdi_bond_gate_of(bonds, row, k, count, gate);
-    for (int b = 0; b < count && which == PDI_OPEN_SOME; b++) open[b] = pdi_bond_gate_value(gate, k, b);
+    pdi_openness which = row < 0 ? PDI_OPEN_ALL : pdi_bond_gate_of(bonds, row, k, count, masks);
+    for (int b = 0; b < count && which == PDI_OPEN_SOME; b++) open[b] = pdi_bond_gate_value(masks, k, b);
     return which;
 }
 /* Terms of a moving wall in the Laplacian of a row (eq. 3.3): motion [PD_DIM] = sum over its cut bonds of their part

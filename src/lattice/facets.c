@@ -98,7 +98,7 @@ static int pdi_facets_compare_faces(const void *a, const void *b)
 }
 
 /* Excludes triangles with two equal vertices, and pairs of coincident triangles of opposite orientation (touching
- * bodies): part[k] = -1. Others get part[k] = k. */
+ * bodies): their shell is -1. Others start as shells of their own. */
 static pd_status pdi_facets_choose(pd_ctx *ctx, pdi_facets_work *w)
 {
     pdi_facets_face *face = NULL;
@@ -129,8 +129,8 @@ static pd_status pdi_facets_choose(pd_ctx *ctx, pdi_facets_work *w)
     return PD_OK;
 }
 
-/* From the sorted directed edges edge[count]: unites triangles that share an edge into shells (part), and counts the
- * edges whose directions do not balance (w->open). */
+/* From the sorted directed edges edge[count]: unites triangles that share an edge into shells, and counts the edges
+ * with more triangles in one direction than in the other. */
 static void pdi_facets_pairs(pdi_facets_work *w, const pdi_facets_edge *edge, int32_t count)
 {
     w->open = 0;

@@ -241,7 +241,8 @@ typedef struct pdi_grid_line {
     double y[PD_DIM], eta[PD_DIM], from, to;
 } pdi_grid_line;
 
-/* Smallest t > l->from, at most `end`, at which the line crosses a plane through which positions are folded. */
+/* Smallest t behind the start of the present part, at most `end`, at which the line crosses a plane through which
+ * positions are folded. */
 static double pdi_grid_next_plane(const pdi_grid_line *line, double end)
 {
     const pd_grid *grid = line->grid;
@@ -256,7 +257,7 @@ static double pdi_grid_next_plane(const pdi_grid_line *line, double end)
     return end;
 }
 
-/* Sets y, eta and to: the image of the line from l->from on, up to the next folding plane. */
+/* Sets the image of the line in the box from the start of the present part on, up to the next folding plane. */
 static void pdi_grid_straight(pdi_grid_line *line, double end)
 {
     double other[PD_DIM];

@@ -79,8 +79,8 @@ static double pdi_media_within(const pdi_media_way *w, double end)
     return sum;
 }
 
-/* Resistance over length [s/m2] of the segment from w->from to the fraction `to`, within one material; the parts at
- * its ends have the diffusivity of the node there. */
+/* Resistance over length [s/m2] of the segment from the start of the present material to the fraction `to`, within
+ * that material; the parts at the ends of the segment have the diffusivity of the node there. */
 static double pdi_media_resist(const pdi_media_way *w, double to, double end)
 {
     double d, near = w->from > 0.0 ? (double)NAN : w->near, far = to < end ? (double)NAN : w->far;
@@ -103,7 +103,7 @@ typedef struct pdi_media_walk {
     double at, level; /* [-], [m] fraction and signed distance of the last point */
 } pdi_media_walk;
 
-/* Adds the part from way->from to `to`, which is of one material. */
+/* Adds the part from the start of the present material to the fraction `to`. */
 static void pdi_media_piece(pdi_media_walk *state, double to)
 {
     pdi_media_way *w = state->way;

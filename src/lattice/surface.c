@@ -122,16 +122,17 @@ static int pdi_surface_nearest(const pd_grid *grid, int shape, double *at, doubl
     return fabs(level) <= PDI_SURFACE_TOUCH * smallest && !(cells > PDI_SURFACE_FAR);
 }
 
-/* Candidate: the point of a smooth shape nearest to `to` [m]. A shape inside which the fluid node lies has receded. */
-static void pdi_surface_foot(pdi_surface *search, int shape, const double *to)
+/* Candidate: the point of a smooth shape nearest to `target` [m]. A shape inside which the fluid node lies has
+ * receded. */
+static void pdi_surface_foot(pdi_surface *search, int shape, const double *target)
 {
     const pd_grid *grid = search->bonds->grid;
     double at[PD_DIM], normal[PD_DIM], first, cells = 0.0;
     if (shape < 0 || !pdi_shape_exact(grid->shapes, shape)) return;
     if (!(pdi_grid_level(grid, shape, search->x) > pdi_shape_tie(grid->h, search->x))) return;
-    memcpy(at, to, sizeof at);
+    memcpy(at, target, sizeof at);
     if (!pdi_surface_nearest(grid, shape, at, normal, &first)) return;
-    for (int d = 0; d < PD_DIM; d++) cells = pdi_max(cells, fabs(at[d] - to[d]) / grid->h[d]);
+    for (int d = 0; d < PD_DIM; d++) cells = pdi_max(cells, fabs(at[d] - target[d]) / grid->h[d]);
     if (!(cells < search->nearest)) return;
     int32_t closed = pdi_surface_behind(search, at, normal);
     if (closed < 0) return;
@@ -142,7 +143,7 @@ static void pdi_surface_foot(pdi_surface *search, int shape, const double *to)
     memcpy(search->normal, normal, sizeof normal);
 }
 
-PDI_FN int pdi_surface_meet(const pd_bonds *bonds, int32_t node, const double *to, double *place, double *normal,
+PDI_FN int pdi_surface_meet(const pd_bonds *bonds, int32_t node, const double *target, double *point, double *normal,
                         int32_t *closed)
 {
     const pd_grid *grid = bonds->grid;
@@ -152,17 +153,17 @@ PDI_FN int pdi_surface_meet(const pd_bonds *bonds, int32_t node, const double *t
     search.bonds = bonds;
     pd_grid_position(grid, node, search.x);
     for (int d = 0; d < PD_DIM; d++) {
-        search.xi[d] = to[d] - search.x[d];
+        search.xi[d] = target[d] - search.x[d];
         square += search.xi[d] / grid->h[d] * (search.xi[d] / grid->h[d]);
     }
     search.nearest = HUGE_VAL;
-    pdi_surface_foot(&search, grid->wall, to);
-    pdi_surface_foot(&search, grid->solid, to);
+    pdi_surface_foot(&search, grid->wall, target);
+    pdi_surface_foot(&search, grid->solid, target);
     if (sqrt(square) > PDI_SURFACE_SHORT) {
         search.end = 1.0 + 1.0 / sqrt(square);
         pdi_surface_faces(&search);
     }
-    memcpy(place, search.place, sizeof search.place);
+    memcpy(point, search.place, sizeof search.place);
     memcpy(normal, search.normal, sizeof search.normal);
     *closed = search.closed;
     return search.nearest < HUGE_VAL ? (search.behind ? -1 : 1) : 0;

@@ -7,10 +7,10 @@
 #include "lattice/bond.h"
 
 #ifdef PDI_INTERNAL
-/* Surface point nearest to `to` [m] as seen from fluid node `node`: the closest point of smooth shapes, or the cell
- * face that the segment from the node, extended by one cell, intersects. 1: found, -1: found, and `to` lies behind it
- * (in the solid), 0: none. place [m], unit normal towards the fluid, and a closed node behind it. */
-PDI_FN int pdi_surface_meet(const pd_bonds *bonds, int32_t node, const double *to, double *place, double *normal,
+/* Surface point nearest to `target` [m] as seen from fluid node `node`: the closest point of smooth shapes, or the cell
+ * face that the segment from the node, extended by one cell, intersects. 1: found, -1: found, and `target` lies behind
+ * it (in the solid), 0: none. point [m], unit normal towards the fluid, and a closed node behind it. */
+PDI_FN int pdi_surface_meet(const pd_bonds *bonds, int32_t node, const double *target, double *point, double *normal,
                         int32_t *closed);
 /* Signed distance [m] of x from the smooth surface through the cell of node `closed`, and its gradient by central
  * differences over `step` cells: the unit normal. 0: the gradient is not of norm 1, an edge is nearby. */
