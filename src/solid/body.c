@@ -6,30 +6,32 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Rounding of distances, over the horizon: points of a lattice at the horizon lie within it. */
+/* Rounding of distances over the horizon: lattice points at a distance of exactly the horizon belong to the family. */
 #define PDI_BODY_ROUNDING 1e-9
-/* Least period, over the horizon and a cell: images are counted in a byte. */
+/* Smallest period over the horizon and a cell: image numbers are stored in one byte. */
 #define PDI_BODY_PERIOD 0.01
-/* Parts of cells are kept for horizons of fewer spacings. */
+/* Exact cell fractions are tabulated for horizons of fewer spacings than this. */
 #define PDI_BODY_KEPT 30
 
-/* Cell lists: cells as wide as the reach of a bond, or wider, so that there are no more of them than points. */
+/* Cell list for the neighbour search. Cells are at least as wide as the longest bond, and no more of them than
+ * points. */
 typedef struct pdi_body_cells {
     int32_t n[PD_DIM];
     double lo[PD_DIM], width[PD_DIM];
     int32_t count;
     int32_t *first; /* [count + 1] begin of each cell in point */
     int32_t *point; /* [points] */
-    int32_t *rank;  /* [points] place of a point among all, by its coordinates */
-    int32_t *at;    /* [points] the point of a rank */
+    int32_t *rank;  /* [points] rank of each point in the order of coordinates */
+    int32_t *at;    /* [points] inverse of rank */
 } pdi_body_cells;
 
-/* A point on its way through the sort by places. */
+/* A point with its position, for the sort by coordinates. */
 typedef struct pdi_body_place {
     double x[PD_DIM];
     int32_t point;
 } pdi_body_place;
 
+/* qsort order by position, last axis first; 0: same position. */
 static int pdi_body_compare(const void *a, const void *b)
 {
     const pdi_body_place *p = (const pdi_body_place *)a, *q = (const pdi_body_place *)b;
@@ -58,7 +60,7 @@ PDI_FN void pdi_body_table_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, body, image, pdi_body_repeats(body) ? body->bonds : 0, "1");
 }
 
-/* Bytes of the bits of all bonds. */
+/* Bytes of the broken-bond bits of all families. */
 static int64_t pdi_body_bytes(const pd_body *body) { return (body->bonds + 7 * (int64_t)body->count) / 8; }
 
 PDI_FN void pdi_body_list(pdi_owner *owner, void *object)
@@ -75,13 +77,14 @@ static void pdi_body_cells_free(pd_ctx *ctx, int32_t points, pdi_body_cells *c)
     PDI_DELETE(ctx, points, c->at);
 }
 
-/* Length of the longest bond [m], or more. */
+/* Upper bound of the bond length [m]; with a spacing cells count whose edge is within the horizon. */
 static double pdi_body_reach(const pd_body *body)
 {
     if (body->rim == PD_RIM_EXACT) return body->horizon + 0.5 * sqrt((double)PD_DIM) * body->spacing;
     return body->spacing > 0.0 ? body->horizon + 0.5 * body->spacing : body->horizon * (1.0 + PDI_BODY_ROUNDING);
 }
 
+/* Number of the cell that holds position x; its index along the axes into index, unless that is NULL. */
 static int32_t pdi_body_cell(const pdi_body_cells *c, const double *x, int32_t *index)
 {
     int32_t cell = 0;
@@ -94,7 +97,7 @@ static int32_t pdi_body_cell(const pdi_body_cells *c, const double *x, int32_t *
     return cell;
 }
 
-/* As many cells along each axis as bonds fit, and all in all no more than points. */
+/* Chooses number and width of the cells: at least a bond length wide, and at most `count` cells in all. */
 static void pdi_body_divide(const pd_body *body, pdi_body_cells *c)
 {
     double size[PD_DIM], reach = pdi_body_reach(body);
@@ -119,6 +122,7 @@ static void pdi_body_divide(const pd_body *body, pdi_body_cells *c)
     for (int d = 0; d < PD_DIM; d++) c->count *= c->n[d];
 }
 
+/* Ranks all points by position. PD_ERR_GEOMETRY: two points at the same position. */
 static pd_status pdi_body_sort(pd_ctx *ctx, const pd_body *body, pdi_body_cells *c)
 {
     pdi_body_place *place = NULL;
@@ -140,6 +144,7 @@ static pd_status pdi_body_sort(pd_ctx *ctx, const pd_body *body, pdi_body_cells 
                     (int)c->at[twin]);
 }
 
+/* Builds the cell list; points of a cell stand by rank. */
 static pd_status pdi_body_collect(pd_ctx *ctx, const pd_body *body, pdi_body_cells *c)
 {
     PDI_TRY(PDI_NEW(ctx, "body", c->count + 1, c->first));
@@ -160,7 +165,7 @@ static pd_status pdi_body_collect(pd_ctx *ctx, const pd_body *body, pdi_body_cel
     return PD_OK;
 }
 
-/* Is a point at xi [m] of the square length in the family? */
+/* 1: a point at xi [m] with |xi|^2 = square belongs to the family. */
 static int pdi_body_belongs(const pd_body *body, const double *xi, double square, double reach)
 {
     if (square > reach * reach) return 0;
@@ -168,7 +173,8 @@ static int pdi_body_belongs(const pd_body *body, const double *xi, double square
     return !(body->spacing > 0.0) || sqrt(square) < reach;
 }
 
-/* The points whose image is in the family of point i, as ranks, into `to` where that is not NULL; how many. */
+/* Neighbours of point i whose periodic image number is `image`, as ranks, into `to` unless it is NULL. Returns how
+ * many. */
 static int32_t pdi_body_family(const pd_body *body, const pdi_body_cells *c, int32_t i, int image, int32_t *to)
 {
     const double *x = body->position + (int64_t)i * PD_DIM;
@@ -206,13 +212,13 @@ static int pdi_body_ascend(const void *a, const void *b)
     return (p > q) - (p < q);
 }
 
-/* Images that bonds may lead to on either side. */
+/* Largest image number that bonds may lead to, on either side; 0 without a period. */
 static int pdi_body_images(const pd_body *body)
 {
     return pdi_body_repeats(body) ? (int)(pdi_body_reach(body) / body->period[PD_DIM - 1]) + 1 : 0;
 }
 
-/* The family of point i: a part for each image, from the lowest on. */
+/* Stores the family of point i: sorted by image number, then by position. */
 static void pdi_body_fill(pd_body *body, const pdi_body_cells *c, int32_t i)
 {
     int64_t begin = body->row[i];
@@ -227,7 +233,7 @@ static void pdi_body_fill(pd_body *body, const pdi_body_cells *c, int32_t i)
     }
 }
 
-/* Numbers of bonds, from the lengths of families in row. Returns the longest one. */
+/* Turns family sizes in row[i + 1] into the number of the first bond of each. Returns the largest size. */
 static int32_t pdi_body_number(pd_body *body)
 {
     int64_t longest = 0;
@@ -240,6 +246,7 @@ static int32_t pdi_body_number(pd_body *body)
     return (int32_t)longest;
 }
 
+/* Finds and stores the families of all points from the cell list. */
 static pd_status pdi_body_families(pd_ctx *ctx, pd_body *body, const pdi_body_cells *c)
 {
     int most = pdi_body_images(body);
@@ -262,16 +269,17 @@ static pd_status pdi_body_families(pd_ctx *ctx, pd_body *body, const pdi_body_ce
 
 /* ---- lattices ---- */
 
-/* Where the points of a lattice stand along its axes. */
+/* Coordinates of the points of a lattice along its axes. */
 typedef struct pdi_body_axes {
     int32_t n[PD_DIM];     /* places along each axis */
     int32_t begin[PD_DIM + 1]; /* of each axis in x */
     double lo[PD_DIM];     /* [m] */
     int32_t steps;         /* of a bond along an axis, at most */
-    int64_t lead;          /* entries before the first place */
+    int64_t lead;          /* entries before the first position */
     int32_t stride[PD_DIM];
     double *x;             /* [begin[PD_DIM]] [m] the coordinate of all points there; HUGE_VAL: there is none */
-    double *span;          /* [PD_DIM][steps + 1][2] [m] least and greatest way of so many steps; least < 0: none */
+    double *span;          /* [PD_DIM][steps + 1][2] [m] least and largest distance of so many steps; largest < 0:
+                            * none */
 } pdi_body_axes;
 
 static void pdi_body_axes_list(pdi_owner *owner, void *object)
@@ -291,7 +299,7 @@ PDI_FN double pdi_body_places(const double *n, double steps)
     return lead + stride;
 }
 
-/* The box about all points. 0: it has too many places for a table. */
+/* Lattice box around all points. Returns 0: its table would have too many entries. */
 static int pdi_body_box(pd_body *body, pdi_body_axes *a)
 {
     double n[PD_DIM], steps = floor(pdi_body_reach(body) / body->spacing * (1.0 + PDI_BODY_ROUNDING)), most = 1.0;
@@ -319,7 +327,7 @@ static int pdi_body_box(pd_body *body, pdi_body_axes *a)
     return 1;
 }
 
-/* Coordinates along the axes. 0: two points of one place along an axis differ, or one is at no place. */
+/* Common coordinates along the axes. Returns 0: a point is off the lattice, or two differ along an axis. */
 static int pdi_body_align(const pd_body *body, const pdi_body_axes *a)
 {
     for (int32_t k = 0; k < a->begin[PD_DIM]; k++) a->x[k] = HUGE_VAL;
@@ -345,7 +353,8 @@ static int pdi_body_align(const pd_body *body, const pdi_body_axes *a)
     return 1;
 }
 
-/* Is a place so many steps away in the family? It is if it is nearest, and if it is farthest; -1: only one of both. */
+/* 1: the lattice offset number k belongs to the family, by its least and largest length; 0: not; -1: they disagree.
+ * *shift: its index shift in the table. */
 static int pdi_body_step(const pd_body *body, const pdi_body_axes *a, int64_t k, int64_t *shift)
 {
     int wide = 2 * a->steps + 1, belongs[2];
@@ -369,7 +378,7 @@ static int pdi_body_step(const pd_body *body, const pdi_body_axes *a, int64_t k,
     return belongs[0] == belongs[1] ? belongs[0] : -1;
 }
 
-/* The family of a whole place, in the order of families, into `to` where that is not NULL; how many. -1: rounding
+/* Shifts of a complete family in the order of families, into `to` unless it is NULL. Returns how many; -1: rounding
  * decides who belongs to it. */
 static int32_t pdi_body_stencil(const pd_body *body, const pdi_body_axes *a, int32_t *to)
 {
@@ -385,7 +394,7 @@ static int32_t pdi_body_stencil(const pd_body *body, const pdi_body_axes *a, int
     return found;
 }
 
-/* The table. 0: two points are at one place, or families with a weight for each bond are shorter. */
+/* Fills the table of lattice positions. Returns 0: two points at one position, or stored families are shorter. */
 static int pdi_body_chart(const pd_ctx *ctx, pd_body *body, const pdi_body_axes *a)
 {
     int nt = pdi_par_threads(ctx, (int64_t)body->count * body->kinds);
@@ -413,9 +422,8 @@ static int pdi_body_chart(const pd_ctx *ctx, pd_body *body, const pdi_body_axes 
     return body->places + body->count <= 2 * body->bonds;
 }
 
-/* Families of points of a lattice, where that takes less than to store them; body->lattice says so. A family is the
- * same as the one that cells find: points of one place along an axis have the same coordinate, and who belongs to it
- * does not hang on the rounding of places. */
+/* Families by a shared stencil where that takes less memory; body->lattice says so. They equal those of the cell list:
+ * coordinates along an axis are equal, and membership does not depend on rounding. */
 static pd_status pdi_body_lattice(pd_ctx *ctx, pd_body *body)
 {
     pdi_body_axes axes;
@@ -438,7 +446,7 @@ static pd_status pdi_body_lattice(pd_ctx *ctx, pd_body *body)
 
 /* ---- bonds that leave the body ---- */
 
-/* 1: the bond is one. Both ends ask for the same line. */
+/* 1: the line of the bond stays within the body. Both ends ask for the same line, so they agree. */
 static int pdi_body_joins(const pd_body *body, const pd_body_desc *desc, int32_t i, const pd_walk *f)
 {
     double xi[PD_DIM];
@@ -450,7 +458,7 @@ static int pdi_body_joins(const pd_body *body, const pd_body_desc *desc, int32_t
     return desc->joined(desc->user, f->to, i, xi);
 }
 
-/* lost [bonds]: 1 for those that leave the body, and what else is lost. Returns how many are lost now. */
+/* Sets lost [bonds] to 1 for bonds that leave the body; set entries stay. Returns how many are set. */
 static int64_t pdi_body_leave(const pd_ctx *ctx, const pd_body *body, const pd_body_desc *desc, uint8_t *lost)
 {
     int64_t all = 0;
@@ -464,7 +472,7 @@ static int64_t pdi_body_leave(const pd_ctx *ctx, const pd_body *body, const pd_b
     return all;
 }
 
-/* How many bonds of point i do not leave the body. */
+/* Number of bonds of point i that do not leave the body. */
 static int64_t pdi_body_left(const pd_body *body, const uint8_t *lost, int32_t i)
 {
     int64_t left = body->row[i + 1] - body->row[i];
@@ -472,7 +480,7 @@ static int64_t pdi_body_left(const pd_body *body, const uint8_t *lost, int32_t i
     return left;
 }
 
-/* Numbers of the bonds that are left. */
+/* Bond numbers after the removal of the lost ones. */
 static void pdi_body_renumber(pd_body *body, const uint8_t *lost)
 {
     int64_t begin = 0;
@@ -484,7 +492,7 @@ static void pdi_body_renumber(pd_body *body, const uint8_t *lost)
     body->row[body->count] = body->bonds = begin;
 }
 
-/* Points of a lattice whose families lack bonds get lists. */
+/* Lattice: points whose families lack bonds get lists of their own. PD_ERR_SIZE: too many. */
 static pd_status pdi_body_lists(pd_ctx *ctx, pd_body *body, const uint8_t *lost)
 {
     int64_t lists = 0, room = body->places;
@@ -511,7 +519,7 @@ static pd_status pdi_body_lists(pd_ctx *ctx, pd_body *body, const uint8_t *lost)
     return PD_OK;
 }
 
-/* Families that are stored lose the bonds. */
+/* No lattice: removes the lost bonds from the stored families. */
 static pd_status pdi_body_shorten(pd_ctx *ctx, pd_body *body, const uint8_t *lost)
 {
     int64_t left = 0, longest = 0, bonds = body->bonds;
@@ -532,7 +540,7 @@ static pd_status pdi_body_shorten(pd_ctx *ctx, pd_body *body, const uint8_t *los
     return pdi_body_repeats(body) ? PDI_GROW(ctx, "body", bonds, left, body->image) : PD_OK;
 }
 
-/* As pdi_body_leave, by faces of the surface. */
+/* As pdi_body_leave, with the visibility criterion by the faces of the surface. *count: how many. */
 static pd_status pdi_body_cross(pd_ctx *ctx, const pd_body *body, const pd_body_desc *desc, uint8_t *lost,
                                 int64_t *count)
 {
@@ -550,6 +558,7 @@ static pd_status pdi_body_cross(pd_ctx *ctx, const pd_body *body, const pd_body_
     return status;
 }
 
+/* Removes all bonds that leave the body, by faces and by desc->joined. */
 static pd_status pdi_body_part(pd_ctx *ctx, pd_body *body, const pd_body_desc *desc)
 {
     int64_t bonds = body->bonds, count = 0;
@@ -566,7 +575,7 @@ static pd_status pdi_body_part(pd_ctx *ctx, pd_body *body, const pd_body_desc *d
     return status;
 }
 
-/* Parts of the cells of a lattice. */
+/* Table of the exact cell fractions within the horizon. */
 static void pdi_body_parts(pd_body *body)
 {
     int64_t all = 1;
@@ -579,7 +588,7 @@ static void pdi_body_parts(pd_body *body)
     }
 }
 
-/* The part of the cell at xi: that of the place of the lattice which it is at, or its own. */
+/* Volume fraction of the cell at xi within the horizon: from the table, or computed off the lattice. */
 static double pdi_body_exact(const pd_body *body, const double *xi)
 {
     int64_t place = 0;
@@ -621,7 +630,7 @@ PDI_FN int pdi_body_whole(const pd_body *body)
     return byte == bytes;
 }
 
-/* Which bond of point j leads to that image of point i; -1: none. */
+/* Number of the bond of point j to that periodic image of point i; -1: none. */
 static int32_t pdi_body_seek(const pd_body *body, int32_t i, int32_t j, int image)
 {
     for (pd_walk f = pdi_walk_from(body, j); pdi_walk_next(&f);)
@@ -696,7 +705,7 @@ PDI_FN int32_t pdi_body_piece(const pd_body *body, int32_t i, uint8_t *seen, int
     return count;
 }
 
-/* Points lie within a period along the last axis, so that none is at the place of an image. */
+/* The points have to lie within one period along the last axis, so that no point meets an image. */
 static pd_status pdi_body_check_period(pd_ctx *ctx, const pd_body_desc *desc)
 {
     double lo = HUGE_VAL, hi = -HUGE_VAL, least = PDI_BODY_PERIOD * (desc->horizon + desc->spacing);
@@ -713,6 +722,7 @@ static pd_status pdi_body_check_period(pd_ctx *ctx, const pd_body_desc *desc)
                     " length of more than the %g m of the points and at least %g m", length, hi - lo, least);
 }
 
+/* PD_ERR_ARGUMENT: a value of the description is out of range. */
 static pd_status pdi_body_check(pd_ctx *ctx, const pd_body_desc *desc)
 {
     if (desc->rim != PD_RIM_LINEAR && (desc->rim != PD_RIM_EXACT || !(desc->spacing > 0.0)))
@@ -737,6 +747,7 @@ static pd_status pdi_body_check(pd_ctx *ctx, const pd_body_desc *desc)
     return pdi_body_check_period(ctx, desc);
 }
 
+/* Inner part of the build; after an error the caller frees. */
 static pd_status pdi_body_make(pd_ctx *ctx, const pd_body_desc *desc, pd_body *body, pdi_body_cells *cells)
 {
     PDI_TRY(pdi_body_check(ctx, desc));

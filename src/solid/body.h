@@ -5,17 +5,18 @@
  * it. A family is sorted by the places of its points, so what is summed over it does not depend on the order of the
  * points. Search: cell lists, O(count).
  *
- * Families are read by walks (pd_walk): a list of shifts leads through a table of points. The table of a lattice has an
- * entry for each of its places, and the list is the family of a whole place: no bond is stored. That of other points
- * has their families, one after another. Bonds have numbers in that order, and a bit each that says whether the bond is
- * broken.
+ * Families are read by bond iterators (pd_walk): a list of index shifts leads through a table of points. The table of a
+ * lattice has an entry for each lattice position, and the list is the stencil of a complete family: no bond is stored.
+ * The table of other points holds their families one after another (compressed sparse rows). Bonds are numbered in that
+ * order. One bit for each bond says whether it is broken.
  *
- * A bond may leave the body: across a gap, a notch or a slot its ends are not joined. The faces of its surface tell
- * which bonds leave it, or `joined` which do not. A bond that leaves it is none, and no family has it. Places whose
- * family lacks some have a list of their own, as long as that of a whole place.
+ * The straight line of a bond may leave the body across a gap, a notch or a slot. Such pairs are no bonds: no family
+ * has them. The faces of the surface decide it (visibility criterion), or the callback `joined`. On a lattice a point
+ * with an incomplete family has a list of its own, as long as the stencil.
  *
- * With a period a family has images of points, too: its own as well, where the period is shorter than the horizon. An
- * image moves as its point does. A family is sorted by images first, and all families are stored.
+ * With a period a family has periodic images of points, too: also of its own point, where the period is shorter than
+ * the horizon. An image moves as its point does. A family is sorted by image numbers first, and all families are
+ * stored.
  */
 #ifndef PD_BODY_H
 #define PD_BODY_H
@@ -23,14 +24,14 @@
 #include "solid/rim.h"
 #include <math.h>
 
-/* How bonds count by their length r. */
+/* Influence function omega(r): weight of a bond by its length r. */
 typedef enum pd_influence {
     PD_INFLUENCE_CONSTANT = 0, /* 1 */
     PD_INFLUENCE_INVERSE,      /* horizon/r */
     PD_INFLUENCE_LINEAR        /* 1 - r/(horizon + spacing) */
 } pd_influence;
 
-/* Which part of a cell at the rim of the horizon counts. */
+/* Partial volume: which fraction of a cell at the edge of the horizon counts. */
 typedef enum pd_rim {
     PD_RIM_LINEAR = 0, /* by its distance: falls from 1 at horizon - spacing/2 to 0 at horizon + spacing/2 */
     PD_RIM_EXACT       /* the part of the interval, square or cube that lies within the ball */
@@ -57,35 +58,37 @@ typedef struct pd_body_desc {
 
 typedef struct pd_body {
     int32_t count;
-    int32_t own;       /* points whose energy is that of the body: all, but images behind planes of symmetry, which come
-                        * last */
+    int32_t own;       /* points without the mirror images behind planes of symmetry, which come last. The energy of the
+                        * body is that of these points */
     const int32_t *of;   /* [count - own] borrowed: the point that an image stands for; NULL without images */
     const uint8_t *flip; /* [count - own] borrowed: bit d: it is a reflection along axis d */
     double horizon;    /* [m] */
     double spacing;    /* [m] */
     pd_rim rim;
     double period[PD_DIM]; /* [m] */
-    int32_t cells;     /* of a lattice with exact parts: cells an axis whose parts are kept; 0: none */
-    double *part;      /* [cells^PD_DIM] [-] parts of cells by their places in the lattice, axis 0 fastest */
+    int32_t cells;     /* of a lattice with PD_RIM_EXACT: cells along an axis in the table `part`; 0: no table */
+    double *part;      /* [cells^PD_DIM] [-] volume fractions of cells within the horizon by their offsets, axis 0
+                        * fastest */
     double *position;  /* [count][PD_DIM] [m] */
     double *volume;    /* [count] [m^d] */
     int64_t bonds;     /* of all families: each bond counts twice */
     int64_t *row;      /* [count + 1] number of the first bond of each family */
-    int lattice;       /* 1: all points are at places of a lattice, and its table is the shorter one */
-    int32_t kinds;     /* bonds of a family of the lattice, of others bonds of the longest one */
+    int lattice;       /* 1: all points are on a lattice, and families come from the shared stencil */
+    int32_t kinds;     /* bonds of the lattice stencil; otherwise bonds of the longest family */
     int64_t shifts;    /* entries of shift: kinds, or twice that with lists */
-    int32_t *shift;    /* [shifts] from the entry of a point in member to those of its family;
-                        * then those of a list */
-    int64_t places;    /* entries of the table */
-    int64_t charted;   /* of these the places of a lattice */
-    int32_t *member;   /* [places] points at the places of a lattice, -1: none, and then lists of points whose families
-                        * lack bonds; or families, one after another */
-    int32_t *place;    /* [count] of a lattice: entry of each point in member, or of its list */
-    int8_t *image;     /* [bonds] of a period: by how many the image at the other end is off its point */
-    uint8_t *broken;   /* bits of bonds, whole bytes for each family; 1: it is broken, and both of its ends say so */
+    int32_t *shift;    /* [shifts] index distances from the entry of a point in member to those of its family; then the
+                        * ones for points with lists of their own */
+    int64_t places;    /* entries of member */
+    int64_t charted;   /* entries of member that are lattice positions; lists of single points follow them */
+    int32_t *member;   /* [places] point at each lattice position, -1: none, then the lists of points with incomplete
+                        * families; without a lattice the families, one after another */
+    int32_t *place;    /* [count] of a lattice: index in member of each point, or of its own list */
+    int8_t *image;     /* [bonds] with a period: number of periods between the other end and the point it is an image
+                        * of */
+    uint8_t *broken;   /* one bit for each bond, whole bytes for each family; 1: broken, set at both ends of the bond */
 } pd_body;
 
-/* A walk through the family of a point, from bond to bond. */
+/* Iterator over the bonds of the family of a point. */
 typedef struct pd_walk {
     const int32_t *at;     /* entry of the point in member */
     const int32_t *shift;  /* of the body */
@@ -93,8 +96,8 @@ typedef struct pd_walk {
     const int8_t *image;   /* of its bonds; NULL without a period */
     int64_t first;         /* number of its first bond */
     int32_t bonds;         /* how many it has */
-    int32_t n;             /* the bond that the walk is at: bond n of the family */
-    int32_t kind;          /* its shift */
+    int32_t n;             /* current bond: number within the family; -1 before the first one */
+    int32_t kind;          /* index of its shift: position in the stencil of a lattice */
     int32_t to;            /* the point at its other end */
 } pd_walk;
 
@@ -108,24 +111,25 @@ typedef struct pd_walk {
  * horizon. PD_ERR_GEOMETRY: two points at one place (the message names both). */
 PD_API pd_status pd_body_build(pd_ctx *ctx, const pd_body_desc *desc, pd_body *body);
 PD_API void pd_body_free(pd_ctx *ctx, pd_body *body);
-/* The points that point i has bonds with, into to, and which of these bonds are broken, into broken; both
- * [row[i + 1] - row[i]], or NULL. A point stands there once for each of its images. Returns how many there are. */
+/* Lists the family of point i: neighbours into to, 1 for each broken bond into broken; both [row[i + 1] - row[i]], or
+ * NULL. A neighbour stands there once for each of its periodic images. Returns the number of bonds. */
 PD_API int32_t pd_body_family(const pd_body *body, int32_t i, int32_t *to, uint8_t *broken);
-/* Break the bond of two points, at both ends; bonds of their images stay. 1: it was intact; 0: it was broken, or there
- * is none. */
+/* Breaks the bond of two points at both ends; bonds of their images stay. Returns 1: it was intact; 0: it was
+ * broken, or there is none. */
 PD_API int pd_body_break(pd_body *body, int32_t i, int32_t j);
 
 #ifdef PDI_INTERNAL
+/* Describes the broken-bond bits: the only state of a body that checkpoints store. */
 PDI_FN void pdi_body_list(pdi_owner *owner, void *body);
+/* Describes the arrays of points: position, volume, first bond of each family, table of cell fractions. */
 PDI_FN void pdi_body_row_list(pdi_owner *owner, void *body);
+/* Describes the arrays of families: member, shift, place and periodic images. */
 PDI_FN void pdi_body_table_list(pdi_owner *owner, void *body);
 
-/* 1: the points of the body repeat. */
+/* 1: the body is periodic. */
 static inline int pdi_body_repeats(const pd_body *body) { return body->period[PD_DIM - 1] > 0.0; }
-/* A walk that stands before the first bond of point i:
- *
- *     for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) ... f.to ...
- */
+/* Iterator that stands before the first bond of point i. Use: for (pd_walk f = pdi_walk_from(body, i);
+ * pdi_walk_next(&f);) ... f.to ... */
 static inline pd_walk pdi_walk_from(const pd_body *body, int32_t i)
 {
     pd_walk f;
@@ -138,7 +142,7 @@ static inline pd_walk pdi_walk_from(const pd_body *body, int32_t i)
     f.n = f.kind = f.to = -1;
     return f;
 }
-/* On to the next bond. 0: there is none. */
+/* Moves to the next bond of the family, broken ones too. Returns 0: there is none. */
 static inline int pdi_walk_next(pd_walk *f)
 {
     if (++f->n == f->bonds) return 0;
@@ -146,30 +150,31 @@ static inline int pdi_walk_next(pd_walk *f)
     while (f->to < 0);
     return 1;
 }
-/* The number of the bond. */
+/* Number of the current bond among all bonds of the body: index of arrays [bonds]. */
 static inline int64_t pdi_walk_bond(const pd_walk *f) { return f->first + f->n; }
-/* 1: it is broken. */
+/* 1: the current bond is broken. */
 static inline int pdi_walk_broken(const pd_walk *f) { return f->broken[f->n >> 3] >> (f->n & 7) & 1; }
 
-/* By how many the image at its other end is off its point. */
+/* Number of periods between the other end of the current bond and the point that it is an image of; 0 without a
+ * period. */
 static inline int pdi_walk_image(const pd_walk *f) { return f->image ? f->image[f->n] : 0; }
 
-/* Point j less point i [m]. */
+/* xi = x_j - x_i [m], the positions of two points. */
 static inline void pdi_body_bond(const pd_body *body, int32_t i, int32_t j, double *xi)
 {
     const double *from = body->position + (int64_t)i * PD_DIM;
     const double *to = body->position + (int64_t)j * PD_DIM;
     for (int d = 0; d < PD_DIM; d++) xi[d] = to[d] - from[d];
 }
-/* The other end of a bond of point i less that point [m]. */
+/* Reference vector xi [m] of the current bond of point i, to its periodic image where there is one. */
 static inline void pdi_walk_vector(const pd_body *body, int32_t i, const pd_walk *f, double *xi)
 {
     pdi_body_bond(body, i, f->to, xi);
     if (!f->image) return;
     for (int d = 0; d < PD_DIM; d++) xi[d] += f->image[f->n] * body->period[d];
 }
-/* Stretch of a bond xi whose ends move apart by eta; Y, r and |Y| [m]. It is a difference of squares over their sum,
- * which has the digits of the displacements. */
+/* Stretch s = (|Y| - r)/r of a bond xi whose ends have the relative displacement eta, all [m]. Out: Y = xi + eta, r =
+ * |xi|, length = |Y|. A difference of squares over their sum, so no digits of small displacements are lost. */
 static inline double pdi_body_strain(const double *xi, const double *eta, double *y, double *r, double *length)
 {
     double square = 0.0, more = 0.0;
@@ -182,30 +187,31 @@ static inline double pdi_body_strain(const double *xi, const double *eta, double
     *length = sqrt(square + more);
     return more / (*r * (*length + *r));
 }
-/* How many bonds point i has that are not broken. */
+/* Number of unbroken bonds of point i. */
 PDI_FN int64_t pdi_body_intact(const pd_body *body, int32_t i);
-/* Break all bonds of point i, at both ends. How many. */
+/* Breaks all bonds of point i at both ends. Returns how many were intact. */
 PDI_FN int64_t pdi_body_release(pd_body *body, int32_t i);
-/* Bond n of point i is broken, as this end of it says; the other end has to say so, too. */
+/* Marks bond n of point i as broken at this end only; the caller has to mark the other end, too. */
 PDI_FN void pdi_body_mark(pd_body *body, int32_t i, int32_t n);
-/* Which bond of the point at the other end of a bond of point i is the same bond. */
+/* Number of the current bond of point i within the family of its other end. */
 PDI_FN int32_t pdi_walk_back(const pd_body *body, int32_t i, const pd_walk *f);
-/* Break a bond of point i, at both ends. 1: it was intact. */
+/* Breaks the current bond of point i at both ends. Returns 1: it was intact; 0: it was broken. */
 PDI_FN int pdi_walk_break(pd_body *body, int32_t i, const pd_walk *f);
-/* Which bond of point j leads to point i, not to an image of it; -1: none. */
+/* Number of the bond to point i within the family of point j (no periodic image); -1: none. */
 PDI_FN int32_t pdi_body_back(const pd_body *body, int32_t i, int32_t j);
-/* 1: no bond is broken. */
+/* 1: no bond of the body is broken. */
 PDI_FN int pdi_body_whole(const pd_body *body);
-/* Entries of the table of a lattice of n[PD_DIM] places whose bonds take so many steps along an axis; those before the
- * first place, too. */
+/* Entries of the table of a lattice of n [PD_DIM] positions whose bonds span at most `steps` spacings along an axis,
+ * with the empty margin before the first position. */
 PDI_FN double pdi_body_places(const double *n, double steps);
-/* felt [count]: 1: the family of a point that is no image, or of one that has a bond with such a point; 0 before the
- * call. Forces of points that are no images depend on these families alone. */
+/* Sets felt [count] (0 before) to 1 for real points (no mirror images) and for all points in their families. Forces on
+ * real points depend on these families alone, so other families need not be computed. */
 PDI_FN void pdi_body_felt(const pd_body *body, uint8_t *felt);
-/* The points that bonds join to point i, into piece[0 ..] [count]; seen [count] marks them. Returns how many. */
+/* Connected component of the bond graph that contains point i: points that unbroken bonds join to it, into piece [0 ..]
+ * [count]. seen [count] marks them. Returns how many. */
 PDI_FN int32_t pdi_body_piece(const pd_body *body, int32_t i, uint8_t *seen, int32_t *piece);
-/* Weight of the bond xi [m]: its influence times the part of the cell at its end that lies within the horizon; 0: it is
- * none. Both ends get the same bits. */
+/* Weight w [-] of a bond xi [m]: influence function times the volume fraction of the end cell that lies within the
+ * horizon; 0: no bond. Even in xi, so both ends get the same bits. */
 PDI_FN double pdi_body_weight(const pd_body *body, pd_influence influence, const double *xi);
 #endif
 

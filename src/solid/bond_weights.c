@@ -28,7 +28,7 @@ PDI_FN void pdi_bond_weights_free(pd_ctx *ctx, pd_bond_weights *w)
     memset(w, 0, sizeof *w);
 }
 
-/* Kinds that have no weight yet take those of the bonds of point i. Returns how many do. */
+/* Sets stencil weights that are still unset from the bonds of point i. Returns how many it set. */
 static int32_t pdi_bond_weights_learn(const pd_bond_weights *w, pdi_bond_weights_fn weigh, const void *self, int32_t i)
 {
     int32_t found = 0;
@@ -40,7 +40,7 @@ static int32_t pdi_bond_weights_learn(const pd_bond_weights *w, pdi_bond_weights
     return found;
 }
 
-/* Bonds of a point and of those that it has bonds with. */
+/* Bonds of a point and of its neighbours: most for a point deep in the bulk. */
 static int64_t pdi_bond_weights_around(const pd_body *body, int32_t i)
 {
     int64_t bonds = body->row[i + 1] - body->row[i];
@@ -48,8 +48,8 @@ static int64_t pdi_bond_weights_around(const pd_body *body, int32_t i)
     return bonds;
 }
 
-/* Weights of kinds, of a point whose family is whole, and those of its family, where there is one: a weight may know
- * both ends of a bond. */
+/* Stencil weights from the point deepest in the bulk, where a complete family exists. Neighbours count, too: a surface
+ * correction depends on both ends of a bond. */
 static void pdi_bond_weights_share(const pd_bond_weights *w, pdi_bond_weights_fn weigh, const void *self)
 {
     const pd_body *body = w->body;
@@ -65,7 +65,7 @@ static void pdi_bond_weights_share(const pd_bond_weights *w, pdi_bond_weights_fn
     for (int32_t i = 0; i < body->count && known < body->kinds; i++) known += pdi_bond_weights_learn(w, weigh, self, i);
 }
 
-/* 1: a bond of point i has another weight than its kind. */
+/* 1: a bond of point i has another weight than the stencil has. */
 static int pdi_bond_weights_differ(const pd_bond_weights *w, pdi_bond_weights_fn weigh, const void *self, int32_t i)
 {
     for (pd_walk f = pdi_walk_from(w->body, i); pdi_walk_next(&f);) {
@@ -75,7 +75,7 @@ static int pdi_bond_weights_differ(const pd_bond_weights *w, pdi_bond_weights_fn
     return 0;
 }
 
-/* Which points of a lattice have lists, and where. Returns the length of all lists. */
+/* Lattice: which points need lists of their own, and where they begin. Returns the length of all lists. */
 static int64_t pdi_bond_weights_mark(const pd_ctx *ctx, const pd_bond_weights *w, pdi_bond_weights_fn weigh,
                                      const void *self)
 {
@@ -93,7 +93,7 @@ static int64_t pdi_bond_weights_mark(const pd_ctx *ctx, const pd_bond_weights *w
     return all;
 }
 
-/* Room for lists of so many points, and so many weights in them. */
+/* Room for list offsets of `listed` points and for `room` weights. */
 static pd_status pdi_bond_weights_size(pd_ctx *ctx, pd_bond_weights *w, int64_t listed, int64_t room)
 {
     if (!listed) PDI_DELETE(ctx, w->listed, w->list);
@@ -131,11 +131,13 @@ PDI_FN pd_status pdi_bond_weights_find(pd_ctx *ctx, pd_bond_weights *w, pdi_bond
 
 /* ---- by length ---- */
 
+/* Context of the weight by the influence function. */
 typedef struct pdi_bond_weights_length {
     const pd_body *body;
     pd_influence influence;
 } pdi_bond_weights_length;
 
+/* The pdi_bond_weights_fn of the influence function. */
 static double pdi_bond_weights_by_length(const void *self, int32_t i, const pd_walk *bond)
 {
     const pdi_bond_weights_length *by = (const pdi_bond_weights_length *)self;

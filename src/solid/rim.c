@@ -3,14 +3,14 @@
 #include "core/vec.h"
 #include <math.h>
 
-/* Rounding of places, over the radius. */
+/* Tolerance of intersection, over the radius. */
 #define PDI_RIM_ROUNDING 1e-9
 
-/* Square root of what rounding may make negative. */
+/* Square root, 0 where rounding made the argument negative. */
 static double pdi_rim_root(double x) { return x > 0.0 ? sqrt(x) : 0.0; }
 
-/* Area of the disc of radius r where the first coordinate is beyond p >= 0 and the second one beyond q >= 0. Angles
- * come from the roots that lengths come from: their errors cancel. */
+/* Area of the disc of radius r where x > p >= 0 and y > q >= 0. Angles come from the same roots as lengths, so that
+ * their errors cancel. */
 static double pdi_rim_disc(double p, double q, double r)
 {
     double square = r * r;
@@ -20,14 +20,14 @@ static double pdi_rim_disc(double p, double q, double r)
     return 0.5 * (square * angle - p * (along - q) - q * (across - p));
 }
 
-/* Integral of asin(a/sqrt(1 - t^2)) over t from 0 to z, with rest^2 = 1 - a^2 - z^2. */
+/* Integral of asin(a/sqrt(1 - t^2)) over t from 0 to z; rest^2 = 1 - a^2 - z^2. */
 static double pdi_rim_angle(double a, double z, double rest)
 {
     return a > 0.0 ? z * atan2(a, rest) + a * atan2(z, rest) - atan2(a * z, rest) : 0.0;
 }
 
-/* Volume of the ball of radius 1 where all coordinates are beyond a, b, c >= 0: by the divergence of x/3, from the
- * piece of the sphere and the three plane faces. */
+/* Volume of the unit ball where all coordinates exceed a, b, c >= 0: divergence theorem with x/3, from the spherical
+ * face and the three plane faces (theory: eq. 8.14). */
 static double pdi_rim_ball(double a, double b, double c)
 {
     double rest = 1.0 - a * a - b * b;
@@ -40,7 +40,7 @@ static double pdi_rim_ball(double a, double b, double c)
             c * pdi_rim_disc(a, b, pdi_rim_root(1.0 - c * c))) / 3.0;
 }
 
-/* The volume beyond a corner, in any dimension. */
+/* Volume of the unit ball (length, area) beyond a corner, in 1D, 2D or 3D. */
 static double pdi_rim_beyond(const double *corner)
 {
     if (PD_DIM == 1) return corner[0] < 1.0 ? 1.0 - corner[0] : 0.0;
@@ -48,7 +48,7 @@ static double pdi_rim_beyond(const double *corner)
     return pdi_rim_ball(corner[0], corner[PD_DIM / 2], corner[PD_DIM - 1]);
 }
 
-/* Volume of the ball of radius 1 in the box from lo >= 0 to hi. */
+/* Volume of the unit ball within the box from lo >= 0 to hi, by inclusion and exclusion of corners. */
 static double pdi_rim_box(const double *lo, const double *hi)
 {
     double sum = 0.0;

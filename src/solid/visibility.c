@@ -4,22 +4,23 @@
 #include <math.h>
 #include <string.h>
 
-/* Rounding of places along a bond and in a face, over their lengths. */
+/* Tolerance of positions along a bond and within a face, over their lengths. */
 #define PDI_VISIBILITY_ROUNDING 1e-9
-/* How far lines beside a bond are off it, over its length, and how many they are. */
+/* Probing lines beside a bond: their distance from it over its length, and how many. */
 #define PDI_VISIBILITY_ASIDE 1e-5
 #define PDI_VISIBILITY_LINES 8
-/* Angle of the first of them: no face has a reason to lie along it. */
+/* Angle of the first probing line [rad]: an odd one, so that no regular face lies along it. */
 #define PDI_VISIBILITY_ANGLE 0.3
-/* Bins, and entries of bins, over the faces. */
+/* Largest number of bins, and of face entries in bins, over the number of faces. */
 #define PDI_VISIBILITY_BINS 8
 #define PDI_VISIBILITY_ENTRIES 64
 
 enum { PDI_VISIBILITY_FACE = PD_DIM * PD_DIM };
 
-/* How a line meets a face. */
+/* How a line intersects a face: not, at an edge or corner, or inside it. */
 enum { PDI_VISIBILITY_APART = 0, PDI_VISIBILITY_TOUCHES, PDI_VISIBILITY_CROSSES };
 
+/* Describes the arrays of bins. */
 static void pdi_visibility_list(pdi_owner *owner, void *object)
 {
     pdi_visibility *visibility = (pdi_visibility *)object;
@@ -29,7 +30,8 @@ static void pdi_visibility_list(pdi_owner *owner, void *object)
 
 /* ---- bins ---- */
 
-/* Bins from *from to *to along each axis that the box of some places [count][PD_DIM] reaches into. How many in all. */
+/* Index range from .. to of the bins that the bounding box of positions x [count][PD_DIM] reaches into. Returns how
+ * many bins. */
 static double pdi_visibility_range(const pdi_visibility *v, const double *x, int count, int32_t *from, int32_t *to)
 {
     double all = 1.0;
@@ -49,7 +51,7 @@ static double pdi_visibility_range(const pdi_visibility *v, const double *x, int
     return all;
 }
 
-/* On to the next bin of a range, axis 0 fastest. 0: there is none. */
+/* Next bin of a range, axis 0 fastest. Returns 0: there is none. */
 static int pdi_visibility_next(const int32_t *from, const int32_t *to, int32_t *at)
 {
     for (int d = 0; d < PD_DIM; d++) {
@@ -59,6 +61,7 @@ static int pdi_visibility_next(const int32_t *from, const int32_t *to, int32_t *
     return 0;
 }
 
+/* Number of the bin with these indices. */
 static int64_t pdi_visibility_bin(const pdi_visibility *v, const int32_t *at)
 {
     int64_t k = 0;
@@ -66,7 +69,7 @@ static int64_t pdi_visibility_bin(const pdi_visibility *v, const int32_t *at)
     return k;
 }
 
-/* Width of the bins, as it is wanted or larger. */
+/* Chooses the bin width: the wanted one, doubled until bins and entries are few enough. */
 static void pdi_visibility_divide(pdi_visibility *v, const double *hi, double width)
 {
     for (;; width *= 2.0) {
@@ -89,6 +92,7 @@ static void pdi_visibility_divide(pdi_visibility *v, const double *hi, double wi
     }
 }
 
+/* Sorts the faces into the bins: counts first, then entries. */
 static void pdi_visibility_fill(pdi_visibility *v)
 {
     for (int way = 0; way < 2; way++) {
@@ -107,7 +111,7 @@ static void pdi_visibility_fill(pdi_visibility *v)
     v->first[v->bins] = v->entries;
 }
 
-PDI_FN pd_status pdi_visibility_build(pd_ctx *ctx, double reach, pdi_visibility *v)
+PDI_FN pd_status pdi_visibility_build(pd_ctx *ctx, double bond_length, pdi_visibility *v)
 {
     double hi[PD_DIM];
     if (v->faces > INT32_MAX / 2)
@@ -123,7 +127,7 @@ PDI_FN pd_status pdi_visibility_build(pd_ctx *ctx, double reach, pdi_visibility 
         v->lo[k % PD_DIM] = pdi_min(v->lo[k % PD_DIM], v->face[k]);
         hi[k % PD_DIM] = pdi_max(hi[k % PD_DIM], v->face[k]);
     }
-    if (v->faces) pdi_visibility_divide(v, hi, reach);
+    if (v->faces) pdi_visibility_divide(v, hi, bond_length);
     PDI_TRY(pdi_owner_build(ctx, pdi_visibility_list, v));
     if (v->faces) pdi_visibility_fill(v);
     return PD_OK;
@@ -137,7 +141,7 @@ PDI_FN void pdi_visibility_free(pd_ctx *ctx, pdi_visibility *v)
 
 /* ---- lines ---- */
 
-/* How a place between 0 and 1 lies. */
+/* Position s on an edge from 0 to 1: outside, at an end within rounding, or inside. */
 static int pdi_visibility_between(double s)
 {
     if (!(s > -PDI_VISIBILITY_ROUNDING) || !(s < 1.0 + PDI_VISIBILITY_ROUNDING)) return PDI_VISIBILITY_APART;
@@ -145,13 +149,14 @@ static int pdi_visibility_between(double s)
                                                                             : PDI_VISIBILITY_TOUCHES;
 }
 
+/* c = a x b, 3D. */
 static void pdi_visibility_cross(const double *a, const double *b, double *c)
 {
     for (int d = 0; d < 3; d++) c[d] = a[(d + 1) % 3] * b[(d + 2) % 3] - a[(d + 2) % 3] * b[(d + 1) % 3];
 }
 
-/* How the line x + t xi meets a face: t, and the shares of the corners of the face, are between 0 and 1. A line in the
- * plane of a face runs along it. */
+/* Intersection of the line x + t xi with a face: t and the barycentric coordinates have to lie in 0..1. A line within
+ * the plane of a face does not intersect it. */
 static int pdi_visibility_meets(const double *x, const double *xi, const double *face)
 {
     double side[2][3] = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}}, from[3] = {0.0, 0.0, 0.0}, way[3] = {0.0, 0.0, 0.0};
@@ -180,7 +185,7 @@ static int pdi_visibility_meets(const double *x, const double *xi, const double 
     return least;
 }
 
-/* The strongest way in which the line x + t xi meets faces. */
+/* Strongest intersection of the line x + t xi, t = 0..1, with any face. */
 static int pdi_visibility_line(const pdi_visibility *v, const double *x, const double *xi)
 {
     double ends[2 * PD_DIM];
@@ -202,8 +207,8 @@ static int pdi_visibility_line(const pdi_visibility *v, const double *x, const d
     return most;
 }
 
-/* Directions across xi: two in 3D, one in 2D. All have the length of xi. */
-static void pdi_visibility_across(const double *xi, double across[2][3])
+/* Directions normal to xi, two in 3D and one in 2D, of the length of xi. */
+static void pdi_visibility_across(const double *xi, double normals[2][3])
 {
     double way[3] = {0.0, 0.0, 0.0}, axis[3] = {0.0, 0.0, 0.0}, length, size;
     int least = PD_DIM == 2 ? 2 : 0;
@@ -211,11 +216,11 @@ static void pdi_visibility_across(const double *xi, double across[2][3])
     for (int d = 1; d < 3 && PD_DIM == 3; d++) least = fabs(way[d]) < fabs(way[least]) ? d : least;
     axis[least] = 1.0;
     length = sqrt(way[0] * way[0] + way[1] * way[1] + way[2] * way[2]);
-    pdi_visibility_cross(way, axis, across[0]);
-    pdi_visibility_cross(way, across[0], across[1]);
+    pdi_visibility_cross(way, axis, normals[0]);
+    pdi_visibility_cross(way, normals[0], normals[1]);
     for (int k = 0; k < 2; k++) {
-        size = sqrt(across[k][0] * across[k][0] + across[k][1] * across[k][1] + across[k][2] * across[k][2]);
-        for (int d = 0; d < 3; d++) across[k][d] *= length / size;
+        size = sqrt(normals[k][0] * normals[k][0] + normals[k][1] * normals[k][1] + normals[k][2] * normals[k][2]);
+        for (int d = 0; d < 3; d++) normals[k][d] *= length / size;
     }
 }
 

@@ -10,6 +10,7 @@
 #include "core/owner.h"
 
 #ifdef PDI_INTERNAL
+/* Faces of a surface sorted into a grid of bins, for line tests. */
 typedef struct pdi_visibility {
     const double *position; /* [points][PD_DIM] [m] borrowed, as `face` */
     const double *face;     /* [faces][PD_DIM][PD_DIM] [m] corners */
@@ -21,10 +22,10 @@ typedef struct pdi_visibility {
     int32_t *entry;         /* [entries] faces that reach into a bin */
 } pdi_visibility;
 
-/* Bins about `reach` [m] wide, or wider. position, face and faces are set. PD_ERR_ARGUMENT: too many faces, or a corner
- * that is not finite. */
-PDI_FN pd_status pdi_visibility_build(pd_ctx *ctx, double reach, pdi_visibility *visibility);
-/* A pd_joined_fn; user is the pdi_visibility. */
+/* Builds the bins, about `reach` [m] wide or wider. position, face and faces are set before. PD_ERR_ARGUMENT: too many
+ * faces, or a corner that is not finite. */
+PDI_FN pd_status pdi_visibility_build(pd_ctx *ctx, double bond_length, pdi_visibility *visibility);
+/* A pd_joined_fn: 1: the bond from point i along xi [m] crosses no face; user is the pdi_visibility. */
 PDI_FN int pdi_visibility_joined(void *user, int32_t i, int32_t j, const double *xi);
 PDI_FN void pdi_visibility_free(pd_ctx *ctx, pdi_visibility *visibility);
 #endif
