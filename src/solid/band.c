@@ -4,11 +4,11 @@
 #include <math.h>
 #include <string.h>
 
-/* Lines after which addresses meet again in a cache, and lines by which fields are apart. */
+/* Cache lines after which addresses fall into the same cache set, and the distance between fields modulo that. */
 #define PDI_BAND_LINES 64
 #define PDI_BAND_APART 5
 
-/* Base of the steps of a bond along the axes: those of three axes fit into 32 bits. */
+/* Number base that packs the lattice offsets of a bond along three axes into 32 bits. */
 #define PDI_BAND_STEPS 1024
 
 PDI_FN void pdi_band_list(pdi_owner *owner, void *object)
@@ -20,8 +20,8 @@ PDI_FN void pdi_band_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, band, field, PD_BAND_MOST + band->stride * band->fields, "");
 }
 
-/* Places and volumes. Behind and before the points there are others, far from all: bands may look at them, but take
- * nothing of them. */
+/* Stores positions and volumes. The padding before and behind the points gets positions far from all: vector loops read
+ * it but do not use it. */
 static void pdi_band_place(const pd_band *band)
 {
     const pd_body *body = band->body;
@@ -63,13 +63,13 @@ PDI_FN void pdi_band_free(pd_ctx *ctx, pd_band *band)
     memset(band, 0, sizeof *band);
 }
 
-/* A list of bonds on its way into a band: lanes are the steps of their vectors until points are known. */
+/* Bond list of a batch under construction; `lanes` holds packed offsets until the masks are known. */
 typedef struct pdi_band_bonds {
     int32_t count;
     pd_band_bond *bond;
 } pdi_band_bonds;
 
-/* Steps of a bond of point i along all axes, in digits; 0: bands do without. */
+/* Lattice offset of a bond of point i, packed into one number; 0: batches do not compare vectors. */
 static uint32_t pdi_band_steps(const pd_band *band, int32_t i, const pd_walk *f)
 {
     double xi[PD_DIM];
@@ -81,7 +81,7 @@ static uint32_t pdi_band_steps(const pd_band *band, int32_t i, const pd_walk *f)
     return steps;
 }
 
-/* The bonds of point i; intact 1: those that are not broken. */
+/* Lists the bonds of point i; intact 1: only unbroken ones. */
 static void pdi_band_row(const pd_band *band, int32_t i, int intact, pdi_band_bonds *bonds)
 {
     bonds->count = 0;
@@ -108,7 +108,8 @@ static int pdi_band_within(const pdi_band_bonds *a, const pdi_band_bonds *b)
     return n == a->count;
 }
 
-/* The band that begins at point i: its bonds go into `all`, broken ones too. Returns the first point behind it. */
+/* Finds the batch that begins at point i: `all` becomes the union of the bonds, broken ones too. Returns the first
+ * point behind it. */
 static int32_t pdi_band_grow(const pd_band *band, int32_t i, pdi_band_bonds *all, pdi_band_bonds *one)
 {
     int32_t end = i + 1;
@@ -123,7 +124,7 @@ static int32_t pdi_band_grow(const pd_band *band, int32_t i, pdi_band_bonds *all
     return end;
 }
 
-/* Bonds that points have and that are not broken, of `all` of the points from i to end. */
+/* Sets the masks of the unbroken bonds in `all` for the points i to end - 1, and drops bonds that no point has. */
 static void pdi_band_keep(const pd_band *band, int32_t i, int32_t end, pdi_band_bonds *all, pdi_band_bonds *one)
 {
     int32_t kept = 0;
@@ -141,7 +142,7 @@ static void pdi_band_keep(const pd_band *band, int32_t i, int32_t end, pdi_band_
     all->count = kept;
 }
 
-/* Room for so many bonds. */
+/* Room for `wanted` bonds. */
 static pd_status pdi_band_enlarge(pd_ctx *ctx, pd_band *band, int64_t wanted)
 {
     int64_t room = band->room + band->room / 2;
@@ -152,6 +153,7 @@ static pd_status pdi_band_enlarge(pd_ctx *ctx, pd_band *band, int64_t wanted)
     return PD_OK;
 }
 
+/* Divides all points into batches and stores their bond lists; longest: most bonds of a family. */
 static pd_status pdi_band_walk(pd_ctx *ctx, pd_band *band, int32_t longest, pdi_band_bonds *one)
 {
     int32_t count = band->body->count;
@@ -197,28 +199,28 @@ PDI_FN void pdi_band_move(const pd_ctx *ctx, const pd_band *band, const double *
         for (int d = 0; d < PD_DIM; d++) move[d * band->stride + i] = u[(int64_t)i * PD_DIM + d];
 }
 
-/* 1: point n has the bond. All of them have it where `lanes` has all bits. */
+/* 1.0: point n has the bond with this mask; 0.0: it has not. */
 static inline double pdi_band_has(uint32_t lanes, int n) { return (double)(int32_t)(lanes >> n & 1u); }
 
-/* A bond of count points: by how much its far end is shifted [m], or NULL, w, and the fields of both of its ends.
- * Inlined with constants for `shift`, `lanes` or `count`. */
-PDI_SHARED void pdi_band_add(const double *PD_RESTRICT own, const double *PD_RESTRICT far, int64_t total,
-                             const double *shift, double w, uint32_t lanes, int count,
+/* Adds one bond of `count` points to the sums: fields of the points and of their neighbours, shift [m] of a periodic
+ * image or NULL, weight w, mask of the points that have it. Inlined with constant shift, mask or count. */
+PDI_SHARED void pdi_band_add(const double *PD_RESTRICT own, const double *PD_RESTRICT other, int64_t stride,
+                             const double *shift, double w, uint32_t mask, int count,
                              pdi_band_sums *PD_RESTRICT sums)
 {
     for (int n = 0; n < count; n++) {
         double xi[PD_DIM], eta[PD_DIM], square = 0.0, along = 0.0;
         for (int d = 0; d < PD_DIM; d++) {
-            xi[d] = far[(PDI_BAND_PLACE + d) * total + n] - own[(PDI_BAND_PLACE + d) * total + n];
+            xi[d] = other[(PDI_BAND_PLACE + d) * stride + n] - own[(PDI_BAND_PLACE + d) * stride + n];
             if (shift) xi[d] += shift[d];
-            eta[d] = far[(PDI_BAND_MOVE + d) * total + n] - own[(PDI_BAND_MOVE + d) * total + n];
+            eta[d] = other[(PDI_BAND_MOVE + d) * stride + n] - own[(PDI_BAND_MOVE + d) * stride + n];
             square += xi[d] * xi[d];
             along += eta[d] * xi[d];
         }
-        double over = 1.0 / square, weight = w * far[PDI_BAND_VOLUME * total + n];
-        if (lanes != PDI_BAND_ALL) weight *= pdi_band_has(lanes, n);
-        double part = weight * over;
-        along *= part * over;
+        double inv_r2 = 1.0 / square, weight = w * other[PDI_BAND_VOLUME * stride + n];
+        if (mask != PDI_BAND_ALL) weight *= pdi_band_has(mask, n);
+        double part = weight * inv_r2;
+        along *= part * inv_r2;
         for (int p = 0; p < PD_DIM; p++)
             for (int q = 0; q < PD_DIM; q++) {
                 sums->pull[p * PD_DIM + q][n] += weight * eta[p] * xi[q];
@@ -255,50 +257,51 @@ PDI_FN int32_t pdi_band_collect(const pd_band *band, int32_t k, pdi_band_sums *s
     return count;
 }
 
-/* The force of a bond on count points. T_i - T_j of eq. 8.4 has the tensors of both families in sums. */
-PDI_SHARED void pdi_band_pull(const double *PD_RESTRICT own, const double *PD_RESTRICT far, int64_t total,
-                              const double *shift, double w, uint32_t lanes, double lambda, double mu, int flows,
+/* Adds the force of one bond on `count` points, T_i - T_j of eq. 8.4, with the tensors of both families. flows 1: with
+ * plastic stress. */
+PDI_SHARED void pdi_band_pull(const double *PD_RESTRICT own, const double *PD_RESTRICT other, int64_t stride,
+                              const double *shift, double w, uint32_t mask, double lambda, double mu, int flows,
                               int count, double (*PD_RESTRICT force)[PD_BAND_MOST])
 {
     for (int n = 0; n < count; n++) {
         double xi[PD_DIM], eta[PD_DIM], turned[PD_DIM], square = 0.0, along = 0.0, trace = 0.0;
-        double share = own[PDI_BAND_SHARE * total + n] + far[PDI_BAND_SHARE * total + n];
+        double share = own[PDI_BAND_SHARE * stride + n] + other[PDI_BAND_SHARE * stride + n];
         for (int d = 0; d < PD_DIM; d++) {
-            xi[d] = far[(PDI_BAND_PLACE + d) * total + n] - own[(PDI_BAND_PLACE + d) * total + n];
+            xi[d] = other[(PDI_BAND_PLACE + d) * stride + n] - own[(PDI_BAND_PLACE + d) * stride + n];
             if (shift) xi[d] += shift[d];
-            eta[d] = far[(PDI_BAND_MOVE + d) * total + n] - own[(PDI_BAND_MOVE + d) * total + n];
+            eta[d] = other[(PDI_BAND_MOVE + d) * stride + n] - own[(PDI_BAND_MOVE + d) * stride + n];
             square += xi[d] * xi[d];
             along += share * eta[d] * xi[d];
         }
-        double over = 1.0 / square;
+        double inv_r2 = 1.0 / square;
         for (int p = 0; p < PD_DIM; p++) {
             turned[p] = 0.0;
             for (int q = 0; q < PD_DIM; q++) {
-                int64_t at = (PDI_BAND_TURN + p * PD_DIM + q) * total + n;
-                double both = own[at] + far[at];
+                int64_t at = (PDI_BAND_TURN + p * PD_DIM + q) * stride + n;
+                double both = own[at] + other[at];
                 turned[p] += both * xi[q];
                 if (p == q) trace += both;
             }
             along -= turned[p] * xi[p];
         }
-        double weight = w * far[PDI_BAND_VOLUME * total + n];
-        if (lanes != PDI_BAND_ALL) weight *= pdi_band_has(lanes, n);
-        double stretch = lambda * trace + (lambda + mu) * along * over;
+        double weight = w * other[PDI_BAND_VOLUME * stride + n];
+        if (mask != PDI_BAND_ALL) weight *= pdi_band_has(mask, n);
+        double stretch = lambda * trace + (lambda + mu) * along * inv_r2;
         for (int p = 0; p < PD_DIM; p++) {
             double line = stretch * xi[p] + mu * (share * eta[p] + turned[p]), carried = 0.0, relief = 0.0;
             for (int q = 0; q < PD_DIM; q++) {
-                int64_t at = (PDI_BAND_CARRY + p * PD_DIM + q) * total + n;
-                carried += (own[at] + far[at]) * xi[q];
-                at += PDI_BAND_TENSOR * total;
-                if (flows) relief += (own[at] + far[at]) * xi[q];
+                int64_t at = (PDI_BAND_CARRY + p * PD_DIM + q) * stride + n;
+                carried += (own[at] + other[at]) * xi[q];
+                at += PDI_BAND_TENSOR * stride;
+                if (flows) relief += (own[at] + other[at]) * xi[q];
             }
-            force[p][n] += weight * (over * (line - relief) + carried);
+            force[p][n] += weight * (inv_r2 * (line - relief) + carried);
         }
     }
 }
 
-/* The bonds of band k. Inlined with a constant for `flows`. */
-PDI_SHARED void pdi_band_sum(const pd_band *band, int32_t k, double lambda, double mu, int flows,
+/* Forces of all bonds of batch k. Inlined with a constant for `flows`. */
+PDI_SHARED void pdi_band_sum(const pd_band *band, int32_t k, double lambda, double mu, int plastic,
                              double (*PD_RESTRICT sum)[PD_BAND_MOST])
 {
     int32_t i = band->first[k], count = band->first[k + 1] - i, whole = pdi_band_whole(count);
@@ -308,7 +311,7 @@ PDI_SHARED void pdi_band_sum(const pd_band *band, int32_t k, double lambda, doub
     for (pd_walk f = pdi_walk_from(band->body, i); count == 1 && pdi_walk_next(&f);) {
         double w = pdi_bond_weights_intact(band->weights, i, &f);
         pdi_band_shift(band->body, pdi_walk_image(&f), shift);
-        if (w > 0.0) pdi_band_pull(own, own + (f.to - i), total, shift, w, PDI_BAND_ALL, lambda, mu, flows, 1, sum);
+        if (w > 0.0) pdi_band_pull(own, own + (f.to - i), total, shift, w, PDI_BAND_ALL, lambda, mu, plastic, 1, sum);
     }
     for (int64_t b = band->begin[k]; b < band->begin[k + 1]; b++) {
         const double *far = own + band->bond[b].offset;
@@ -316,13 +319,13 @@ PDI_SHARED void pdi_band_sum(const pd_band *band, int32_t k, double lambda, doub
         uint32_t lanes = band->bond[b].lanes;
         if (band->bond[b].image) {
             pdi_band_shift(band->body, band->bond[b].image, shift);
-            pdi_band_pull(own, far, total, shift, w, lanes, lambda, mu, flows, whole, sum);
+            pdi_band_pull(own, far, total, shift, w, lanes, lambda, mu, plastic, whole, sum);
         } else if (lanes == PDI_BAND_ALL)
-            pdi_band_pull(own, far, total, NULL, w, PDI_BAND_ALL, lambda, mu, flows, PD_BAND_MOST, sum);
+            pdi_band_pull(own, far, total, NULL, w, PDI_BAND_ALL, lambda, mu, plastic, PD_BAND_MOST, sum);
         else if (whole == PD_BAND_MOST)
-            pdi_band_pull(own, far, total, NULL, w, lanes, lambda, mu, flows, PD_BAND_MOST, sum);
+            pdi_band_pull(own, far, total, NULL, w, lanes, lambda, mu, plastic, PD_BAND_MOST, sum);
         else
-            pdi_band_pull(own, far, total, NULL, w, lanes, lambda, mu, flows, whole, sum);
+            pdi_band_pull(own, far, total, NULL, w, lanes, lambda, mu, plastic, whole, sum);
     }
 }
 

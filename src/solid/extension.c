@@ -4,26 +4,26 @@
 #include "solid/stretch.h"
 #include <math.h>
 
-/* Which bonds a loop takes. */
+/* Kinematics of a loop; e = (|Y|^2 - r^2)/r^2. */
 enum {
     PDI_EXTENSION_LINEAR, /* under small displacements */
     PDI_EXTENSION_SMALL,  /* with |e| up to PDI_STRETCH_SMALL */
     PDI_EXTENSION_ANY     /* with any e */
 };
 
-/* What it sums. */
+/* Which sum a loop computes. */
 enum { PDI_EXTENSION_SHAPE, PDI_EXTENSION_ENERGY, PDI_EXTENSION_STRESS, PDI_EXTENSION_FORCE };
 
-/* Rows of sums: the shape, and that of squares behind it. */
+/* Rows of a sum: the entries of the moment, and that of squares behind them. */
 #define PDI_EXTENSION_ROWS (PDI_SYM + 1)
 
-/* A loop over the bonds of a band. */
+/* Result of a loop over the bonds of a batch. */
 typedef struct pdi_extension_loop {
     double (*sum)[PD_BAND_MOST];
     double most[PD_BAND_MOST]; /* [-] largest |e| of the bonds of a point */
 } pdi_extension_loop;
 
-/* Bond n of count ones. */
+/* Kinematics of one bond of one point of the batch. */
 typedef struct pdi_extension_bond {
     double xi[PD_DIM], y[PD_DIM]; /* [m] */
     double square, over;          /* [m2] r^2, and [1/m2] 1/r^2 */
@@ -31,41 +31,43 @@ typedef struct pdi_extension_bond {
     double part;                  /* [-] r/|Y| */
 } pdi_extension_bond;
 
-PDI_INLINE void pdi_extension_look(const double *PD_RESTRICT own, const double *PD_RESTRICT far, int64_t total,
-                                   const double *shift, uint32_t lanes, int way, int n, double *PD_RESTRICT most,
+/* Kinematics of a bond of point n of a batch: own and other: fields of the point and its neighbour, shift [m] of a
+ * periodic image or NULL, way: PDI_EXTENSION_LINEAR and so on. most [PD_BAND_MOST]: updated largest |e|. */
+PDI_INLINE void pdi_extension_look(const double *PD_RESTRICT own, const double *PD_RESTRICT other, int64_t stride,
+                                   const double *shift, uint32_t mask, int kinematics, int n, double *PD_RESTRICT max_e,
                                    pdi_extension_bond *PD_RESTRICT bond)
 {
     double more = 0.0;
     bond->square = 0.0;
     for (int d = 0; d < PD_DIM; d++) {
-        double eta = far[(PDI_BAND_MOVE + d) * total + n] - own[(PDI_BAND_MOVE + d) * total + n];
-        bond->xi[d] = far[(PDI_BAND_PLACE + d) * total + n] - own[(PDI_BAND_PLACE + d) * total + n];
+        double eta = other[(PDI_BAND_MOVE + d) * stride + n] - own[(PDI_BAND_MOVE + d) * stride + n];
+        bond->xi[d] = other[(PDI_BAND_PLACE + d) * stride + n] - own[(PDI_BAND_PLACE + d) * stride + n];
         if (shift) bond->xi[d] += shift[d];
-        bond->y[d] = bond->xi[d] + (way == PDI_EXTENSION_LINEAR ? 0.0 : eta);
+        bond->y[d] = bond->xi[d] + (kinematics == PDI_EXTENSION_LINEAR ? 0.0 : eta);
         bond->square += bond->xi[d] * bond->xi[d];
-        more += eta * (way == PDI_EXTENSION_LINEAR ? bond->xi[d] : bond->xi[d] + bond->y[d]);
+        more += eta * (kinematics == PDI_EXTENSION_LINEAR ? bond->xi[d] : bond->xi[d] + bond->y[d]);
     }
     bond->over = 1.0 / bond->square;
     double e = more * bond->over;
-    if (lanes != PDI_BAND_ALL) e = (lanes >> n & 1u) ? e : 0.0;
+    if (mask != PDI_BAND_ALL) e = (mask >> n & 1u) ? e : 0.0;
     bond->stretch = e;
     bond->part = 1.0;
-    if (way == PDI_EXTENSION_LINEAR) return;
-    if (way == PDI_EXTENSION_SMALL) most[n] = fabs(e) > most[n] ? fabs(e) : most[n];
-    double pull = way == PDI_EXTENSION_SMALL ? e * pdi_stretch_series(e) : pdi_stretch_pull(e);
+    if (kinematics == PDI_EXTENSION_LINEAR) return;
+    if (kinematics == PDI_EXTENSION_SMALL) max_e[n] = fabs(e) > max_e[n] ? fabs(e) : max_e[n];
+    double pull = kinematics == PDI_EXTENSION_SMALL ? e * pdi_stretch_series(e) : pdi_stretch_pull(e);
     bond->part -= pull;
     bond->stretch = pull * (1.0 + e) * bond->part;
 }
 
-/* The shape of count points; squares 1: their squares, too. */
-PDI_SHARED void pdi_extension_add(const double *PD_RESTRICT own, const double *PD_RESTRICT far, int64_t total,
-                                  const double *shift, double w, uint32_t lanes, int squares, int way, int count,
-                                  double *PD_RESTRICT most, double (*PD_RESTRICT sum)[PD_BAND_MOST])
+/* Adds one bond to the moments A of `count` points; squares 1: to sum w V e^2, too. */
+PDI_SHARED void pdi_extension_add(const double *PD_RESTRICT own, const double *PD_RESTRICT other, int64_t stride,
+                                  const double *shift, double w, uint32_t mask, int squares, int kinematics, int count,
+                                  double *PD_RESTRICT max_e, double (*PD_RESTRICT sum)[PD_BAND_MOST])
 {
     for (int n = 0; n < count; n++) {
         pdi_extension_bond bond;
-        pdi_extension_look(own, far, total, shift, lanes, way, n, most, &bond);
-        double share = w * far[PDI_BAND_VOLUME * total + n] * bond.stretch;
+        pdi_extension_look(own, other, stride, shift, mask, kinematics, n, max_e, &bond);
+        double share = w * other[PDI_BAND_VOLUME * stride + n] * bond.stretch;
         for (int p = 0; p < PD_DIM; p++)
             for (int q = 0; q < PD_DIM; q++)
                 if (q <= p) sum[pdi_strain_place(p, q)][n] += share * bond.xi[p] * bond.xi[q];
@@ -73,26 +75,27 @@ PDI_SHARED void pdi_extension_add(const double *PD_RESTRICT own, const double *P
     }
 }
 
-/* The force on count points; stress 1: the stress of their families. */
-PDI_SHARED void pdi_extension_pull(const double *PD_RESTRICT own, const double *PD_RESTRICT far, int64_t total,
-                                   const double *shift, double w, uint32_t lanes, int stress, int way, int count,
-                                   double *PD_RESTRICT most, double (*PD_RESTRICT sum)[PD_BAND_MOST])
+/* Adds the force of one bond to `count` points; stress 1: the stress of their own families instead. */
+PDI_SHARED void pdi_extension_pull(const double *PD_RESTRICT own, const double *PD_RESTRICT other, int64_t stride,
+                                   const double *shift, double w, uint32_t mask, int stress, int kinematics, int count,
+                                   double *PD_RESTRICT max_e, double (*PD_RESTRICT sum)[PD_BAND_MOST])
 {
     for (int n = 0; n < count; n++) {
         pdi_extension_bond bond;
-        double alpha = own[PDI_EXTENSION_ALPHA * total + n], carried = 0.0;
-        if (!stress) alpha += far[PDI_EXTENSION_ALPHA * total + n];
-        pdi_extension_look(own, far, total, shift, lanes, way, n, most, &bond);
+        double alpha = own[PDI_EXTENSION_ALPHA * stride + n], carried = 0.0;
+        if (!stress) alpha += other[PDI_EXTENSION_ALPHA * stride + n];
+        pdi_extension_look(own, other, stride, shift, mask, kinematics, n, max_e, &bond);
         for (int p = 0; p < PD_DIM; p++) {
             double line = 0.0;
             for (int q = 0; q < PD_DIM; q++) {
-                int64_t at = (PDI_EXTENSION_STATE + pdi_strain_place(p, q)) * total + n;
-                if (q <= p) line += (stress ? own[at] : own[at] + far[at]) * bond.xi[q];
+                int64_t at = (PDI_EXTENSION_STATE + pdi_strain_place(p, q)) * stride + n;
+                if (q <= p) line += (stress ? own[at] : own[at] + other[at]) * bond.xi[q];
             }
             carried += line * bond.xi[p];
         }
-        double share = w * far[PDI_BAND_VOLUME * total + n] * (carried * bond.over + alpha * bond.stretch) * bond.part;
-        if (lanes != PDI_BAND_ALL) share = (lanes >> n & 1u) ? share : 0.0;
+        double share = w * other[PDI_BAND_VOLUME * stride + n] *
+                       (carried * bond.over + alpha * bond.stretch) * bond.part;
+        if (mask != PDI_BAND_ALL) share = (mask >> n & 1u) ? share : 0.0;
         for (int p = 0; p < PD_DIM && !stress; p++) sum[p][n] += share * bond.y[p];
         for (int p = 0; p < PD_DIM && stress; p++)
             for (int q = 0; q < PD_DIM; q++)
@@ -100,20 +103,20 @@ PDI_SHARED void pdi_extension_pull(const double *PD_RESTRICT own, const double *
     }
 }
 
-/* One of both for a bond. Inlined with constants for what tells them apart, for `shift`, `lanes` or `count`. */
-PDI_SHARED void pdi_extension_of(const double *own, const double *far, int64_t total, const double *shift, double w,
-                                 uint32_t lanes, int what, int way, int count, pdi_extension_loop *loop)
+/* Adds one bond to the sum `what`. Inlined with constants for what, kinematics, shift, mask or count. */
+PDI_SHARED void pdi_extension_of(const double *own, const double *other, int64_t stride, const double *shift, double w,
+                                 uint32_t mask, int what, int kinematics, int count, pdi_extension_loop *loop)
 {
     if (what == PDI_EXTENSION_SHAPE || what == PDI_EXTENSION_ENERGY)
-        pdi_extension_add(own, far, total, shift, w, lanes, what == PDI_EXTENSION_ENERGY, way, count, loop->most,
-                          loop->sum);
+        pdi_extension_add(own, other, stride, shift, w, mask, what == PDI_EXTENSION_ENERGY, kinematics, count,
+                          loop->most, loop->sum);
     else
-        pdi_extension_pull(own, far, total, shift, w, lanes, what == PDI_EXTENSION_STRESS, way, count, loop->most,
-                           loop->sum);
+        pdi_extension_pull(own, other, stride, shift, w, mask, what == PDI_EXTENSION_STRESS, kinematics, count,
+                           loop->most, loop->sum);
 }
 
-/* All bonds of band k. Inlined with constants for `what` and `way`. */
-PDI_SHARED void pdi_extension_bonds(const pd_band *band, int32_t k, int what, int way, pdi_extension_loop *loop)
+/* Sum over all bonds of batch k with the given kinematics. Inlined with constants. */
+PDI_SHARED void pdi_extension_bonds(const pd_band *band, int32_t k, int what, int kinematics, pdi_extension_loop *loop)
 {
     int32_t i = band->first[k], count = band->first[k + 1] - i;
     int whole = pdi_band_whole(count);
@@ -126,7 +129,7 @@ PDI_SHARED void pdi_extension_bonds(const pd_band *band, int32_t k, int what, in
     for (pd_walk f = pdi_walk_from(band->body, i); count == 1 && pdi_walk_next(&f);) {
         double w = pdi_bond_weights_intact(band->weights, i, &f);
         pdi_band_shift(band->body, pdi_walk_image(&f), shift);
-        if (w > 0.0) pdi_extension_of(own, own + (f.to - i), total, shift, w, PDI_BAND_ALL, what, way, 1, loop);
+        if (w > 0.0) pdi_extension_of(own, own + (f.to - i), total, shift, w, PDI_BAND_ALL, what, kinematics, 1, loop);
     }
     for (int64_t b = band->begin[k]; b < band->begin[k + 1]; b++) {
         const double *far = own + band->bond[b].offset;
@@ -134,14 +137,15 @@ PDI_SHARED void pdi_extension_bonds(const pd_band *band, int32_t k, int what, in
         uint32_t lanes = band->bond[b].lanes;
         if (band->bond[b].image) {
             pdi_band_shift(band->body, band->bond[b].image, shift);
-            pdi_extension_of(own, far, total, shift, w, lanes, what, way, whole, loop);
+            pdi_extension_of(own, far, total, shift, w, lanes, what, kinematics, whole, loop);
         } else if (lanes == PDI_BAND_ALL)
-            pdi_extension_of(own, far, total, NULL, w, PDI_BAND_ALL, what, way, PD_BAND_MOST, loop);
-        else pdi_extension_of(own, far, total, NULL, w, lanes, what, way, whole, loop);
+            pdi_extension_of(own, far, total, NULL, w, PDI_BAND_ALL, what, kinematics, PD_BAND_MOST, loop);
+        else pdi_extension_of(own, far, total, NULL, w, lanes, what, kinematics, whole, loop);
     }
 }
 
-/* The sums of band k. Inlined with a constant for `what`. */
+/* Sum over batch k: first by the series for small |e|, again in full where a bond exceeds its range. Inlined with a
+ * constant for `what`. */
 PDI_SHARED void pdi_extension_sum(const pd_band *band, int32_t k, int linear, int what, pdi_extension_loop *loop)
 {
     int32_t count = band->first[k + 1] - band->first[k], n = 0;

@@ -1,8 +1,8 @@
-/* extension: the two sums over bonds that forces along bonds need, for many points at a time.
+/* extension: the two sums over bonds of the ordinary state-based model, for batches of points.
  *
- * The first one is the shape A = sum w V e r n n of the extensions e of a family, the second one the force of bonds
- * that the tensors Q of both of their families pull: t = r n.(Q_i + Q_j) n + (alpha_i + alpha_j) e along Y (theory:
- * 8.9). Both know a bond by xi, r^2 and the change of its square: no length is needed.
+ * The first one is the moment A = sum w V e r n n of the bond extensions e of a family. The second one is the force of
+ * bonds from the tensors Q of both families: t = r n.(Q_i + Q_j) n + (alpha_i + alpha_j) e along Y (theory: 8.9). Both
+ * use xi, r^2 and the change of r^2 only: no square root of a length is needed.
  */
 #ifndef PD_EXTENSION_H
 #define PD_EXTENSION_H
@@ -16,16 +16,16 @@ enum {
     PDI_EXTENSION_FIELDS = PDI_EXTENSION_STATE + PDI_SYM
 };
 
-/* A of the points of band k, as vectors of strain.h, for displacements of any size or small ones (linear 1), and
- * sum w V e^2 [PD_BAND_MOST], or NULL. Returns how many points the band has. */
+/* Moments A of batch k, as vectors of strain.h, and sum w V e^2 [PD_BAND_MOST], or NULL. linear 1: small displacements,
+ * 0: of any size. Returns how many points the batch has. */
 PDI_FN int32_t pdi_extension_shape(const pd_band *band, int32_t k, int linear, double (*shape)[PD_BAND_MOST],
                                    double *square);
-/* Fields of point i for the force: alpha, and Q as a vector of strain.h. */
+/* Stores the fields of point i that the force reads: alpha [Pa/m^(d+2)], and Q as a vector of strain.h. */
 PDI_FN void pdi_extension_offer(const pd_band *band, int32_t i, double alpha, const double *q);
-/* Stress of the families of band k over the volume that they had, sum w V t y y^T/|y| with what the family of a point
- * has of t: its diagonal and then what lies off it. */
+/* Stress [Pa] of the points of batch k by their own families, over the reference volume: sum w V t y y^T/|y|. Rows:
+ * diagonal entries, then those off the diagonal. */
 PDI_FN void pdi_extension_stress(const pd_band *band, int32_t k, int linear, double (*stress)[PD_BAND_MOST]);
-/* force [count][PD_DIM] [N/m3] of the points of band k. */
+/* force [count][PD_DIM] [N/m3] of the points of batch k. */
 PDI_FN void pdi_extension_force(const pd_band *band, int32_t k, int linear, double *force);
 #endif
 

@@ -5,23 +5,22 @@
 #include <math.h>
 #include <string.h>
 
-/* Moments that are missed, for a share of 1: of energies and third order, and of products. The edges of a body miss
- * products whatever the factors, since all of their bonds lie in one quadrant. */
+/* Regularisation: error of a moment for a multiplier of 1, of energies and third order, and of products. Products are
+ * penalised more: at an edge all bonds lie in one quadrant, so no factors can restore them. */
 #define PDI_MEND_MISS 0.02
 #define PDI_MEND_EDGE 0.2
 /* Logarithm of the largest factor, 8. */
 #define PDI_MEND_BOUND 2.0794415416798357
-/* Part of the last change of shares that a sweep repeats. */
+/* Momentum (heavy-ball) coefficient of the sweeps: part of the last change that is added again. */
 #define PDI_MEND_AGAIN 0.5
-/* Largest change of a share in a sweep, and of all that ends the sweeps. */
+/* Largest change of a multiplier in a sweep, the change at which sweeps end, and most sweeps. */
 #define PDI_MEND_STEP 1.0
 #define PDI_MEND_END 1e-2
 #define PDI_MEND_SWEEPS 200
-/* A family whose moments are off by less is whole. */
+/* A family whose moments are off by less counts as complete. */
 #define PDI_MEND_WHOLE 1e-6
-/* Doubles near 3 2^11 are multiples of 2^-40: a sum with this number rounds to them. So does one with 3 2^43 to
- * multiples of 2^-8: shares are no more exact, and points that follow each other have the same ones more often, as
- * bands want them. */
+/* Rounding grids: x + g - g rounds x to multiples of 2^-40 with g = 3 2^11 (terms of sums), and to multiples of 2^-8
+ * with g = 3 2^43 (multipliers: consecutive points then have equal ones more often, as point batches need them). */
 #define PDI_MEND_GRID 6144.0
 #define PDI_MEND_COARSE 26388279066624.0
 
@@ -29,9 +28,10 @@ enum { PDI_MEND_PACKED = PD_MEND_MOMENTS * (PD_MEND_MOMENTS + 1) / 2 };
 
 /* ---- moments ---- */
 
+/* Rounds x to the grid of one of the constants above. */
 static inline double pdi_mend_round(double x, double grid) { return x + grid - grid; }
 
-/* Moments of the bond xi, and r [m]. */
+/* f [PD_MEND_MOMENTS]: the moment functions of the bond xi. Returns r [m]. */
 static inline double pdi_mend_moments(const pdi_mend *o, const double *xi, double *f)
 {
     double r = sqrt(pdi_vec_dot(xi, xi)), near = o->length / r, n[PD_DIM], s[PD_DIM];
@@ -52,7 +52,8 @@ static inline double pdi_mend_moments(const pdi_mend *o, const double *xi, doubl
     return r;
 }
 
-/* Shares times moments. The other end sees the bond along -xi: third order turns its sign. */
+/* Exponent of one end: multipliers times moment functions. sign -1: of the other end, which sees -xi, so third order
+ * changes its sign. */
 static inline double pdi_mend_power(const double *share, const double *f, double sign)
 {
     double even = 0.0, odd = 0.0;
@@ -61,7 +62,7 @@ static inline double pdi_mend_power(const double *share, const double *f, double
     return even + sign * odd;
 }
 
-/* Factor at z, the sum of both ends, and its derivative. */
+/* Correction factor at the exponent z of both ends, bounded by 8 and 1/8; *slope: its derivative. */
 static inline double pdi_mend_exp(double z, double *slope)
 {
     double flat = 1.0 / sqrt(1.0 + z * z / (PDI_MEND_BOUND * PDI_MEND_BOUND)), factor = exp(z * flat);
@@ -78,12 +79,13 @@ PDI_FN double pdi_mend_factor(const pdi_mend *o, const double *own, const double
 
 /* ---- shares ---- */
 
+/* Regularisation of moment k. */
 static inline double pdi_mend_cost(int k)
 {
     return k >= PD_DIM && k < PD_DIM + PD_MEND_PRODUCTS ? PDI_MEND_EDGE : PDI_MEND_MISS;
 }
 
-/* What the moments of point i lack, less what its shares may miss, and, not NULL, the matrix of (8.8d). */
+/* Residual of the moments of point i, regularised, into gap; and, unless NULL, the matrix of (8.8d). */
 static void pdi_mend_gap(const pdi_mend *o, const double *share, int32_t i, double *gap, double *matrix)
 {
     enum { all = PD_MEND_MOMENTS };
@@ -105,7 +107,8 @@ static void pdi_mend_gap(const pdi_mend *o, const double *share, int32_t i, doub
     }
 }
 
-/* Cholesky's factor of twice the matrix, since the other ends move, too, into factor, its rows one after another. */
+/* Cholesky factor of twice the matrix, as the other ends change alike, with the penalties on the diagonal. Rows one
+ * after another. */
 static void pdi_mend_factorize(double *matrix, float *factor)
 {
     enum { all = PD_MEND_MOMENTS };
@@ -120,6 +123,7 @@ static void pdi_mend_factorize(double *matrix, float *factor)
         for (int n = 0; n <= k; n++) *factor++ = (float)matrix[k * all + n];
 }
 
+/* Solves with the Cholesky factor, in place. */
 static void pdi_mend_solve(const float *factor, double *x)
 {
     const float *row = factor;
@@ -134,7 +138,7 @@ static void pdi_mend_solve(const float *factor, double *x)
     }
 }
 
-/* Newton's step of the shares of point i alone. fresh: with a factor of its own. */
+/* Newton step of the multipliers of point i alone, into change. fresh 1: with a new factor; 0: with the last one. */
 static void pdi_mend_step(const pdi_mend *o, const double *share, int32_t i, int fresh, float *factor, double *change)
 {
     enum { all = PD_MEND_MOMENTS };
@@ -147,7 +151,7 @@ static void pdi_mend_step(const pdi_mend *o, const double *share, int32_t i, int
     for (int k = 0; k < all; k++) change[k] = part * gap[k] + PDI_MEND_AGAIN * change[k];
 }
 
-/* Signs of the moments of a family under a reflection: bit d of flip turns n_d. */
+/* Signs of the moments under a reflection; bit d of flip: n_d changes its sign. */
 static void pdi_mend_signs(int flip, double *sign)
 {
     double *product = sign + PD_DIM, *third = product + PD_MEND_PRODUCTS, n[PD_DIM], all = 1.0;
@@ -165,7 +169,7 @@ static void pdi_mend_signs(int flip, double *sign)
     if (PD_DIM == 3) *third = all;
 }
 
-/* Shares of images are those of their points, reflected. */
+/* Multipliers of mirror images: those of their points, reflected. */
 static void pdi_mend_reflect(const pd_ctx *ctx, const pd_body *body, double *share)
 {
     int nt = pdi_par_threads(ctx, ((int64_t)body->count - body->own) * PD_MEND_MOMENTS);
@@ -179,7 +183,7 @@ static void pdi_mend_reflect(const pd_ctx *ctx, const pd_body *body, double *sha
     }
 }
 
-/* Points that are no images and whose families are not whole, into cut [own]. Returns how many. */
+/* Lists real points with incomplete families into cut [own]. Returns how many. */
 static int32_t pdi_mend_cut(const pd_ctx *ctx, const pdi_mend *o, const double *share, int32_t *cut)
 {
     const pd_body *body = o->springs->body;
@@ -198,7 +202,8 @@ static int32_t pdi_mend_cut(const pd_ctx *ctx, const pdi_mend *o, const double *
     return found;
 }
 
-/* All of them at a time, until they settle. Factors are found anew less and less often. */
+/* Sweeps over all incomplete families until the multipliers converge. Factors are computed anew at sweeps 0, 1, 2, 4, 8
+ * and so on. */
 static void pdi_mend_settle(const pd_ctx *ctx, const pdi_mend *o, const int32_t *cut, int32_t cuts, float *factor,
                             double *change, double *share)
 {

@@ -1,13 +1,14 @@
-/* mend: factors of springs in families that a surface cuts, by moments of these families.
+/* mend: surface correction of bond-based models by moments: factors of bonds in families that a surface truncates.
  *
- * Each family has moments f(n): the energies of strains along the axes, the products n_a n_b, and what of n n n has no
- * trace. Factors of bonds give them the values of a whole family: then a uniform stress is in balance at a free surface
- * of any direction, and energies are those of the bulk. Each point has a share of each moment. The factor of a bond is
- * a bounded exponential of the shares of both ends, and a whole family has none (theory: eq. 8.8a to 8.8d).
+ * Each family has moments sum w r f(n) V: the energies of strains along the axes, the products n_a n_b, and the
+ * traceless part of n n n. Bond factors restore the moments of a complete family. Then a uniform stress is in balance
+ * at a free surface of any direction, and energies are those of the bulk. Each point has a multiplier (share) for each
+ * moment. The factor of a bond is a bounded exponential of the multipliers of both ends; a complete family needs none
+ * (theory: eq. 8.8a to 8.8d).
  *
  * Sums take terms rounded to a grid, so that they are exact: they do not depend on the order, and a body and its mirror
- * image get the same bits. Shares depend on those of all points around, however far: images behind planes of symmetry
- * take those of their points.
+ * image get the same bits. Multipliers depend on those of all points around, however far: mirror images behind planes
+ * of symmetry take those of their points.
  */
 #ifndef PD_MEND_H
 #define PD_MEND_H
@@ -20,17 +21,18 @@ enum {
 };
 
 #ifdef PDI_INTERNAL
+/* Bond weights of the uncorrected model, and the moments of a complete family. */
 typedef struct pdi_mend {
     const pd_springs *springs; /* weights without factors */
     double axis;               /* [m^(d+1)] sum w r n_0^4 V of a whole family */
     double length;             /* [m] root of sum w r V over sum w/r V of a whole family */
 } pdi_mend;
 
-/* share [count][PD_MEND_MOMENTS], zero where families are whole. A sweep at a time over the bonds of the others that
- * are no images. */
+/* Computes the multipliers share [count][PD_MEND_MOMENTS]; zero where families are complete. Jacobi-Newton sweeps over
+ * the incomplete families of real points. */
 PDI_FN pd_status pdi_mend_find(pd_ctx *ctx, const pdi_mend *mend, double *share);
-/* Factor of a bond along xi whose ends have these shares, between 1/8 and 8; 1: no shares. Both ends get the same
- * bits. */
+/* Correction factor of a bond along xi, between 1/8 and 8, by the multipliers of both ends; 1: they are zero. Both ends
+ * get the same bits. */
 PDI_FN double pdi_mend_factor(const pdi_mend *mend, const double *own, const double *other, const double *xi);
 #endif
 

@@ -5,12 +5,12 @@
 #include <math.h>
 #include <string.h>
 
-/* What a bond counts at least across itself, over what it does along, in blocks: so they can be inverted. */
+/* Least transverse over longitudinal bond stiffness in preconditioner blocks, so that they can be inverted. */
 #define PDI_MICROELASTIC_ACROSS 1e-3
-/* Parts of 1/h that the layer at a surface is counted in. It is a few 1/h at most. */
+/* Fixed-point scale: parts of 1/h in which surface vectors are summed. They are a few 1/h at most. */
 #define PDI_MICROELASTIC_UNITS 4503599627370496.0 /* 2^52 */
 
-/* Sums over the family of a point of an infinite lattice. */
+/* Sums over a complete family of an infinite lattice; n = xi/r. */
 typedef struct pdi_microelastic_sums {
     double axis;   /* [m^(d+1)] sum w r n_0^4 V */
     double off;    /* [m^(d+1)] sum w r (n_0^4 - 3 n_0^2 n_1^2) V: 0 when moduli are the same in all directions */
@@ -21,7 +21,7 @@ typedef struct pdi_microelastic_sums {
     double volume; /* [m^d] sum beta V, beta: what lies within the horizon */
 } pdi_microelastic_sums;
 
-/* With the weights, or with the influence times q. */
+/* Sums with the weights, or (cubic 1) with the influence function times q; n: crack normal or NULL. */
 static void pdi_microelastic_sum(const pd_microelastic *m, int cubic, const double *n, pdi_microelastic_sums *s)
 {
     const pd_body *body = m->body;
@@ -58,6 +58,7 @@ PDI_FN double pdi_microelastic_limit(const pd_microelastic *m, double density)
     return sqrt(2.0 * density / (m->modulus * pdi_max(s.over, m->stiffest)));
 }
 
+/* The same as a callback of the anisotropy. */
 static double pdi_microelastic_crack_of(const void *self, const double *n)
 {
     return pdi_microelastic_crack((const pd_microelastic *)self, n);
@@ -73,14 +74,15 @@ PDI_FN void pdi_microelastic_list(pdi_owner *owner, void *object)
     PDI_VALUE(owner, microelastic, released, "J");
 }
 
-/* [Pa] The modulus along an axis. */
+/* Elastic modulus c_11 [Pa] along an axis, by Young's modulus and the Poisson ratio 1/4 (plane stress 1/3). */
 static double pdi_microelastic_along(const pd_microelastic *m)
 {
     static const double stiff[2] = {6.0 / 5.0, 9.0 / 8.0};
     return m->desc.young * (PD_DIM == 1 ? 1.0 : stiff[PD_DIM == 2 && m->desc.plane == PD_PLANE_STRESS]);
 }
 
-/* Modulus, weights and critical stretch of the lattice. */
+/* Computes the micromodulus, the isotropy coefficient and the critical stretch of the lattice from its sums (theory:
+ * 8.2). */
 static void pdi_microelastic_calibrate(pd_microelastic *m)
 {
     static const double mean[3] = {1.0, 2.0 / PDI_PI, 0.5}; /* of |n.e| over all directions */
@@ -99,21 +101,22 @@ static void pdi_microelastic_calibrate(pd_microelastic *m)
 
 /* ---- weights ---- */
 
-/* What weights are made of. */
+/* Context of the weight functions. */
 typedef struct pdi_microelastic_making {
     const pd_microelastic *m;
     pdi_microelastic_sums whole;
     pdi_mend mend;
-    const double *part; /* [count][PD_DIM] what families have along each axis, or of volume; NULL: no such factors */
+    const double *part; /* [count][PD_DIM] energy along each axis, or volume, of families; NULL: no such factors */
 } pdi_microelastic_making;
 
-/* Weight of the bond xi of a whole family. */
+/* Weight of the bond xi without surface correction. */
 static double pdi_microelastic_plain(const pd_microelastic *m, const double *xi)
 {
     double weight = 1.0 + m->shear * pdi_weigh_cubic(xi, pdi_vec_dot(xi, xi));
     return weight * pdi_body_weight(m->body, m->desc.influence, xi);
 }
 
+/* The pdi_bond_weights_fn without surface correction. */
 static double pdi_microelastic_whole(const void *self, int32_t i, const pd_walk *bond)
 {
     const pd_microelastic *m = (const pd_microelastic *)self;
@@ -122,7 +125,7 @@ static double pdi_microelastic_whole(const void *self, int32_t i, const pd_walk 
     return pdi_microelastic_plain(m, xi);
 }
 
-/* The same with its factor, by the parts or the shares of both ends. */
+/* The pdi_bond_weights_fn with the surface correction, by the family moments or the multipliers of both ends. */
 static double pdi_microelastic_mended(const void *self, int32_t i, const pd_walk *bond)
 {
     const pdi_microelastic_making *o = (const pdi_microelastic_making *)self;
@@ -138,7 +141,7 @@ static double pdi_microelastic_mended(const void *self, int32_t i, const pd_walk
     return (double)(float)pdi_microelastic_plain(m, xi) * factor;
 }
 
-/* What the family of point i has along each axis, or of volume, as a whole one counts. */
+/* Moments of the family of point i for the energy or volume method. */
 static void pdi_microelastic_part(const pd_microelastic *m, int32_t i, double *part)
 {
     const pd_body *body = m->body;
@@ -157,7 +160,7 @@ static void pdi_microelastic_part(const pd_microelastic *m, int32_t i, double *p
     for (int a = 0; a < PD_DIM; a++) part[a] = pdi_sum_total(&sum[a]);
 }
 
-/* A bound of sum w/r n n V of a family: its largest row sum. */
+/* Upper bound (row sum) of the eigenvalues of sum w/r n n V of the family of point i [m^(d-1)]. */
 static double pdi_microelastic_bound(const pd_microelastic *m, int32_t i)
 {
     double stiff[PD_DIM * PD_DIM] = {0.0}, most = 0.0;
@@ -175,8 +178,7 @@ static double pdi_microelastic_bound(const pd_microelastic *m, int32_t i)
     return most;
 }
 
-/* Weights of all bonds. Families that a surface cuts have too few of them for the stiffness of the bulk, and the others
- * make up for it (theory: 8.2). work [count][PD_DIM]. */
+/* Computes the weights of all bonds with the surface correction (theory: 8.2). work [count][PD_DIM]. */
 static pd_status pdi_microelastic_weigh(pd_ctx *ctx, pd_microelastic *m, double *work)
 {
     const pd_body *body = m->body;
@@ -205,6 +207,7 @@ static pd_status pdi_microelastic_weigh(pd_ctx *ctx, pd_microelastic *m, double 
     return PD_OK;
 }
 
+/* Inner part of the build; after an error the caller frees. */
 static pd_status pdi_microelastic_make(pd_ctx *ctx, pd_body *body, const pd_microelastic_desc *desc,
                                        pd_microelastic *m)
 {
@@ -243,7 +246,7 @@ void pd_microelastic_free(pd_ctx *ctx, pd_microelastic *m)
     memset(m, 0, sizeof *m);
 }
 
-/* Stretch of the bond from point i to j, Y, r and |Y| [m]. */
+/* Stretch of the bond from point i to j; out: Y, r and |Y| [m]. */
 static inline double pdi_microelastic_stretch(const pd_body *body, const double *u, int32_t i, int32_t j, double *y,
                                               double *r, double *length)
 {
@@ -254,14 +257,15 @@ static inline double pdi_microelastic_stretch(const pd_body *body, const double 
     return pdi_body_strain(xi, eta, y, r, length);
 }
 
-/* Forces at u. Bonds that break release what they hold at u - back v. */
+/* Forces at u. breaks 1: bonds beyond the critical stretch break and release their energy at u - midpoint_dt v. Returns how
+ * many. */
 static int64_t pdi_microelastic_run(const pd_ctx *ctx, pd_microelastic *m, const double *u, const double *v,
-                                    double back, int breaks, double *force)
+                                    double midpoint_dt, int breaks, double *force)
 {
     pdi_springs_sweep sweep;
     sweep.u = u;
     sweep.v = v;
-    sweep.back = back;
+    sweep.back = midpoint_dt;
     sweep.most = breaks && m->critical > 0.0 ? m->critical : HUGE_VAL;
     sweep.modulus = m->modulus;
     sweep.force = force;
@@ -288,7 +292,7 @@ PDI_FN void pdi_microelastic_edge(const pd_microelastic *m, int32_t i, double *e
     for (int d = 0; d < PD_DIM; d++) edge[d] = (double)units[d] / PDI_MICROELASTIC_UNITS / m->body->spacing;
 }
 
-/* Energy density of point i at displacements u [J/m3]. */
+/* Strain energy density of point i at displacements u [J/m3]. */
 static double pdi_microelastic_density(const pd_microelastic *m, const double *u, int32_t i)
 {
     const pd_body *body = m->body;
@@ -313,6 +317,7 @@ double pd_microelastic_energy(const pd_ctx *ctx, const pd_microelastic *m, const
 
 /* ---- what solvers see ---- */
 
+/* pd_solid.force: forces without breaking; keeps u for the tangent. */
 static pd_status pdi_microelastic_solid_force(pd_ctx *ctx, void *self, const double *u, double *force)
 {
     pd_microelastic *m = (pd_microelastic *)self;
@@ -322,20 +327,21 @@ static pd_status pdi_microelastic_solid_force(pd_ctx *ctx, void *self, const dou
     return pdi_par_max_abs(ctx, n, force) < HUGE_VAL ? PD_OK : PD_RETRY;
 }
 
-/* Stiffness of a bond of point i at displacements u: along its direction n, and across it [N/m^(2d+1)]. 0: it is
+/* Longitudinal and transverse stiffness of a bond of point i at u [N/m^(2d+1)], and its direction n. Returns 0: it is
  * broken. */
 static int pdi_microelastic_stiff(const pd_microelastic *m, const double *u, int32_t i, const pd_walk *f, double *n,
-                                  double *along, double *across)
+                                  double *longitudinal, double *transverse)
 {
     double r, length, weight = m->modulus * pdi_bond_weights_intact(&m->weights, i, f);
     if (!(weight > 0.0)) return 0;
     double s = pdi_microelastic_stretch(m->body, u, i, f->to, n, &r, &length);
     for (int d = 0; d < PD_DIM; d++) n[d] /= length;
-    *along = weight / r;
-    *across = weight * s / length;
+    *longitudinal = weight / r;
+    *transverse = weight * s / length;
     return 1;
 }
 
+/* pd_solid.tangent at the displacements of the last force. */
 static void pdi_microelastic_solid_tangent(const pd_ctx *ctx, void *self, const double *du, double *df)
 {
     const pd_microelastic *m = (const pd_microelastic *)self;
@@ -357,7 +363,7 @@ static void pdi_microelastic_solid_tangent(const pd_ctx *ctx, void *self, const 
     }
 }
 
-/* Bonds under pressure give nothing across. */
+/* pd_solid.blocks: diagonal blocks; compressed bonds get no negative transverse stiffness. */
 static void pdi_microelastic_solid_blocks(const pd_ctx *ctx, void *self, double *block)
 {
     const pd_microelastic *m = (const pd_microelastic *)self;
@@ -385,6 +391,7 @@ static double pdi_microelastic_solid_energy(const pd_ctx *ctx, void *self, const
     return pd_microelastic_energy(ctx, (const pd_microelastic *)self, u);
 }
 
+/* pd_solid.density: energy density of all points. */
 static void pdi_microelastic_solid_density(const pd_ctx *ctx, void *self, const double *u, double *density)
 {
     const pd_microelastic *m = (const pd_microelastic *)self;
@@ -394,7 +401,7 @@ static void pdi_microelastic_solid_density(const pd_ctx *ctx, void *self, const 
     for (int32_t i = 0; i < m->body->count; i++) density[i] = pdi_microelastic_density(m, u, i);
 }
 
-/* Half of what the bond puts on point i. */
+/* pd_solid.pull: half of the bond force on point i, the part of its own family. */
 static void pdi_microelastic_solid_pull(const void *self, const double *u, int32_t i, const pd_walk *f, double *pull)
 {
     const pd_microelastic *m = (const pd_microelastic *)self;
@@ -403,23 +410,27 @@ static void pdi_microelastic_solid_pull(const void *self, const double *u, int32
     for (int d = 0; d < PD_DIM; d++) pull[d] *= weight > 0.0 ? 0.5 * m->modulus * weight * s / length : 0.0;
 }
 
-/* A bond that breaks in a step has pulled at its start and not at its end: its energy is that of the middle. */
+/* pd_solid.move: forces at the end of a time step, with breaking. The energy of a bond that breaks is that at the
+ * middle of the step. */
 static int64_t pdi_microelastic_solid_move(const pd_ctx *ctx, void *self, const double *u, const double *v, double dt,
                                            double *force)
 {
     return pdi_microelastic_run(ctx, (pd_microelastic *)self, u, v, 0.5 * dt, 1, force);
 }
 
+/* pd_solid.update: bonds have broken. */
 static pd_status pdi_microelastic_solid_update(pd_ctx *ctx, void *self)
 {
     return pdi_springs_find(ctx, &((pd_microelastic *)self)->springs);
 }
 
+/* pd_solid.limit: stable time step. */
 static double pdi_microelastic_solid_limit(const void *self, double density)
 {
     return pdi_microelastic_limit((const pd_microelastic *)self, density);
 }
 
+/* pd_solid.store: state to or from an archive. */
 static pd_status pdi_microelastic_solid_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     pd_microelastic *m = (pd_microelastic *)self;

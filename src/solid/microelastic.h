@@ -14,11 +14,11 @@
 #include "solid/mend.h"
 #include "solid/solid.h"
 
-/* What makes up for the bonds that cut families lack. */
+/* Surface correction: how families at a surface, which lack bonds, get the stiffness of the bulk. */
 typedef enum pd_microelastic_surface {
-    PD_MICROELASTIC_MOMENTS = 0, /* bonds count so that moments of families are those of the bulk (8.8a); 1D: energy */
-    PD_MICROELASTIC_ENERGY,      /* bonds count more along the axes that lack some (8.8e) */
-    PD_MICROELASTIC_VOLUME,      /* bonds count 2 V_0/(V_i + V_j), V: of families */
+    PD_MICROELASTIC_MOMENTS = 0, /* factors restore the moments of a complete family (8.8a, mend.h); 1D: energy */
+    PD_MICROELASTIC_ENERGY,      /* energy method: factors along each axis (8.8e) */
+    PD_MICROELASTIC_VOLUME,      /* volume method: 2 V_0/(V_i + V_j), V: volumes of families */
     PD_MICROELASTIC_NONE         /* nothing */
 } pd_microelastic_surface;
 
@@ -33,12 +33,12 @@ typedef struct pd_microelastic_desc {
 typedef struct pd_microelastic {
     pd_microelastic_desc desc;
     pd_body *body;      /* whose bonds break */
-    double modulus;     /* [N/m^(2d)] c */
-    double shear;       /* [-] a: bonds count 1 + a q, q = sum n_a^4 - 3/(d + 2) */
+    double modulus;     /* [N/m^(2d)] c, the micromodulus */
+    double shear;       /* [-] a: weights have the factor 1 + a q, q = sum n_a^4 - 3/(d + 2); makes shear isotropic */
     double critical;    /* [-] stretch at which bonds break; 0: none */
     double anisotropy;  /* [-] largest energy of a crack over the least one, all directions */
     double stiffest;    /* [m^(d-1)] bound of sum w/r n n V of all families; 1D: 0 */
-    double *share;      /* [count][PD_MEND_MOMENTS] [-] of the factors of cut families; NULL: they go by another way */
+    double *share;      /* [count][PD_MEND_MOMENTS] [-] multipliers of the surface correction; NULL: another method */
     pd_bond_weights weights; /* w */
     pd_springs springs; /* forces of bonds */
     double *at;         /* [count][PD_DIM] [m] displacements of the last forces that a solver has asked for */
@@ -68,13 +68,14 @@ PD_API pd_solid pd_microelastic_solid(pd_microelastic *material);
 PD_API void pd_microelastic_free(pd_ctx *ctx, pd_microelastic *material);
 
 #ifdef PDI_INTERNAL
+/* Describes the arrays and the released energy of a material. */
 PDI_FN void pdi_microelastic_list(pdi_owner *owner, void *material);
-/* Energy [J/m2] of a crack of normal n (any length) through the lattice, mean over its places. */
+/* Fracture energy [J/m2] of a crack with the normal n (any length) through the lattice, mean over its positions. */
 PDI_FN double pdi_microelastic_crack(const pd_microelastic *material, const double *n);
-/* [1/m] The vector c of point i: a uniform stress P has about the force P c (theory: eq. 8.8f). Bonds that have broken
- * count. */
+/* Surface vector c [1/m] of point i: a uniform stress P has about the force density P c (theory: eq. 8.8f). Broken
+ * bonds count. */
 PDI_FN void pdi_microelastic_edge(const pd_microelastic *material, int32_t i, double *edge);
-/* Longest stable step [s] of explicit steps for a density [kg/m3]. */
+/* Longest stable explicit step [s] for a density [kg/m3]. */
 PDI_FN double pdi_microelastic_limit(const pd_microelastic *material, double density);
 #endif
 

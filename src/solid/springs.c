@@ -6,14 +6,15 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Rounding of places, over the spacing: bonds of whole spacings lead to places of a lattice. */
+/* Rounding of positions over the spacing: up to this a bond counts as a lattice vector. */
 #define PDI_SPRINGS_ROUNDING 1e-9
 /* Longest bond of a lattice, in spacings along an axis. */
 #define PDI_SPRINGS_REACH 200
 
 /* ---- kinds of bonds ---- */
 
-/* The largest step of a bond along an axis, or more than PDI_SPRINGS_REACH where one is not of whole spacings. */
+/* Largest number of spacings of a bond of point i along an axis; above PDI_SPRINGS_REACH where one is no lattice
+ * vector. */
 static int32_t pdi_springs_steps(const pd_body *body, int32_t i)
 {
     int32_t most = 0;
@@ -30,6 +31,7 @@ static int32_t pdi_springs_steps(const pd_body *body, int32_t i)
     return most;
 }
 
+/* The same of all points. */
 static int32_t pdi_springs_reach(const pd_ctx *ctx, const pd_body *body)
 {
     enum { parts = 64 };
@@ -58,7 +60,7 @@ PDI_FN void pdi_springs_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, springs, place, springs->kinds + 1, "1");
 }
 
-/* Part of the family by the signs of a bond, in digits of base 3: 0, 1 positive, 2 negative. */
+/* Sector of a family by the signs of a bond, in base 3: digit 0: zero, 1: positive, 2: negative. */
 static int pdi_springs_part(const double *xi, double rounding)
 {
     int part = 0;
@@ -66,7 +68,7 @@ static int pdi_springs_part(const double *xi, double rounding)
     return part;
 }
 
-/* Numbers by which kinds of a lattice are sorted: by parts, and outward in each. */
+/* qsort order of bond kinds: by sector, and outward in each. */
 static int pdi_springs_compare(const void *a, const void *b)
 {
     const pd_springs_kind *p = (const pd_springs_kind *)a, *q = (const pd_springs_kind *)b;
@@ -78,7 +80,7 @@ static int pdi_springs_compare(const void *a, const void *b)
     return 0;
 }
 
-/* Place in the box of all steps of the bond xi. */
+/* Index of the lattice vector xi among all of the box of vectors. */
 static int32_t pdi_springs_box(const pd_springs *s, const double *xi)
 {
     int32_t box = 0;
@@ -87,6 +89,7 @@ static int32_t pdi_springs_box(const pd_springs *s, const double *xi)
     return box;
 }
 
+/* Builds the bond kinds of a lattice, and sorts them. */
 static void pdi_springs_sort(pd_springs *s)
 {
     int32_t wide = 2 * s->reach + 1;
@@ -140,7 +143,7 @@ PDI_FN void pdi_springs_bond(const pd_springs *s, int32_t i, int32_t j, double *
     for (int d = 0; d < PD_DIM && s->lattice; d++) xi[d] = floor(xi[d] / s->body->spacing + 0.5) * s->body->spacing;
 }
 
-/* The kind of bond b of band k, by the first of its points that has it. */
+/* Kind of a bond of batch k, by the first of its points that has it. */
 static int32_t pdi_springs_kind_of(const pd_springs *s, int32_t k, const pd_band_bond *bond)
 {
     const pd_body *body = s->body;
@@ -152,7 +155,7 @@ static int32_t pdi_springs_kind_of(const pd_springs *s, int32_t k, const pd_band
     return s->lattice ? s->order[pdi_springs_box(s, xi)] : pdi_springs_part(xi, PDI_SPRINGS_ROUNDING * body->horizon);
 }
 
-/* Bonds of band k in the order of their kinds; those of one kind stay in the order of their row. */
+/* Sorts the bonds of batch k by kind; those of one kind keep their order. old, kind: work. */
 static void pdi_springs_arrange(pd_springs *s, int32_t k, pd_band_bond *old, int32_t *kind)
 {
     int64_t begin = s->band.begin[k], bonds = s->band.begin[k + 1] - begin;
@@ -192,38 +195,39 @@ PDI_FN pd_status pdi_springs_find(pd_ctx *ctx, pd_springs *s)
 
 /* ---- forces ---- */
 
-/* Sums of a band. */
+/* Sums over the bonds of a batch. */
 typedef struct pdi_springs_sums {
     double part[PD_SPRINGS_PARTS][PD_DIM][PD_BAND_MOST]; /* sum w V (1/r - 1/|Y|) Y of each part of the family */
     double high[PD_BAND_MOST], low[PD_BAND_MOST];        /* [-] largest and least e, and 0 */
 } pdi_springs_sums;
 
-/* A bond of count points on a lattice; weight: w/r. Inlined with constants for `lanes` or `count`. */
-PDI_INLINE void pdi_springs_add(const double *PD_RESTRICT own, const double *PD_RESTRICT far, int64_t total,
-                                const pd_springs_kind *PD_RESTRICT kind, double weight, uint32_t lanes, int count,
+/* Adds one bond of `count` points on a lattice by the series of small e; weight: w/r. Inlined with a constant mask or
+ * count. */
+PDI_INLINE void pdi_springs_add(const double *PD_RESTRICT own, const double *PD_RESTRICT other, int64_t stride,
+                                const pd_springs_kind *PD_RESTRICT kind, double weight, uint32_t mask, int count,
                                 pdi_springs_sums *PD_RESTRICT sums)
 {
     double (*PD_RESTRICT sum)[PD_BAND_MOST] = sums->part[kind->part];
     double *PD_RESTRICT high = sums->high, *PD_RESTRICT low = sums->low;
-    double xi[PD_DIM], over = kind->over;
+    double xi[PD_DIM], inv_r2 = kind->over;
     for (int d = 0; d < PD_DIM; d++) xi[d] = kind->xi[d];
     for (int n = 0; n < count; n++) {
         double y[PD_DIM], more = 0.0;
         for (int d = 0; d < PD_DIM; d++) {
-            double eta = far[(PDI_BAND_MOVE + d) * total + n] - own[(PDI_BAND_MOVE + d) * total + n];
+            double eta = other[(PDI_BAND_MOVE + d) * stride + n] - own[(PDI_BAND_MOVE + d) * stride + n];
             y[d] = xi[d] + eta;
             more += eta * (xi[d] + y[d]);
         }
-        double e = more * over;
-        if (lanes != PDI_BAND_ALL) e = (lanes >> n & 1u) ? e : 0.0;
+        double e = more * inv_r2;
+        if (mask != PDI_BAND_ALL) e = (mask >> n & 1u) ? e : 0.0;
         high[n] = e > high[n] ? e : high[n];
         low[n] = e < low[n] ? e : low[n];
-        double share = weight * far[PDI_BAND_VOLUME * total + n] * (e * pdi_stretch_series(e));
+        double share = weight * other[PDI_BAND_VOLUME * stride + n] * (e * pdi_stretch_series(e));
         for (int d = 0; d < PD_DIM; d++) sum[d][n] += share * y[d];
     }
 }
 
-/* The sums of band k of a lattice, with no regard to large e. */
+/* Sums of batch k of a lattice, valid while all |e| are within the range of the series; whole: padded count. */
 static void pdi_springs_collect(const pd_springs *s, int32_t k, int whole, pdi_springs_sums *sums)
 {
     const pd_band *band = &s->band;
@@ -241,8 +245,8 @@ static void pdi_springs_collect(const pd_springs *s, int32_t k, int whole, pdi_s
     }
 }
 
-/* Energy w s^2 r V_i V_j that a bond releases [m^(2d+1)]. */
-static double pdi_springs_release(const pd_springs *s, const pdi_springs_sweep *sweep, int32_t i, int32_t j,
+/* Energy over c/4 that a breaking bond releases: w s^2 r V_i V_j [m^(2d+1)]. */
+static double pdi_springs_release(const pd_springs *s, const pdi_springs_sweep *state, int32_t i, int32_t j,
                                   double weight)
 {
     const pd_body *body = s->body;
@@ -250,26 +254,27 @@ static double pdi_springs_release(const pd_springs *s, const pdi_springs_sweep *
     for (int d = 0; d < PD_DIM; d++) {
         int64_t from = (int64_t)i * PD_DIM + d, to = (int64_t)j * PD_DIM + d;
         xi[d] = body->position[to] - body->position[from];
-        eta[d] = sweep->u[to] - sweep->u[from];
-        if (sweep->v) eta[d] -= sweep->back * (sweep->v[to] - sweep->v[from]);
+        eta[d] = state->u[to] - state->u[from];
+        if (state->v) eta[d] -= state->back * (state->v[to] - state->v[from]);
     }
     double stretch = pdi_body_strain(xi, eta, y, &r, &length);
     return weight * stretch * stretch * r * body->volume[i] * body->volume[j];
 }
 
-/* Break the bond from point i to j at this end. */
+/* Marks the bond from point i to j as broken at the end of i. */
 static void pdi_springs_break(pd_springs *s, int32_t i, int32_t j)
 {
     pdi_body_mark(s->body, i, pdi_body_back(s->body, j, i));
 }
 
-/* Point n of band k, one bond at a time: any e, any places, and bonds break. */
-static int64_t pdi_springs_point(pd_springs *s, const pdi_springs_sweep *sweep, int32_t k, int32_t n,
+/* Sums of point n of batch k, bond by bond: any e, any positions, and bonds break. Returns how many broke; adds to
+ * *released. */
+static int64_t pdi_springs_point(pd_springs *s, const pdi_springs_sweep *state, int32_t k, int32_t n,
                                  pdi_springs_sums *sums, double *released)
 {
     const pd_band *band = &s->band;
     const double *own = pdi_band_field(band, 0) + band->first[k] + n;
-    double top = sweep->most * (2.0 + sweep->most);
+    double top = state->most * (2.0 + state->most);
     int64_t total = band->stride, broken = 0;
     for (int64_t b = band->begin[k]; b < band->begin[k + 1]; b++) {
         pd_band_bond *bond = &band->bond[b];
@@ -288,7 +293,7 @@ static int64_t pdi_springs_point(pd_springs *s, const pdi_springs_sweep *sweep, 
         double e = more * kind.over, weight = (double)bond->weight * kind.stiff;
         if (e > top) {
             int32_t i = band->first[k] + n;
-            *released += pdi_springs_release(s, sweep, i, i + bond->offset, (double)bond->weight);
+            *released += pdi_springs_release(s, state, i, i + bond->offset, (double)bond->weight);
             pdi_springs_break(s, i, i + bond->offset);
             bond->lanes &= ~((uint32_t)1 << n);
             broken++;
@@ -300,6 +305,7 @@ static int64_t pdi_springs_point(pd_springs *s, const pdi_springs_sweep *sweep, 
     return broken;
 }
 
+/* Sets the sums of a batch to zero. */
 static void pdi_springs_zero(int whole, pdi_springs_sums *sums)
 {
     if (whole > 1) {
@@ -310,7 +316,7 @@ static void pdi_springs_zero(int whole, pdi_springs_sums *sums)
     sums->high[0] = sums->low[0] = 0.0;
 }
 
-/* Sums of all parts into that of the first: along each axis what is in the middle, and the sum of both sides. */
+/* Adds the sums of all sectors into the first one: along each axis the middle, and the sum of both sides. */
 static void pdi_springs_fold(int whole, pdi_springs_sums *sums)
 {
     for (int stride = 1; stride < PD_SPRINGS_PARTS; stride *= 3)
@@ -322,12 +328,12 @@ static void pdi_springs_fold(int whole, pdi_springs_sums *sums)
             }
 }
 
-/* The forces on the points of band k. */
-static int64_t pdi_springs_band(pd_springs *s, const pdi_springs_sweep *sweep, int32_t k, double *released)
+/* Force densities on the points of batch k. Returns how many bonds broke, each at one end. */
+static int64_t pdi_springs_band(pd_springs *s, const pdi_springs_sweep *state, int32_t k, double *released)
 {
     int32_t i = s->band.first[k], count = s->band.first[k + 1] - i, n = 0;
     int whole = pdi_band_whole(count);
-    double top = pdi_min(sweep->most * (2.0 + sweep->most), PDI_STRETCH_SMALL);
+    double top = pdi_min(state->most * (2.0 + state->most), PDI_STRETCH_SMALL);
     int64_t broken = 0;
     pdi_springs_sums sums;
     pdi_springs_zero(whole, &sums);
@@ -336,33 +342,33 @@ static int64_t pdi_springs_band(pd_springs *s, const pdi_springs_sweep *sweep, i
         while (n < count && sums.high[n] <= top && sums.low[n] >= -PDI_STRETCH_SMALL) n++;
         if (n < count) pdi_springs_zero(whole, &sums);
     }
-    for (n = n < count ? 0 : count; n < count; n++) broken += pdi_springs_point(s, sweep, k, n, &sums, released);
+    for (n = n < count ? 0 : count; n < count; n++) broken += pdi_springs_point(s, state, k, n, &sums, released);
     pdi_springs_fold(whole, &sums);
     for (n = 0; n < count; n++)
         for (int d = 0; d < PD_DIM; d++)
-            sweep->force[((int64_t)i + n) * PD_DIM + d] = sweep->modulus * sums.part[0][d][n];
+            state->force[((int64_t)i + n) * PD_DIM + d] = state->modulus * sums.part[0][d][n];
     return broken;
 }
 
-PDI_FN int64_t pdi_springs_run(const pd_ctx *ctx, pd_springs *s, pdi_springs_sweep *sweep)
+PDI_FN int64_t pdi_springs_run(const pd_ctx *ctx, pd_springs *s, pdi_springs_sweep *state)
 {
     enum { parts = 256 };
     int64_t broken[parts], all = 0, bands = s->band.bands;
     double released[parts];
     int nt = pdi_par_threads(ctx, s->body->bonds * 8);
     (void)nt;
-    pdi_band_move(ctx, &s->band, sweep->u);
+    pdi_band_move(ctx, &s->band, state->u);
     PDI_PARALLEL_FOR(nt)
     for (int q = 0; q < parts; q++) {
         broken[q] = 0;
         released[q] = 0.0;
         for (int64_t k = bands * q / parts; k < bands * (q + 1) / parts; k++)
-            broken[q] += pdi_springs_band(s, sweep, (int32_t)k, &released[q]);
+            broken[q] += pdi_springs_band(s, state, (int32_t)k, &released[q]);
     }
-    sweep->released = 0.0;
+    state->released = 0.0;
     for (int q = 0; q < parts; q++) {
         all += broken[q];
-        sweep->released += 0.25 * sweep->modulus * released[q];
+        state->released += 0.25 * state->modulus * released[q];
     }
     return all / 2;
 }

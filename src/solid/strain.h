@@ -1,4 +1,4 @@
-/* strain: symmetric tensors as vectors, and symmetric matrices between them.
+/* strain: symmetric tensors as vectors in Mandel notation, and symmetric matrices between them.
  *
  * A tensor is its diagonal and then what lies off it times the root of 2, so that a.b = A:B. A matrix is its lower
  * triangle, row by row.
@@ -8,13 +8,14 @@
 #include "core/vec.h"
 
 #ifdef PDI_INTERNAL
+/* Entries of a symmetric matrix between such vectors. */
 #define PDI_STRAIN_PACK (PDI_SYM * (PDI_SYM + 1) / 2)
 #define PDI_STRAIN_ROOT2 1.41421356237309504880
 
-/* Where a tensor has its entry of row p and column q <= p. */
+/* Index in the vector of the tensor entry in row p and column q <= p. */
 PDI_INLINE int pdi_strain_place(int p, int q) { return p == q ? p : PD_DIM + p * (p - 1) / 2 + q; }
 
-/* x x^T. */
+/* v = x x^T as a Mandel vector [PDI_SYM]. */
 static inline void pdi_strain_dyad(const double *x, double *v)
 {
     int k = PD_DIM;
@@ -24,6 +25,7 @@ static inline void pdi_strain_dyad(const double *x, double *v)
     }
 }
 
+/* a : b of two Mandel vectors. */
 static inline double pdi_strain_dot(const double *a, const double *b)
 {
     double sum = 0.0;
@@ -31,6 +33,7 @@ static inline double pdi_strain_dot(const double *a, const double *b)
     return sum;
 }
 
+/* Trace of a Mandel vector. */
 static inline double pdi_strain_trace(const double *a)
 {
     double sum = 0.0;
@@ -38,13 +41,13 @@ static inline double pdi_strain_trace(const double *a)
     return sum;
 }
 
-/* y = L x. */
-static inline void pdi_strain_times(const double *law, const double *x, double *y)
+/* y = L x of a symmetric matrix L, stored as its lower triangle. */
+static inline void pdi_strain_times(const double *matrix, const double *x, double *y)
 {
     for (int a = 0; a < PDI_SYM; a++) {
-        y[a] = *law++ * x[0];
-        for (int b = 1; b <= a; b++) y[a] += *law++ * x[b];
-        for (int b = 0; b < a; b++) y[b] += law[b - a - 1] * x[a];
+        y[a] = *matrix++ * x[0];
+        for (int b = 1; b <= a; b++) y[a] += *matrix++ * x[b];
+        for (int b = 0; b < a; b++) y[b] += matrix[b - a - 1] * x[a];
     }
 }
 #endif

@@ -1,4 +1,4 @@
-/* stretch: what the length of a bond does to its force, by e = (|Y|^2 - r^2)/r^2, with the digits of e and no length.
+/* stretch: bond stretch as a function of e = (|Y|^2 - r^2)/r^2, without loss of digits for small e.
  *
  * 1 - r/|Y| = e phi(e), phi = 1/(sqrt(1 + e) (1 + sqrt(1 + e))). With p = 1 - r/|Y| the stretch is
  * (|Y| - r)/r = p (1 + e)(1 - p).
@@ -9,10 +9,10 @@
 #include <math.h>
 
 #ifdef PDI_INTERNAL
-/* Up to this |e| the nine terms of the series have all digits. */
+/* Largest |e| at which the nine terms of the series are exact to rounding. */
 #define PDI_STRETCH_SMALL (1.0 / 64.0)
 
-/* phi by its series. */
+/* phi(e) by the first nine terms of its power series. */
 PDI_INLINE double pdi_stretch_series(double e)
 {
     double sum = 12155.0 / 65536.0;
@@ -26,7 +26,7 @@ PDI_INLINE double pdi_stretch_series(double e)
     return sum * e + 0.5;
 }
 
-/* 1 - r/|Y| of any e. */
+/* 1 - r/|Y| of any e > -1: force over modulus and deformed bond vector Y. */
 static inline double pdi_stretch_pull(double e)
 {
     if (fabs(e) <= PDI_STRETCH_SMALL) return e * pdi_stretch_series(e);

@@ -9,7 +9,7 @@
 #ifdef PDI_INTERNAL
 enum { PDI_TENSOR = PD_DIM * PD_DIM };
 
-/* Scalar product. */
+/* Scalar product of two vectors. */
 static inline double pdi_tensor_dot(const double *a, const double *b)
 {
     double sum = 0.0;
@@ -34,7 +34,7 @@ static inline void pdi_tensor_times(const double *a, const double *x, double *y)
     }
 }
 
-/* c = a b, a b^T, a^T b. */
+/* c = a b. */
 static inline void pdi_tensor_product(const double *a, const double *b, double *c)
 {
     for (int p = 0; p < PD_DIM; p++)
@@ -45,6 +45,7 @@ static inline void pdi_tensor_product(const double *a, const double *b, double *
         }
 }
 
+/* c = a b^T. */
 static inline void pdi_tensor_product_right(const double *a, const double *b, double *c)
 {
     for (int p = 0; p < PD_DIM; p++)
@@ -55,6 +56,7 @@ static inline void pdi_tensor_product_right(const double *a, const double *b, do
         }
 }
 
+/* c = a^T b. */
 static inline void pdi_tensor_product_left(const double *a, const double *b, double *c)
 {
     for (int p = 0; p < PD_DIM; p++)
@@ -65,7 +67,7 @@ static inline void pdi_tensor_product_left(const double *a, const double *b, dou
         }
 }
 
-/* Determinant, and c = det a^-T of any tensor. */
+/* c = det(a) a^-T, also of a singular tensor. Returns det(a). */
 static inline double pdi_tensor_cofactor(const double *a, double *c)
 {
     if (PD_DIM == 1) c[0] = 1.0;

@@ -4,11 +4,12 @@
 #include <math.h>
 #include <string.h>
 
-/* Directions along which cracks are looked at. */
+/* Number of crack normals that are tried. */
 #define PDI_WEIGH_WAYS 64
 
 /* ---- lattices ---- */
 
+/* Lattice offsets along an axis of the box around a family. */
 static int pdi_weigh_wide(const pd_body *body) { return 2 * (int)ceil(body->horizon / body->spacing + 0.5) + 1; }
 
 PDI_FN int pdi_weigh_places(const pd_body *body)
@@ -43,7 +44,7 @@ PDI_FN double pdi_weigh_anisotropy(double (*crack)(const void *self, const doubl
     return most > 0.0 ? most / least : 1.0;
 }
 
-/* With the weights base + a q. */
+/* Sums over a complete family with the weights omega beta (base + a q). */
 static void pdi_weigh_sum(const pdi_weigh *o, double base, double a, pdi_weigh_sums *s)
 {
     const pd_body *body = o->body;
@@ -83,7 +84,7 @@ PDI_FN pd_status pdi_weigh_calibrate(pd_ctx *ctx, pdi_weigh *o, int isotropic)
 
 /* ---- weights ---- */
 
-/* What the family of point i has, for the factors of its bonds: along each axis, or of volume. */
+/* Moments of the family of point i for the correction: energy along each axis, or volume. */
 static void pdi_weigh_part(const pdi_weigh *o, int32_t i, double *part)
 {
     const pd_body *body = o->body;
@@ -111,14 +112,14 @@ PDI_FN double pdi_weigh_factor(const double *own, const double *other, const dou
     return 1.0 / sqrt(sum);
 }
 
-/* Factor of a bond whose ends have these parts of a whole family. */
+/* Surface correction of a bond by the chosen method. */
 static double pdi_weigh_mend(const pdi_weigh *o, const double *own, const double *other, const double *xi)
 {
     if (o->way == PDI_WEIGH_VOLUME) return 2.0 * o->whole.volume / (own[0] + other[0]);
     return pdi_weigh_factor(own, other, xi, o->whole.axis);
 }
 
-/* Weight of a bond of point i. Both ends of a bond get the same number. */
+/* Weight of the current bond of point i: the pdi_bond_weights_fn of this module. */
 static double pdi_weigh_bond(const void *self, int32_t i, const pd_walk *bond)
 {
     const pdi_weigh *o = (const pdi_weigh *)self;

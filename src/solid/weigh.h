@@ -1,7 +1,8 @@
-/* weigh: how much bonds count: by length, by direction, and by what surfaces lack; sums over lattices.
+/* weigh: bond weights by length, by direction and by the surface correction, calibrated by sums over a lattice.
  *
- * w = omega(r) beta (1 + a q) g: q tells axes from diagonals, and a makes the shear modulus of a lattice the same in
- * all directions (theory: eq. 8.7, with r^2 for r); g makes up for bonds that cut families lack (theory: eq. 8.8e).
+ * w = omega(r) beta (1 + a q) g. omega: influence function, beta: cell fraction within the horizon. q is the cubic
+ * harmonic of the direction; a makes the shear modulus of a lattice isotropic (theory: eq. 8.7, with r^2 for r). g is
+ * the surface correction of families at a surface, which lack bonds (theory: eq. 8.8e).
  */
 #ifndef PD_WEIGH_H
 #define PD_WEIGH_H
@@ -9,13 +10,14 @@
 #include "solid/bond_weights.h"
 
 #ifdef PDI_INTERNAL
+/* Surface correction g of bonds. */
 typedef enum pdi_weigh_way {
     PDI_WEIGH_PLAIN = 0, /* g = 1 */
-    PDI_WEIGH_ENERGY,    /* by the energy of strains along the axes */
-    PDI_WEIGH_VOLUME     /* 2 V_0/(V_i + V_j), V: of families */
+    PDI_WEIGH_ENERGY,    /* energy method: by the strain energy of uniaxial strains along the axes */
+    PDI_WEIGH_VOLUME     /* volume method: 2 V_0/(V_i + V_j), V: volumes of families */
 } pdi_weigh_way;
 
-/* Sums over a whole family of the lattice. */
+/* Sums over a complete family of the lattice; n = xi/r. */
 typedef struct pdi_weigh_sums {
     double size;   /* [m^(d+2)] sum w r^2 V */
     double axis;   /* [m^(d+2)] sum w r^2 n_0^4 V */
@@ -29,36 +31,39 @@ typedef struct pdi_weigh {
     pd_influence influence;
     pdi_weigh_way way;
     double shear;         /* [-] a */
-    const double *part;   /* [count][PD_DIM] what families have, for factors; NULL: none. Work */
+    const double *part;   /* [count][PD_DIM] energy along each axis, or volume, of families; NULL: no correction.
+                           * Work */
     pdi_weigh_sums whole; /* zero without a spacing */
 } pdi_weigh;
 
-/* The part q of direction xi; its mean over all directions is zero. 1D has one direction. */
+/* q(xi) = sum n_d^4 - 3/(d + 2), n = xi/r, square = r^2: its mean over all directions is zero. 0 in 1D. */
 static inline double pdi_weigh_cubic(const double *xi, double square)
 {
     double sum = 0.0;
     for (int d = 0; d < PD_DIM; d++) sum += xi[d] * xi[d] * xi[d] * xi[d] / (square * square);
     return PD_DIM > 1 ? sum - 3.0 / (PD_DIM + 2.0) : 0.0;
 }
-/* g of a bond along xi whose ends have the parts `own` and `other` of `bulk` along the axes: the mean of both ends,
- * between axes as on an ellipsoid (Madenci and Oterkus 2014, ch. 4; Le and Bobaru 2018). */
+/* Surface correction g of a bond along xi: own, other: moments of both ends along the axes, bulk: that of a complete
+ * family. The mean of both ends, between the axes as on an ellipsoid (Madenci and Oterkus 2014, ch. 4; Le and Bobaru
+ * 2018). */
 PDI_FN double pdi_weigh_factor(const double *own, const double *other, const double *xi, double bulk);
-/* Volume of a cell of the lattice [m^d]. */
+/* Volume of a lattice cell [m^d]. */
 static inline double pdi_weigh_cell(const pd_body *body)
 {
     double volume = 1.0;
     for (int d = 0; d < PD_DIM; d++) volume *= body->spacing;
     return volume;
 }
-/* How many places of a lattice a family may have. */
+/* Number of lattice offsets in the box around a family. */
 PDI_FN int pdi_weigh_places(const pd_body *body);
-/* Place k of them: xi [m], and its square; 0: the point itself. */
+/* Lattice offset number k: xi [m]. Returns |xi|^2 [m2]; 0: the point itself. */
 PDI_FN double pdi_weigh_place(const pd_body *body, int k, double *xi);
-/* Largest over least energy of a crack, all normals n; 1: it takes none. */
+/* Largest over smallest fracture energy crack(self, n) over all crack normals n; 1: it is zero. */
 PDI_FN double pdi_weigh_anisotropy(double (*crack)(const void *self, const double *n), const void *self);
-/* a where that is wanted, and the sums. PD_ERR_ARGUMENT: no positive weights are the same in all directions. */
+/* Sets the coefficient a (isotropic 1; otherwise 0) and the sums over a complete family. PD_ERR_ARGUMENT: no positive
+ * weights are isotropic. */
 PDI_FN pd_status pdi_weigh_calibrate(pd_ctx *ctx, pdi_weigh *weigh, int isotropic);
-/* Weights of all bonds. Both ends of a bond get the same number, and bonds that are broken count as others do. */
+/* Computes the weights of all bonds. Both ends of a bond get the same number; broken bonds count as others. */
 PDI_FN pd_status pdi_weigh_bonds(pd_ctx *ctx, const pdi_weigh *weigh, pd_bond_weights *weights);
 #endif
 
