@@ -5,7 +5,7 @@
 
 double pd_bone_modulus(pd_bone_site site, double density)
 {
-    /* [Pa] at 1 g/cm3, and the power */
+    /* a [Pa] at 1 g/cm3, and b: Morgan et al. 2003, table of sites; the last row Carter and Hayes 1977 */
     static const double laws[6][2] = {{4730e6, 1.56}, {15520e6, 1.93}, {15010e6, 2.18}, {6850e6, 1.49}, {8920e6, 1.83},
                                       {3790e6, 3.0}};
     int k = (int)site;
@@ -16,7 +16,7 @@ double pd_bone_modulus(pd_bone_site site, double density)
 
 double pd_bone_stretch(double young, double poisson, pd_plane plane, double fracture, double horizon)
 {
-    static const double share[3] = {3.0, PDI_PI / 3.0, 5.0 / 9.0};
+    static const double share[3] = {3.0, PDI_PI / 3.0, 5.0 / 9.0}; /* s^2 K d/G in 1D, 2D, 3D */
     double bulk = young;
     if (!(young > 0.0) || !(poisson > -1.0) || !(poisson < 0.5) || !(fracture >= 0.0) || !(horizon > 0.0)) return NAN;
     if (PD_DIM == 2) bulk = 0.5 * young / (plane == PD_PLANE_STRESS ? 1.0 - poisson

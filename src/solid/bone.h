@@ -1,4 +1,4 @@
-/* bone: stiffness of bone by its density, and the stretch at which bonds of a brittle solid break.
+/* bone: Young's modulus of bone by its density, and the critical stretch of a brittle bond-based solid.
  *
  * Modulus: a power law  E = a (rho/1 g/cm3)^b  of the apparent density of wet bone. A body of
  * uneven density has the modulus of one density, and factors for points (pd_finite_desc.stiff, pd_elastic_desc.stiff).

@@ -5,19 +5,20 @@
 #include <math.h>
 #include <string.h>
 
-/* Share of the bonds that a point at the tip of a crack has lost: half of the part of its ball beyond the crack, which
- * for points half a cell beside it is 0.16 to 0.21 with m = 2 to 4. */
+/* Share of bonds that a point at the tip of a crack has lost: half of the part of its ball beyond the crack, which for
+ * points half a cell beside it is 0.16 to 0.21 with m = 2 to 4. */
 #define PDI_CRACK_SHARE 0.15
-/* Points that are as far as the farthest one, over the horizon. */
+/* Points count as equally far ahead within this distance, over the horizon. */
 #define PDI_CRACK_ROUNDING 1e-9
-/* A family whose bonds lie this close to a plane (3D) or a line has no gradient: pivots of K over its largest entry. */
+/* Singular shape tensor: smallest pivot over the largest entry of K below which no gradient exists. */
 #define PDI_CRACK_FLAT 1e-6
-/* Sum of the slopes of q along the crack, over the sum of their sizes, that surfaces across the crack would leave. */
+/* Sum of the gradient of q along the crack, over the sum of its absolute values, above which a surface cuts the domain
+ * across the crack. */
 #define PDI_CRACK_OPEN 0.05
 
 enum { PDI_CRACK_TENSOR = PD_DIM * PD_DIM };
 
-/* Fields of the points about a tip. */
+/* Fields for the domain integral around a tip. */
 typedef struct pdi_crack {
     const pd_solid *solid;
     pd_crack_desc desc; /* way and front of length 1 */
@@ -30,6 +31,7 @@ typedef struct pdi_crack {
     double *density;  /* [count] [J/m3] of materials with bonds that pull */
 } pdi_crack;
 
+/* Describes these fields. */
 static void pdi_crack_list(pdi_owner *owner, void *object)
 {
     pdi_crack *crack = (pdi_crack *)object;
@@ -41,7 +43,7 @@ static void pdi_crack_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, crack, density, crack->solid->pull ? crack->count : 0, "J/m3");
 }
 
-/* Scale to length 1. 0: it has none. */
+/* Scales x to length 1. Returns 0: it has no length. */
 static int pdi_crack_unit(double *x)
 {
     double length = pdi_vec_norm(x);
@@ -50,6 +52,7 @@ static int pdi_crack_unit(double *x)
     return 1;
 }
 
+/* Checks the description and the material, and normalises way and front. PD_ERR_ARGUMENT: out of range. */
 static pd_status pdi_crack_check(pd_ctx *ctx, pdi_crack *c)
 {
     pd_crack_desc *desc = &c->desc;
@@ -68,7 +71,7 @@ static pd_status pdi_crack_check(pd_ctx *ctx, pdi_crack *c)
     return PD_OK;
 }
 
-/* q and its slope: q falls from 1 to 0 by a polynomial with two derivatives at both ends. */
+/* Weight function q of point i and its gradient: q falls from 1 to 0 between the radii by a polynomial of degree 5. */
 static void pdi_crack_weigh(const pdi_crack *c, int64_t i)
 {
     const double *x = c->solid->body->position + i * PD_DIM;
@@ -82,7 +85,7 @@ static void pdi_crack_weigh(const pdi_crack *c, int64_t i)
     for (int d = 0; d < PD_DIM; d++) c->slope[i * PD_DIM + d] = fall < 0.0 ? fall * from[d] / r : 0.0;
 }
 
-/* Whether q changes over the family of point i, so that its gradient counts. */
+/* 1: q varies over the family of point i, so that its displacement gradient counts. */
 static int pdi_crack_near(const pdi_crack *c, int32_t i)
 {
     const pd_body *body = c->solid->body;
@@ -94,7 +97,7 @@ static int pdi_crack_near(const pdi_crack *c, int32_t i)
     return 0;
 }
 
-/* Gradient of u at point i (theory: eq. 8.1). 0: the bonds do not span all directions, and it stays zero. */
+/* Displacement gradient of u at point i (theory: eq. 8.1). Returns 0: singular shape tensor, and it stays zero. */
 static int pdi_crack_gradient(const pdi_crack *c, const double *u, int32_t i)
 {
     const pd_body *body = c->solid->body;
@@ -121,6 +124,7 @@ static int pdi_crack_gradient(const pdi_crack *c, const double *u, int32_t i)
     return 1;
 }
 
+/* Displacement gradients of all points that count. PD_ERR_GEOMETRY: as of pd_crack_j. */
 static pd_status pdi_crack_gradients(pd_ctx *ctx, const pdi_crack *c, const double *u)
 {
     const pd_body *body = c->solid->body;
@@ -145,14 +149,14 @@ static pd_status pdi_crack_gradients(pd_ctx *ctx, const pdi_crack *c, const doub
     return PD_OK;
 }
 
-/* The derivative of u along the crack at point i. */
+/* Derivative of u along the crack direction at point i, into along [PD_DIM]. */
 static void pdi_crack_along(const pdi_crack *c, int64_t i, double *along)
 {
     for (int a = 0; a < PD_DIM; a++)
         along[a] = pdi_vec_dot(c->gradient + i * PDI_CRACK_TENSOR + a * PD_DIM, c->desc.way);
 }
 
-/* What point i gives to J by its stress [J/m] (theory: eq. 8.10). */
+/* Integrand of J at point i [J/m] by its stress: equivalent domain integral (theory: eq. 8.10). */
 static double pdi_crack_local(const pdi_crack *c, int64_t i)
 {
     const double *stress = c->stress + i * PDI_CRACK_TENSOR, *slope = c->slope + i * PD_DIM;
@@ -165,7 +169,7 @@ static double pdi_crack_local(const pdi_crack *c, int64_t i)
     return sum - density * pdi_vec_dot(slope, c->desc.way);
 }
 
-/* The same by its bonds (theory: eq. 8.11). */
+/* Integrand of J at point i by its bond forces (theory: eq. 8.11; Silling and Lehoucq 2010). */
 static double pdi_crack_bonds(const pdi_crack *c, const double *u, int32_t i)
 {
     const pd_body *body = c->solid->body;
@@ -180,6 +184,7 @@ static double pdi_crack_bonds(const pdi_crack *c, const double *u, int32_t i)
     return sum;
 }
 
+/* Domain integral *j [J/m2] of displacements u, less the work of external forces within the domain. */
 static pd_status pdi_crack_run(pd_ctx *ctx, pdi_crack *c, const double *u, double *j)
 {
     const pd_solid *solid = c->solid;
@@ -216,14 +221,15 @@ pd_status pd_crack_j(pd_ctx *ctx, const pd_solid *solid, const pd_crack_desc *de
 
 /* ---- tip ---- */
 
-/* Whether point i has lost at least a share of its bonds. */
+/* 1: point i has lost at least this share of its bonds. */
 static int pdi_crack_lost(const pd_body *body, int32_t i, double share)
 {
     double all = (double)(body->row[i + 1] - body->row[i]);
     return all > 0.0 && all - (double)pdi_body_intact(body, i) >= share * all;
 }
 
-/* The farthest point along `unit` among those that have lost so many bonds. `among` NULL: all. */
+/* Mean position of the damaged points that lie farthest along `unit`, into tip; among [count]: candidates, NULL: all.
+ * PD_RETRY: there is none. */
 static pd_status pdi_crack_farthest(const pd_body *body, const uint8_t *among, const double *unit, double share,
                                     double *tip)
 {
@@ -254,7 +260,7 @@ pd_status pd_crack_tip(pd_ctx *ctx, const pd_body *body, const double *way, doub
     return pdi_crack_farthest(body, NULL, unit, share > 0.0 ? share : PDI_CRACK_SHARE, tip);
 }
 
-/* Square of the distance [m2] of place x from the straight piece between two places. */
+/* Square of the distance [m2] of position x from a segment. */
 static double pdi_crack_apart(const double *from, const double *to, const double *x)
 {
     double edge[PD_DIM], off[PD_DIM];
@@ -268,7 +274,7 @@ static double pdi_crack_apart(const double *from, const double *to, const double
     return pdi_vec_dot(off, off);
 }
 
-/* Whether point i lies within a horizon of an edge. */
+/* 1: point i lies within a horizon of an edge of the polyline or polygon. */
 static int pdi_crack_beside(const pd_body *body, int corners, const double *corner, int32_t i)
 {
     const double *x = body->position + (int64_t)i * PD_DIM;

@@ -33,9 +33,10 @@ PD_API pd_status pd_crack_j(pd_ctx *ctx, const pd_solid *solid, const pd_crack_d
 PD_API pd_status pd_crack_tip(pd_ctx *ctx, const pd_body *body, const double *way, double share, double *tip);
 
 #ifdef PDI_INTERNAL
-/* The same among the points that the crack has reached which began at a line of straight pieces, or around a polygon
- * (3D), of `corners` corners [corners][PD_DIM] [m]: points that have lost so many bonds, beside an edge and from there
- * on within a horizon of each other. left [count]: points where it is not positive are gone, and count for nothing. */
+/* Tip of one crack among several: the one that began at a polyline, or around a polygon (3D), of `corners` corners
+ * corner [corners][PD_DIM] [m]. Follows damaged points from those within a horizon of its edges to their damaged
+ * neighbours. left [count]: metal left in a point; points where it is not positive are skipped. tip and errors as of
+ * pd_crack_tip. */
 PDI_FN pd_status pdi_crack_follow(pd_ctx *ctx, const pd_body *body, int corners, const double *corner,
                                   const double *left, const double *way, double *tip);
 #endif

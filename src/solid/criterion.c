@@ -5,9 +5,9 @@
 #include <math.h>
 #include <string.h>
 
-/* A family whose bonds lie this close to a plane (3D) or a line has no gradient: pivots over the largest entry. */
+/* Singular shape tensor: smallest pivot over the largest entry of K below which no gradient exists. */
 #define PDI_CRITERION_FLAT 1e-6
-/* Bonds whose measures differ by this share break together: mirror images do. */
+/* Relative difference of measures within which bonds break together, as those of mirror images do. */
 #define PDI_CRITERION_TIE 1e-9
 
 PDI_FN void pdi_criterion_list(pdi_owner *owner, void *object)
@@ -25,7 +25,7 @@ PDI_FN void pdi_criterion_list(pdi_owner *owner, void *object)
 
 /* ---- calibration ---- */
 
-/* Sum of beta V r over a whole family of the lattice, or of beta V |n.xi| [m^(d+1)]. */
+/* Sum of beta V r over a complete family of the lattice, or of beta V |n.xi| where n is not NULL [m^(d+1)]. */
 static double pdi_criterion_sum(const pd_body *body, const double *n)
 {
     double sum = 0.0, xi[PD_DIM];
@@ -42,12 +42,13 @@ PDI_FN double pdi_criterion_crack(const pd_criterion *c, const double *n)
     return 0.5 * c->critical * pdi_criterion_sum(c->solid.body, n) / pdi_vec_norm(n);
 }
 
+/* The same as a callback of the anisotropy. */
 static double pdi_criterion_crack_of(const void *self, const double *n)
 {
     return pdi_criterion_crack((const pd_criterion *)self, n);
 }
 
-/* The critical energy whose cracks take `fracture`, mean over all directions. */
+/* Critical bond energy for the wanted fracture energy, mean over all crack directions (theory: eq. 8.29). */
 static void pdi_criterion_calibrate(pd_criterion *c)
 {
     static const double mean[3] = {1.0, 2.0 / PDI_PI, 0.5}; /* of |n.e| */
@@ -57,7 +58,8 @@ static void pdi_criterion_calibrate(pd_criterion *c)
 
 /* ---- measures ---- */
 
-/* Largest principal stress, or von Mises' one, of point i, in the plane or in space [Pa]. */
+/* Largest principal stress or von Mises stress [Pa] of point i, by the kind of criterion; with the out-of-plane stress
+ * in 2D. */
 static double pdi_criterion_scalar(const pd_criterion *c, int32_t i, const double *stress)
 {
     double s[9] = {0.0}, normal = c->solid.normal ? c->solid.normal(c->solid.self, i, stress) : 0.0, mean;
@@ -74,7 +76,7 @@ static double pdi_criterion_scalar(const pd_criterion *c, int32_t i, const doubl
     return mean + 2.0 * size * cos(acos(pdi_max(-1.0, pdi_min(1.0, turn))) / 3.0);
 }
 
-/* A bond of point i [m], and by how much its ends move apart [m]. */
+/* Reference vector xi and relative displacement eta of the current bond of point i [m]. */
 static void pdi_criterion_bond(const pd_criterion *c, const double *u, int32_t i, const pd_walk *f, double *xi,
                                double *eta)
 {
@@ -83,7 +85,7 @@ static void pdi_criterion_bond(const pd_criterion *c, const double *u, int32_t i
     for (int d = 0; d < PD_DIM; d++) eta[d] = far[d] - own[d];
 }
 
-/* Measure of a bond of point i; 0: it does not break. */
+/* Failure measure of the current bond of point i; 0: it is broken or spared. */
 static double pdi_criterion_measure(const pd_criterion *c, const double *u, int32_t i, const pd_walk *f)
 {
     const pd_body *body = c->solid.body;
@@ -99,7 +101,7 @@ static double pdi_criterion_measure(const pd_criterion *c, const double *u, int3
     return energy / pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi);
 }
 
-/* One over the factor on u at which a bond of point i breaks; 0: at none. */
+/* Inverse of the factor on u at which the current bond of point i breaks; 0: it never does. */
 static double pdi_criterion_haste(const pd_criterion *c, const double *u, int32_t i, const pd_walk *f)
 {
     double xi[PD_DIM], eta[PD_DIM], measure = pdi_criterion_measure(c, u, i, f);
@@ -112,10 +114,11 @@ static double pdi_criterion_haste(const pd_criterion *c, const double *u, int32_
     return along > 0.0 ? (along + root) / gap : square / (root - along);
 }
 
+/* A measure of bonds: pdi_criterion_measure or pdi_criterion_haste. */
 typedef double (*pdi_criterion_fn)(const pd_criterion *c, const double *u, int32_t i, const pd_walk *f);
 
-/* What measures at u need, and the most of each point. A bond belongs to the point with the lower number, so both of
- * its ends see the same. Returns the most of all. */
+/* Prepares energies or stresses at u, and finds the largest measure of the bonds of each point, into c->most. A bond
+ * belongs to the point with the lower number, so both ends see the same. Returns the largest of all. */
 static double pdi_criterion_look(const pd_ctx *ctx, pd_criterion *c, const double *u, pdi_criterion_fn measure)
 {
     const pd_body *body = c->solid.body;
@@ -140,13 +143,13 @@ static double pdi_criterion_look(const pd_ctx *ctx, pd_criterion *c, const doubl
 
 /* ---- what breaks ---- */
 
-/* What breaks, by the largest measure. */
-static double pdi_criterion_from(const pd_criterion *c, double most, double eager)
+/* Measure from which bonds break, by the largest one and `eager` (see pd_criterion_break). */
+static double pdi_criterion_from(const pd_criterion *c, double max_measure, double eager)
 {
-    return pdi_max(c->critical, (most - eager * (most - c->critical)) * (1.0 - PDI_CRITERION_TIE));
+    return pdi_max(c->critical, (max_measure - eager * (max_measure - c->critical)) * (1.0 - PDI_CRITERION_TIE));
 }
 
-/* Gradient h of the displacements of the intact bonds of point i. 0: they span no space. */
+/* Displacement gradient h of the unbroken bonds of point i. Returns 0: singular shape tensor. */
 static int pdi_criterion_gradient(const pd_criterion *c, const double *u, int32_t i, double *h)
 {
     const pd_body *body = c->solid.body;
@@ -170,7 +173,8 @@ static int pdi_criterion_gradient(const pd_criterion *c, const double *u, int32_
     return 1;
 }
 
-/* The most by which the gradient of the family of point i stretches a bond that it has lost; 0: none. */
+/* Largest stretch that the gradient of point i would give to its broken bonds; 0: none. Finds points whose remaining
+ * bonds no longer resist the load. */
 static double pdi_criterion_blind(const pd_criterion *c, const double *u, int32_t i)
 {
     const pd_body *body = c->solid.body;
@@ -190,8 +194,8 @@ static double pdi_criterion_blind(const pd_criterion *c, const double *u, int32_
     return most;
 }
 
-/* A family takes its gradient from the bonds that it has left. Where that gradient would break a bond again that the
- * point has lost, no bond is left to feel it, and the point comes off. */
+/* Breaks all bonds of points whose gradient would stretch a broken bond beyond the critical value: their remaining
+ * bonds do not feel it. Returns how many broke. */
 static int64_t pdi_criterion_fail(const pd_ctx *ctx, pd_criterion *c, const double *u, double eager)
 {
     pd_body *body = c->solid.body;
@@ -250,6 +254,7 @@ void pd_criterion_first(const pd_ctx *ctx, pd_criterion *c, const double *u, pd_
 
 /* ---- build ---- */
 
+/* Checks the description against the material. PD_ERR_ARGUMENT. */
 static pd_status pdi_criterion_check(pd_ctx *ctx, const pd_solid *solid, const pd_criterion_desc *desc)
 {
     int energy = desc->kind == PD_CRITERION_ENERGY;

@@ -1,6 +1,7 @@
-/* criterion: when bonds of a solid break, which do, and which is the first as a load grows.
+/* criterion: failure criteria of bonds: which bonds break at given displacements, and which is the first as a load
+ * grows.
  *
- * A measure of a bond reaches a critical value: its stretch, the energy that it holds (Foster, Silling and Chen 2011),
+ * A bond breaks when its measure reaches a critical value: its stretch, its energy (Foster, Silling and Chen 2011),
  * or the stress of its ends. The critical energy follows from the energy of a crack by sums over the lattice, so that
  * the mean over all directions of the crack is exact (theory: eq. 8.29).
  */
@@ -63,8 +64,9 @@ PD_API void pd_criterion_first(const pd_ctx *ctx, pd_criterion *criterion, const
 PD_API void pd_criterion_free(pd_ctx *ctx, pd_criterion *criterion);
 
 #ifdef PDI_INTERNAL
+/* Describes the work arrays. */
 PDI_FN void pdi_criterion_list(pdi_owner *owner, void *criterion);
-/* Energy [J/m2] of a crack of normal n (any length) through the lattice, mean over its places. */
+/* Fracture energy [J/m2] of a crack with the normal n (any length) through the lattice, mean over its positions. */
 PDI_FN double pdi_criterion_crack(const pd_criterion *criterion, const double *n);
 #endif
 

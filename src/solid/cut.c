@@ -5,13 +5,15 @@
 #include <math.h>
 #include <string.h>
 
-/* Rounding of places, over the horizon, and over the largest coordinate. */
+/* Rounding of positions, over the horizon, and over the largest coordinate (16 units in the last place). */
 #define PDI_CUT_ROUNDING 1e-9
 #define PDI_CUT_DIGITS 3.6e-15
-/* Corners off the plane of a polygon, corners outside of its edges, and its least area, over its size. */
+/* Over the size of a polygon: distance of corners from its plane, of corners outside of its edges, and square root of
+ * its least area. */
 #define PDI_CUT_FLAT 1e-6
 
-/* A cut with its plane. Corner k is corner (first + k way) of the caller, so that his order does not matter. */
+/* A pre-crack with its plane. Corner k is corner (first + k way) of the caller, so that the result does not depend on
+ * the order of corners. */
 typedef struct pdi_cut_plane {
     const pd_cut *cut;
     int first, way;
@@ -21,21 +23,23 @@ typedef struct pdi_cut_plane {
     double slack;                        /* [m] distances that count as none */
 } pdi_cut_plane;
 
-/* A length above those of all bonds [m]. */
+/* Upper bound of the bond length [m]. */
 static double pdi_cut_reach(const pd_body *body) { return 1.001 * body->horizon + body->spacing; }
 
+/* Position of corner k in the sorted order. */
 static const double *pdi_cut_corner(const pdi_cut_plane *p, int k)
 {
     int n = p->cut->corners;
     return p->cut->corner + (int64_t)((p->first + (int64_t)k * p->way) % n) * PD_DIM;
 }
 
+/* c = a - b. */
 static void pdi_cut_less(const double *a, const double *b, double *c)
 {
     for (int d = 0; d < PD_DIM; d++) c[d] = a[d] - b[d];
 }
 
-/* c += a x b, of 3D. */
+/* c += a x b, in 3D. */
 static void pdi_cut_cross(const double *a, const double *b, double *c)
 {
     for (int d = 0; d < PD_DIM; d++) {
@@ -44,6 +48,7 @@ static void pdi_cut_cross(const double *a, const double *b, double *c)
     }
 }
 
+/* Lexicographic order of two positions: -1, 0, 1. */
 static int pdi_cut_compare(const double *a, const double *b)
 {
     for (int d = 0; d < PD_DIM; d++)
@@ -51,7 +56,7 @@ static int pdi_cut_compare(const double *a, const double *b)
     return 0;
 }
 
-/* The first corner is the least of all, and the second one the lesser of its neighbours. */
+/* Sorted order of corners: begins at the smallest one and goes to the smaller of its neighbours. */
 static void pdi_cut_order(pdi_cut_plane *p)
 {
     const double *x = p->cut->corner;
@@ -63,8 +68,8 @@ static void pdi_cut_order(pdi_cut_plane *p)
     p->way = pdi_cut_compare(x + (int64_t)next * PD_DIM, x + (int64_t)last * PD_DIM) <= 0 ? 1 : n - 1;
 }
 
-/* Distance [m] of place x from edge k of a polygon in its plane, or from end k of a segment along it; negative outside.
- * -HUGE_VAL: the edge has no length. */
+/* Distance [m] of position x from edge k of a polygon within its plane, or from end k of a segment along it; negative
+ * outside. -HUGE_VAL: the edge has no length. */
 static double pdi_cut_inside(const pdi_cut_plane *p, int k, const double *x)
 {
     const double *from = pdi_cut_corner(p, k);
@@ -78,7 +83,7 @@ static double pdi_cut_inside(const pdi_cut_plane *p, int k, const double *x)
     return p->turn * pdi_vec_dot(off, in) / length;
 }
 
-/* Height [m] of place x over the plane; 0 on it. */
+/* Signed distance [m] of position x from the plane; 0 within rounding. */
 static double pdi_cut_height(const pdi_cut_plane *p, const double *x)
 {
     double off[PD_DIM];
@@ -87,7 +92,7 @@ static double pdi_cut_height(const pdi_cut_plane *p, const double *x)
     return fabs(height) > p->slack ? height : 0.0;
 }
 
-/* Does the bond between two places cross the cut? Their heights are below 0 and at least 0. */
+/* 1: the bond between two positions crosses the pre-crack; their signed distances are below < 0 and above >= 0. */
 static int pdi_cut_crosses(const pdi_cut_plane *p, const double *lower, double below, const double *upper, double above)
 {
     double place[PD_DIM], share = above / (above - below);
@@ -99,6 +104,7 @@ static int pdi_cut_crosses(const pdi_cut_plane *p, const double *lower, double b
 
 /* ---- cuts that make sense ---- */
 
+/* Reports an invalid pre-crack: PD_ERR_ARGUMENT. */
 static pd_status pdi_cut_refuse(pd_ctx *ctx, int index, const pd_cut *cut, const char *text)
 {
     const double *x = cut->corner;
@@ -106,7 +112,7 @@ static pd_status pdi_cut_refuse(pd_ctx *ctx, int index, const pd_cut *cut, const
                     cut->corners, x && cut->corners > 0 ? x[0] : 0.0, text);
 }
 
-/* Extent of the cut. 0: a corner is not finite. */
+/* Bounding box and size of the pre-crack. Returns 0: a corner is not finite. */
 static int pdi_cut_extent(pdi_cut_plane *p)
 {
     double square = 0.0;
@@ -125,7 +131,7 @@ static int pdi_cut_extent(pdi_cut_plane *p)
     return 1;
 }
 
-/* The normal, of unit length, up the last axis along which it has a part. 0: there is none. */
+/* Unit normal, pointing up the last axis along which it has a component. Returns 0: there is none. */
 static int pdi_cut_normal(pdi_cut_plane *p)
 {
     double edge[PD_DIM], next[PD_DIM], sum[PD_DIM] = {0.0};
@@ -150,7 +156,9 @@ static int pdi_cut_normal(pdi_cut_plane *p)
     return 1;
 }
 
-static pd_status pdi_cut_check(pd_ctx *ctx, const pd_cut *cut, int index, double slack, double far, pdi_cut_plane *p)
+/* Checks a pre-crack and computes its plane; tolerance [m], extent: largest coordinate [m]. PD_ERR_ARGUMENT. */
+static pd_status pdi_cut_check(pd_ctx *ctx, const pd_cut *cut, int index, double tolerance, double extent,
+                               pdi_cut_plane *p)
 {
     memset(p, 0, sizeof *p);
     p->cut = cut;
@@ -162,8 +170,8 @@ static pd_status pdi_cut_check(pd_ctx *ctx, const pd_cut *cut, int index, double
     pdi_cut_order(p);
     if (!pdi_cut_normal(p))
         return pdi_cut_refuse(ctx, index, cut, PD_DIM == 2 ? "a segment without length" : "a polygon without area");
-    for (int d = 0; d < PD_DIM; d++) far = pdi_max(far, pdi_max(fabs(p->lo[d]), fabs(p->hi[d])));
-    p->slack = pdi_max(slack, PDI_CUT_DIGITS * far);
+    for (int d = 0; d < PD_DIM; d++) extent = pdi_max(extent, pdi_max(fabs(p->lo[d]), fabs(p->hi[d])));
+    p->slack = pdi_max(tolerance, PDI_CUT_DIGITS * extent);
     if (PD_DIM == 2 && !(p->size > p->slack)) return pdi_cut_refuse(ctx, index, cut, "a segment without length");
     for (int k = 0; PD_DIM == 3 && k < cut->corners; k++) {
         double off[PD_DIM];
@@ -177,6 +185,7 @@ static pd_status pdi_cut_check(pd_ctx *ctx, const pd_cut *cut, int index, double
     return PD_OK;
 }
 
+/* Checks all pre-cracks and widens their bounding boxes by a bond length. */
 static pd_status pdi_cut_prepare(pd_ctx *ctx, const pd_body *body, const pd_cut *cuts, int count, pdi_cut_plane *planes)
 {
     double far = 0.0, reach = pdi_cut_reach(body);
@@ -193,7 +202,7 @@ static pd_status pdi_cut_prepare(pd_ctx *ctx, const pd_body *body, const pd_cut 
 
 /* ---- bonds ---- */
 
-/* Break what cut p crosses among the bonds of point i; how many were intact. */
+/* Breaks the bonds of point i that cross pre-crack p, at this end. Returns how many were intact. */
 static int64_t pdi_cut_family(pd_body *body, const pdi_cut_plane *p, int32_t i)
 {
     const double *x = body->position + (int64_t)i * PD_DIM;
@@ -216,7 +225,8 @@ static int64_t pdi_cut_family(pd_body *body, const pdi_cut_plane *p, int32_t i)
     return found;
 }
 
-/* Points repeat and a cut need not: what it crosses as one end sees it breaks at the other end, too. How many do. */
+/* Periodic body: breaks the other ends, which lie beyond a period and need not cross the pre-crack. Returns how
+ * many. */
 static int64_t pdi_cut_images(pd_body *body)
 {
     int64_t found = 0;
@@ -231,7 +241,7 @@ static int64_t pdi_cut_images(pd_body *body)
     return found;
 }
 
-/* Whole families in parts, so that their counts have places to go to. */
+/* Breaks the bonds that cross any pre-crack, families in parallel chunks. Returns how many bonds. */
 static int64_t pdi_cut_bonds(const pd_ctx *ctx, pd_body *body, const pdi_cut_plane *planes, int count)
 {
     enum { parts = 256 };

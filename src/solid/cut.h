@@ -1,12 +1,12 @@
-/* cut: cracks that a body has from the start, and the damage of its points.
+/* cut: pre-cracks of a body, and the damage field.
  *
- * A cut is a place (1D), a segment (2D) or a plane convex polygon (3D). It breaks the bonds whose straight line crosses
- * it. The plane of a cut has a lower and an upper side: the upper one lies along the last axis along which the normal
- * has a part. Points on the plane count as above it, so a cut through a row of points divides the body below that row:
- * no point loses its family, and bonds within the row stay. A bond crosses the plane when its ends are on two sides;
- * the cut has its rim, so a bond that meets the end of a segment or the edge of a polygon breaks, and cuts that share
- * an end leave no gap. What is nearer than the rounding of places (1e-9 of the horizon, and some units in the last
- * place of the coordinates) lies on a plane or on a rim. Nothing depends on the order of points, of cuts, of the
+ * A pre-crack is a point (1D), a segment (2D) or a plane convex polygon (3D). It breaks the bonds whose straight line
+ * crosses it. The plane of a cut has a lower and an upper side: the upper one lies along the last axis along which the
+ * normal has a part. Points on the plane count as above it, so a cut through a row of points divides the body below
+ * that row: no point loses its family, and bonds within the row stay. A bond crosses the plane when its ends are on two
+ * sides; the cut has its rim, so a bond that meets the end of a segment or the edge of a polygon breaks, and cuts that
+ * share an end leave no gap. What is nearer than the rounding of places (1e-9 of the horizon, and some units in the
+ * last place of the coordinates) lies on a plane or on a rim. Nothing depends on the order of points, of cuts, of the
  * corners, or on the end of a bond.
  */
 #ifndef PD_CUT_H

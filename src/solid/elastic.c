@@ -5,12 +5,13 @@
 #include <math.h>
 #include <string.h>
 
-/* A family whose bonds lie this close to a plane (3D) or a line has no gradient: pivots of K over its largest entry. */
+/* Singular shape tensor: smallest pivot over the largest entry of K below which the bonds of a family lie in a plane
+ * (3D) or on a line, and no gradient exists. */
 #define PDI_ELASTIC_FLAT 1e-6
 
 enum { PDI_ELASTIC_TENSOR = PD_DIM * PD_DIM, PDI_ELASTIC_FOURTH = PD_DIM == 3 ? 15 : PD_DIM == 2 ? 5 : 1 };
 
-/* Scalar product. */
+/* Scalar product of two vectors. */
 static inline double pdi_elastic_dot(const double *a, const double *b)
 {
     double sum = 0.0;
@@ -18,14 +19,14 @@ static inline double pdi_elastic_dot(const double *a, const double *b)
     return sum;
 }
 
-/* A bond of point i: xi [m], 1/r^2 [1/m2], w V_j [m^d]. 0: it is broken. */
-static inline int pdi_elastic_bond(const pd_elastic *e, int32_t i, const pd_walk *f, double *xi, double *over,
+/* Current bond of point i: xi [m], 1/r^2 [1/m2], weight w V_j [m^d]. Returns 0: it is broken. */
+static inline int pdi_elastic_bond(const pd_elastic *e, int32_t i, const pd_walk *f, double *xi, double *inv_r2,
                                    double *weight)
 {
     *weight = pdi_bond_weights_intact(&e->weights, i, f);
     if (!(*weight > 0.0)) return 0;
     pdi_walk_vector(e->body, i, f, xi);
-    *over = 1.0 / pdi_elastic_dot(xi, xi);
+    *inv_r2 = 1.0 / pdi_elastic_dot(xi, xi);
     *weight *= e->body->volume[f->to];
     return 1;
 }
@@ -50,6 +51,7 @@ static inline void pdi_elastic_product(const double *a, const double *b, double 
         }
 }
 
+/* Trace of a tensor. */
 static inline double pdi_elastic_trace(const double *a)
 {
     double sum = 0.0;
@@ -57,13 +59,13 @@ static inline double pdi_elastic_trace(const double *a)
     return sum;
 }
 
-/* The part of E that point i has. */
+/* Factor of E of point i. */
 static inline double pdi_elastic_stiff(const pd_elastic *e, int32_t i)
 {
     return e->desc.stiff ? e->desc.stiff[i] : 1.0;
 }
 
-/* Stress of a displacement gradient [Pa], of metal that has all of E and has not flown. */
+/* Elastic stress p [Pa] of a displacement gradient h by Hooke's law, with the full E. */
 static inline void pdi_elastic_law(const pd_elastic *e, const double *h, double *p)
 {
     double trace = pdi_elastic_trace(h);
@@ -72,12 +74,12 @@ static inline void pdi_elastic_law(const pd_elastic *e, const double *h, double 
             p[a * PD_DIM + b] = e->mu * (h[a * PD_DIM + b] + h[b * PD_DIM + a]) + (a == b ? e->lambda * trace : 0.0);
 }
 
-/* What a bond does otherwise than the gradient h of a family says: z = eta - h xi [m]; returns z.xi/r^2. */
-static inline double pdi_elastic_stray(const double *h, const double *xi, const double *eta, double over, double *z)
+/* Non-uniform part of the displacement of a bond: z = eta - h xi [m]. Returns z.xi/r^2. */
+static inline double pdi_elastic_stray(const double *h, const double *xi, const double *eta, double inv_r2, double *z)
 {
     pdi_elastic_times(h, xi, z);
     for (int d = 0; d < PD_DIM; d++) z[d] = eta[d] - z[d];
-    return pdi_elastic_dot(z, xi) * over;
+    return pdi_elastic_dot(z, xi) * inv_r2;
 }
 
 /* ---- build ---- */
@@ -94,18 +96,18 @@ PDI_FN void pdi_elastic_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, elastic, edge, count * PD_DIM, "1/m");
 }
 
-/* Place of n_p n_q n_r n_s among the fourth moments: by how many of the four are y, and how many z. */
+/* Index of n_p n_q n_r n_s among the fourth moments: by how many of the indices are y, and how many z. */
 static inline int pdi_elastic_place(int p, int q, int r, int s)
 {
     int y = (p == 1) + (q == 1) + (r == 1) + (s == 1), z = (p == 2) + (q == 2) + (r == 2) + (s == 2);
     return z * (11 - z) / 2 + y;
 }
 
-/* Add a bond to the fourth moments of its family. */
-static void pdi_elastic_fourth(const double *xi, double over, double weight, double *fourth)
+/* Adds a bond to the fourth moments of its family. */
+static void pdi_elastic_fourth(const double *xi, double inv_r2, double weight, double *fourth)
 {
     double x[5], y[5], z[5];
-    x[0] = weight * over * over;
+    x[0] = weight * inv_r2 * inv_r2;
     y[0] = z[0] = 1.0;
     for (int k = 0; k < 4; k++) {
         x[k + 1] = x[k] * xi[0];
@@ -117,7 +119,8 @@ static void pdi_elastic_fourth(const double *xi, double over, double weight, dou
             fourth[c * (11 - c) / 2 + b] += x[4 - c - b] * y[b] * z[c];
 }
 
-/* Tensors of the family of point i. 0: it spans no space. */
+/* Inverse shape tensor, second and fourth direction moments and total weight of the family of point i. Returns 0: the
+ * shape tensor is singular, and they are zero. */
 static int pdi_elastic_family(const pd_elastic *e, int32_t i)
 {
     const pd_body *body = e->body;
@@ -151,8 +154,8 @@ static int pdi_elastic_family(const pd_elastic *e, int32_t i)
     return 1;
 }
 
-/* What bonds read of point i for the normals of the surface. Those are the forces of displacements u = x with
- * c = 1/w_0, A = (1 - M) K^-1, lambda = -1 and mu = 1 (theory: eq. 8.5). */
+/* Fields of point i for the surface vectors: these are the forces of the displacements u = x with 1/w_0, A = (1 - M)
+ * K^-1, lambda = -1 and mu = 1 (theory: eq. 8.5). */
 static void pdi_elastic_bare(const pd_elastic *e, int32_t i)
 {
     const double *mean = e->mean + (int64_t)i * PDI_ELASTIC_TENSOR;
@@ -167,6 +170,7 @@ static void pdi_elastic_bare(const pd_elastic *e, int32_t i)
     }
 }
 
+/* Computes the surface vectors of all points, then stores the stiffness fields. */
 static void pdi_elastic_edges(const pd_ctx *ctx, const pd_elastic *e)
 {
     int nt = pdi_par_threads(ctx, e->body->bonds * 20);
@@ -180,7 +184,7 @@ static void pdi_elastic_edges(const pd_ctx *ctx, const pd_elastic *e)
         pdi_band_field(&e->band, PDI_BAND_SHARE)[i] *= pdi_elastic_stiff(e, i);
 }
 
-/* Tensors of all families. Returns the first point whose bonds do not span all directions; -1: none. */
+/* Tensors of all families. Returns the first point with a singular shape tensor; -1: none. */
 static int32_t pdi_elastic_families(const pd_ctx *ctx, const pd_elastic *e)
 {
     const pd_body *body = e->body;
@@ -214,6 +218,7 @@ pd_status pd_elastic_update(pd_ctx *ctx, pd_elastic *e)
     return PD_OK;
 }
 
+/* Inner part of the build; after an error the caller frees. */
 static pd_status pdi_elastic_make(pd_ctx *ctx, pd_body *body, const pd_elastic_desc *desc, pd_elastic *e)
 {
     double nu = PD_DIM == 1 ? 0.0 : desc->poisson;
@@ -262,14 +267,14 @@ void pd_elastic_free(pd_ctx *ctx, pd_elastic *e)
 
 /* ---- forces ---- */
 
-/* Displacement of point j less that of point i [m]. */
+/* eta = u_j - u_i [m]. */
 static inline void pdi_elastic_eta(const double *u, int32_t i, int32_t j, double *eta)
 {
     const double *from = u + (int64_t)i * PD_DIM, *to = u + (int64_t)j * PD_DIM;
     for (int d = 0; d < PD_DIM; d++) eta[d] = to[d] - from[d];
 }
 
-/* H, and the mean of the gradients of the bonds where `average` is not NULL, of point i, which is place n of sums. */
+/* Displacement gradient h of point i, number n of its batch; average, unless NULL: mean of the bond gradients H_b. */
 static void pdi_elastic_gradient(const pd_elastic *e, const pdi_band_sums *sums, int32_t i, int32_t n, double *h,
                                  double *average)
 {
@@ -282,9 +287,9 @@ static void pdi_elastic_gradient(const pd_elastic *e, const pdi_band_sums *sums,
         average[p] = h[p] + (total > 0.0 ? sums->turn[p][n] / total - part[p] : 0.0);
 }
 
-/* The mean over the family of what the strays of bonds add to their stress, times (1 - n n^T). The stray z adds
- * lambda s 1 + mu (z n^T + n z^T)/r, s = z.n/r; the means of s, s n n^T and n z^T follow from sums over eta and from
- * moments of the family. */
+/* Mean over the family of point i of the stress from the non-uniform parts z of bonds, times (1 - n n^T). z gives
+ * lambda s 1 + mu (z n^T + n z^T)/r with s = z.n/r; the means of s, s n n^T and n z^T follow from sums over eta and
+ * from direction moments. */
 static void pdi_elastic_stray_moment(const pd_elastic *e, const pdi_band_sums *sums, int32_t i, int32_t n,
                                      const double *h, double *moment)
 {
@@ -305,7 +310,7 @@ static void pdi_elastic_stray_moment(const pd_elastic *e, const pdi_band_sums *s
         }
 }
 
-/* What bonds read of point i: the tensors of eq. 8.4. */
+/* Fields of point i that bonds read: the tensors of eq. 8.4 for the gradient h. */
 static void pdi_elastic_offer(const pd_elastic *e, const pdi_band_sums *sums, int32_t i, int32_t n, const double *h)
 {
     const double *mean = e->mean + (int64_t)i * PDI_ELASTIC_TENSOR;
@@ -328,7 +333,7 @@ static void pdi_elastic_offer(const pd_elastic *e, const pdi_band_sums *sums, in
     }
 }
 
-/* 1: forces of points, and not of images alone, depend on the families of band k. */
+/* 1: forces on real points depend on the families of batch k. */
 static int pdi_elastic_band_felt(const pd_elastic *e, int32_t k)
 {
     for (int32_t i = e->band.first[k]; i < e->band.first[k + 1]; i++)
@@ -336,9 +341,9 @@ static int pdi_elastic_band_felt(const pd_elastic *e, int32_t k)
     return 0;
 }
 
-/* What the families know of displacements u before bonds pull. bends 1: u is a change, and metal flows as its
- * derivative says. */
-static void pdi_elastic_gather(const pd_ctx *ctx, const pd_elastic *e, const double *u, int bends)
+/* First pass of a force: gradients, plastic strains and force tensors of all families at displacements u. tangent 1: u
+ * is an increment, and the plastic part is its derivative (tangent). */
+static void pdi_elastic_gather(const pd_ctx *ctx, const pd_elastic *e, const double *u, int tangent)
 {
     int nt = pdi_par_threads(ctx, e->body->bonds * 40);
     (void)nt;
@@ -352,13 +357,14 @@ static void pdi_elastic_gather(const pd_ctx *ctx, const pd_elastic *e, const dou
             double h[PDI_ELASTIC_TENSOR], average[PDI_ELASTIC_TENSOR];
             int32_t i = e->band.first[k] + n;
             pdi_elastic_gradient(e, &sums, i, n, h, e->plastic.count ? average : NULL);
-            if (e->plastic.count && bends) pdi_plastic_bend(&e->plastic, i, average);
+            if (e->plastic.count && tangent) pdi_plastic_bend(&e->plastic, i, average);
             else if (e->plastic.count) pdi_plastic_meet(&e->plastic, i, average);
             pdi_elastic_offer(e, &sums, i, n, h);
         }
     }
 }
 
+/* Second pass of a force: sums over bonds, into force [count][PD_DIM] [N/m3]. */
 static void pdi_elastic_scatter(const pd_ctx *ctx, const pd_elastic *e, double *force)
 {
     int nt = pdi_par_threads(ctx, e->body->bonds * 40);
@@ -374,14 +380,14 @@ void pd_elastic_force(const pd_ctx *ctx, const pd_elastic *e, const double *u, d
     pdi_elastic_scatter(ctx, e, force);
 }
 
-/* Energy of the family of point i [J/m3], w_0 times. each [bonds]: psi of its bonds times their weight [J/m3]; may be
- * NULL. */
-static double pdi_elastic_density(const pd_elastic *e, const double *u, int32_t i, const double *h, double *each)
+/* w_0 times the energy density of the family of point i [J m^d/m3]. bond_energy [bonds]: energy density of bonds times w
+ * [J/m3]; may be NULL. */
+static double pdi_elastic_density(const pd_elastic *e, const double *u, int32_t i, const double *h, double *bond_energy)
 {
     double own[PDI_ELASTIC_TENSOR], p[PDI_ELASTIC_TENSOR], xi[PD_DIM], eta[PD_DIM], z[PD_DIM], sum = 0.0;
     for (pd_walk f = pdi_walk_from(e->body, i); pdi_walk_next(&f);) {
         double over, weight, density = 0.0;
-        if (each) each[pdi_walk_bond(&f)] = 0.0;
+        if (bond_energy) bond_energy[pdi_walk_bond(&f)] = 0.0;
         if (!pdi_elastic_bond(e, i, &f, xi, &over, &weight)) continue;
         pdi_elastic_eta(u, i, f.to, eta);
         pdi_elastic_stray(h, xi, eta, over, z);
@@ -389,12 +395,12 @@ static double pdi_elastic_density(const pd_elastic *e, const double *u, int32_t 
         pdi_elastic_law(e, own, p);
         for (int k = 0; k < PDI_ELASTIC_TENSOR; k++) density += 0.5 * p[k] * own[k];
         sum += weight * density;
-        if (each) each[pdi_walk_bond(&f)] = (double)pdi_bond_weights_of(&e->weights, i, &f) * density;
+        if (bond_energy) bond_energy[pdi_walk_bond(&f)] = (double)pdi_bond_weights_of(&e->weights, i, &f) * density;
     }
     return sum;
 }
 
-/* Energy density of point i of a band, of which it is the n-th one [J/m3]. */
+/* Energy density [J/m3] of point i, number n of its batch, less that of the plastic strain. */
 static double pdi_elastic_point_energy(const pd_elastic *e, const double *u, const pdi_band_sums *sums, int32_t i,
                                        int32_t n)
 {
@@ -424,8 +430,7 @@ double pd_elastic_energy(const pd_ctx *ctx, const pd_elastic *e, const double *u
     return pdi_sum_total(&all);
 }
 
-/* Stress of point i with the gradient h, or where metal flows with the mean gradient of the bonds [Pa]; 0 without
- * bonds. */
+/* Stress p [Pa] of point i by its gradient h, or with plasticity by the mean gradient of its bonds; 0 without bonds. */
 static void pdi_elastic_point_stress(const pd_elastic *e, int32_t i, const double *h, const double *average, double *p)
 {
     for (int k = 0; k < PDI_ELASTIC_TENSOR; k++) p[k] = 0.0;
@@ -464,13 +469,15 @@ static pd_status pdi_elastic_solid_force(pd_ctx *ctx, void *self, const double *
     return PD_OK;
 }
 
+/* pd_solid.tangent. */
 static void pdi_elastic_solid_tangent(const pd_ctx *ctx, void *self, const double *du, double *df)
 {
     pdi_elastic_gather(ctx, (const pd_elastic *)self, du, 1);
     pdi_elastic_scatter(ctx, (const pd_elastic *)self, df);
 }
 
-/* What a bond of point i carries when i alone moves: mu 1 + (lambda + mu) n n^T over r^2, by both families. */
+/* pd_solid.blocks: each bond gives (mu 1 + (lambda + mu) n n^T)/r^2 of both families, as if the other points did not
+ * move. */
 static void pdi_elastic_solid_blocks(const pd_ctx *ctx, void *self, double *block)
 {
     const pd_elastic *e = (const pd_elastic *)self;
@@ -494,8 +501,8 @@ static void pdi_elastic_solid_blocks(const pd_ctx *ctx, void *self, double *bloc
     }
 }
 
-/* A bond has the stiffness of both of its families, so a weak point beside stiff ones is as stiff as its bonds are on
- * average. */
+/* pd_solid.moduli: Lame's moduli of each point, averaged with its neighbours, since a bond has the stiffness of both
+ * families. */
 static void pdi_elastic_solid_moduli(const pd_ctx *ctx, void *self, double *lambda, double *mu)
 {
     const pd_elastic *e = (const pd_elastic *)self;
@@ -519,7 +526,7 @@ static double pdi_elastic_solid_energy(const pd_ctx *ctx, void *self, const doub
     return pd_elastic_energy(ctx, (const pd_elastic *)self, u);
 }
 
-/* Of metal that does not flow. */
+/* pd_solid.bond_energy, without plasticity. */
 static void pdi_elastic_solid_bond_energy(const pd_ctx *ctx, void *self, const double *u, double *energy)
 {
     const pd_elastic *e = (const pd_elastic *)self;
@@ -541,6 +548,7 @@ static void pdi_elastic_solid_bond_energy(const pd_ctx *ctx, void *self, const d
     }
 }
 
+/* pd_solid.density. */
 static void pdi_elastic_solid_density(const pd_ctx *ctx, void *self, const double *u, double *density)
 {
     const pd_elastic *e = (const pd_elastic *)self;
@@ -556,6 +564,7 @@ static void pdi_elastic_solid_density(const pd_ctx *ctx, void *self, const doubl
     }
 }
 
+/* pd_solid.slip: equivalent plastic strain. */
 static void pdi_elastic_solid_slip(const pd_ctx *ctx, const void *self, double *strain)
 {
     const pd_elastic *e = (const pd_elastic *)self;
@@ -568,6 +577,7 @@ static void pdi_elastic_solid_stress(const pd_ctx *ctx, void *self, const double
     pd_elastic_stress(ctx, (const pd_elastic *)self, u, stress);
 }
 
+/* pd_solid.dissipated: plastic dissipation. */
 static double pdi_elastic_solid_dissipated(const void *self)
 {
     const pd_elastic *e = (const pd_elastic *)self;
@@ -577,7 +587,7 @@ static double pdi_elastic_solid_dissipated(const void *self)
     return pdi_sum_total(&all);
 }
 
-/* Plane strain: there is none but the plastic one. */
+/* pd_solid.normal: out-of-plane stress in plane strain, with the out-of-plane plastic strain; 0 in plane stress. */
 static double pdi_elastic_solid_normal(const void *self, int32_t i, const double *stress)
 {
     const pd_elastic *e = (const pd_elastic *)self;
@@ -593,6 +603,7 @@ static pd_status pdi_elastic_solid_update(pd_ctx *ctx, void *self)
     return pd_elastic_update(ctx, (pd_elastic *)self);
 }
 
+/* pd_solid.commit: the plastic strains of the step to u become the state. */
 static pd_status pdi_elastic_solid_commit(pd_ctx *ctx, void *self, const double *u)
 {
     const pd_elastic *e = (const pd_elastic *)self;
@@ -614,6 +625,7 @@ static pd_status pdi_elastic_solid_commit(pd_ctx *ctx, void *self, const double 
     return PD_OK;
 }
 
+/* pd_solid.store: broken bonds and plastic strains. */
 static pd_status pdi_elastic_solid_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     pd_elastic *e = (pd_elastic *)self;
@@ -622,8 +634,8 @@ static pd_status pdi_elastic_solid_store(pd_ctx *ctx, void *self, pd_archive *ar
     return archive->reading ? pd_elastic_update(ctx, e) : PD_OK;
 }
 
-/* An upper bound of the highest frequency: |H|^2 is at most tr K^-1 times the sum of w V |eta|^2, and |eta|^2 at most
- * twice the squares of both ends. */
+/* pd_solid.limit: upper bound of the highest frequency. |H|^2 is at most tr K^-1 times sum w V |eta|^2, and |eta|^2 at
+ * most twice the squares of both ends. */
 static double pdi_elastic_solid_limit(const void *self, double density)
 {
     const pd_elastic *e = (const pd_elastic *)self;

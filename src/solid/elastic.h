@@ -1,10 +1,10 @@
-/* elastic: small strains of a body by bond-associated correspondence.
+/* elastic: bond-associated correspondence model (non-ordinary state-based) of small strains, with J2 plasticity.
  *
  * The family of point i has the displacement gradient  H = sum w V_j eta (K^-1 xi)^T,  K = sum w V_j xi xi^T,  with
- * eta = u_j - u_i. A bond has its own,  H_b = H + (eta - H xi) xi^T/r^2,  which gives the bond its true elongation: no
- * pattern of displacements is without energy. The energy density is  W = (1/w_0) sum w V_j psi(H_b),  w_0 = sum w V_j,
- * and forces are its derivative: they are symmetric, and there is no parameter. Linear fields are exact in every
- * family, whole or cut, for any Poisson ratio.
+ * eta = u_j - u_i. A bond has its own, H_b = H + (eta - H xi) xi^T/r^2, which gives the bond its true elongation: there
+ * are no zero-energy modes. The energy density is W = (1/w_0) sum w V_j psi(H_b), w_0 = sum w V_j, and forces are its
+ * derivative: they are symmetric, and there is no parameter. Linear fields are exact in every family, whole or cut, for
+ * any Poisson ratio.
  *
  * Sources: Breitzman and Dayal 2018 (bond-level deformation gradient); Behzadinasab and Foster 2020 (semi-Lagrangian
  * correspondence, eq. 16); Silling, Epton, Weckner, Xu and Askari 2007 (states).
@@ -25,10 +25,10 @@ typedef struct pd_elastic_desc {
     double poisson; /* [-] -1 < nu < 1/2; 1D takes none, and E is that of a bar */
     pd_plane plane; /* of 2D */
     pd_influence influence;
-    const double *stiff; /* [count] [-] part of E, and of the yield stress, that a point has; NULL: 1. Borrowed, may
-                          * change before pd_elastic_update */
-    double yield;        /* [Pa] stress of von Mises at which the metal flows; 0: it never does */
-    double hardening;    /* [Pa] by which the yield stress grows with the plastic strain */
+    const double *stiff; /* [count] [-] factor of E and of the yield stress of a point; NULL: 1. Borrowed, may change
+                          * before pd_elastic_update */
+    double yield;        /* [Pa] von Mises yield stress; 0: no plasticity */
+    double hardening;    /* [Pa] isotropic hardening modulus */
     int loose;           /* 1: a point whose bonds do not span all directions loses them; 0: it is an error */
 } pd_elastic_desc;
 
@@ -37,15 +37,15 @@ typedef struct pd_elastic {
     pd_body *body;
     double lambda, mu; /* [Pa] stress = lambda tr(e) 1 + 2 mu e, with the lambda of the plane */
     pd_bond_weights weights; /* w */
-    uint8_t *felt;     /* [count] 1: forces of points, and not of images alone, depend on the family */
+    uint8_t *felt;     /* [count] 1: forces on real points depend on this family; 0: only those on mirror images */
     double *shape;     /* [count][PD_DIM^2] [1/m^(d+2)] K^-1 */
     double *mean;      /* [count][PD_DIM^2] [-] (1/w_0) sum w V_j n n^T, n = xi/r */
     double *fourth;    /* [count][15, 2D 5, 1D 1] [-] mean of n n n n: its monomials, by powers of z, then y */
     double *total;     /* [count] [m^d] w_0 */
     double *edge;      /* [count][PD_DIM] [1/m] see pd_elastic_update */
-    pd_band band;      /* sums over bonds, and what they read of the points */
-    pd_plastic plastic; /* of metal that flows; plastic.count 0: none */
-    int64_t lost;      /* bonds that loose points have lost */
+    pd_band band;      /* batches of points for the sums over bonds */
+    pd_plastic plastic; /* plastic strains; plastic.count 0: none */
+    int64_t lost;      /* bonds broken at points whose bonds did not span all directions (desc.loose) */
 } pd_elastic;
 
 #define pd_elastic_build PD_NAME(pd_elastic_build)
@@ -77,6 +77,7 @@ PD_API pd_solid pd_elastic_solid(pd_elastic *elastic);
 PD_API void pd_elastic_free(pd_ctx *ctx, pd_elastic *elastic);
 
 #ifdef PDI_INTERNAL
+/* Describes the arrays of the material, without those of its parts. */
 PDI_FN void pdi_elastic_list(pdi_owner *owner, void *elastic);
 #endif
 

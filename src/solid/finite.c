@@ -5,12 +5,13 @@
 #include <math.h>
 #include <string.h>
 
-/* A family whose bonds lie this close to a plane (3D) or a line has no gradient: pivots of K over its largest entry. */
+/* Singular shape tensor: smallest pivot over the largest entry of K below which the bonds of a family lie in a plane
+ * (3D) or on a line, and no gradient exists. */
 #define PDI_FINITE_FLAT 1e-6
-/* Scalar operations of a bond, to decide on threads. */
+/* Scalar operations of a bond, for the choice of the number of threads. */
 #define PDI_FINITE_WORK 300
 
-/* A bond of a family. */
+/* Data of a bond in a family. */
 typedef struct pdi_finite_bond {
     double xi[PD_DIM]; /* [m] */
     double over;       /* [1/m2] 1/r^2 */
@@ -18,27 +19,30 @@ typedef struct pdi_finite_bond {
     double weight;     /* [m^d] w V_j */
 } pdi_finite_bond;
 
+/* 1: each bond has its own deformation gradient; 0: that of the family. */
 static int pdi_finite_own(const pd_finite *f) { return f->desc.control == PD_FINITE_BOND_GRADIENT; }
 
-/* A bond of point i. 0: it is broken. */
-static inline int pdi_finite_open(const pd_finite *f, int32_t i, const pd_walk *b, pdi_finite_bond *bond)
+/* Data of the current bond of point i. Returns 0: it is broken. */
+static inline int pdi_finite_open(const pd_finite *f, int32_t i, const pd_walk *it, pdi_finite_bond *bond)
 {
-    bond->share = pdi_bond_weights_intact(&f->weights, i, b);
+    bond->share = pdi_bond_weights_intact(&f->weights, i, it);
     if (!(bond->share > 0.0)) return 0;
-    pdi_walk_vector(f->body, i, b, bond->xi);
+    pdi_walk_vector(f->body, i, it, bond->xi);
     bond->over = 1.0 / pdi_tensor_dot(bond->xi, bond->xi);
-    bond->weight = bond->share * f->body->volume[b->to];
+    bond->weight = bond->share * f->body->volume[it->to];
     return 1;
 }
 
+/* Factor of the moduli of point i. */
 static double pdi_finite_stiff(const pd_finite *f, int32_t i) { return f->desc.stiff ? f->desc.stiff[i] : 1.0; }
 
+/* Plastic state of a bond (or point, with plain correspondence); NULL but for J2. */
 static double *pdi_finite_state(const pd_finite *f, int64_t site)
 {
     return f->desc.law.kind == PD_FINITE_J2 ? f->state + site * PDI_FINITE_STATE : NULL;
 }
 
-/* The moduli of the law, which build has checked. */
+/* Moduli of the constitutive law, which the build has checked. */
 static pdi_finite_moduli pdi_finite_law_of(const pd_finite *f)
 {
     pdi_finite_moduli m;
@@ -70,7 +74,7 @@ PDI_FN void pdi_finite_list(pdi_owner *owner, void *object)
     if (finite->desc.law.kind == PD_FINITE_J2) PDI_STATE(owner, finite, state, sites * PDI_FINITE_STATE, "1");
 }
 
-/* Where bonds stand in the families of their other ends. */
+/* Finds the reverse bond of every bond. */
 static void pdi_finite_backs(const pd_ctx *ctx, const pd_finite *f)
 {
     const pd_body *body = f->body;
@@ -82,7 +86,8 @@ static void pdi_finite_backs(const pd_ctx *ctx, const pd_finite *f)
             f->back[pdi_walk_bond(&b)] = pdi_walk_back(body, i, &b);
 }
 
-/* K^-1 and w_0 of point i, which is 0 where the family spans no space. mean: of n n^T over the bonds. */
+/* Inverse shape tensor K^-1 and total weight w_0 of point i; w_0 = 0 where K is singular. mean: of n n^T over its
+ * bonds. */
 static void pdi_finite_family(const pd_finite *f, int32_t i, double *mean)
 {
     double k[PDI_TENSOR] = {0.0}, total = 0.0, scale = 1.0 / (f->body->horizon * f->body->horizon);
@@ -105,7 +110,8 @@ static void pdi_finite_family(const pd_finite *f, int32_t i, double *mean)
     f->total[i] = spans ? total : 0.0;
 }
 
-/* The pull on bonds of a stress P is P g: g of the family of point i. */
+/* Bond vectors g of the family of point i into pull: a uniform stress P has the force states P g. Computes the family,
+ * too. */
 static void pdi_finite_shares(const pd_finite *f, int32_t i)
 {
     double mean[PDI_TENSOR], at[PD_DIM], back[PD_DIM];
@@ -124,7 +130,7 @@ static void pdi_finite_shares(const pd_finite *f, int32_t i)
     }
 }
 
-/* Forces of the pulls of all families on point i. */
+/* Force density [N/m3] on point i from the force states of its family and of those of its neighbours. */
 static void pdi_finite_gather(const pd_finite *f, int32_t i, double *force)
 {
     const pd_body *body = f->body;
@@ -136,7 +142,7 @@ static void pdi_finite_gather(const pd_finite *f, int32_t i, double *force)
     }
 }
 
-/* Of all points, or of those that are no images. */
+/* The same of the first `count` points: all, or those that are no mirror images. */
 static void pdi_finite_gather_all(const pd_ctx *ctx, const pd_finite *f, int32_t count, double *force)
 {
     int nt = pdi_par_threads(ctx, f->body->bonds * 10);
@@ -145,8 +151,7 @@ static void pdi_finite_gather_all(const pd_ctx *ctx, const pd_finite *f, int32_t
     for (int32_t i = 0; i < count; i++) pdi_finite_gather(f, i, force + (int64_t)i * PD_DIM);
 }
 
-/* Tensors and shares of all families. Returns the first point whose bonds do not span all directions; -1:
- * none. */
+/* Tensors and bond vectors of all families. Returns the first point with a singular shape tensor; -1: none. */
 static int32_t pdi_finite_families(const pd_ctx *ctx, const pd_finite *f)
 {
     int nt = pdi_par_threads(ctx, f->body->bonds * 60);
@@ -158,6 +163,8 @@ static int32_t pdi_finite_families(const pd_ctx *ctx, const pd_finite *f)
     return -1;
 }
 
+/* pd_solid.update: families and surface vectors, after bonds or stiffness factors have changed. Points with a singular
+ * shape tensor lose their bonds (loose 1), or are an error. */
 static pd_status pdi_finite_update(pd_ctx *ctx, void *self)
 {
     pd_finite *f = (pd_finite *)self;
@@ -182,8 +189,8 @@ static pd_status pdi_finite_update(pd_ctx *ctx, void *self)
     return PD_OK;
 }
 
-/* Stiffness of the springs of Silling: a bond-based solid of the same bulk modulus K has the micro-modulus
- * c = 2 K/d^2, 12 K/(pi d^3), 18 K/(pi d^4)  in 1D, 2D, 3D, here over the horizon d. */
+/* Penalty stiffness [Pa/m^(d+2)] of Silling 2017: a bond-based solid of the same bulk modulus K has the micromodulus c
+ * = 2 K/d^2, 12 K/(pi d^3), 18 K/(pi d^4) in 1D, 2D, 3D; here over the horizon d. */
 static double pdi_finite_spring(const pd_finite *f)
 {
     static const double share[3] = {2.0, 12.0 / PDI_PI, 18.0 / PDI_PI};
@@ -191,6 +198,7 @@ static double pdi_finite_spring(const pd_finite *f)
     return f->desc.penalty * share[PD_DIM - 1] * (f->lambda + 2.0 * f->mu / PD_DIM) / pow(f->body->horizon, PD_DIM + 2);
 }
 
+/* Inner part of the build; after an error the caller frees. */
 static pd_status pdi_finite_make(pd_ctx *ctx, pd_body *body, const pd_finite_desc *desc, pd_finite *f)
 {
     pdi_finite_moduli moduli;
@@ -230,14 +238,14 @@ void pd_finite_free(pd_ctx *ctx, pd_finite *f)
 
 /* ---- gradients ---- */
 
-/* Displacement of point j less that of point i [m]. */
+/* eta = u_j - u_i [m]. */
 static inline void pdi_finite_eta(const double *u, int32_t i, int32_t j, double *eta)
 {
     const double *from = u + (int64_t)i * PD_DIM, *to = u + (int64_t)j * PD_DIM;
     for (int d = 0; d < PD_DIM; d++) eta[d] = to[d] - from[d];
 }
 
-/* H = F - 1 of point i. */
+/* Displacement gradient h = F - 1 of point i. */
 static void pdi_finite_gradient(const pd_finite *f, const double *u, int32_t i, double *h)
 {
     double sum[PDI_TENSOR] = {0.0}, eta[PD_DIM];
@@ -250,7 +258,7 @@ static void pdi_finite_gradient(const pd_finite *f, const double *u, int32_t i, 
     pdi_tensor_product(sum, f->shape + (int64_t)i * PDI_TENSOR, h);
 }
 
-/* What the bond from point i to j does otherwise than h: z = eta - h xi [m]. */
+/* Non-uniform part of the displacement of the bond from point i to j: z = eta - h xi [m]. */
 static inline void pdi_finite_stray(const double *u, const double *h, int32_t i, int32_t j, const pdi_finite_bond *bond,
                                     double *z)
 {
@@ -260,7 +268,7 @@ static inline void pdi_finite_stray(const double *u, const double *h, int32_t i,
     for (int d = 0; d < PD_DIM; d++) z[d] -= along[d];
 }
 
-/* The gradient of that bond alone: h + z xi^T/r^2. */
+/* Displacement gradient of that bond alone: own = h + z xi^T/r^2. */
 static inline void pdi_finite_bond_gradient(const double *u, const double *h, int32_t i, int32_t j,
                                             const pdi_finite_bond *bond, double *own)
 {
@@ -269,6 +277,7 @@ static inline void pdi_finite_bond_gradient(const double *u, const double *h, in
     for (int p = 0; p < PDI_TENSOR; p++) own[p] = h[p] + z[p / PD_DIM] * bond->xi[p % PD_DIM] * bond->over;
 }
 
+/* f = 1 + h. */
 static inline void pdi_finite_add_one(const double *h, double *f)
 {
     for (int p = 0; p < PDI_TENSOR; p++) f[p] = h[p] + (p % (PD_DIM + 1) == 0 ? 1.0 : 0.0);
@@ -276,7 +285,8 @@ static inline void pdi_finite_add_one(const double *h, double *f)
 
 /* ---- forces and their derivative ---- */
 
-/* Derivative p of the stress of a site with the gradient f along df. */
+/* Derivative p of the first Piola-Kirchhoff stress of a site (bond or point) with the gradient `full` along df. Stores
+ * or uses the tangent where desc.keep says so. */
 static inline void pdi_finite_site(const pd_finite *f, const pdi_finite_moduli *m, int64_t site, const double *full,
                                    const double *df, double *p)
 {
@@ -297,8 +307,8 @@ static inline void pdi_finite_site(const pd_finite *f, const pdi_finite_moduli *
     }
 }
 
-/* Pulls of the family of point i on its bonds, at the displacements f->u; along du unless it is NULL. 0: a bond is
- * turned inside out. */
+/* Force states of the bonds of point i with bond gradients, at the displacements f->u; their derivative along du unless
+ * it is NULL. Returns 0: a bond is inverted (det F <= 0). */
 static int pdi_finite_pull_own(const pd_finite *f, const pdi_finite_moduli *m, const double *du, int32_t i)
 {
     const double *h = f->gradient + (int64_t)i * PDI_TENSOR;
@@ -333,7 +343,7 @@ static int pdi_finite_pull_own(const pd_finite *f, const pdi_finite_moduli *m, c
     return 1;
 }
 
-/* The same with the gradient of the family for all of its bonds. */
+/* The same with the gradient of the family for all bonds, and with the penalty of Silling. */
 static int pdi_finite_pull_plain(const pd_finite *f, const pdi_finite_moduli *m, const double *du, int32_t i)
 {
     const double *h = f->gradient + (int64_t)i * PDI_TENSOR, *u = du ? du : f->u;
@@ -358,7 +368,7 @@ static int pdi_finite_pull_plain(const pd_finite *f, const pdi_finite_moduli *m,
     return 1;
 }
 
-/* All of them. Returns a point with a bond that is turned inside out, or -1. */
+/* Force states of all families, or their derivative along du. Returns a point with an inverted bond, or -1. */
 static int32_t pdi_finite_pulls(const pd_ctx *ctx, const pd_finite *f, const double *du)
 {
     const pdi_finite_moduli m = pdi_finite_law_of(f);
@@ -377,6 +387,7 @@ static int32_t pdi_finite_pulls(const pd_ctx *ctx, const pd_finite *f, const dou
     return -1;
 }
 
+/* pd_solid.force. PD_RETRY: a family is inverted. */
 static pd_status pdi_finite_force(pd_ctx *ctx, void *self, const double *u, double *force)
 {
     pd_finite *f = (pd_finite *)self;
@@ -390,6 +401,7 @@ static pd_status pdi_finite_force(pd_ctx *ctx, void *self, const double *u, doub
     return PD_OK;
 }
 
+/* pd_solid.tangent. */
 static void pdi_finite_tangent(const pd_ctx *ctx, void *self, const double *du, double *df)
 {
     pd_finite *f = (pd_finite *)self;
@@ -398,16 +410,16 @@ static void pdi_finite_tangent(const pd_ctx *ctx, void *self, const double *du, 
     pdi_finite_gather_all(ctx, f, f->body->own, df);
 }
 
-/* Adds share (mu g^2 1 + (lambda + mu) g g^T) to a block. */
-static void pdi_finite_add_block(const pd_finite *f, double share, const double *g, double *block)
+/* Adds factor (mu g^2 1 + (lambda + mu) g g^T) to a diagonal block. */
+static void pdi_finite_add_block(const pd_finite *f, double factor, const double *g, double *block)
 {
     double square = pdi_tensor_dot(g, g);
     for (int k = 0; k < PDI_TENSOR; k++)
-        block[k] += share * ((k % (PD_DIM + 1) == 0 ? f->mu * square : 0.0) +
+        block[k] += factor * ((k % (PD_DIM + 1) == 0 ? f->mu * square : 0.0) +
                              (f->lambda + f->mu) * g[k / PD_DIM] * g[k % PD_DIM]);
 }
 
-/* Those of small strains. */
+/* pd_solid.blocks: those of small strains. */
 static void pdi_finite_blocks(const pd_ctx *ctx, void *self, double *block)
 {
     const pd_finite *f = (const pd_finite *)self;
@@ -442,7 +454,7 @@ static void pdi_finite_blocks(const pd_ctx *ctx, void *self, double *block)
 
 /* ---- energy, stress, state ---- */
 
-/* Energy [Pa] of point i at u. */
+/* Energy density [Pa] of point i at u, with the penalty of Silling. */
 static double pdi_finite_point_energy(const pd_finite *f, const pdi_finite_moduli *m, const double *u, int32_t i)
 {
     double h[PDI_TENSOR], part[PDI_TENSOR], full[PDI_TENSOR], z[PD_DIM], sum = 0.0;
@@ -465,6 +477,7 @@ static double pdi_finite_point_energy(const pd_finite *f, const pdi_finite_modul
     return sum * pdi_finite_stiff(f, i);
 }
 
+/* pd_solid.energy; HUGE_VAL where a bond is inverted. */
 static double pdi_finite_energy(const pd_ctx *ctx, void *self, const double *u)
 {
     pd_finite *f = (pd_finite *)self;
@@ -481,7 +494,8 @@ static double pdi_finite_energy(const pd_ctx *ctx, void *self, const double *u)
     return pdi_sum_total(&all);
 }
 
-/* Mean Cauchy stress of the bonds of point i, or, where that is NULL, what has yielded stays and costs f->work. */
+/* Mean Cauchy stress [Pa] of the bonds of point i at u; stress NULL: commits their plastic states instead, and their
+ * plastic work goes into f->work. */
 static void pdi_finite_visit(const pd_finite *f, const pdi_finite_moduli *m, const double *u, int32_t i, double *stress)
 {
     double h[PDI_TENSOR], part[PDI_TENSOR], full[PDI_TENSOR], sum[PDI_TENSOR] = {0.0};
@@ -510,6 +524,7 @@ static void pdi_finite_visit(const pd_finite *f, const pdi_finite_moduli *m, con
     else if (f->across) f->across[i] = all * pdi_finite_stiff(f, i);
 }
 
+/* The same for all points. */
 static void pdi_finite_visit_all(const pd_ctx *ctx, const pd_finite *f, const double *u, double *stress)
 {
     const pdi_finite_moduli m = pdi_finite_law_of(f);
@@ -525,6 +540,7 @@ static void pdi_finite_stress(const pd_ctx *ctx, void *self, const double *u, do
     pdi_finite_visit_all(ctx, (const pd_finite *)self, u, stress);
 }
 
+/* pd_solid.commit: plastic states and plastic work of the step to u. */
 static pd_status pdi_finite_commit(pd_ctx *ctx, void *self, const double *u)
 {
     pd_finite *f = (pd_finite *)self;
@@ -536,6 +552,7 @@ static pd_status pdi_finite_commit(pd_ctx *ctx, void *self, const double *u)
     return PD_OK;
 }
 
+/* pd_solid.normal: out-of-plane stress of the last `stress`. */
 static double pdi_finite_normal(const void *self, int32_t i, const double *stress)
 {
     (void)stress;
@@ -544,6 +561,7 @@ static double pdi_finite_normal(const void *self, int32_t i, const double *stres
 
 static double pdi_finite_dissipated(const void *self) { return ((const pd_finite *)self)->cost; }
 
+/* pd_solid.store: plastic states and broken bonds. */
 static pd_status pdi_finite_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     pd_finite *f = (pd_finite *)self;
@@ -552,6 +570,7 @@ static pd_status pdi_finite_store(pd_ctx *ctx, void *self, pd_archive *archive)
     return archive->reading ? pdi_finite_update(ctx, f) : PD_OK;
 }
 
+/* pd_solid.density. */
 static void pdi_finite_density(const pd_ctx *ctx, void *self, const double *u, double *density)
 {
     pd_finite *f = (pd_finite *)self;
@@ -562,6 +581,7 @@ static void pdi_finite_density(const pd_ctx *ctx, void *self, const double *u, d
     for (int32_t i = 0; i < f->body->count; i++) density[i] = pdi_finite_point_energy(f, &m, u, i);
 }
 
+/* pd_solid.moduli: Lame's moduli of small strains. */
 static void pdi_finite_moduli_of(const pd_ctx *ctx, void *self, double *lambda, double *mu)
 {
     const pd_finite *f = (const pd_finite *)self;
@@ -590,8 +610,8 @@ static void pdi_finite_slip(const pd_ctx *ctx, const void *self, double *strain)
     pd_finite_plastic(ctx, (const pd_finite *)self, strain);
 }
 
-/* Largest principal value of (1 - mean of n n^T) K^-1 of point i [1/m^(d+2)], or a little more: eighth powers. With
- * plain correspondence of K^-1. */
+/* Upper bound of the largest eigenvalue of (1 - mean of n n^T) K^-1 of point i [1/m^(d+2)], by the trace of its eighth
+ * power; with plain correspondence of K^-1. */
 static double pdi_finite_steep(const pd_finite *f, int32_t i)
 {
     const double *shape = f->shape + (int64_t)i * PDI_TENSOR;
@@ -614,8 +634,8 @@ static double pdi_finite_steep(const pd_finite *f, int32_t i)
     return size * pow(pdi_max(trace, 0.0), 0.125);
 }
 
-/* A bond holds no more energy than a spring of stiffness  M w V_i V_j (1/(w_i r^2) + k_i), k as above, and the same of
- * its other end would, with the largest modulus M (theory: eq. 8.24). */
+/* pd_solid.limit: a bond stores no more energy than a spring of stiffness M w V_i V_j (1/(w_i r^2) + k_i), k from the
+ * eigenvalue above, and the same of its other end, with the largest modulus M (theory: eq. 8.24). */
 static double pdi_finite_limit(const void *self, double density)
 {
     const pd_finite *f = (const pd_finite *)self;

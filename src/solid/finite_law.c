@@ -4,27 +4,27 @@
 #include <math.h>
 #include <string.h>
 
-/* Rounding of a stress that is to be zero, over the modulus and the strain. */
+/* Tolerance of a stress that has to vanish, over modulus and strain. */
 #define PDI_FINITE_LAW_ROUNDING 1e-15
-/* Steps of Newton's method, which take a few. */
+/* Most Newton iterations; a few are enough. */
 #define PDI_FINITE_LAW_STEPS 60
-/* Sweeps of Jacobi's rotations, which take up to six, and what they leave of a tensor. */
+/* Most sweeps of Jacobi rotations (up to six are needed), and the off-diagonal entries over the trace that end them. */
 #define PDI_FINITE_LAW_SWEEPS 30
 #define PDI_FINITE_LAW_LEFT 1e-17
-/* Principal values that differ by less than this share: a series is more exact than the quotient. */
+/* Relative difference of eigenvalues below which a series replaces the difference quotient. */
 #define PDI_FINITE_LAW_NEAR 1e-5
 
-/* A place in principal logarithmic strains. */
+/* Principal logarithmic strains and stresses of a material point. */
 typedef struct pdi_finite_spectrum {
     double cofactor[PDI_TENSOR]; /* of F */
     double det;                  /* of F */
     double axis[PDI_TENSOR];     /* columns: principal directions of b = F G F^T */
     double square[PD_DIM];       /* of b */
-    double strain[3];            /* of the trial, with the directions beyond PD_DIM */
+    double strain[3];            /* [-] elastic trial strains, with the directions beyond PD_DIM */
     double stress[3];            /* [Pa] Kirchhoff */
     double moduli[9];            /* [Pa] d stress/d strain; free directions condensed */
     double slope;                /* [Pa] deviatoric stress over deviatoric strain */
-    double flow;                 /* growth of the equivalent plastic strain */
+    double flow;                 /* [-] increment of the equivalent plastic strain */
 } pdi_finite_spectrum;
 
 /* ---- moduli ---- */
@@ -60,7 +60,8 @@ PDI_FN double pdi_finite_law_lambda(const pdi_finite_moduli *m)
     return m->lambda * 2.0 * m->mu / (2.0 * m->mu + m->free * m->lambda);
 }
 
-/* Yield stress at the equivalent plastic strain a, its slope, and its integral from 0 [Pa]. */
+/* Yield stress [Pa] at the equivalent plastic strain a; *slope: its derivative, *work: its integral from 0 [Pa] (Voce
+ * 1948 with linear hardening). */
 static double pdi_finite_law_yield(const pd_finite_law *law, double a, double *slope, double *work)
 {
     double more = law->saturation > 0.0 ? law->saturation - law->yield : 0.0;
@@ -72,8 +73,8 @@ static double pdi_finite_law_yield(const pd_finite_law *law, double a, double *s
 
 /* ---- neo-Hookean ---- */
 
-/* ln of the stretch of free directions: mu (t^2 - 1) + lambda ln J = 0 with J = det t^free. The left side is convex and
- * ascends. */
+/* Logarithm of the stretch of stress-free directions, neo-Hookean: Newton's method for mu (t^2 - 1) + lambda ln J = 0,
+ * J = det t^free, which is convex and increasing. */
 static double pdi_finite_law_across(const pdi_finite_moduli *m, double log_det)
 {
     double y = m->free ? -m->lambda * log_det / (2.0 * m->mu + m->free * m->lambda) : 0.0;
@@ -85,7 +86,8 @@ static double pdi_finite_law_across(const pdi_finite_moduli *m, double log_det)
     return y;
 }
 
-/* Stress, or its derivative along df. */
+/* First Piola-Kirchhoff stress p of a neo-Hookean material at f; its derivative along df unless that is NULL. Returns
+ * 0: det F <= 0. */
 static int pdi_finite_law_neo(const pdi_finite_moduli *m, const double *f, const double *df, double *p)
 {
     double turned[PDI_TENSOR], part[PDI_TENSOR], det = pdi_tensor_cofactor(f, turned);
@@ -105,6 +107,7 @@ static int pdi_finite_law_neo(const pdi_finite_moduli *m, const double *f, const
     return 1;
 }
 
+/* Energy density [Pa] of a neo-Hookean material; HUGE_VAL where det F <= 0. */
 static double pdi_finite_law_neo_energy(const pdi_finite_moduli *m, const double *f)
 {
     double turned[PDI_TENSOR], det = pdi_tensor_cofactor(f, turned);
@@ -116,7 +119,7 @@ static double pdi_finite_law_neo_energy(const pdi_finite_moduli *m, const double
 
 /* ---- principal logarithmic strains ---- */
 
-/* One of Jacobi's rotations: b_pq becomes zero. */
+/* Jacobi rotation that makes b_pq zero; axis takes the rotation, too. */
 static void pdi_finite_law_rotate(double *b, double *axis, int p, int q)
 {
     double across = b[p * PD_DIM + q];
@@ -140,7 +143,7 @@ static void pdi_finite_law_rotate(double *b, double *axis, int p, int q)
     }
 }
 
-/* Principal values of b, on its diagonal then, and directions as columns of axis. */
+/* Eigenvalues of the symmetric tensor b, left on its diagonal, and eigenvectors as columns of axis (Jacobi). */
 static void pdi_finite_law_axes(double *b, double *axis)
 {
     for (int k = 0; k < PDI_TENSOR; k++) axis[k] = k % (PD_DIM + 1) == 0 ? 1.0 : 0.0;
@@ -156,7 +159,7 @@ static void pdi_finite_law_axes(double *b, double *axis)
     }
 }
 
-/* b = F G F^T. */
+/* Elastic left Cauchy-Green tensor b = F G F^T; state NULL: G = 1. */
 static void pdi_finite_law_square(const double *f, const double *state, double *b)
 {
     double g[PDI_TENSOR], part[PDI_TENSOR], more[PDI_TENSOR];
@@ -172,8 +175,8 @@ static void pdi_finite_law_square(const double *f, const double *state, double *
     for (int k = 0; k < PDI_TENSOR; k++) b[k] += more[k];
 }
 
-/* Growth of the equivalent plastic strain that brings the equivalent stress down to the yield stress. The rest is
- * convex and descends: from 0 Newton's method comes from one side. */
+/* Increment of the equivalent plastic strain that brings the equivalent stress down to the yield stress. The residual
+ * is convex and decreasing, so Newton's method from 0 converges from one side. */
 static double pdi_finite_law_flow(const pdi_finite_moduli *m, double equivalent, double before)
 {
     double flow = 0.0, slope, work;
@@ -185,7 +188,8 @@ static double pdi_finite_law_flow(const pdi_finite_moduli *m, double equivalent,
     return flow;
 }
 
-/* Stress and moduli of the trial strains: the radial return. */
+/* Principal Kirchhoff stresses and moduli of the trial strains: radial return. before: equivalent plastic strain of the
+ * state. */
 static void pdi_finite_law_return(const pdi_finite_moduli *m, double before, pdi_finite_spectrum *s)
 {
     double trace = s->strain[0] + s->strain[1] + s->strain[2], dev[3], size = 0.0, bend = 0.0, slope, work;
@@ -211,7 +215,7 @@ static void pdi_finite_law_return(const pdi_finite_moduli *m, double before, pdi
     }
 }
 
-/* The strain of free directions that leaves them without stress, which ascends with it; moduli without them. */
+/* Finds the strain of the stress-free directions (safeguarded Newton), and condenses the moduli. */
 static void pdi_finite_law_release(const pdi_finite_moduli *m, double before, pdi_finite_spectrum *s)
 {
     double given = 0.0, low = -HUGE_VAL, high = HUGE_VAL, slope = 1.0;
@@ -233,7 +237,7 @@ static void pdi_finite_law_release(const pdi_finite_moduli *m, double before, pd
         for (int b = 0; b < PD_DIM; b++) s->moduli[a * 3 + b] -= m->free * out[a] * out[b] / slope;
 }
 
-/* 0: F turns the place inside out. */
+/* Principal strains, stresses and moduli at the deformation gradient f. Returns 0: det F <= 0. */
 static int pdi_finite_law_spectrum(const pdi_finite_moduli *m, const double *f, const double *state,
                                    pdi_finite_spectrum *s)
 {
@@ -253,7 +257,7 @@ static int pdi_finite_law_spectrum(const pdi_finite_moduli *m, const double *f, 
     return 1;
 }
 
-/* out = axis hat axis^T. */
+/* out = axis hat axis^T: from principal axes to coordinates. */
 static void pdi_finite_law_turn(const pdi_finite_spectrum *s, const double *hat, double *out)
 {
     double part[PDI_TENSOR];
@@ -261,13 +265,14 @@ static void pdi_finite_law_turn(const pdi_finite_spectrum *s, const double *hat,
     pdi_tensor_product_right(part, s->axis, out);
 }
 
-/* out = a F^-T. */
+/* out = a F^-T: first Piola-Kirchhoff stress of a Kirchhoff stress. */
 static void pdi_finite_law_pull_back(const pdi_finite_spectrum *s, const double *a, double *out)
 {
     pdi_tensor_product(a, s->cofactor, out);
     for (int k = 0; k < PDI_TENSOR; k++) out[k] /= s->det;
 }
 
+/* Kirchhoff stress tau [Pa] of the principal stresses. */
 static void pdi_finite_law_kirchhoff(const pdi_finite_spectrum *s, double *tau)
 {
     double hat[PDI_TENSOR] = {0.0};
@@ -275,7 +280,7 @@ static void pdi_finite_law_kirchhoff(const pdi_finite_spectrum *s, double *tau)
     pdi_finite_law_turn(s, hat, tau);
 }
 
-/* (e_a - e_b)/(b_a - b_b) of principal values. */
+/* (e_a - e_b)/(b_a - b_b) for eigenvalues a, b with e = ln(b)/2. */
 static double pdi_finite_law_quotient(double a, double b)
 {
     double x = (a - b) / b;
@@ -283,7 +288,8 @@ static double pdi_finite_law_quotient(double a, double b)
     return 0.5 * log1p(x) / (x * b);
 }
 
-/* Derivative of tau F^-T: (d tau - tau L^T) F^-T with L = dF F^-1, in principal directions. */
+/* Derivative of the first Piola-Kirchhoff stress tau F^-T along df: (d tau - tau L^T) F^-T with L = dF F^-1, in
+ * principal axes. */
 static void pdi_finite_law_spectral(const pdi_finite_spectrum *s, const double *df, double *dp)
 {
     double l[PDI_TENSOR], part[PDI_TENSOR], hat[PDI_TENSOR];
@@ -364,7 +370,7 @@ PDI_FN int pdi_finite_law_cauchy(const pdi_finite_moduli *m, const double *f, co
     return 1;
 }
 
-PDI_FN double pdi_finite_law_energy(const pdi_finite_moduli *m, const double *f, const double *state, int flows)
+PDI_FN double pdi_finite_law_energy(const pdi_finite_moduli *m, const double *f, const double *state, int plastic)
 {
     pdi_finite_spectrum s;
     double bulk = m->lambda + 2.0 * m->mu / 3.0, trace = 0.0, size = 0.0, slope, work = 0.0;
@@ -372,7 +378,7 @@ PDI_FN double pdi_finite_law_energy(const pdi_finite_moduli *m, const double *f,
     if (!pdi_finite_law_spectrum(m, f, state, &s)) return HUGE_VAL;
     for (int a = 0; a < 3; a++) trace += s.strain[a];
     for (int a = 0; a < 3; a++) size += pow(s.slope * (s.strain[a] - trace / 3.0), 2.0);
-    if (flows && m->law.kind == PD_FINITE_J2)
+    if (plastic && m->law.kind == PD_FINITE_J2)
         pdi_finite_law_yield(&m->law, (state ? state[PDI_FINITE_STATE - 1] : 0.0) + s.flow, &slope, &work);
     return 0.5 * bulk * trace * trace + 0.25 * size / m->mu + work;
 }

@@ -1,13 +1,13 @@
-/* finite_law: energy and stress of one place of a solid at large strains.
+/* finite_law: constitutive laws of large strains: energy, stress and tangent of one material point.
  *
  * neo-Hookean  psi = mu/2 (I1 - 3 - 2 ln J) + lambda/2 (ln J)^2
  * Hencky       psi = K/2 (tr e)^2 + mu |dev e|^2,  e = ln(F F^T)/2
  * J2           the same of the elastic part F G F^T, with the yield stress
  *              Y(a) = yield + hardening a + (saturation - yield)(1 - exp(-rate a))  of the Kirchhoff stress
  *
- * F is the gradient of the place of points. Directions that PD_DIM leaves out are fixed (plane strain), or stretch so
- * that they bear no stress (plane stress, a bar in 1D). The return to the yield surface is radial in principal
- * logarithmic strains: it is the least of an energy, so the tangent is symmetric.
+ * F is the deformation gradient. Directions beyond PD_DIM have no strain (plane strain), or no stress (plane stress, a
+ * bar in 1D). The return to the yield surface is radial in principal logarithmic strains; it minimises an energy, so
+ * the tangent is symmetric.
  *
  * Sources: Simo 1992, Simo and Hughes 1998 ch. 9 (plasticity in principal logarithmic strains); Ortiz and Stainier 1999
  * (its energy); Bonet and Wood 2008 (neo-Hookean); Voce 1948 (saturation).
@@ -35,35 +35,38 @@ typedef struct pd_finite_law {
 } pd_finite_law;
 
 #ifdef PDI_INTERNAL
-/* The state of a place under J2: G - 1 with G = (F^p^T F^p)^-1, its upper triangle and in 1D and 2D what is left of its
- * diagonal, and the equivalent plastic strain. Zeros: nothing has yielded. */
+/* Entries of a plastic state under J2: G - 1 with G = (F^p^T F^p)^-1, its upper triangle and in 1D and 2D the rest
+ * of its diagonal, then the equivalent plastic strain. Zeros: virgin material. */
 enum { PDI_FINITE_STATE = PD_DIM == 3 ? 7 : PD_DIM == 2 ? 5 : 3 };
-/* Numbers of a derivative of the stress. */
+/* Entries of a material tangent: upper triangle of a symmetric matrix of PD_DIM^2 rows. */
 enum { PDI_FINITE_MODULI = PD_DIM == 3 ? 45 : PD_DIM == 2 ? 10 : 1 };
 
+/* A law with its moduli. */
 typedef struct pdi_finite_moduli {
     pd_finite_law law;
     double lambda, mu; /* [Pa] */
-    int free;          /* directions beyond PD_DIM that bear no stress */
+    int free;          /* number of directions beyond PD_DIM without stress */
 } pdi_finite_moduli;
 
-/* PD_ERR_ARGUMENT: a modulus out of range. */
+/* Checks a law and computes its moduli. PD_ERR_ARGUMENT: a modulus out of range. */
 PDI_FN pd_status pdi_finite_law_make(pd_ctx *ctx, const pd_finite_law *law, pdi_finite_moduli *m);
-/* lambda of small strains in the directions that PD_DIM has [Pa]. */
+/* Lame's lambda [Pa] of small strains for PD_DIM directions, with stress-free directions condensed. */
 PDI_FN double pdi_finite_law_lambda(const pdi_finite_moduli *m);
-/* First Piola-Kirchhoff stress p [Pa] of F. state is NULL but for J2. 0: F turns the place inside out. */
+/* First Piola-Kirchhoff stress p [PD_DIM^2] [Pa] of the deformation gradient f. state: plastic state, NULL but for J2.
+ * Returns 0: det F <= 0. */
 PDI_FN int pdi_finite_law_stress(const pdi_finite_moduli *m, const double *f, const double *state, double *p);
-/* Its derivative dp along df; and as the upper triangle of the matrix of PD_DIM^2 rows, zeros where there is none. */
+/* Directional derivative dp [Pa] of the stress along df; zeros where det F <= 0. */
 PDI_FN void pdi_finite_law_tangent(const pdi_finite_moduli *m, const double *f, const double *state, const double *df,
                                    double *dp);
+/* The same derivative as the upper triangle of the matrix d p/d F [PDI_FINITE_MODULI] [Pa]. */
 PDI_FN void pdi_finite_law_moduli(const pdi_finite_moduli *m, const double *f, const double *state, double *moduli);
-/* Cauchy stress [Pa], and in 2D the normal one across the plane. */
+/* Cauchy stress [PD_DIM^2] [Pa], and in 2D the out-of-plane normal one. Returns 0: det F <= 0. */
 PDI_FN int pdi_finite_law_cauchy(const pdi_finite_moduli *m, const double *f, const double *state, double *stress,
                                  double *across);
-/* Energy density [Pa]; infinite where F turns the place inside out. flows 1: and the plastic work [Pa] since the
- * beginning, up to F; the stress is the derivative of both. */
-PDI_FN double pdi_finite_law_energy(const pdi_finite_moduli *m, const double *f, const double *state, int flows);
-/* What has yielded under F stays. Returns the plastic work [Pa]. */
+/* Energy density [Pa]; HUGE_VAL where det F <= 0. plastic 1: with the plastic work [Pa] from the virgin state up to F;
+ * the stress is the derivative of this sum. */
+PDI_FN double pdi_finite_law_energy(const pdi_finite_moduli *m, const double *f, const double *state, int plastic);
+/* Updates the plastic state to that of F. Returns the increment of plastic work [Pa]. */
 PDI_FN double pdi_finite_law_commit(const pdi_finite_moduli *m, const double *f, double *state);
 #endif
 

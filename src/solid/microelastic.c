@@ -257,8 +257,8 @@ static inline double pdi_microelastic_stretch(const pd_body *body, const double 
     return pdi_body_strain(xi, eta, y, r, length);
 }
 
-/* Forces at u. breaks 1: bonds beyond the critical stretch break and release their energy at u - midpoint_dt v. Returns how
- * many. */
+/* Forces at u. breaks 1: bonds beyond the critical stretch break and release their energy at u - midpoint_dt v.
+ * Returns how many. */
 static int64_t pdi_microelastic_run(const pd_ctx *ctx, pd_microelastic *m, const double *u, const double *v,
                                     double midpoint_dt, int breaks, double *force)
 {

@@ -3,6 +3,7 @@
 #include "core/par.h"
 #include <string.h>
 
+/* Describes the arrays of images. */
 static void pdi_mirrored_list(pdi_owner *owner, void *object)
 {
     pd_mirrored *mirrored = (pd_mirrored *)object;
@@ -15,7 +16,7 @@ static void pdi_mirrored_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, mirrored, density, all, "J/m3");
 }
 
-/* Vectors of points, and of images as they follow from them. */
+/* Copies vectors x of the real points to all [count + images], with reflected ones for the images. */
 static void pdi_mirrored_expand(const pd_mirrored *m, const double *x, double *all)
 {
     memcpy(all, x, (size_t)m->count * PD_DIM * sizeof *all);
@@ -26,7 +27,7 @@ static void pdi_mirrored_expand(const pd_mirrored *m, const double *x, double *a
         }
 }
 
-/* Images bear no forces of their own. */
+/* Sets the forces on images to zero. */
 static void pdi_mirrored_clear(const pd_mirrored *m, double *force)
 {
     memset(force + (int64_t)m->count * PD_DIM, 0, (size_t)m->images * PD_DIM * sizeof *force);
@@ -68,6 +69,7 @@ static void pdi_mirrored_densities(const pd_ctx *ctx, void *self, const double *
     m->inner.density(ctx, m->inner.self, m->u, density);
 }
 
+/* pd_solid.energy: sum over the real points. */
 static double pdi_mirrored_energy(const pd_ctx *ctx, void *self, const double *u)
 {
     pd_mirrored *m = (pd_mirrored *)self;
@@ -146,10 +148,10 @@ PDI_FN void pdi_mirrored_free(pd_ctx *ctx, pd_mirrored *m)
     memset(m, 0, sizeof *m);
 }
 
-PDI_FN pd_solid pdi_mirrored_solid(pd_mirrored *m, const pd_solid *inner)
+PDI_FN pd_solid pdi_mirrored_solid(pd_mirrored *m, const pd_solid *material)
 {
-    pd_solid s = *inner;
-    m->inner = *inner;
+    pd_solid s = *material;
+    m->inner = *material;
     for (int32_t g = 0; g < m->images; g++)
         for (int d = 0; d < PD_DIM; d++)
             m->follows[((int64_t)m->count + g) * PD_DIM + d] = (uint8_t)!(m->flip[g] >> d & 1);
@@ -158,19 +160,19 @@ PDI_FN pd_solid pdi_mirrored_solid(pd_mirrored *m, const pd_solid *inner)
     s.force = pdi_mirrored_force;
     s.tangent = pdi_mirrored_tangent;
     s.blocks = pdi_mirrored_blocks;
-    s.moduli = inner->moduli ? pdi_mirrored_moduli : NULL;
+    s.moduli = material->moduli ? pdi_mirrored_moduli : NULL;
     s.energy = pdi_mirrored_energy;
     s.density = pdi_mirrored_densities;
     s.bond_energy = NULL;
     s.pull = NULL;
-    s.stress = inner->stress ? pdi_mirrored_stress : NULL;
-    s.normal = inner->normal ? pdi_mirrored_normal : NULL;
-    s.dissipated = inner->dissipated ? pdi_mirrored_dissipated : NULL;
-    s.slip = inner->slip ? pdi_mirrored_slip : NULL;
-    s.move = inner->move ? pdi_mirrored_move : NULL;
+    s.stress = material->stress ? pdi_mirrored_stress : NULL;
+    s.normal = material->normal ? pdi_mirrored_normal : NULL;
+    s.dissipated = material->dissipated ? pdi_mirrored_dissipated : NULL;
+    s.slip = material->slip ? pdi_mirrored_slip : NULL;
+    s.move = material->move ? pdi_mirrored_move : NULL;
     s.update = pdi_mirrored_update;
-    s.commit = inner->commit ? pdi_mirrored_commit : NULL;
-    s.limit = inner->limit ? pdi_mirrored_limit : NULL;
-    s.store = inner->store ? pdi_mirrored_store : NULL;
+    s.commit = material->commit ? pdi_mirrored_commit : NULL;
+    s.limit = material->limit ? pdi_mirrored_limit : NULL;
+    s.store = material->store ? pdi_mirrored_store : NULL;
     return s;
 }

@@ -1,9 +1,9 @@
-/* mirrored: a material whose body goes on behind planes of symmetry, as a material of its points alone.
+/* mirrored: a material with mirror images of its points behind planes of symmetry.
  *
- * The last points of the body are images of others: they bring the families of points near a plane to what they are in
- * the whole body, and move as the reflections of their points. Images go on for three horizons, so that all that the
- * forces of points depend on is that of the whole body. Energies are those of the points: the part of the body that is
- * there. What solvers hold, load or find of images is not looked at.
+ * The last points of the body are mirror images of others: they complete the families of points near a plane, and move
+ * as the reflections of their points. The layer of images is three horizons thick, so that the forces on real points
+ * are those of the complete body. Energies are those of the real points. Solvers see a pd_solid whose images carry no
+ * forces; what they prescribe, load or compute at images is ignored.
  */
 #ifndef PD_MIRRORED_H
 #define PD_MIRRORED_H
@@ -20,11 +20,11 @@ typedef struct pd_mirrored {
 } pd_mirrored;
 
 #ifdef PDI_INTERNAL
-/* count and images are set, and of and flip follow the build. */
+/* Arrays of images; count and images are set before, of and flip are filled in after the build. */
 PDI_FN pd_status pdi_mirrored_build(pd_ctx *ctx, pd_mirrored *mirrored);
 PDI_FN void pdi_mirrored_free(pd_ctx *ctx, pd_mirrored *mirrored);
-/* Its table, of a material that is borrowed. */
-PDI_FN pd_solid pdi_mirrored_solid(pd_mirrored *mirrored, const pd_solid *inner);
+/* The pd_solid table that wraps the one of a material, which is borrowed. */
+PDI_FN pd_solid pdi_mirrored_solid(pd_mirrored *mirrored, const pd_solid *material);
 #endif
 
 #endif

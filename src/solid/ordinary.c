@@ -7,12 +7,12 @@
 #include <math.h>
 #include <string.h>
 
-/* A family whose bonds do not tell a strain apart from others: pivots of sum w V r^2 over m that are rounding. */
+/* Family whose bonds do not determine all strains: smallest pivot of the normalised moment sum w V r^2 (n n)(n n)/m. */
 #define PDI_ORDINARY_FLAT 1e-6
-/* Squarings that bound the largest eigenvalue of a matrix: by 3 % in 3D. */
+/* Matrix squarings in the bound of the largest eigenvalue: within 3 % in 3D. */
 #define PDI_ORDINARY_SQUARINGS 6
 
-/* A bond of a point as it is now. */
+/* Kinematics of a bond. */
 typedef struct pdi_ordinary_bond {
     double share;      /* [-] w */
     double weight;     /* [m^d] w V_j */
@@ -23,7 +23,7 @@ typedef struct pdi_ordinary_bond {
     double dyad[PDI_SYM]; /* [m2] xi xi^T */
 } pdi_ordinary_bond;
 
-/* How the bond xi + eta is: 0: it is broken. */
+/* Kinematics of the current bond of point i at u. Returns 0: it is broken. */
 static inline int pdi_ordinary_look(const pd_ordinary *o, int linear, const double *u, int32_t i, const pd_walk *f,
                                     pdi_ordinary_bond *bond)
 {
@@ -46,13 +46,13 @@ static inline int pdi_ordinary_look(const pd_ordinary *o, int linear, const doub
     return 1;
 }
 
-/* 1: families have a strain. */
+/* 1: the model fits a strain to each family (PD_ORDINARY_POSITION). */
 static int pdi_ordinary_by_strain(const pd_ordinary *o)
 {
     return o->desc.surface == PD_ORDINARY_POSITION;
 }
 
-/* Weights by direction that make a whole family the same for shear in all directions, and what remains. */
+/* Bond weights: isotropic for shear on a lattice, and with the surface correction; sets shear, bulk, anisotropy. */
 static pd_status pdi_ordinary_calibrate(pd_ctx *ctx, pd_ordinary *o)
 {
     int strain = pdi_ordinary_by_strain(o);
@@ -74,7 +74,8 @@ static pd_status pdi_ordinary_calibrate(pd_ctx *ctx, pd_ordinary *o)
 
 /* ---- families ---- */
 
-/* At least the largest eigenvalue of a matrix of n rows that are real and not negative: the trace of a high power. */
+/* Upper bound of the largest eigenvalue of the n x n matrix a with real, non-negative eigenvalues: trace of a high
+ * power. a is overwritten. */
 static double pdi_ordinary_largest(int n, double *a)
 {
     double least = 0.0, share = 1.0, next[PDI_SYM * PDI_SYM];
@@ -93,26 +94,27 @@ static double pdi_ordinary_largest(int n, double *a)
     return exp(least);
 }
 
-/* m of a family, and sum w V_j r^2 (n n)(n n)/m, its inverse in place. 0: it has none. */
-static int pdi_ordinary_moment(const pd_ordinary *o, int32_t i, double *size, double *moment)
+/* Weighted volume m (*size) of family i, and the fourth-order moment sum w V_j r^2 (n n)(n n)/m, replaced by its
+ * inverse for the position-aware model. Returns 0: singular, or no bonds. */
+static int pdi_ordinary_moment(const pd_ordinary *o, int32_t i, double *weighted_volume, double *moment)
 {
     const pd_body *body = o->body;
     double least[PDI_SYM], dyad[PDI_SYM], inverse[PDI_SYM * PDI_SYM], xi[PD_DIM];
     memset(moment, 0, PDI_SYM * PDI_SYM * sizeof *moment);
-    *size = 0.0;
+    *weighted_volume = 0.0;
     for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
         double weight = pdi_bond_weights_intact(&o->weights, i, &f) * body->volume[f.to];
         if (!(weight > 0.0)) continue;
         pdi_walk_vector(body, i, &f, xi);
         pdi_strain_dyad(xi, dyad);
         double square = pdi_strain_trace(dyad);
-        *size += weight * square;
+        *weighted_volume += weight * square;
         for (int p = 0; p < PDI_SYM * PDI_SYM; p++)
             moment[p] += weight * dyad[p / PDI_SYM] * dyad[p % PDI_SYM] / square;
     }
-    if (!(*size > 0.0)) return 0;
+    if (!(*weighted_volume > 0.0)) return 0;
     if (!pdi_ordinary_by_strain(o)) return 1;
-    for (int p = 0; p < PDI_SYM * PDI_SYM; p++) moment[p] /= *size;
+    for (int p = 0; p < PDI_SYM * PDI_SYM; p++) moment[p] /= *weighted_volume;
     for (int p = 0; p < PDI_SYM; p++) least[p] = PDI_ORDINARY_FLAT;
     if (!pdi_vec_factor(PDI_SYM, PDI_SYM, least, moment)) return 0;
     for (int p = 0; p < PDI_SYM; p++) {
@@ -124,7 +126,7 @@ static int pdi_ordinary_moment(const pd_ordinary *o, int32_t i, double *size, do
     return 1;
 }
 
-/* Law of a family by its strain: L = M^-1 (C M^-1 - alpha), with n = m M^-1 (theory: eq. 8.27). */
+/* Law of the position-aware family i: L = M^-1 (C M^-1 - alpha), with n = m M^-1, m: size (theory: eq. 8.27). */
 static void pdi_ordinary_position(const pd_ordinary *o, int32_t i, double size, const double *n)
 {
     double row[PDI_SYM], carried[PDI_SYM * PDI_SYM], *law = o->law + (int64_t)i * PDI_STRAIN_PACK;
@@ -140,7 +142,8 @@ static void pdi_ordinary_position(const pd_ordinary *o, int32_t i, double size, 
     o->bound[i] = pdi_max(o->alpha[i], pdi_ordinary_largest(PDI_SYM, carried) / size);
 }
 
-/* The law of family i. 0: it has none; -1: a strain has no energy. */
+/* Law L, alpha and energy bound of family i. Returns 1; 0: no law, as bonds do not determine all strains; -1: a strain
+ * has no energy. */
 static int pdi_ordinary_family(const pd_ordinary *o, int32_t i)
 {
     double size, moment[PDI_SYM * PDI_SYM], *law = o->law + (int64_t)i * PDI_STRAIN_PACK;
@@ -160,7 +163,7 @@ static int pdi_ordinary_family(const pd_ordinary *o, int32_t i)
     return o->alpha[i] + l * size > 0.0 ? 1 : -1;
 }
 
-/* Bound of the squares of frequencies, times density, that point i gives (theory: 8.9). */
+/* Upper bound [Pa/m2] of density times the squared angular frequency, from point i (theory: 8.9). */
 static double pdi_ordinary_rate(const pd_ordinary *o, int32_t i)
 {
     const pd_body *body = o->body;
@@ -176,7 +179,7 @@ static double pdi_ordinary_rate(const pd_ordinary *o, int32_t i)
 
 /* ---- forces ---- */
 
-/* to = Q = L sum w V_j x r n n of point i; x: extensions, or their derivative along du. */
+/* Q = L sum w V_j x r n n of point i, into `to`; x: extensions at u, or their derivative along du unless it is NULL. */
 static void pdi_ordinary_state(const pd_ordinary *o, int linear, const double *u, const double *du, int32_t i,
                                double *to)
 {
@@ -195,14 +198,14 @@ static void pdi_ordinary_state(const pd_ordinary *o, int linear, const double *u
     pdi_strain_times(o->law + (int64_t)i * PDI_STRAIN_PACK, sum, to);
 }
 
-/* Force of a bond over w by the family of point i, whose Q it is, when it is stretched by x. */
+/* Scalar force state of a bond over w by the family of point i with tensor q, at the extension x. */
 static inline double pdi_ordinary_carry(const pd_ordinary *o, const pdi_ordinary_bond *bond, int32_t i, const double *q,
                                         double x)
 {
     return pdi_strain_dot(bond->dyad, q) / bond->r + o->alpha[i] * x;
 }
 
-/* By both of its families. */
+/* The same by both of its families; q [count][tensor]. */
 static inline double pdi_ordinary_pull(const pd_ordinary *o, const pdi_ordinary_bond *bond, int32_t i, int32_t j,
                                        const double *q, double x)
 {
@@ -210,14 +213,14 @@ static inline double pdi_ordinary_pull(const pd_ordinary *o, const pdi_ordinary_
            pdi_ordinary_carry(o, bond, j, q + (int64_t)j * PDI_SYM, x);
 }
 
-/* Images behind planes of symmetry have no forces of their own. */
+/* Sets the forces on mirror images to zero. */
 static void pdi_ordinary_clear(const pd_body *body, double *force)
 {
     memset(force + (int64_t)body->own * PD_DIM, 0, (size_t)(body->count - body->own) * PD_DIM * sizeof *force);
 }
 
-/* state = Q [count][tensor] of the families of band k, and energy [PD_BAND_MOST] their energy densities, or NULL. Both
- * sums of bonds take displacements from the band. */
+/* Tensors Q of batch k into state [count][tensor], and the energy densities of its points into energy [PD_BAND_MOST],
+ * or NULL. Displacements are those set in the batches. Returns how many points. */
 static int32_t pdi_ordinary_band(const pd_ordinary *o, int32_t k, int linear, double *state, double *energy)
 {
     double shape[PDI_SYM][PD_BAND_MOST];
@@ -233,7 +236,7 @@ static int32_t pdi_ordinary_band(const pd_ordinary *o, int32_t k, int linear, do
     return count;
 }
 
-/* Forces of the displacements u, of any size or small; state: as of pd_ordinary. */
+/* Forces at the displacements u, of any size or small (linear 1); state: tensors Q, as of pd_ordinary. */
 static void pdi_ordinary_run(const pd_ctx *ctx, const pd_ordinary *o, int linear, const double *u, double *state,
                              double *force)
 {
@@ -250,6 +253,7 @@ static void pdi_ordinary_run(const pd_ctx *ctx, const pd_ordinary *o, int linear
     pdi_ordinary_clear(body, force);
 }
 
+/* pd_solid.force; keeps u for the tangent. PD_RETRY: a bond has no length. */
 static pd_status pdi_ordinary_force(pd_ctx *ctx, void *self, const double *u, double *force)
 {
     const pd_ordinary *o = (const pd_ordinary *)self;
@@ -259,7 +263,7 @@ static pd_status pdi_ordinary_force(pd_ctx *ctx, void *self, const double *u, do
     return pdi_par_max_abs(ctx, n, force) < HUGE_VAL ? PD_OK : PD_RETRY;
 }
 
-/* Change of the forces of displacements of any size along du. */
+/* Directional derivative of the forces along du at finite displacements, with the geometric stiffness. */
 static void pdi_ordinary_bend(const pd_ctx *ctx, const pd_ordinary *o, const double *du, double *df)
 {
     const pd_body *body = o->body;
@@ -294,7 +298,8 @@ static void pdi_ordinary_tangent(const pd_ctx *ctx, void *self, const double *du
     else pdi_ordinary_bend(ctx, o, du, df);
 }
 
-/* What the bonds of point i carry when it alone moves: exact, but for what compressed bonds gain by turning. */
+/* Diagonal block [N/m] of point i: exact but for the negative geometric stiffness of compressed bonds, which is left
+ * out. */
 static void pdi_ordinary_block(const pd_ordinary *o, int32_t i, double *block)
 {
     const pd_body *body = o->body;
@@ -367,6 +372,7 @@ static double pdi_ordinary_energy(const pd_ctx *ctx, void *self, const double *u
     return pdi_sum_total(&all);
 }
 
+/* pd_solid.bond_energy. */
 static void pdi_ordinary_bond_energy(const pd_ctx *ctx, void *self, const double *u, double *energy)
 {
     const pd_ordinary *o = (const pd_ordinary *)self;
@@ -387,7 +393,7 @@ static void pdi_ordinary_bond_energy(const pd_ctx *ctx, void *self, const double
     }
 }
 
-/* Volume of the deformed family over that of the undeformed one; 1 where its bonds lie on a line. */
+/* Volume ratio det F of the family of point i at u; 1 where its shape tensor is singular. */
 static double pdi_ordinary_swell(const pd_ordinary *o, const double *u, int32_t i)
 {
     double k[PD_DIM * PD_DIM] = {0.0}, y[PD_DIM * PD_DIM] = {0.0}, f[PD_DIM * PD_DIM];
@@ -414,6 +420,7 @@ static double pdi_ordinary_swell(const pd_ordinary *o, const double *u, int32_t 
     return swell;
 }
 
+/* pd_solid.stress: force states of the family, over the deformed volume. */
 static void pdi_ordinary_stress(const pd_ctx *ctx, void *self, const double *u, double *stress)
 {
     const pd_ordinary *o = (const pd_ordinary *)self;
@@ -437,7 +444,7 @@ static void pdi_ordinary_stress(const pd_ctx *ctx, void *self, const double *u, 
 
 /* ---- update and build ---- */
 
-/* Forces of the uniform stress e_b e_c + e_c e_b, as small displacements. */
+/* Force density of the uniform stress e_b e_c^T + e_c e_b^T, as small displacements u (work). */
 static void pdi_ordinary_probe(const pd_ctx *ctx, const pd_ordinary *o, int b, int c, double *u, double *force)
 {
     double trace = b == c ? 2.0 * o->lambda / (PD_DIM * o->lambda + 2.0 * o->mu) : 0.0;
@@ -449,7 +456,7 @@ static void pdi_ordinary_probe(const pd_ctx *ctx, const pd_ordinary *o, int b, i
     pdi_ordinary_run(ctx, o, 1, u, o->state, force);
 }
 
-/* The vectors c that fit the forces of all uniform stresses P best by P c (theory: eq. 8.28). */
+/* Surface vectors c that fit the forces of all uniform stresses P best by P c (theory: eq. 8.28). u, force: work. */
 static void pdi_ordinary_edges(const pd_ctx *ctx, const pd_ordinary *o, double *u, double *force)
 {
     pdi_par_zero(ctx, (int64_t)o->body->count * PD_DIM, o->edge);
@@ -463,7 +470,7 @@ static void pdi_ordinary_edges(const pd_ctx *ctx, const pd_ordinary *o, double *
         }
 }
 
-/* Edges. */
+/* Computes the surface vectors of all points. */
 static pd_status pdi_ordinary_surfaces(pd_ctx *ctx, const pd_ordinary *o)
 {
     int64_t n = (int64_t)o->body->count * PD_DIM;
@@ -476,7 +483,7 @@ static pd_status pdi_ordinary_surfaces(pd_ctx *ctx, const pd_ordinary *o)
     return status;
 }
 
-/* Bound of all frequencies. */
+/* Computes the bound of all frequencies. */
 static void pdi_ordinary_rates(const pd_ctx *ctx, pd_ordinary *o)
 {
     int nt = pdi_par_threads(ctx, o->body->bonds * 60);
@@ -504,7 +511,7 @@ static int32_t pdi_ordinary_families(const pd_ctx *ctx, const pd_ordinary *o)
     return bad;
 }
 
-/* Points lose the bonds that tell no strain, or are the error. */
+/* Laws of all families. Points without a law lose their bonds (loose 1), or are PD_ERR_GEOMETRY. */
 static pd_status pdi_ordinary_settle(pd_ctx *ctx, pd_ordinary *o)
 {
     pd_body *body = o->body;
@@ -521,7 +528,7 @@ static pd_status pdi_ordinary_settle(pd_ctx *ctx, pd_ordinary *o)
                                         : "do not tell all strains: the body is too thin there for its horizon");
 }
 
-/* Points that have a part of E. */
+/* Multiplies the laws by the stiffness factors of points. PD_ERR_ARGUMENT: a factor out of range. */
 static pd_status pdi_ordinary_soften(pd_ctx *ctx, const pd_ordinary *o)
 {
     for (int64_t i = 0; i < o->body->count && o->desc.stiff; i++) {
@@ -536,7 +543,7 @@ static pd_status pdi_ordinary_soften(pd_ctx *ctx, const pd_ordinary *o)
     return PD_OK;
 }
 
-/* Plane strain: there is none across. */
+/* pd_solid.normal: out-of-plane stress nu tr(stress) in plane strain; otherwise 0. */
 static double pdi_ordinary_normal(const void *self, int32_t i, const double *stress)
 {
     const pd_ordinary *o = (const pd_ordinary *)self;
@@ -546,6 +553,7 @@ static double pdi_ordinary_normal(const void *self, int32_t i, const double *str
     return PD_DIM == 2 && o->desc.plane == PD_PLANE_STRAIN ? o->desc.poisson * trace : 0.0;
 }
 
+/* pd_solid.update: bonds or stiffness factors have changed. */
 static pd_status pdi_ordinary_update(pd_ctx *ctx, void *self)
 {
     pd_ordinary *o = (pd_ordinary *)self;
@@ -584,6 +592,7 @@ PDI_FN void pdi_ordinary_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, ordinary, change, count * PDI_SYM, "");
 }
 
+/* Inner part of the build; after an error the caller frees. */
 static pd_status pdi_ordinary_make(pd_ctx *ctx, pd_body *body, const pd_ordinary_desc *desc, pd_ordinary *o)
 {
     double nu = PD_DIM == 1 ? 0.0 : desc->poisson;

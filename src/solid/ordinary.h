@@ -1,4 +1,5 @@
-/* ordinary: linear peridynamic solid: forces along bonds, any Poisson ratio, moduli exact in whole and cut families.
+/* ordinary: ordinary state-based model (linear peridynamic solid): forces along bonds, any Poisson ratio, exact moduli
+ * in complete and truncated families.
  *
  * The family of point i has the strain E_i that fits the extensions e of its bonds best: e = r n.E n + z. Its energy
  * density is that of Hooke's law for E_i, and that of springs for what is left,
@@ -7,7 +8,7 @@
  *
  * In a family that is the same in all directions this is the solid of Silling et al. 2007, with the bulk modulus and
  * the shear modulus as its two constants. In any other, on a lattice or at a surface, it keeps Hooke's law for all
- * strains (theory: 8.9). Other ways of mending surfaces are there to compare.
+ * strains (theory: 8.9). Other surface corrections are there for comparison.
  *
  * Sources: Silling, Epton, Weckner, Xu and Askari 2007 (linear peridynamic solid); Mitchell, Silling and Littlewood
  * 2015 (position-aware); Le and Bobaru 2018 (energy and volume methods).
@@ -18,12 +19,12 @@
 #include "solid/elastic.h"
 #include "solid/solid.h"
 
-/* What makes up for the bonds that cut families lack. */
+/* Surface correction: how families at a surface, which lack bonds, get the stiffness of the bulk. */
 typedef enum pd_ordinary_surface {
     PD_ORDINARY_POSITION = 0, /* the strain of the family, as above */
-    PD_ORDINARY_NONE,         /* nothing: the solid of 2007, with the m of each family */
-    PD_ORDINARY_ENERGY,       /* that solid with the m of the bulk; bonds count more along the axes that lack some */
-    PD_ORDINARY_VOLUME        /* that solid with the m of the bulk; bonds count 2 V_0/(V_i + V_j), V: of families */
+    PD_ORDINARY_NONE,         /* none: the model of 2007, with the weighted volume m of each family */
+    PD_ORDINARY_ENERGY,       /* that model with the m of the bulk and factors along each axis (energy method) */
+    PD_ORDINARY_VOLUME        /* that model with the m of the bulk and factors 2 V_0/(V_i + V_j) (volume method) */
 } pd_ordinary_surface;
 
 typedef struct pd_ordinary_desc {
@@ -33,9 +34,9 @@ typedef struct pd_ordinary_desc {
     pd_influence influence;
     pd_ordinary_surface surface;
     int linear;     /* 1: displacements are small; 0: of any size */
-    const double *stiff; /* [count] [-] part of E that a point has; NULL: 1. Borrowed, may change before an update */
-    int loose;      /* 1: a point whose bonds do not tell all strains loses them; 0: it is an error */
-    int plain;      /* 1: bonds count the same in all directions, and the shear modulus of a lattice does not;
+    const double *stiff; /* [count] [-] factor of E of a point; NULL: 1. Borrowed, may change before an update */
+    int loose;      /* 1: a point whose bonds do not determine all strains loses them; 0: it is an error */
+    int plain;      /* 1: weights do not depend on direction, so the shear modulus of a lattice does;
                      * PD_ORDINARY_POSITION needs no such choice */
 } pd_ordinary_desc;
 
@@ -43,16 +44,16 @@ typedef struct pd_ordinary {
     pd_ordinary_desc desc;
     pd_body *body;
     double lambda, mu;  /* [Pa] stress = lambda tr(e) 1 + 2 mu e, with the lambda of the plane; 1D: E/3 each */
-    double shear;       /* [-] a: bonds count 1 + a q by direction, as those of pd_microelastic */
+    double shear;       /* [-] a: weights have the factor 1 + a q by direction, as those of pd_microelastic */
     double anisotropy;  /* [-] of the lattice: shear modulus along its axes over that along diagonals; 0: unknown */
     double bulk;        /* [m^(d+2)] m of a whole family of the lattice; 0: unknown */
-    double rate;        /* [Pa/m2] at least the largest square of a frequency, times density */
+    double rate;        /* [Pa/m2] upper bound of density times the square of the largest angular frequency */
     pd_bond_weights weights; /* w */
-    pd_band band;       /* of the points, for forces */
-    uint8_t *felt;      /* [count] 1: forces of points, and not of images alone, depend on the family */
+    pd_band band;       /* batches of points for the sums over bonds */
+    uint8_t *felt;      /* [count] 1: forces on real points depend on this family; 0: only those on mirror images */
     double *alpha;      /* [count] [Pa/m^(d+2)] */
-    double *bound;      /* [count] [Pa/m^(d+2)] most energy of a family, over sum w V_j e^2/2 */
-    int64_t lost;       /* bonds that loose points have lost */
+    double *bound;      /* [count] [Pa/m^(d+2)] bound of the energy of a family over sum w V_j e^2/2 */
+    int64_t lost;       /* bonds broken at points whose bonds did not determine all strains (desc.loose) */
     double *law;        /* [count][tensors] [Pa/m^(2d+4)] symmetric L: W = A.L A/2 + (alpha/2) sum w V_j e^2 */
     double *edge;       /* [count][PD_DIM] [1/m] as of pd_elastic_update, best fit: exact in sum over a layer */
     double *at;         /* [count][PD_DIM] [m] displacements of the last forces */
@@ -75,6 +76,7 @@ PD_API pd_solid pd_ordinary_solid(pd_ordinary *ordinary);
 PD_API void pd_ordinary_free(pd_ctx *ctx, pd_ordinary *ordinary);
 
 #ifdef PDI_INTERNAL
+/* Describes the arrays of the material, without those of its parts. */
 PDI_FN void pdi_ordinary_list(pdi_owner *owner, void *ordinary);
 #endif
 

@@ -16,12 +16,13 @@ PDI_FN void pdi_plastic_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, plastic, across, plastic->count, "Pa");
 }
 
-/* What the trace of a tensor without one leaves normal to the plane. */
+/* Out-of-plane entry of a traceless tensor in 2D; 0 otherwise. */
 static double pdi_plastic_normal(const double *a)
 {
     return PD_DIM == 2 ? -a[0] - a[PDI_PLASTIC_TENSOR - 1] : 0.0;
 }
 
+/* Frobenius norm of a traceless tensor with its out-of-plane entry. */
 static double pdi_plastic_size(const double *a)
 {
     double normal = pdi_plastic_normal(a), sum = normal * normal;
@@ -29,7 +30,7 @@ static double pdi_plastic_size(const double *a)
     return sqrt(sum);
 }
 
-/* Strain without its trace; in 1D the strain. */
+/* e: deviatoric strain of the gradient h; in 1D the strain. */
 static void pdi_plastic_deviator(const double *h, double *e)
 {
     double trace = 0.0;
@@ -40,21 +41,23 @@ static void pdi_plastic_deviator(const double *h, double *e)
                                 (p == q && PD_DIM > 1 ? trace / 3.0 : 0.0);
 }
 
-/* Stress over strain [Pa], and sqrt(3/2), by which the size of a deviator is von Mises' stress; 1D: E and 1. */
+/* Stress over deviatoric strain [Pa]: 2 mu, 1D: E; and sqrt(3/2), by which the norm of a deviator becomes von Mises'
+ * stress, 1D: 1. */
 static double pdi_plastic_stiffness(const pd_plastic *p) { return PD_DIM > 1 ? 2.0 * p->shear : p->shear; }
 static double pdi_plastic_mises(void) { return PD_DIM > 1 ? sqrt(1.5) : 1.0; }
 
-/* Slip of the step of point i to h; way. */
-static double pdi_plastic_return(const pd_plastic *p, int64_t i, const double *h, double *way, double *stress)
+/* Increment of the equivalent plastic strain of the step of point i to h; 0: elastic. Out: flow direction way, norm of
+ * the trial stress [Pa]. */
+static double pdi_plastic_return(const pd_plastic *p, int64_t i, const double *h, double *direction, double *trial)
 {
     const double *was = p->strain + i * PDI_PLASTIC_TENSOR;
     double stiffness = pdi_plastic_stiffness(p), mises = pdi_plastic_mises(), e[PDI_PLASTIC_TENSOR];
     pdi_plastic_deviator(h, e);
-    for (int k = 0; k < PDI_PLASTIC_TENSOR; k++) way[k] = stiffness * (e[k] - was[k]);
-    *stress = pdi_plastic_size(way);
-    double beyond = mises * *stress - p->yield - p->hardening * p->slip[i];
+    for (int k = 0; k < PDI_PLASTIC_TENSOR; k++) direction[k] = stiffness * (e[k] - was[k]);
+    *trial = pdi_plastic_size(direction);
+    double beyond = mises * *trial - p->yield - p->hardening * p->slip[i];
     if (!(beyond > 0.0)) return 0.0;
-    for (int k = 0; k < PDI_PLASTIC_TENSOR; k++) way[k] /= *stress;
+    for (int k = 0; k < PDI_PLASTIC_TENSOR; k++) direction[k] /= *trial;
     return beyond / (mises * mises * stiffness + p->hardening);
 }
 
