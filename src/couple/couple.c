@@ -4,7 +4,7 @@
 #include <math.h>
 #include <string.h>
 
-/* `fraction`, the largest share of a node that a step takes, over the default of rtol, the error of the loss. */
+/* Default of rtol (error in time of the lost metal) is `fraction` over this number. */
 #define PDI_COUPLE_FRACTION 25.0
 
 pd_status pd_couple_build(pd_ctx *ctx, const pd_couple_desc *desc, pd_grid *grid, pd_bonds *bonds, pd_couple *c)
@@ -25,7 +25,7 @@ pd_status pd_couple_build(pd_ctx *ctx, const pd_couple_desc *desc, pd_grid *grid
     return PD_OK;
 }
 
-/* Place of the ledger of an element; `elements`: there is none yet. */
+/* Index of the ledger of an element; c->elements: there is none yet. */
 static int pdi_couple_ledger(const pd_couple *c, const pd_element *element)
 {
     int e = 0;
@@ -50,6 +50,7 @@ pd_status pd_couple_add(pd_ctx *ctx, pd_couple *c, pd_process process)
 
 /* ---- ledger ---- */
 
+/* Sums the amounts of all processes into the ledgers; at step 0 the initial amounts, too. */
 static void pdi_couple_sum(pd_ctx *ctx, pd_couple *c)
 {
     pd_amounts sum[PD_COUPLE_ELEMENTS];
@@ -73,7 +74,7 @@ static void pdi_couple_sum(pd_ctx *ctx, pd_couple *c)
     }
 }
 
-/* What processes keep a balance of by themselves. */
+/* Largest imbalance of processes that keep balances of their own. PD_ERR_LEDGER: above the tolerance. */
 static pd_status pdi_couple_apart(pd_ctx *ctx, pd_couple *c)
 {
     c->apart = 0.0;
@@ -87,6 +88,7 @@ static pd_status pdi_couple_apart(pd_ctx *ctx, pd_couple *c)
     return PD_OK;
 }
 
+/* Updates the ledgers and their imbalances. PD_ERR_LEDGER: amounts are not conserved within the tolerance. */
 static pd_status pdi_couple_balance(pd_ctx *ctx, pd_couple *c)
 {
     pdi_couple_sum(ctx, c);
@@ -110,7 +112,7 @@ static pd_status pdi_couple_balance(pd_ctx *ctx, pd_couple *c)
 
 /* ---- steps ---- */
 
-/* Solid of the elements of a process that is gone. */
+/* Solid lost since the start by the elements of a process [unit]. */
 static double pdi_couple_lost(const pd_couple *c, const pd_process *p)
 {
     double lost = 0.0;
@@ -121,7 +123,7 @@ static double pdi_couple_lost(const pd_couple *c, const pd_process *p)
     return lost;
 }
 
-/* Process n is at work at t [s], without a step. */
+/* Notes that process n is solved at time t [s], for progress messages. */
 static void pdi_couple_solves(pd_couple *c, int n, double t)
 {
     memset(&c->now, 0, sizeof c->now);
@@ -129,7 +131,7 @@ static void pdi_couple_solves(pd_couple *c, int n, double t)
     c->now.time = t;
 }
 
-/* Quasi-steady processes become those of time t. */
+/* Solves all quasi-steady processes at time t [s]: the callback pd_step.at. */
 static pd_status pdi_couple_at(pd_ctx *ctx, void *user, double t)
 {
     pd_couple *c = (pd_couple *)user;
@@ -154,7 +156,7 @@ pd_status pd_couple_start(pd_ctx *ctx, pd_couple *c)
     return pdi_couple_balance(ctx, c);
 }
 
-/* Process n has made a step with all nodes that were fluid. */
+/* Process n has made a step: clears its bits of nodes that have become fluid. */
 static void pdi_couple_seen(pd_couple *c, int n)
 {
     int left = 0;
@@ -162,7 +164,7 @@ static void pdi_couple_seen(pd_couple *c, int n)
     c->freshened = left != 0;
 }
 
-/* Nodes have turned fluid: renew all that depends on the kinds of nodes. */
+/* Nodes turned [count] have become fluid: updates bond data and all processes. */
 static pd_status pdi_couple_changed(pd_ctx *ctx, pd_couple *c, const int32_t *turned, int32_t count)
 {
     if (!count) return PD_OK;
@@ -176,8 +178,8 @@ static pd_status pdi_couple_changed(pd_ctx *ctx, pd_couple *c, const int32_t *tu
     return PD_OK;
 }
 
-/* The step of the run when the first process that moves takes several steps of its own in it: the longest that suits
- * all. */
+/* Step of the run where the first process takes several steps of its own in it: the longest that suits all, into
+ * s->limit and s->dt. PD_ERR_STATE: it is below rounding. */
 static pd_status pdi_couple_longest(pd_ctx *ctx, const pd_couple *c, pd_step *s)
 {
     double left = s->limit - s->time;
@@ -197,7 +199,8 @@ static pd_status pdi_couple_longest(pd_ctx *ctx, const pd_couple *c, pd_step *s)
     return PD_OK;
 }
 
-/* Move a process on to s->limit, or to where those behind it have to follow first, or by one step of its own. */
+/* Advances a process to s->limit, or until those behind it have to follow (s->ends), or by one step (once 1). Returns
+ * the worst status. */
 static pd_status pdi_couple_move(pd_ctx *ctx, pd_couple *c, const pd_process *p, int once, pd_step *s)
 {
     pd_status worst = PD_OK;
@@ -217,7 +220,7 @@ static pd_status pdi_couple_move(pd_ctx *ctx, pd_couple *c, const pd_process *p,
     return worst;
 }
 
-/* Processes from number n on, which stand at `from` [s], follow to `end` [s]. */
+/* Advances the processes from number n on from time `from` [s] to `end` [s]. */
 static pd_status pdi_couple_follow(pd_ctx *ctx, pd_couple *c, int n, double from, double end, pd_step *s)
 {
     pd_status worst = PD_OK;
@@ -244,7 +247,7 @@ static pd_status pdi_couple_follow(pd_ctx *ctx, pd_couple *c, int n, double from
     return worst;
 }
 
-/* All processes that move, in their order, up to the end of the step: *end and *dt [s]. */
+/* One step of all processes in their order. *end, *dt [s]: end and length of the step; on entry the limit. */
 static pd_status pdi_couple_advance(pd_ctx *ctx, pd_couple *c, double *end, double *dt)
 {
     pd_step s;
@@ -341,7 +344,7 @@ double pd_couple_imbalance(const pd_couple *c)
 
 /* ---- state ---- */
 
-/* Lattice and parts, which the file must have alike. */
+/* Checks that a checkpoint has the same lattice and processes. */
 static pd_status pdi_couple_alike(pd_ctx *ctx, const pd_couple *c, pd_archive *archive)
 {
     const pd_grid *grid = c->grid;
@@ -360,7 +363,8 @@ static pd_status pdi_couple_alike(pd_ctx *ctx, const pd_couple *c, pd_archive *a
     return PD_OK;
 }
 
-/* Turn the metal of the grid fluid where `kind` says so, and renew all that depends on the kinds of nodes. */
+/* Converts the metal nodes that `kind` [total] says are fluid. turned: work. PD_ERR_GEOMETRY: kinds differ
+ * otherwise. */
 static pd_status pdi_couple_turn(pd_ctx *ctx, pd_couple *c, const uint8_t *kind, int32_t *turned)
 {
     int32_t count = 0;
@@ -377,6 +381,7 @@ static pd_status pdi_couple_turn(pd_ctx *ctx, pd_couple *c, const uint8_t *kind,
     return pdi_couple_changed(ctx, c, turned, count);
 }
 
+/* Writes or restores the node kinds of the grid. */
 static pd_status pdi_couple_kinds(pd_ctx *ctx, pd_couple *c, pd_archive *archive)
 {
     uint8_t *kind = NULL;

@@ -1,9 +1,9 @@
-/* couple: a run of processes: one loop for step control, retries, ledger, state and observer, whatever the physics are.
+/* couple: time loop over coupled processes (physics): step control, retries, conservation check, checkpoint, observer.
  *
- * The list is in the order of a step (theory: section 7). Quasi-steady processes are brought to a time whenever another
- * one asks for it, and to the end of the step. The first process that moves decides how long a step is; those behind it
- * follow to its end, in as many steps of their own as they need. When metal turns fluid the rows of bonds and all
- * processes follow. The caller's observer sees every step; no files here.
+ * Processes are in the order of a step (theory: section 7). Quasi-steady processes are solved at a time whenever
+ * another one asks for it, and at the end of the step. The first time-dependent process decides the length of a step;
+ * those behind it follow to its end, in as many steps of their own as they need. When metal nodes become fluid, the
+ * bond data and all processes are updated. The caller's observer sees every step; no files here.
  */
 #ifndef PD_COUPLE_H
 #define PD_COUPLE_H
@@ -13,7 +13,7 @@
 #define PD_COUPLE_PROCESSES 8 /* most processes of a run */
 #define PD_COUPLE_ELEMENTS 8  /* most elements with a ledger */
 
-/* Amounts of an element [unit of the element, per m depth in planar 2D, per m2 in 1D].
+/* Mass balance of an element [unit of the element, per m depth in planar 2D, per m2 in 1D].
  * imbalance = solid + dissolved + carry + out - in - start. */
 typedef struct pd_ledger {
     double start;       /* [unit] solid and dissolved at the start */
@@ -22,7 +22,7 @@ typedef struct pd_ledger {
     double volume_start; /* [m3] (m2 in planar 2D, m in 1D) of the solid at the start */
     double volume;      /* [m3] now */
     double dissolved;   /* [unit] now in the fluid */
-    double carry;       /* [unit] what the last linear solve left undone or debris owes; the next step delivers it */
+    double carry;       /* [unit] residual of the last linear solve and debris: added in the next step */
     double out, in;     /* [unit] through outlets and inlets since the start */
     double imbalance;   /* [unit] */
     double relative;    /* [-] |imbalance| over the largest of the initial solid (start without solid), in and out */
@@ -46,17 +46,17 @@ typedef struct pd_couple {
     pd_element element[PD_COUPLE_ELEMENTS];
     pd_ledger ledger[PD_COUPLE_ELEMENTS];
     int elements;
-    double apart;        /* [-] worst relative imbalance of processes with balances of their own */
+    double apart;        /* [-] largest relative imbalance of processes with balances of their own */
     double time;         /* [s] */
     double dt;           /* [s] of the last step; mean where a process counts its own */
-    pd_attempt now;      /* what a step computes at the moment */
+    pd_attempt now;      /* the process and time that are computed at the moment, for progress messages */
     int started;
     int64_t steps;       /* or those that a process counts */
     int64_t unsolved;    /* steps in which a linear solver missed its tolerance */
     int64_t solid_nodes_start;
-    uint8_t *fresh;      /* [nodes of the grid] bit n: the node has turned fluid, and process n has made no step since:
-                          * it does not know what the node holds; borrowed, all 0 at first. NULL: nobody asks */
-    int freshened;       /* 0: none of them is set */
+    uint8_t *fresh;      /* [nodes of the grid] bit n: the node has become fluid since the last step of process n, which
+                          * has no values there yet; borrowed, all 0 at first. NULL: not used */
+    int freshened;       /* 0: no bit is set */
 } pd_couple;
 
 /* Called after the start (step 0) and after every step; a non-zero return stops the run. */

@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* 1: the centre of a node lies in the box from lo to hi [m]. */
 static int pdi_measure_inside(const pd_grid *grid, int32_t node, const double *lo, const double *hi)
 {
     double x[PD_DIM];
@@ -16,7 +17,7 @@ static int pdi_measure_inside(const pd_grid *grid, int32_t node, const double *l
 
 /* ---- plane ---- */
 
-/* Means over the faces of the plane: the value on a face is the mean of both cells. */
+/* Area and means over the fluid faces of a plane; the value on a face is the mean of both cells. */
 static void pdi_measure_faces(const pd_bonds *bonds, const pd_flow *flow, const pd_transport *transport, int axis,
                               int index, pd_measure_plane_result *r)
 {
@@ -55,7 +56,7 @@ void pd_measure_plane(pd_ctx *ctx, const pd_bonds *bonds, pd_flow *flow, pd_tran
 
 /* ---- exchange ---- */
 
-/* Does the surface that cut bond k of a node meets give metal? */
+/* 1: the surface that bond k of a node hits is metal that dissolves, or a wall with a prescribed concentration. */
 static int pdi_measure_gives(const pd_paths *paths, const pd_transport *t, const pd_dissolve *dissolve, int32_t node,
                              int k)
 {
@@ -68,7 +69,7 @@ static int pdi_measure_gives(const pd_paths *paths, const pd_transport *t, const
     return t->desc.held(t->desc.user, x) >= 0.0;
 }
 
-/* 1: a node lies inside the smooth shape of the metal: it has dissolved. */
+/* 1: a node lies inside the initial smooth shape of the metal, so that it has dissolved. */
 static int pdi_measure_inside_metal(const pd_grid *grid, int32_t node)
 {
     double x[PD_DIM];
@@ -76,7 +77,7 @@ static int pdi_measure_inside_metal(const pd_grid *grid, int32_t node)
     return pdi_grid_level(grid, grid->solid, x) <= pdi_shape_tie(grid->h, x);
 }
 
-/* 1: all surfaces in the family of a node are sides of the box and smooth shapes, and none has receded there. */
+/* 1: all surfaces in the family of a node are sides of the box or smooth shapes that have not receded. */
 static int pdi_measure_smooth(const pd_paths *paths, const pd_dissolve *dissolve, int32_t node)
 {
     const pd_grid *grid = paths->grid;
@@ -94,7 +95,7 @@ static int pdi_measure_smooth(const pd_paths *paths, const pd_dissolve *dissolve
     return 1;
 }
 
-/* 1: all nodes in the family are open. */
+/* 1: all nodes in the family are fluid or open. */
 static int pdi_measure_free(const pd_paths *paths, int32_t node)
 {
     for (int k = 0; k < paths->stencil->count; k++)
@@ -102,8 +103,8 @@ static int pdi_measure_free(const pd_paths *paths, int32_t node)
     return 1;
 }
 
-/* Area of the surfaces that give metal, as a node sees it: beside its closed faces where they are smooth. Elsewhere
- * each of its bonds that ends behind such a surface counts c(n) V. */
+/* Area [m^(d-1)] of dissolving or prescribed surfaces at a node: of its closed faces where they are smooth, otherwise
+ * by the area weights c(n) V of its bonds that end behind them. */
 static double pdi_measure_area(const pd_paths *paths, const pd_transport *t, const pd_dissolve *dissolve, int32_t node)
 {
     const pd_stencil *s = paths->stencil;

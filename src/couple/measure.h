@@ -1,4 +1,5 @@
-/* measure: figures of a flow and of what it carries: through a plane of the lattice, from walls and metal, in a box.
+/* measure: integral diagnostics of flow and transport: fluxes through a plane, transfer from walls and metal, box
+ * totals.
  *
  * Fluxes are the sums of bond fluxes that the schemes conserve (theory: eq. 4.2, 5.1), so that two planes with nothing
  * between them agree to rounding. Boxes take the nodes whose centres lie inside. Nothing is allocated or changed but

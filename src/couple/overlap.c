@@ -5,12 +5,13 @@
 #include <math.h>
 #include <string.h>
 
-/* Shortening of bonds that is rounding [-]. */
+/* Shortening of bonds that counts as rounding [-]. */
 #define PDI_OVERLAP_ROUNDING 1e-6
 
+/* 1: i is a point whose metal has not dissolved. */
 static int pdi_overlap_bears(const pd_overlap *s, int32_t i) { return i >= 0 && s->stiff[i] > 0.0; }
 
-/* 1: no bond joins two points. */
+/* 1: no unbroken bond connects two points. */
 static int pdi_overlap_apart(const pd_overlap *s, int32_t i, int32_t j)
 {
     for (pd_walk f = pdi_walk_from(s->body, i); pdi_walk_next(&f);)
@@ -18,9 +19,10 @@ static int pdi_overlap_apart(const pd_overlap *s, int32_t i, int32_t j)
     return 1;
 }
 
+/* Component of a point. */
 static int32_t pdi_overlap_part(const pd_overlap *s, int32_t i) { return s->part ? s->part[i] : 0; }
 
-/* The point on the other side of the upper face of a cell across axis d; -1: none. */
+/* The adjacent point above point i along axis d; -1: none. */
 static int32_t pdi_overlap_neighbour(const pd_overlap *s, int32_t i, int d)
 {
     int at[PD_DIM];
@@ -29,7 +31,7 @@ static int32_t pdi_overlap_neighbour(const pd_overlap *s, int32_t i, int d)
     return pdi_grid_inside(s->grid, at) ? s->point[pd_grid_node(s->grid, at)] : -1;
 }
 
-/* Length of the line from x along xi that is outside of the metal of the start [m]. */
+/* Length [m] of the line from x along xi outside of the initial metal. */
 static double pdi_overlap_gap(const pd_overlap *s, const double *x, const double *xi)
 {
     const pd_grid *grid = s->grid;
@@ -45,6 +47,7 @@ static double pdi_overlap_gap(const pd_overlap *s, const double *x, const double
     return gap * pdi_vec_norm(xi);
 }
 
+/* Records an overlap of two points [m]: within a component, or of two components. */
 static void pdi_overlap_note(pd_overlap *s, int32_t i, int32_t j, double depth)
 {
     if (pdi_overlap_part(s, i) == pdi_overlap_part(s, j)) {
@@ -56,8 +59,9 @@ static void pdi_overlap_note(pd_overlap *s, int32_t i, int32_t j, double depth)
     }
 }
 
-/* Neighbours: the largest shortening of those that a bond joins (way 0), and faces of the others (way 1). */
-static double pdi_overlap_faces(pd_overlap *s, const double *u, int way, double most)
+/* Adjacent points: pass 0: largest relative shortening of bonded ones, returned; pass 1: overlaps of those without a
+ * bond, beyond the shortening max_shortening. */
+static double pdi_overlap_faces(pd_overlap *s, const double *u, int pass, double max_shortening)
 {
     const pd_body *body = s->body;
     for (int32_t i = 0; i < s->count; i++)
@@ -68,19 +72,19 @@ static double pdi_overlap_faces(pd_overlap *s, const double *u, int way, double 
             pdi_body_bond(body, i, j, xi);
             for (int e = 0; e < PD_DIM; e++) y[e] = xi[e] + u[(int64_t)j * PD_DIM + e] - u[(int64_t)i * PD_DIM + e];
             double was = pdi_vec_norm(xi), shorter = was - pdi_vec_norm(y);
-            if (!(shorter > most * was) || pdi_overlap_apart(s, i, j) != way) continue;
-            if (!way) most = shorter / was;
+            if (!(shorter > max_shortening * was) || pdi_overlap_apart(s, i, j) != pass) continue;
+            if (!pass) max_shortening = shorter / was;
             else {
                 double depth = shorter - pdi_overlap_gap(s, body->position + (int64_t)i * PD_DIM, xi);
-                if (depth > most * was) pdi_overlap_note(s, i, j, depth);
+                if (depth > max_shortening * was) pdi_overlap_note(s, i, j, depth);
             }
         }
-    return most;
+    return max_shortening;
 }
 
 /* ---- points that come from afar ---- */
 
-/* Bin of the cell that point i is in with displacements u, `off` cells on. */
+/* Hash of the cell of point i at displacements u, shifted by off cells unless that is NULL. */
 static int32_t pdi_overlap_bin(const pd_overlap *s, const double *u, int32_t i, const int *off)
 {
     uint64_t key = 0;
@@ -93,10 +97,10 @@ static int32_t pdi_overlap_bin(const pd_overlap *s, const double *u, int32_t i, 
     return (int32_t)(key & (uint64_t)(s->bins - 1));
 }
 
-/* Overlap of two points that have not been neighbours. */
-static void pdi_overlap_meet(pd_overlap *s, const double *u, int32_t i, int32_t j, double most)
+/* Overlap of two points that were not adjacent. */
+static void pdi_overlap_meet(pd_overlap *s, const double *u, int32_t i, int32_t j, double max_shortening)
 {
-    double h = s->grid->h[0], square = 0.0, was = 0.0, near = (1.0 - most) * h;
+    double h = s->grid->h[0], square = 0.0, was = 0.0, near = (1.0 - max_shortening) * h;
     for (int d = 0; d < PD_DIM; d++) {
         double xi = s->body->position[(int64_t)j * PD_DIM + d] - s->body->position[(int64_t)i * PD_DIM + d];
         double y = xi + u[(int64_t)j * PD_DIM + d] - u[(int64_t)i * PD_DIM + d];
@@ -107,8 +111,8 @@ static void pdi_overlap_meet(pd_overlap *s, const double *u, int32_t i, int32_t 
     pdi_overlap_note(s, i, j, h - sqrt(square));
 }
 
-/* Point i against those that are in bins already. */
-static void pdi_overlap_around(pd_overlap *s, const double *u, int32_t i, double most)
+/* Point i against the points that are in the hash table already, in its and the adjacent cells. */
+static void pdi_overlap_around(pd_overlap *s, const double *u, int32_t i, double max_shortening)
 {
     int32_t seen[27];
     int all = 1, bins = 0;
@@ -120,7 +124,7 @@ static void pdi_overlap_around(pd_overlap *s, const double *u, int32_t i, double
         for (int e = 0; e < bins; e++) known |= seen[e] == bin;
         if (known) continue;
         seen[bins++] = bin;
-        for (int32_t j = s->bin[bin]; j >= 0; j = s->next[j]) pdi_overlap_meet(s, u, i, j, most);
+        for (int32_t j = s->bin[bin]; j >= 0; j = s->next[j]) pdi_overlap_meet(s, u, i, j, max_shortening);
     }
 }
 

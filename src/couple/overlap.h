@@ -1,9 +1,8 @@
-/* overlap: faces of a body that pass through each other, since bonds alone join its points and no contact is computed.
+/* overlap: interpenetration of surfaces of a body, a diagnostic: no contact is computed between points without bonds.
  *
- * Two points that lie side by side, in cells that share a face, are on two faces where no bond joins them. These
- * overlap by what is left of the distance of the points when the gap between them is closed. Others overlap when they
- * come nearer than a cell. What intact bonds are shortened by is no overlap. A point that has lost all bonds is no
- * face: nothing says where it is.
+ * Adjacent points without a bond are on two surfaces. These interpenetrate by the shortening of their distance less the
+ * initial gap between them. Other points interpenetrate when they come nearer than a cell. Shortening that intact bonds
+ * show as well is no interpenetration. Points that have lost all bonds are skipped.
  */
 #ifndef PD_OVERLAP_H
 #define PD_OVERLAP_H
@@ -15,25 +14,25 @@ typedef struct pd_overlap {
     const pd_body *body;
     const int32_t *node;  /* [count] of the points */
     const int32_t *point; /* [total] of the nodes; -1: none */
-    const double *stiff;  /* [count] [-] 0: the metal has gone */
+    const double *stiff;  /* [count] [-] stiffness factor; 0: dissolved */
     int32_t count;        /* points; further ones of the body are images */
     int32_t parts;        /* pieces of the body as it was built */
     int32_t *part;        /* [count] the piece of each point; empty with one piece */
-    int32_t bins;         /* a power of two; 0: no look has been asked for */
+    int32_t bins;         /* size of the hash table, a power of two; 0: not prepared */
     int32_t *bin;         /* [bins] the last point that came to it, -1: none */
     int32_t *next;        /* [count with bins] the one before it */
-    double crack;         /* [m] largest overlap of faces of one piece, at the last look; 0: none */
-    double most;          /* [m] the same of all looks */
-    double pieces;        /* [m] that of two pieces which were apart at the start; 0: none */
+    double crack;         /* [m] largest overlap within one component (crack faces), at the last check; 0: none */
+    double most;          /* [m] the same of all checks */
+    double pieces;        /* [m] largest overlap of two components that were apart at the start; 0: none */
     int32_t first, other; /* points of these */
 } pd_overlap;
 
 #ifdef PDI_INTERNAL
-/* grid to count are set. Pieces are those that intact bonds join now. */
+/* Finds the components that unbroken bonds connect now; grid to count are set before. */
 PDI_FN pd_status pdi_overlap_build(pd_ctx *ctx, pd_overlap *overlap);
-/* Room for looks. */
+/* Allocates the hash table for checks. */
 PDI_FN pd_status pdi_overlap_prepare(pd_ctx *ctx, pd_overlap *overlap);
-/* Look, with displacements u [count][PD_DIM] [m]. */
+/* Computes the overlaps at displacements u [count][PD_DIM] [m]: crack, most, pieces, first, other. */
 PDI_FN void pdi_overlap_look(pd_overlap *overlap, const double *u);
 PDI_FN void pdi_overlap_free(pd_ctx *ctx, pd_overlap *overlap);
 #endif

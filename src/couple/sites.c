@@ -5,12 +5,14 @@
 #include "lattice/chord.h"
 #include <math.h>
 
-/* Metal that has just turned fluid counts as metal that is left, until its bonds have gone. */
+/* Stiffness factor of points that have just dissolved: they still count as metal until it is their turn to lose
+ * bonds. */
 #define PDI_SITES_LEFT 1e-300
 
 /* ---- planes of symmetry ---- */
 
-/* Cells of images behind a side: three horizons. Behind a plane alone there are no more than before it. */
+/* Layers of image cells behind a side along axis d: three horizons, but with one plane alone no more than the box
+ * has. */
 static int pdi_sites_behind(const pd_sites *s, int d, int upper)
 {
     int depth = 3 * (int)floor(s->m + 0.5), n = s->grid->n[d];
@@ -18,7 +20,7 @@ static int pdi_sites_behind(const pd_sites *s, int d, int upper)
     return (s->mirrors >> (2 * d) & 3) == 3 || depth < n ? depth : n;
 }
 
-/* The cell of the box that stands for another one, and along which axes it is reflected. */
+/* Maps a cell of the extended box to the one it mirrors, in place. Returns a bit mask of the reflected axes. */
 static int pdi_sites_fold(const pd_sites *s, int *at)
 {
     int flip = 0;
@@ -35,8 +37,8 @@ static int pdi_sites_fold(const pd_sites *s, int *at)
     return flip;
 }
 
-/* Cell number k of the box as it goes on. Returns the node that it is or stands for, -1: it has no metal. *flip: as of
- * pd_mirrored; -1: it is in the box. */
+/* Cell number k of the extended box: its index at, the metal node that it is or mirrors (returned; -1: none), and
+ * *flip: reflected axes, -1: within the box. */
 static int32_t pdi_sites_image(const pd_sites *s, int64_t k, int *at, int *flip)
 {
     int folded[PD_DIM];
@@ -48,6 +50,7 @@ static int32_t pdi_sites_image(const pd_sites *s, int64_t k, int *at, int *flip)
     return s->grid->kind[node] == PD_SOLID ? node : -1;
 }
 
+/* Cells of the extended box. */
 static int64_t pdi_sites_all(const pd_sites *s)
 {
     int64_t cells = 1;
@@ -87,13 +90,13 @@ PDI_FN void pdi_sites_images(pd_sites *s)
     for (int32_t i = s->count; i < s->count + s->images; i++) s->stiff[i] = 1.0;
 }
 
-/* The point that i is or stands for. */
+/* The real point that i is or mirrors. */
 static int32_t pdi_sites_real(const pd_sites *s, int32_t i)
 {
     return i < s->count ? i : s->of[i - s->count];
 }
 
-/* Cell of a point or image. */
+/* Cell index of a point or image. */
 static void pdi_sites_cell(const pd_sites *s, int32_t i, int *at)
 {
     if (i < s->count) pdi_grid_index(s->grid, s->node[i], at);
@@ -123,7 +126,7 @@ static int32_t pdi_sites_in(const pd_sites *s, const int *at)
 
 /* ---- bonds that leave the metal ---- */
 
-/* 1: a cell is metal, or has turned fluid and still counts as metal. */
+/* 1: a cell is metal, or has dissolved in this step and still counts as metal. */
 static int pdi_sites_metal(const void *self, const int *at)
 {
     const pd_sites *s = (const pd_sites *)self;
@@ -131,7 +134,7 @@ static int pdi_sites_metal(const void *self, const int *at)
     return i >= 0 && (s->grid->kind[s->node[pdi_sites_real(s, i)]] == PD_SOLID || s->stiff[i] > 0.0);
 }
 
-/* Cells from one point to another. */
+/* Offset in cells from point i to point j. */
 static void pdi_sites_step(const pd_sites *s, int32_t i, int32_t j, int *step)
 {
     int from[PD_DIM];
@@ -140,7 +143,7 @@ static void pdi_sites_step(const pd_sites *s, int32_t i, int32_t j, int *step)
     for (int d = 0; d < PD_DIM; d++) step[d] -= from[d];
 }
 
-/* 1: one of the staircases between two points is metal. */
+/* 1: one of the staircase paths of cells from point i by step[] is metal throughout. */
 static int pdi_sites_stairs(const pd_sites *s, int32_t i, const int *step)
 {
     int from[PD_DIM];
@@ -148,7 +151,7 @@ static int pdi_sites_stairs(const pd_sites *s, int32_t i, const int *step)
     return pdi_chord_stairs(from, step, pdi_sites_metal, s);
 }
 
-/* Where the line x + t xi passes a side of the box, or of one of its images, next. */
+/* Parameter t > after where the line x + t xi crosses the next side of the box or of its mirror images; at most 1. */
 static double pdi_sites_side(const pd_sites *s, const double *x, const double *xi, double after)
 {
     double best = 1.0;
@@ -164,7 +167,7 @@ static double pdi_sites_side(const pd_sites *s, const double *x, const double *x
     return best;
 }
 
-/* The line as it is in the box, piece by piece. */
+/* 1: the line from x along xi, folded into the box segment by segment, stays within the smooth metal. */
 static int pdi_sites_within(const pd_sites *s, const double *x, const double *xi)
 {
     const pd_grid *grid = s->grid;
@@ -186,7 +189,7 @@ static int pdi_sites_within(const pd_sites *s, const double *x, const double *xi
     return 1;
 }
 
-/* A pd_joined_fn by the cells of the metal that is left. */
+/* A pd_joined_fn: by the metal cells between two points. */
 static int pdi_sites_connected(void *user, int32_t i, int32_t j, const double *xi)
 {
     const pd_sites *s = (const pd_sites *)user;
@@ -196,8 +199,7 @@ static int pdi_sites_connected(void *user, int32_t i, int32_t j, const double *x
     return pdi_sites_stairs(s, i, step);
 }
 
-/* A pd_joined_fn by the smooth surface, of whose points the depths stand in `density` as the body is built. Where they
- * cover the line, nothing is to be looked at. */
+/* A pd_joined_fn: by the smooth surface. Where the depths of both ends cover the line, it needs no test. */
 static int pdi_sites_inside(void *user, int32_t i, int32_t j, const double *xi)
 {
     const pd_sites *s = (const pd_sites *)user;
@@ -228,7 +230,7 @@ PDI_FN void pdi_sites_joined(pd_ctx *ctx, pd_sites *s, pd_body_desc *desc)
 
 /* ---- metal that goes ---- */
 
-/* 1: a node that lies off[] cells from the start of a line of step[] cells may belong to a staircase of it. */
+/* 1: a cell at offset off[] from the start of a line of step[] cells may belong to one of its staircase paths. */
 static int pdi_sites_near(const int *off, const int *step)
 {
     int length = 0;
@@ -244,7 +246,7 @@ static int pdi_sites_near(const int *off, const int *step)
     return 1;
 }
 
-/* 1: the line of step[] cells passes the cell that lies off[] cells from its start, and not only an edge of it. */
+/* 1: the line of step[] cells passes the cell at offset off[], and not only an edge of it. */
 static int pdi_sites_passes(const int *off, const int *step)
 {
     double from = 0.0, to = 1.0;
@@ -259,8 +261,8 @@ static int pdi_sites_passes(const int *off, const int *step)
     return to > from + 1e-9;
 }
 
-/* Metal has gone from point `gone`: bonds of point i that led through it alone. A bond that no staircase bore from the
- * start, as in a thin part with smooth faces, breaks where its line passes the cell. */
+/* Breaks the bonds of point i that led through the dissolved point `gone` alone. A bond that no staircase connected
+ * before, as in a thin part with smooth faces, breaks where its line passes the cell. */
 static void pdi_sites_sever(const pd_sites *s, pd_body *body, int32_t gone, int32_t i)
 {
     double stiff = s->stiff[gone];
@@ -278,7 +280,7 @@ static void pdi_sites_sever(const pd_sites *s, pd_body *body, int32_t gone, int3
     }
 }
 
-/* Points whose bonds may pass the point that has turned fluid are those of a cube around it. */
+/* Point `gone` has dissolved: breaks its bonds, and those of all points nearby that led through it. */
 static void pdi_sites_leave(const pd_sites *s, pd_body *body, int32_t gone)
 {
     int reach = (int)ceil(s->m + 0.5), wide = 2 * reach + 1, all = pdi_grid_cube(reach), cell[PD_DIM];

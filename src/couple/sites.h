@@ -1,5 +1,5 @@
-/* sites: the cells in which the points of a body on a grid are, and those of their images behind planes of symmetry;
- * which bonds leave the metal.
+/* sites: grid cells of the material points of a body, and of their mirror images behind planes of symmetry; which bonds
+ * lie within the metal, and which break as cells dissolve.
  */
 #ifndef PD_SITES_H
 #define PD_SITES_H
@@ -10,7 +10,7 @@ typedef struct pd_sites {
     const pd_grid *grid;  /* borrowed, as all down to flip */
     const int32_t *node;  /* [count] of the points */
     const int32_t *point; /* [total] of the nodes; -1: none */
-    double *stiff;        /* [count + images] [-] 0: the metal has gone */
+    double *stiff;        /* [count + images] [-] stiffness factor; 0: dissolved */
     double *depth;        /* [count + images] [m] below the surface, while the body is built */
     int32_t *of;          /* [images] as of pd_mirrored */
     uint8_t *flip;        /* [images] */
@@ -20,24 +20,25 @@ typedef struct pd_sites {
     int32_t images;       /* of them, which come last */
     int32_t *cell;        /* [images][PD_DIM] cells of images, in the box as it goes on behind its sides */
     int32_t *chain;       /* [count + images with images] the next image of the same point, -1: none */
-    int32_t *chart;       /* [wide[0] ..] with images the point of each cell, -1: none */
-    int32_t wide[PD_DIM]; /* cells of it along each axis */
-    int below[PD_DIM];    /* of these behind the lower side */
+    int32_t *chart;       /* [wide[0] ..] with images: the point of each cell of the extended box, -1: none */
+    int32_t wide[PD_DIM]; /* cells of the extended box along each axis */
+    int below[PD_DIM];    /* of these below the lower side of the box */
 } pd_sites;
 
 #ifdef PDI_INTERNAL
-/* Arrays of images: of a body that has some. */
+/* Describes the arrays of mirror images. */
 PDI_FN void pdi_sites_list(pdi_owner *owner, void *sites);
-/* How many images there are, by grid, m and mirrors. */
+/* Counts the mirror images by grid, horizon and planes of symmetry, and sizes the extended box. */
 PDI_FN void pdi_sites_reflect(pd_sites *sites);
-/* The images, behind the points. */
+/* Fills in the mirror images, numbered behind the points, and the map of cells. */
 PDI_FN void pdi_sites_images(pd_sites *sites);
-/* Place of a point or image [m]. */
+/* Position x [m] of a point or image. */
 PDI_FN void pdi_sites_place(const pd_sites *sites, int32_t i, double *x);
-/* Which bonds leave the metal of the start is to be asked of these. */
+/* Sets the callback of desc that decides which bonds lie within the initial metal: none for convex metal, by smooth
+ * surfaces, or by cells. */
 PDI_FN void pdi_sites_joined(pd_ctx *ctx, pd_sites *sites, pd_body_desc *desc);
-/* Nodes have turned fluid: they lose their bonds, and so do others whose bonds led through them alone. 1: one of them
- * was a point. */
+/* Nodes turned [count] have become fluid: breaks their bonds, and those of other points that led through them alone.
+ * Returns 1: one of them was a point of the body. */
 PDI_FN int pdi_sites_go(const pd_sites *sites, pd_body *body, const int32_t *turned, int32_t count);
 #endif
 

@@ -6,11 +6,11 @@
 #include <math.h>
 #include <string.h>
 
-/* Strains that are not small: one that is off by a tenth of itself, since Green's strain has half of its square more,
- * and flow by as much as the metal is long. */
+/* Elastic strain that is no longer small: Green's strain differs by half of the strain, a tenth. Plastic strain that is
+ * no longer small: the metal has doubled its length. */
 #define PDI_STRUCTURE_STRAIN 0.2
 #define PDI_STRUCTURE_SLIP 1.0
-/* Steps of a motion between looks for faces that meet. A wave passes a cell in a step, and parts are slower. */
+/* Time steps in dynamics between interpenetration checks: a wave passes one cell in a step, and parts are slower. */
 #define PDI_STRUCTURE_LOOK 16
 
 enum { PDI_STRUCTURE_TENSOR = PD_DIM * PD_DIM };
@@ -44,6 +44,7 @@ PDI_FN double pdi_structure_broken(const pd_structure *s, int32_t point)
 
 /* ---- build ---- */
 
+/* 1: the description has a failure criterion of bonds. */
 static int pdi_structure_breaks(const pd_structure_desc *desc)
 {
     return desc->breaks.critical > 0.0 || desc->breaks.fracture > 0.0;
@@ -55,6 +56,7 @@ PDI_FN int pdi_structure_splits(const pd_structure *s)
            pdi_structure_breaks(&s->desc) || s->desc.fracture > 0.0;
 }
 
+/* Material points at the solid nodes, their mirror images, and the body with its bonds. */
 static pd_status pdi_structure_points(pd_ctx *ctx, pd_structure *s)
 {
     const pd_grid *grid = s->grid;
@@ -104,6 +106,7 @@ static pd_status pdi_structure_points(pd_ctx *ctx, pd_structure *s)
     return status;
 }
 
+/* Counts the solid nodes and their images. PD_ERR_ARGUMENT, PD_ERR_GEOMETRY: a lattice or metal that does not suit. */
 static pd_status pdi_structure_count(pd_ctx *ctx, pd_structure *s)
 {
     const pd_grid *grid = s->grid;
@@ -129,7 +132,7 @@ static pd_status pdi_structure_count(pd_ctx *ctx, pd_structure *s)
                     (double)s->count, (double)s->sites.images);
 }
 
-/* Break the bonds that cross a cut, a piece of its line after another. */
+/* Breaks the bonds that cross a pre-crack, segment by segment of a polyline. PD_ERR_GEOMETRY: it crosses none. */
 static pd_status pdi_structure_cut(pd_ctx *ctx, pd_structure *s, const pd_structure_cut *cut)
 {
     int pieces = PD_DIM == 2 && cut->corners > 2 ? cut->corners - 1 : 1;
@@ -148,7 +151,7 @@ static pd_status pdi_structure_cut(pd_ctx *ctx, pd_structure *s, const pd_struct
     return pdi_fail(ctx, PD_ERR_GEOMETRY, "structure", "the cut '%.60s' crosses no bond of the metal", cut->name);
 }
 
-/* Parts of the metal that no crack has made. */
+/* Sets up the interpenetration check with the initial components. */
 static pd_status pdi_structure_watch(pd_ctx *ctx, pd_structure *s)
 {
     s->overlap.grid = s->grid;
@@ -160,6 +163,7 @@ static pd_status pdi_structure_watch(pd_ctx *ctx, pd_structure *s)
     return pdi_chord_convex(s->grid) ? PD_OK : pdi_overlap_build(ctx, &s->overlap);
 }
 
+/* 1: a point has an unbroken bond. */
 static int pdi_structure_bears(const pd_structure *s)
 {
     for (int32_t i = 0; i < s->count; i++)
@@ -167,6 +171,7 @@ static int pdi_structure_bears(const pd_structure *s)
     return 0;
 }
 
+/* Description of the bond-based material; below: of the ordinary and of the large-strain one. */
 static pd_microelastic_desc pdi_structure_springs(const pd_structure *s)
 {
     pd_microelastic_desc desc;
@@ -238,6 +243,7 @@ PDI_FN pd_solid pdi_structure_table(pd_structure *s)
     return pd_elastic_solid(&s->elastic);
 }
 
+/* Builds the chosen material. */
 static pd_status pdi_structure_material(pd_ctx *ctx, pd_structure *s)
 {
     pd_microelastic_desc springs = pdi_structure_springs(s);
@@ -255,7 +261,8 @@ static pd_status pdi_structure_material(pd_ctx *ctx, pd_structure *s)
     return pd_elastic_build(ctx, &s->body, &s->desc.elastic, &s->elastic);
 }
 
-/* In 2D and 3D the energy at which bonds break is that of a crack that runs. A chain breaks at once. */
+/* Replaces the fracture energy of a criterion by the critical bond energy of a growing crack, in 2D and 3D. In 1D a
+ * chain breaks at once. */
 static pd_status pdi_structure_tough(pd_ctx *ctx, const pd_structure *s, pd_criterion_desc *criterion)
 {
 #if PD_DIM > 1
@@ -269,6 +276,7 @@ static pd_status pdi_structure_tough(pd_ctx *ctx, const pd_structure *s, pd_crit
     return PD_OK;
 }
 
+/* Builds the quasi-static solver. */
 static pd_status pdi_structure_balance(pd_ctx *ctx, pd_structure *s)
 {
     pd_quasi_static_desc rest;
@@ -284,6 +292,7 @@ static pd_status pdi_structure_balance(pd_ctx *ctx, pd_structure *s)
     return pd_quasi_static_build(ctx, &s->solid, &rest, &s->rest);
 }
 
+/* Builds the Verlet integrator. */
 static pd_status pdi_structure_motion(pd_ctx *ctx, pd_structure *s)
 {
     pd_verlet_desc motion;
@@ -294,6 +303,7 @@ static pd_status pdi_structure_motion(pd_ctx *ctx, pd_structure *s)
     return pd_verlet_build(ctx, &s->solid, &motion, &s->motion);
 }
 
+/* PD_ERR_ARGUMENT: values or combinations of material, failure, plasticity and dynamics that do not exist. */
 static pd_status pdi_structure_check(pd_ctx *ctx, const pd_structure_desc *desc)
 {
     int springs = desc->material == PD_STRUCTURE_SPRINGS, flows = desc->elastic.yield > 0.0;
@@ -317,7 +327,7 @@ static pd_status pdi_structure_check(pd_ctx *ctx, const pd_structure_desc *desc)
     return PD_OK;
 }
 
-/* Cracks and bonds that break are not reflected. */
+/* PD_ERR_ARGUMENT: planes of symmetry with cracks or breaking bonds, which are not reflected. */
 static pd_status pdi_structure_check_images(pd_ctx *ctx, const pd_structure *s, const pd_structure_desc *desc)
 {
     if (!s->sites.images || !(desc->cut_count || pdi_structure_breaks(desc) || desc->fracture > 0.0)) return PD_OK;
@@ -325,6 +335,7 @@ static pd_status pdi_structure_check_images(pd_ctx *ctx, const pd_structure *s, 
                     "symmetry (flow = mirror): expected all of the body, or a side that holds it there (ux = 0)");
 }
 
+/* Inner part of the build; after an error the caller frees. */
 static pd_status pdi_structure_make(pd_ctx *ctx, const pd_grid *grid, const pd_structure_desc *desc, pd_structure *s)
 {
     memset(s, 0, sizeof *s);
@@ -382,7 +393,8 @@ void pd_structure_free(pd_ctx *ctx, pd_structure *s)
 
 /* ---- stress ---- */
 
-/* The stress of the metal that is left, now. Springs have none. */
+/* Stress of the remaining metal: stress tensors, pressure, von Mises and plastic strain of all points. Bond-based
+ * materials have none. */
 static void pdi_structure_stress(pd_ctx *ctx, pd_structure *s)
 {
     const pd_solid *solid = &s->solid;
@@ -400,7 +412,7 @@ static void pdi_structure_stress(pd_ctx *ctx, pd_structure *s)
     }
 }
 
-/* Strains have to be small. */
+/* PD_ERR_STATE: strains of a small-strain material are too large. */
 static pd_status pdi_structure_small(pd_ctx *ctx, const pd_structure *s)
 {
     double young = s->desc.elastic.young, x[PD_DIM];
@@ -416,7 +428,7 @@ static pd_status pdi_structure_small(pd_ctx *ctx, const pd_structure *s)
     return PD_OK;
 }
 
-/* Faces that pass through each other. Parts that were apart at the start would have to touch. */
+/* PD_ERR_STATE: components that were apart at the start interpenetrate, as contact is not computed. */
 static pd_status pdi_structure_touch(pd_ctx *ctx, pd_structure *s, double t)
 {
     pd_overlap *o = &s->overlap;
@@ -430,6 +442,8 @@ static pd_status pdi_structure_touch(pd_ctx *ctx, pd_structure *s, double t)
                     pdi_grid_place(s->grid, s->node[o->other], place[1]), o->pieces);
 }
 
+/* Factors of the dissolution rate at all solid nodes, by stress and plastic strain. PD_ERR_STATE: one is negative or
+ * not finite. */
 static pd_status pdi_structure_pace(pd_ctx *ctx, pd_structure *s)
 {
     pd_structure_at at;
@@ -453,7 +467,7 @@ static pd_status pdi_structure_pace(pd_ctx *ctx, pd_structure *s)
 
 /* ---- a process ---- */
 
-/* Springs and what moves stay as they are. */
+/* PD_ERR_ARGUMENT: a body in dynamics, or a bond-based one, is to dissolve. */
 static pd_status pdi_structure_stays(pd_ctx *ctx, const pd_structure *s)
 {
     if (!s->dissolve || (!pdi_structure_moves(s) && s->desc.material != PD_STRUCTURE_SPRINGS)) return PD_OK;
@@ -461,7 +475,7 @@ static pd_status pdi_structure_stays(pd_ctx *ctx, const pd_structure *s)
                     "of springs", pdi_structure_moves(s) ? "in motion" : "of springs");
 }
 
-/* Stiffness of the metal that is left; the balance is stale when it is another. */
+/* Stiffness factors from the remaining metal; marks the equilibrium as stale where one has changed. */
 static void pdi_structure_stiffen(pd_structure *s)
 {
     const pd_dissolve *d = s->dissolve;
@@ -475,6 +489,7 @@ static void pdi_structure_stiffen(pd_structure *s)
     }
 }
 
+/* Equilibrium at time t [s], then stress, checks and rate factors where it is new. */
 static pd_status pdi_structure_to(pd_ctx *ctx, pd_structure *s, double t)
 {
     if (s->dissolve) pdi_structure_stiffen(s);
@@ -489,7 +504,8 @@ static pd_status pdi_structure_to(pd_ctx *ctx, pd_structure *s, double t)
     return status;
 }
 
-/* Without dissolution it follows whoever asks for a time; with it, the step that has ended. */
+/* Process callback, statics: without dissolution the body follows to any time asked for; with it, it stays that of the
+ * last step. */
 static pd_status pdi_structure_at(pd_ctx *ctx, void *self, double t)
 {
     pd_structure *s = (pd_structure *)self;
@@ -497,11 +513,13 @@ static pd_status pdi_structure_at(pd_ctx *ctx, void *self, double t)
     return s->dissolve && s->rest.known ? PD_OK : pdi_structure_to(ctx, s, t);
 }
 
+/* Process callback, statics: equilibrium at the end of a step. */
 static pd_status pdi_structure_finish(pd_ctx *ctx, void *self, double t)
 {
     return pdi_structure_to(ctx, (pd_structure *)self, t);
 }
 
+/* Process callback: nodes turned [count] have become fluid and lose their bonds. */
 static pd_status pdi_structure_changed(pd_ctx *ctx, void *self, const int32_t *turned, int32_t count)
 {
     pd_structure *s = (pd_structure *)self;
@@ -510,6 +528,7 @@ static pd_status pdi_structure_changed(pd_ctx *ctx, void *self, const int32_t *t
     return PD_OK;
 }
 
+/* Process callback, statics: checkpoint. */
 static pd_status pdi_structure_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     pd_structure *s = (pd_structure *)self;
@@ -523,7 +542,7 @@ static pd_status pdi_structure_store(pd_ctx *ctx, void *self, pd_archive *archiv
 
 /* ---- motion ---- */
 
-/* Loads at time t, and into `target` where what is held is to be then. */
+/* Loads at time t, and prescribed displacements at that time into s->target. */
 static pd_status pdi_structure_loads(pd_ctx *ctx, pd_structure *s, double t)
 {
     int64_t n = (int64_t)s->count * PD_DIM;
@@ -532,6 +551,7 @@ static pd_status pdi_structure_loads(pd_ctx *ctx, pd_structure *s, double t)
     return s->desc.load(ctx, s->desc.user, t, s->target, s->load);
 }
 
+/* Process callback, dynamics: initial loads and prescribed displacements. */
 static pd_status pdi_structure_set_out(pd_ctx *ctx, void *self, double t)
 {
     pd_structure *s = (pd_structure *)self;
@@ -543,7 +563,7 @@ static pd_status pdi_structure_set_out(pd_ctx *ctx, void *self, double t)
     return PD_OK;
 }
 
-/* What is held moves evenly to where it has to be at the end of the step, and who holds it gives it its speed. */
+/* Velocities of prescribed components: uniform motion to s->target in the step dt; adds the work of changing them. */
 static void pdi_structure_hold(pd_structure *s, double dt)
 {
     pdi_sum work = {0.0, 0.0};
@@ -556,7 +576,7 @@ static void pdi_structure_hold(pd_structure *s, double dt)
     s->motion.work += pdi_sum_total(&work);
 }
 
-/* Loads are those of the middle of the step. */
+/* Process callback, dynamics: one step with the loads of its middle. */
 static pd_status pdi_structure_attempt(pd_ctx *ctx, void *self, pd_step *step)
 {
     pd_structure *s = (pd_structure *)self;
@@ -575,6 +595,7 @@ static pd_status pdi_structure_limit(pd_ctx *ctx, void *self, pd_step *step)
     return motion.limit(ctx, motion.self, step);
 }
 
+/* Process callback, dynamics: accepts the step; checks interpenetration now and then. */
 static pd_status pdi_structure_accept(pd_ctx *ctx, void *self, pd_step *step)
 {
     pd_structure *s = (pd_structure *)self;
@@ -584,12 +605,14 @@ static pd_status pdi_structure_accept(pd_ctx *ctx, void *self, pd_step *step)
     return look ? pdi_structure_touch(ctx, s, step->end) : PD_OK;
 }
 
+/* Process callback, dynamics: stress and interpenetration at the end of a step of the run. */
 static pd_status pdi_structure_arrive(pd_ctx *ctx, void *self, double t)
 {
     pdi_structure_stress(ctx, (pd_structure *)self);
     return pdi_structure_touch(ctx, (pd_structure *)self, t);
 }
 
+/* Process callback, dynamics: checkpoint. */
 static pd_status pdi_structure_keep(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     pd_structure *s = (pd_structure *)self;
@@ -600,6 +623,7 @@ static pd_status pdi_structure_keep(pd_ctx *ctx, void *self, pd_archive *archive
     return PD_OK;
 }
 
+/* The process table of dynamics. */
 static pd_process pdi_structure_mover(pd_structure *s)
 {
     pd_process p = pd_verlet_process(&s->motion);

@@ -1,10 +1,10 @@
-/* structure: the metal of a lattice as a body under load, in balance or in motion.
+/* structure: coupling of solid mechanics to corrosion: the metal of the lattice as a loaded body, static or dynamic.
  *
- * Points are the solid nodes of the start. A node that turns fluid loses its bonds; one that has lost a part of its
- * metal keeps the rest of its stiffness and yield stress. Stress and plastic strain change the speed at which the
- * metal dissolves. The body is in balance at the end of each step of the run, with the metal that is left there, and
- * the next step knows its stress: the coupling is of first order in time. With a density it moves instead, by velocity
- * Verlet from rest, and none of it dissolves. Its material is one of those of the room `solid`.
+ * Points are the initial solid nodes. A node that becomes fluid loses its bonds; a partly dissolved one keeps its
+ * remaining fraction of stiffness and yield stress. Stress and plastic strain change the dissolution rate (factor). The
+ * body is in equilibrium at the end of each step of the run with the remaining metal, and the next step uses its
+ * stress: the coupling is explicit, of first order in time. With a density the body moves instead, by velocity Verlet
+ * from rest, and does not dissolve. Its material is one of those of the folder `solid`.
  */
 #ifndef PD_STRUCTURE_H
 #define PD_STRUCTURE_H
@@ -22,14 +22,14 @@
 #include "solid/verlet.h"
 
 typedef enum pd_structure_material {
-    PD_STRUCTURE_CORRESPONDENCE = 0, /* small strains, which may flow (elastic.h) */
-    PD_STRUCTURE_SPRINGS = 1,        /* bonds that are springs and break (microelastic.h); there is no stress */
-    PD_STRUCTURE_ORDINARY = 2,       /* the linear peridynamic solid, of small strains (ordinary.h) */
+    PD_STRUCTURE_CORRESPONDENCE = 0, /* small strains, elastic or J2-plastic (elastic.h) */
+    PD_STRUCTURE_SPRINGS = 1,        /* bond-based model with breaking bonds (microelastic.h); there is no stress */
+    PD_STRUCTURE_ORDINARY = 2,       /* ordinary state-based model of small strains (ordinary.h) */
     PD_STRUCTURE_NEO_HOOKEAN = 3,    /* large strains (finite.h) */
-    PD_STRUCTURE_HENCKY = 4          /* large strains, which may flow (finite.h) */
+    PD_STRUCTURE_HENCKY = 4          /* large strains, elastic or J2-plastic (finite.h) */
 } pd_structure_material;
 
-/* What the speed may depend on. */
+/* Local state that the factor of the dissolution rate may depend on. */
 typedef struct pd_structure_at {
     double pressure;  /* [Pa] mean of the normal stresses, tension positive */
     double mises;     /* [Pa] stress of von Mises */
@@ -38,10 +38,10 @@ typedef struct pd_structure_at {
     double t;         /* [s] */
 } pd_structure_at;
 
-/* Factor [-] of the speed there, at least 0. */
+/* Factor [-] of the dissolution rate at this state, at least 0. */
 typedef double (*pd_pace_fn)(void *user, const pd_structure_at *at);
 
-/* A crack that the metal has from the start. */
+/* A pre-crack of the metal. */
 typedef struct pd_structure_cut {
     const char *name;     /* for messages */
     int corners;          /* 1D: 1; 2D: at least 2, of a line of straight pieces; 3D: at least 3, of a polygon */
@@ -52,17 +52,17 @@ typedef struct pd_structure_desc {
     double m;                /* [-] horizon over the spacing, which is the same along all axes */
     pd_structure_material material;
     pd_elastic_desc elastic; /* `stiff` and `loose` are those of the structure; of springs young, plane, influence */
-    pd_criterion_desc breaks; /* by which bonds break, in balance; zero: none does. Not for springs */
+    pd_criterion_desc breaks; /* failure criterion of bonds, in statics; zero: none breaks. Not for springs */
     double fracture;         /* [J/m2] energy of a crack per area, of springs; 0: nothing breaks */
-    double density;          /* [kg/m3] the body moves; 0: it is in balance */
+    double density;          /* [kg/m3] dynamics; 0: statics */
     int timed;               /* 1: loads of a body that moves depend on time */
     int mirrors;             /* bit s: side s of the box is a plane of symmetry of the metal, too */
     double rtol;             /* [-] as of pd_equilibrium_desc */
     pd_load_fn load;
     void *user;
-    pd_pace_fn pace;         /* NULL: the speed does not depend on stress */
+    pd_pace_fn pace;         /* factor of the dissolution rate; NULL: it does not depend on stress */
     void *pace_user;
-    const double *factor;    /* [total] [-] of the speed without stress; NULL: 1. Borrowed */
+    const double *factor;    /* [total] [-] of the dissolution rate without stress; NULL: 1. Borrowed */
     const pd_structure_cut *cuts; /* [cut_count] read by the build */
     int cut_count;
 } pd_structure_desc;
@@ -85,18 +85,18 @@ typedef struct pd_structure {
     pd_solid solid;          /* one of them */
     pd_quasi_static rest;    /* in balance */
     pd_verlet motion;        /* in motion */
-    double *load, *target;   /* [count + images][PD_DIM] [N/m3], [m] of what moves: loads, and where it is held */
+    double *load, *target;   /* [count + images][PD_DIM] [N/m3], [m] in dynamics: loads, prescribed displacements */
     uint8_t *held;           /* [count + images][PD_DIM] as of pd_quasi_static_desc; filled by the caller after the
                               * build, but of images */
     double *stiff;           /* [count + images] [-] */
     double *stress;          /* [count + images][PD_DIM^2] [Pa] of the metal that is left, in the last balance */
     double *pressure, *mises; /* [count] [Pa] of that */
     double *slip;            /* [count + images] [-] equivalent plastic strain, of metal that flows */
-    double *across;          /* [count] [Pa] stress normal to the plane of 2D */
+    double *across;          /* [count] [Pa] out-of-plane normal stress in 2D */
     double *density;         /* [count + images] [J/m3] energy that is stored, as the field was asked for last */
-    double *factor;          /* [total] [-] of the speed; empty without `pace` */
+    double *factor;          /* [total] [-] of the dissolution rate; empty without `pace` */
     pd_overlap overlap;      /* of faces that no bond joins */
-    int64_t seen;            /* solves that stress is known for */
+    int64_t seen;            /* number of the solve that the stress belongs to */
 } pd_structure;
 
 #define pd_structure_build PD_NAME(pd_structure_build)
@@ -114,17 +114,21 @@ PD_API pd_process pd_structure_process(pd_structure *structure, pd_dissolve *dis
 PD_API void pd_structure_free(pd_ctx *ctx, pd_structure *structure);
 
 #ifdef PDI_INTERNAL
+/* Describes the arrays; stiffness factors, and in dynamics loads, are stored. */
 PDI_FN void pdi_structure_list(pdi_owner *owner, void *structure);
-/* The material that `desc` asks for, of the body, without its arrays; and its table. */
+/* Sets body and description of the chosen material, without its arrays: for memory estimates. */
 PDI_FN void pdi_structure_attach(pd_structure *structure);
+/* The pd_solid table of the chosen material. */
 PDI_FN pd_solid pdi_structure_table(pd_structure *structure);
-/* Share of the bonds of a point that are broken [-]. */
+/* Damage [-] of a point: share of its bonds that are broken. */
 PDI_FN double pdi_structure_broken(const pd_structure *structure, int32_t point);
-/* 1: faces may overlap: there are parts, gaps, cracks, or bonds that break. */
+/* 1: surfaces may interpenetrate: there are several components, gaps, cracks, or bonds that break. */
 PDI_FN int pdi_structure_splits(const pd_structure *structure);
+/* 1: dynamics; 0: statics. */
 static inline int pdi_structure_moves(const pd_structure *s) { return s->desc.density > 0.0; }
+/* 1: the metal has a yield stress. */
 static inline int pdi_structure_flows(const pd_structure *s) { return s->desc.elastic.yield > 0.0; }
-/* [count][PD_DIM] displacements [m], forces of bonds and loads [N/m3] now. */
+/* [count][PD_DIM] displacements [m] now; below: internal forces and loads [N/m3]. */
 static inline const double *pdi_structure_u(const pd_structure *s)
 {
     return pdi_structure_moves(s) ? s->motion.u : s->rest.u;

@@ -380,8 +380,8 @@ void pd_elastic_force(const pd_ctx *ctx, const pd_elastic *e, const double *u, d
     pdi_elastic_scatter(ctx, e, force);
 }
 
-/* w_0 times the energy density of the family of point i [J m^d/m3]. bond_energy [bonds]: energy density of bonds times w
- * [J/m3]; may be NULL. */
+/* w_0 times the energy density of the family of point i [J m^d/m3]. bond_energy [bonds]: energy density of bonds
+ * times w [J/m3]; may be NULL. */
 static double pdi_elastic_density(const pd_elastic *e, const double *u, int32_t i, const double *h, double *bond_energy)
 {
     double own[PDI_ELASTIC_TENSOR], p[PDI_ELASTIC_TENSOR], xi[PD_DIM], eta[PD_DIM], z[PD_DIM], sum = 0.0;
@@ -395,7 +395,8 @@ static double pdi_elastic_density(const pd_elastic *e, const double *u, int32_t 
         pdi_elastic_law(e, own, p);
         for (int k = 0; k < PDI_ELASTIC_TENSOR; k++) density += 0.5 * p[k] * own[k];
         sum += weight * density;
-        if (bond_energy) bond_energy[pdi_walk_bond(&f)] = (double)pdi_bond_weights_of(&e->weights, i, &f) * density;
+        if (bond_energy)
+            bond_energy[pdi_walk_bond(&f)] = (double)pdi_bond_weights_of(&e->weights, i, &f) * density;
     }
     return sum;
 }

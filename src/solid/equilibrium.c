@@ -7,24 +7,25 @@
 #include <math.h>
 #include <string.h>
 
-/* Sum of the loads of a piece that is not held, over the sum of their sizes, that is rounding. */
+/* Sum of the loads of a free component, over the sum of their absolute values, that counts as zero. */
 #define PDI_EQUILIBRIUM_ROUNDING 1e-9
-/* Last digits of displacements, in what is the rounding of forces. */
+/* Relative rounding of displacements in the estimate of the rounding of forces. */
 #define PDI_EQUILIBRIUM_DIGITS (16.0 * DBL_EPSILON)
-/* Newton steps, and trials of the length of one, before a load counts as too large. */
+/* Most Newton steps, and most trials of a line search, before a load counts as too large. */
 #define PDI_EQUILIBRIUM_STEPS 50
 #define PDI_EQUILIBRIUM_TRIALS 12
-/* Weight of the blocks beside the coarse picture. Both see waves about as long as a bond. */
+/* Weight of the block preconditioner beside the coarse correction: both resolve waves about as long as a bond. */
 #define PDI_EQUILIBRIUM_SHARE 0.6
-/* Vectors of the basis of GMRES at first, and at most. */
+/* GMRES basis: vectors at first, and at most. */
 #define PDI_EQUILIBRIUM_BASIS 20
 #define PDI_EQUILIBRIUM_LONGEST 170
-/* A step may go so far that its work turns to this part of what it was, against it. */
+/* Line search: accepts a step after which the directional derivative of the energy is at least this part of the first
+ * one, with the other sign. */
 #define PDI_EQUILIBRIUM_BEYOND 0.8
 
 enum { PDI_EQUILIBRIUM_BLOCK = PD_DIM * PD_DIM };
 
-/* What is done for each piece. */
+/* Callback of pdi_equilibrium_pieces for one component. */
 typedef pd_status (*pdi_equilibrium_visit)(pdi_equilibrium *q, const pd_rigid *rigid);
 
 PDI_FN void pdi_equilibrium_list(pdi_owner *owner, void *object)
@@ -40,7 +41,7 @@ PDI_FN void pdi_equilibrium_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, equilibrium, mu, equilibrium->solid->moduli ? equilibrium->n / PD_DIM : 0, "Pa");
 }
 
-/* y = -V df of what is free, along x. */
+/* Operator of the linear step: y = -V df along x for free components, 0 for prescribed ones. A Krylov callback. */
 static void pdi_equilibrium_apply(void *user, const double *x, double *y)
 {
     const pdi_equilibrium *q = (const pdi_equilibrium *)user;
@@ -49,7 +50,7 @@ static void pdi_equilibrium_apply(void *user, const double *x, double *y)
     for (int64_t k = 0; k < q->n; k++) y[k] = pdi_equilibrium_held(q, k) ? 0.0 : -volume[k / PD_DIM] * y[k];
 }
 
-/* What is interpolated moves with the free part of x [m]. */
+/* Sets the interpolated components of x [m] from its free ones. */
 static void pdi_equilibrium_follow(const pdi_equilibrium *q, double *x)
 {
     const pd_interpolation *all = q->desc->interpolation;
@@ -58,7 +59,7 @@ static void pdi_equilibrium_follow(const pdi_equilibrium *q, double *x)
     for (int64_t k = 0; k < all->count; k++) x[all->row[k].at] += all->row[k].part * x[all->row[k].leader];
 }
 
-/* The same along the free part of x, with what is interpolated. */
+/* The same operator along the free part of x with its interpolated components. */
 static void pdi_equilibrium_apply_whole(void *user, const double *x, double *y)
 {
     const pdi_equilibrium *q = (const pdi_equilibrium *)user;
@@ -101,8 +102,8 @@ PDI_FN void pdi_equilibrium_precondition(void *user, const double *x, double *y)
         if (pdi_equilibrium_held(q, k)) y[k] = 0.0;
 }
 
-/* The coarse picture, with the diagonals of blocks as the springs of what is held. What is interpolated follows the
- * strain in the picture, too: only points that lie less than a spacing from the place that is given have springs. */
+/* Updates the coarse preconditioner: moduli of the material, and springs of the size of the diagonal at prescribed
+ * displacements. Interpolated ones have springs only within a spacing of where they are prescribed. */
 static void pdi_equilibrium_scaffold(const pdi_equilibrium *q)
 {
     if (!q->scaffold.levels) return;
@@ -136,6 +137,7 @@ PDI_FN void pdi_equilibrium_blocks(const pdi_equilibrium *q)
     }
 }
 
+/* PD_ERR_STATE: an entry of x is not finite. */
 static pd_status pdi_equilibrium_finite(const pdi_equilibrium *q, const double *x, const char *what)
 {
     for (int64_t k = 0; x && k < q->n; k++)
@@ -164,7 +166,7 @@ PDI_FN int pdi_equilibrium_turns(const pd_solid *solid, const uint8_t *held, con
     return solid->moduli && pdi_rigid_work(rigid, held, load) > PDI_EQUILIBRIUM_ROUNDING;
 }
 
-/* Refuses a piece that is loaded along an axis along which nothing holds it. */
+/* PD_ERR_STATE: a component is loaded along an axis along which nothing supports it. */
 static pd_status pdi_equilibrium_balanced(const pdi_equilibrium *q, const int32_t *piece, int32_t count)
 {
     double sum = 0.0;
@@ -176,7 +178,7 @@ static pd_status pdi_equilibrium_balanced(const pdi_equilibrium *q, const int32_
     return PD_OK;
 }
 
-/* Calls `visit` for each piece. */
+/* Calls `visit` for each connected component of the body with its rigid motions. */
 static pd_status pdi_equilibrium_pieces(pdi_equilibrium *q, pdi_equilibrium_visit visit)
 {
     int32_t *piece = NULL, all = q->solid->body->count;
@@ -195,7 +197,7 @@ static pd_status pdi_equilibrium_pieces(pdi_equilibrium *q, pdi_equilibrium_visi
     return status;
 }
 
-/* Refuses loads that a piece does not bear. */
+/* Checks the loads of a component. PD_ERR_DIVERGED: its moments do not balance. */
 static pd_status pdi_equilibrium_borne(pdi_equilibrium *q, const pd_rigid *rigid)
 {
     PDI_TRY(pdi_equilibrium_balanced(q, rigid->piece, rigid->count));
@@ -205,14 +207,14 @@ static pd_status pdi_equilibrium_borne(pdi_equilibrium *q, const pd_rigid *rigid
                     "its loads turn it: hold it, or balance their moments", (int)rigid->count, (int)rigid->piece[0]);
 }
 
-/* Of a step, no piece moves as a whole without need. */
+/* Removes the mean rigid motions of a component from the step. */
 static pd_status pdi_equilibrium_rests(pdi_equilibrium *q, const pd_rigid *rigid)
 {
     pdi_rigid_remove(rigid, q->step);
     return PD_OK;
 }
 
-/* Takes from what is not in balance the rounding that would move a piece as a whole. */
+/* Removes the rigid motions of a component from the residual, which rounding puts there. */
 static pd_status pdi_equilibrium_even(pdi_equilibrium *q, const pd_rigid *rigid)
 {
     const double *volume = q->solid->body->volume;
@@ -228,7 +230,7 @@ static pd_status pdi_equilibrium_even(pdi_equilibrium *q, const pd_rigid *rigid)
     return PD_OK;
 }
 
-/* A first size of the problem [N]: the loads, and what is held as it pulls on points that have not moved. */
+/* First force scale [N]: loads, and the forces of prescribed displacements on a body at u = 0. */
 static double pdi_equilibrium_size(pdi_equilibrium *q, const double *u)
 {
     const double *volume = q->solid->body->volume;
@@ -242,8 +244,7 @@ static double pdi_equilibrium_size(pdi_equilibrium *q, const double *u)
     return sqrt(size);
 }
 
-/* The size that a balance has [N]: the loads, and the forces on what is held. A motion of the whole body adds nothing
- * to it, and in a long body it is less than the first size by its length in points. */
+/* Force scale [N] of a solution: loads and reactions. It does not depend on rigid motions. */
 static double pdi_equilibrium_found(const pdi_equilibrium *q)
 {
     const double *volume = q->solid->body->volume;
@@ -255,7 +256,7 @@ static double pdi_equilibrium_found(const pdi_equilibrium *q)
     return sqrt(size);
 }
 
-/* 1: the loads work along a motion that bonds do not resist. It goes to where it is wanted. */
+/* 1: the loads do work along a motion without stiffness. Copies it to desc->swing. */
 static int pdi_equilibrium_swings(const pdi_equilibrium *q, const double *motion)
 {
     double work = 0.0, size = 0.0;
@@ -269,8 +270,8 @@ static int pdi_equilibrium_swings(const pdi_equilibrium *q, const double *motion
     return 1;
 }
 
-/* Forces [N] that are rounding at displacements u: what follows of their last digits, by chance up or down. A gradient
- * 1 + grad u has the last digit of the distance of points. */
+/* Estimate of the rounding of forces [N] at displacements u: tangent times their last digits with random signs;
+ * gradients 1 + grad u have the last digit of a point distance. */
 static double pdi_equilibrium_digits(pdi_equilibrium *q, const double *u)
 {
     const pd_body *body = q->solid->body;
@@ -285,12 +286,12 @@ static double pdi_equilibrium_digits(pdi_equilibrium *q, const double *u)
     return PDI_EQUILIBRIUM_DIGITS * sqrt(sum);
 }
 
-PDI_FN pd_krylov_desc pdi_equilibrium_krylov(int follows)
+PDI_FN pd_krylov_desc pdi_equilibrium_krylov(int interpolated)
 {
     pd_krylov_desc kd;
     memset(&kd, 0, sizeof kd);
     kd.of = "solid";
-    kd.method = follows ? PD_KRYLOV_GMRES : PD_KRYLOV_CG;
+    kd.method = interpolated ? PD_KRYLOV_GMRES : PD_KRYLOV_CG;
     kd.components = 1;
     kd.zero_guess = 1;
     kd.restart = PDI_EQUILIBRIUM_BASIS;
@@ -298,16 +299,18 @@ PDI_FN pd_krylov_desc pdi_equilibrium_krylov(int follows)
     return kd;
 }
 
-static pd_status pdi_equilibrium_solver(const pdi_equilibrium *q, int follows, pd_krylov *krylov)
+/* Builds the Krylov solver of linear steps. */
+static pd_status pdi_equilibrium_solver(const pdi_equilibrium *q, int interpolated, pd_krylov *krylov)
 {
-    pd_krylov_desc kd = pdi_equilibrium_krylov(follows);
+    pd_krylov_desc kd = pdi_equilibrium_krylov(interpolated);
     kd.n = q->n;
     kd.rtol = DBL_MIN; /* the target is all */
     kd.max_iterations = q->desc->max_iterations > 0 ? q->desc->max_iterations : 10000;
     return pdi_krylov_build(q->ctx, &kd, krylov);
 }
 
-/* The linear step of what is not in balance, down to `target` [N]. `follows`: of what is interpolated, too. */
+/* Solves the linear step for the residual down to `target` [N], into q->step. PD_ERR_DIVERGED: the loads do work along
+ * a mechanism. */
 static pd_status pdi_equilibrium_steps(pdi_equilibrium *q, pd_krylov *krylov, int follows, double target,
                                        pd_equilibrium_result *result)
 {
@@ -324,8 +327,7 @@ static pd_status pdi_equilibrium_steps(pdi_equilibrium *q, pd_krylov *krylov, in
                     "residual %.3g N, target %.3g N", linear.iterations, linear.residual, target);
 }
 
-/* GMRES sees no direction without stiffness: where it ends without a step of a linear material, conjugate gradients
- * look for one, with all that is held at rest. */
+/* Conjugate gradients look for a mechanism, without interpolation, after GMRES has failed: GMRES does not see one. */
 static pd_status pdi_equilibrium_hinge(pdi_equilibrium *q, double target, pd_equilibrium_result *result)
 {
     pd_equilibrium_result found = *result;
@@ -340,7 +342,7 @@ static pd_status pdi_equilibrium_hinge(pdi_equilibrium *q, double target, pd_equ
     return status == PD_OK ? PD_NOT_CONVERGED : status;
 }
 
-/* The linear step. */
+/* Linear step with projection of rigid motions and interpolated components. */
 static pd_status pdi_equilibrium_linear(pdi_equilibrium *q, double target, pd_equilibrium_result *result)
 {
     int moves = q->moves && q->scaffold.levels, follows = pdi_equilibrium_follows(q);
@@ -353,7 +355,7 @@ static pd_status pdi_equilibrium_linear(pdi_equilibrium *q, double target, pd_eq
     return status;
 }
 
-/* Work of what is not in balance along the step [J]. */
+/* Work of the residual along the step [J]: directional derivative of the energy with the opposite sign. */
 static double pdi_equilibrium_gain(const pdi_equilibrium *q)
 {
     pdi_sum all = {0.0, 0.0};
@@ -361,9 +363,8 @@ static double pdi_equilibrium_gain(const pdi_equilibrium *q)
     return pdi_sum_total(&all);
 }
 
-/* The part of the step after which what is not in balance works no more along it, or little against it: energy falls up
- * to there (Crisfield 1991, ch. 9.2). Metal that begins to flow has no derivative, so norms are no measure. PD_RETRY:
- * there is none. */
+/* Line search: step length after which the residual does no more work along the step, or little against it (Crisfield
+ * 1991, ch. 9.2). Norms are no measure, as the forces have kinks where yielding begins. PD_RETRY: there is none. */
 static pd_status pdi_equilibrium_search(pdi_equilibrium *q, double *u, double target, double *norm)
 {
     double part = 1.0, gain = pdi_equilibrium_gain(q);
@@ -381,7 +382,7 @@ static pd_status pdi_equilibrium_search(pdi_equilibrium *q, double *u, double ta
     return PD_RETRY;
 }
 
-/* What a solver could not do is no fault. */
+/* Clears the error message of a solver whose result is good enough. */
 static pd_status pdi_equilibrium_forgive(const pdi_equilibrium *q)
 {
     q->ctx->status = PD_OK;
@@ -389,8 +390,7 @@ static pd_status pdi_equilibrium_forgive(const pdi_equilibrium *q)
     return PD_OK;
 }
 
-/* The one step of a linear material. It is found to rounding at least where displacements are so large that no more is
- * to be had. */
+/* Linear material: one step, down to the rounding of the displacements at least. */
 static pd_status pdi_equilibrium_once(pdi_equilibrium *q, double *u, double target, pd_equilibrium_result *result)
 {
     pdi_equilibrium_scaffold(q);
@@ -404,7 +404,7 @@ static pd_status pdi_equilibrium_once(pdi_equilibrium *q, double *u, double targ
     return pdi_equilibrium_forgive(q);
 }
 
-/* Newton's method (Eisenstat and Walker 1996). */
+/* Newton's method with the forcing terms of Eisenstat and Walker 1996. PD_RETRY: it did not converge. */
 static pd_status pdi_equilibrium_newton(pdi_equilibrium *q, double *u, double target, double norm,
                                         pd_equilibrium_result *result)
 {
@@ -434,8 +434,8 @@ static double pdi_equilibrium_rtol(const pdi_equilibrium *q)
     return q->desc->rtol > 0.0 ? q->desc->rtol : PD_EQUILIBRIUM_RTOL;
 }
 
-/* 1: the balance at u is not as well found as the size that it has asks for. `norm` is what is not in balance there,
- * and `target` is what it has to be. */
+/* Sets *again to 1 where the residual at u is too large for the force scale of the solution; *norm and *target [N] are
+ * those of the next round. */
 static pd_status pdi_equilibrium_again(pdi_equilibrium *q, const double *u, double *norm, double *target, int *again)
 {
     double rtol = pdi_equilibrium_rtol(q);
@@ -469,6 +469,7 @@ PDI_FN pd_status pdi_equilibrium_begin(pdi_equilibrium *q, const double *u, doub
     return pdi_equilibrium_rest(q, u, norm);
 }
 
+/* Solves once, and again with a smaller force scale where that is needed; relative residual into result. */
 static pd_status pdi_equilibrium_run(pdi_equilibrium *q, double *u, pd_equilibrium_result *result)
 {
     double norm, target;

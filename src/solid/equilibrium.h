@@ -1,10 +1,10 @@
-/* equilibrium: displacements of a body at rest under loads and held points.
+/* equilibrium: static equilibrium: displacements of a body under loads and displacement boundary conditions.
  *
  * Newton's method with conjugate gradients: forces are the derivative of an energy, so their derivative is symmetric. A
- * linear material takes one step. Where what is held follows what is free, the derivative is not symmetric, and GMRES
- * takes the place of conjugate gradients. The preconditioner adds a coarse picture of the body to the block of each
- * point, so finer cells take no more iterations. A piece that nothing holds may move as a whole; then the loads have to
- * balance, and of all displacements those without a mean motion are found.
+ * linear material takes one step. Where prescribed displacements are interpolated from free ones, the operator is not
+ * symmetric, and GMRES replaces conjugate gradients. The preconditioner is additive: the diagonal block of each point
+ * plus a coarse finite-element correction, so finer cells take no more iterations. A component without supports may
+ * move as a rigid body; then its loads have to balance, and the solution without mean rigid motion is found.
  */
 #ifndef PD_EQUILIBRIUM_H
 #define PD_EQUILIBRIUM_H
@@ -16,11 +16,12 @@
 /* Default of rtol. */
 #define PD_EQUILIBRIUM_RTOL 1e-10
 
-/* A displacement that is held and follows one that is free: u[at] = given + part u[leader]. */
+/* A prescribed displacement that is interpolated from a free one (multi-point constraint): u[at] = given + part
+ * u[leader]. */
 typedef struct pd_interpolated {
-    int64_t at, leader; /* components of [count][PD_DIM]; one that follows several has a row for each */
-    double part;        /* [-] */
-    int face;           /* 1: it lies less than a spacing from the place that is given */
+    int64_t at, leader; /* indices into [count][PD_DIM]; one with several leaders has a row for each */
+    double part;        /* [-] coefficient */
+    int face;           /* 1: the point lies less than a spacing from where the displacement is prescribed */
 } pd_interpolated;
 
 /* All of them. */
@@ -30,14 +31,15 @@ typedef struct pd_interpolation {
 } pd_interpolation;
 
 typedef struct pd_equilibrium_desc {
-    const uint8_t *held;   /* [count][PD_DIM] 1: this displacement stays as it is, or is interpolated; NULL: all are
-                            * free. Borrowed */
-    const pd_interpolation *interpolation; /* of what is held; NULL: it stays. Borrowed */
+    const uint8_t *held;   /* [count][PD_DIM] 1: this displacement is prescribed (Dirichlet) or interpolated; NULL: all
+                            * are free. Borrowed */
+    const pd_interpolation *interpolation; /* of prescribed displacements; NULL: none. Borrowed */
     double rtol;           /* [-] of the forces of free points, over the loads and the forces on what is held in
                             * balance; 0: PD_EQUILIBRIUM_RTOL. Rounding of the displacements counts as balance */
     int max_iterations;    /* 0: 10000 */
-    double *swing;         /* [count][PD_DIM] [-] with PD_ERR_DIVERGED, of a linear material: a motion that bonds do
-                            * not resist and along which the loads work; 0: none was found. NULL: unwanted. Borrowed */
+    double *swing;         /* [count][PD_DIM] [-] with PD_ERR_DIVERGED, of a linear material: a mechanism, that is a
+                            * motion without stiffness along which the loads do work; 0: none was found. NULL:
+                            * unwanted. Borrowed */
 } pd_equilibrium_desc;
 
 typedef struct pd_equilibrium_result {
@@ -58,51 +60,56 @@ PD_API pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_solid *solid, const 
                                       const double *load, double *u, pd_equilibrium_result *result);
 
 #ifdef PDI_INTERNAL
-/* A solve of displacements. */
+/* State of a solve. */
 typedef struct pdi_equilibrium {
     pd_ctx *ctx;
     const pd_solid *solid;
     const pd_equilibrium_desc *desc;
     const double *load;
     int64_t n;     /* components of all points */
-    double size;   /* [N] of the problem, which residuals are over */
-    double digits; /* [N] that are rounding at the guess, which what is added to it does not undo */
-    double pull;   /* [N] norm of the forces of bonds on what is held, as of the last rest */
+    double size;   /* [N] force scale of the problem: residuals are relative to it */
+    double digits; /* [N] rounding of forces at the initial guess */
+    double pull;   /* [N] norm of the reaction forces at prescribed displacements, of the last residual */
     double *diagonal; /* [n] [N/m] of the blocks */
-    double *block; /* [count][PD_DIM^2] [m/N] inverse blocks */
-    double *rest;  /* [n] [N] */
-    double *step;  /* [n] [m] */
-    double *whole; /* [n] [m] a direction, with what is interpolated; empty where nothing is */
-    double *trial; /* [n] [m] of materials that are not linear */
+    double *block; /* [count][PD_DIM^2] [m/N] inverse diagonal blocks */
+    double *rest;  /* [n] [N] residual: internal plus external forces on free components */
+    double *step;  /* [n] [m] increment of displacements */
+    double *whole; /* [n] [m] a direction with its interpolated components; empty without interpolation */
+    double *trial; /* [n] [m] trial displacements of the line search, of nonlinear materials */
     double *lambda, *mu;  /* [count] [Pa] where the moduli are known */
     pd_scaffold scaffold; /* where the moduli are known */
-    int moves;            /* 1: a piece may move as a whole */
+    int moves;            /* 1: a component has rigid motions */
     pd_krylov krylov;
 } pdi_equilibrium;
 
-/* 1: what is held follows what is free. */
+/* 1: prescribed displacements are interpolated from free ones. */
 static inline int pdi_equilibrium_follows(const pdi_equilibrium *q)
 {
     return q->desc->interpolation && q->desc->interpolation->count > 0;
 }
+/* 1: component k is prescribed. */
 static inline int pdi_equilibrium_held(const pdi_equilibrium *q, int64_t k)
 {
     return q->desc->held && q->desc->held[k];
 }
+/* Describes the arrays of a solve. */
 PDI_FN void pdi_equilibrium_list(pdi_owner *owner, void *equilibrium);
-/* The solver of the linear steps, without its size and limits. */
-PDI_FN pd_krylov_desc pdi_equilibrium_krylov(int follows);
-/* Memory, what can be refused, what is not in balance at u and its norm, the norm [N] to be met. */
+/* Options of the Krylov solver of linear steps, without size and limits: GMRES with interpolation, otherwise conjugate
+ * gradients. */
+PDI_FN pd_krylov_desc pdi_equilibrium_krylov(int interpolated);
+/* Checks loads and guess, allocates, and computes residual, blocks and scale at u. *norm, *target [N]: norm of the
+ * residual and its goal. */
 PDI_FN pd_status pdi_equilibrium_begin(pdi_equilibrium *equilibrium, const double *u, double *norm, double *target);
-/* What is not in balance at u, into rest [N], and its norm. PD_RETRY: as of the material. */
+/* Residual at u, into q->rest [N], and its norm. PD_RETRY: as of the material. */
 PDI_FN pd_status pdi_equilibrium_rest(pdi_equilibrium *equilibrium, const double *u, double *norm);
-/* Inverse blocks and their diagonals, at the last u. Components that are held are left out. */
+/* Inverse diagonal blocks and their diagonals, at the last u; prescribed components are decoupled. */
 PDI_FN void pdi_equilibrium_blocks(const pdi_equilibrium *equilibrium);
-/* y [m] = the inverse blocks times x [N], and the coarse picture where there is one. */
-PDI_FN void pdi_equilibrium_precondition(void *equilibrium, const double *x, double *y);
-/* 1: loads turn a piece that does not resist: strains are small, so it does not turn to where they balance. */
+/* Preconditioner: y [m] = inverse blocks times x [N], plus the coarse finite-element correction where there is one. */
+PDI_FN void pdi_equilibrium_precondition(void *solve, const double *x, double *y);
+/* 1: the loads do work along a free rigid motion of a component: small displacements reach no equilibrium. */
 PDI_FN int pdi_equilibrium_turns(const pd_solid *solid, const uint8_t *held, const double *load, const pd_rigid *rigid);
-/* 1: something holds a piece of points along an axis, or its loads along it balance. *sum: them [N]; may be NULL. */
+/* 1: a component of the body (piece [count]) is supported along an axis, or its loads along it sum up to zero. *sum
+ * [N]: that sum; may be NULL. */
 PDI_FN int pdi_equilibrium_bears(const pd_body *body, const uint8_t *held, const double *load, int axis,
                                  const int32_t *piece, int32_t count, double *sum);
 #endif

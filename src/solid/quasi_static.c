@@ -6,11 +6,11 @@
 
 /* Default of `eager`. */
 #define PDI_QUASI_STATIC_EAGER 0.5
-/* Most times that what is held is asked for again, since it may depend on the balance. */
+/* Most iterations of boundary values that depend on the solution. */
 #define PDI_QUASI_STATIC_AGAIN 60
-/* Bonds that a motion about a hinge turns by less than this share of the fastest ones stand still. */
+/* Bonds that a mechanism rotates by less than this share of the fastest one count as not moving. */
 #define PDI_QUASI_STATIC_TURN 0.1
-/* Most halvings of a step. */
+/* Most halvings of a load step. */
 #define PDI_QUASI_STATIC_HALVINGS 8
 
 PDI_FN void pdi_quasi_static_list(pdi_owner *owner, void *object)
@@ -67,9 +67,10 @@ void pd_quasi_static_free(pd_ctx *ctx, pd_quasi_static *q)
 
 /* ---- loads ---- */
 
+/* 1: component k is prescribed. */
 static int pdi_quasi_static_held(const pd_quasi_static *q, int64_t k) { return q->desc.held && q->desc.held[k]; }
 
-/* The state before a move. */
+/* Saves displacements, loads and forces before a move. */
 static void pdi_quasi_static_keep(pd_quasi_static *q)
 {
     memcpy(q->before, q->u, (size_t)q->n * sizeof *q->u);
@@ -77,8 +78,7 @@ static void pdi_quasi_static_keep(pd_quasi_static *q)
     memcpy(q->before + 2 * q->n, q->force, (size_t)q->n * sizeof *q->force);
 }
 
-/* What is given moves that part of the way from the start of a step: what is interpolated from the free points follows
- * them as a whole. */
+/* Load step at the fraction `part`: corrects interpolated displacements, whose free leaders count in full. */
 static void pdi_quasi_static_interpolate(pd_quasi_static *q, double part)
 {
     const pd_interpolation *all = q->desc.interpolation;
@@ -88,7 +88,7 @@ static void pdi_quasi_static_interpolate(pd_quasi_static *q, double part)
     }
 }
 
-/* The loads and what is held, that part of the way from the start of the step to time t. What has come off has no
+/* Loads and prescribed displacements at the fraction `part` of the step to time t. Points that have come off have no
  * loads. */
 static pd_status pdi_quasi_static_load(pd_ctx *ctx, pd_quasi_static *q, double t, double part)
 {
@@ -104,7 +104,7 @@ static pd_status pdi_quasi_static_load(pd_ctx *ctx, pd_quasi_static *q, double t
     return PD_OK;
 }
 
-/* 1: the loads of a piece move it, or turn it, as nothing holds it. */
+/* 1: the loads of a component would move or rotate it, as it lacks supports. */
 static int pdi_quasi_static_free(const pd_quasi_static *q, const int32_t *piece, int32_t count)
 {
     pd_rigid rigid;
@@ -114,7 +114,7 @@ static int pdi_quasi_static_free(const pd_quasi_static *q, const int32_t *piece,
     return pdi_equilibrium_turns(&q->solid, q->desc.held, q->load, &rigid);
 }
 
-/* Point i comes off at time t. Its loads end before it moves, so they do no work. */
+/* Point i comes off at time t: its loads vanish before it moves, so they do no work. */
 static void pdi_quasi_static_lose(pd_quasi_static *q, int32_t i, double t)
 {
     q->off[i] = 1;
@@ -124,7 +124,7 @@ static void pdi_quasi_static_lose(pd_quasi_static *q, int32_t i, double t)
     if (q->parted < 0.0) q->parted = t;
 }
 
-/* 1: a piece is a part of the body and no crumb of a crack: it is held, loaded, or larger than a family. */
+/* 1: a component counts as a part of the body: it is supported, loaded, or larger than a family; 0: a crumb. */
 static int pdi_quasi_static_large(const pd_quasi_static *q, const int32_t *piece, int32_t count)
 {
     if (count > q->solid.body->kinds) return 1;
@@ -136,7 +136,7 @@ static int pdi_quasi_static_large(const pd_quasi_static *q, const int32_t *piece
     return 0;
 }
 
-/* Pieces that have come off lose their loads. Parts are counted. */
+/* Components without supports lose their loads; counts the parts of the body. */
 static pd_status pdi_quasi_static_part(pd_ctx *ctx, pd_quasi_static *q, double t)
 {
     int32_t *piece = NULL, all = q->solid.body->count;
@@ -158,7 +158,7 @@ static pd_status pdi_quasi_static_part(pd_ctx *ctx, pd_quasi_static *q, double t
     return status;
 }
 
-/* How fast a motion turns the fastest bond of point i [1/m]. */
+/* Rate [1/m] at which a motion rotates or stretches the fastest bond of point i. */
 static double pdi_quasi_static_turn(const pd_body *body, int32_t i, const double *motion)
 {
     double most = 0.0;
@@ -176,24 +176,24 @@ static double pdi_quasi_static_turn(const pd_body *body, int32_t i, const double
     return sqrt(most);
 }
 
-/* 1: a motion turns bonds of point i; most [1/m]: the most that it turns any. */
+/* 1: the motion rotates bonds of point i; most [1/m]: the largest rate of all points. */
 static int pdi_quasi_static_turned(const pd_quasi_static *q, int32_t i, const double *motion, double most)
 {
     return pdi_quasi_static_turn(q->solid.body, i, motion) > PDI_QUASI_STATIC_TURN * most;
 }
 
-/* What loads turn about a hinge comes off: such a motion turns bonds on one side of the hinge, and leaves those on the
- * other. A body that turns as a whole has no hinge, and stays. How many points. */
-static int32_t pdi_quasi_static_swing(pd_quasi_static *q, const double *motion, double t)
+/* Points that a mechanism rotates about a hinge come off. A body that rotates as a whole has no hinge, and stays.
+ * Returns how many points. */
+static int32_t pdi_quasi_static_swing(pd_quasi_static *q, const double *mechanism, double t)
 {
     const pd_body *body = q->solid.body;
     double most = 0.0;
     int32_t count = 0, rests = 0;
-    for (int32_t i = 0; i < body->count; i++) most = pdi_max(most, pdi_quasi_static_turn(body, i, motion));
+    for (int32_t i = 0; i < body->count; i++) most = pdi_max(most, pdi_quasi_static_turn(body, i, mechanism));
     for (int32_t i = 0; i < body->count && most > 0.0; i++)
-        rests += q->off[i] || (pdi_body_intact(body, i) && !pdi_quasi_static_turned(q, i, motion, most));
+        rests += q->off[i] || (pdi_body_intact(body, i) && !pdi_quasi_static_turned(q, i, mechanism, most));
     for (int32_t i = 0; i < body->count && rests; i++) {
-        if (q->off[i] || !pdi_quasi_static_turned(q, i, motion, most)) continue;
+        if (q->off[i] || !pdi_quasi_static_turned(q, i, mechanism, most)) continue;
         pdi_quasi_static_lose(q, i, t);
         count++;
     }
@@ -202,8 +202,8 @@ static int32_t pdi_quasi_static_swing(pd_quasi_static *q, const double *motion, 
 
 /* ---- balance ---- */
 
-/* Forces [N/m3] half way from the state before to this one, in `asked`. PD_RETRY: none, as the material is linear or
- * has no such state. */
+/* Forces [N/m3] at the mean of the saved and the present displacements, into q->asked. PD_RETRY: none, as the material
+ * is linear or has no such state. */
 static pd_status pdi_quasi_static_middle(pd_ctx *ctx, pd_quasi_static *q)
 {
     double *u = q->asked + q->n;
@@ -212,8 +212,8 @@ static pd_status pdi_quasi_static_middle(pd_ctx *ctx, pd_quasi_static *q)
     return q->solid.force(ctx, q->solid.self, u, q->asked);
 }
 
-/* Work of the loads and of what is held from the state before to this one: by the mean of both, and with the forces of
- * the middle (curved 1) by Simpson's rule. What bonds do is on any way the same: they have a potential. */
+/* Adds the work of loads and reactions from the saved state to this one: trapezoidal rule, or with the midpoint forces
+ * (curved 1) Simpson's rule. */
 static void pdi_quasi_static_work(pd_quasi_static *q, int curved)
 {
     const double *volume = q->solid.body->volume, *load = q->before + q->n, *force = q->before + 2 * q->n;
@@ -226,7 +226,7 @@ static void pdi_quasi_static_work(pd_quasi_static *q, int curved)
     q->work += pdi_sum_total(&all);
 }
 
-/* The balance, without what turns about hinges. The forces are those before. */
+/* Solves for the equilibrium, and again after mechanisms have come off. q->force stays that of the saved state. */
 static pd_status pdi_quasi_static_solve(pd_ctx *ctx, pd_quasi_static *q, double t)
 {
     pd_status status = PD_ERR_DIVERGED;
@@ -251,7 +251,7 @@ static pd_status pdi_quasi_static_solve(pd_ctx *ctx, pd_quasi_static *q, double 
     return status;
 }
 
-/* The bonds pull as they do at u. */
+/* Internal forces at u. PD_ERR_STATE: u is no state of the material. */
 static pd_status pdi_quasi_static_pull(pd_ctx *ctx, pd_quasi_static *q)
 {
     pd_status status = q->solid.force(ctx, q->solid.self, q->u, q->force);
@@ -260,7 +260,7 @@ static pd_status pdi_quasi_static_pull(pd_ctx *ctx, pd_quasi_static *q)
                     q->solid.name);
 }
 
-/* Bonds or stiffness have changed at the present displacements. Returns the energy that this has taken. */
+/* Updates the material after bonds or stiffness have changed at fixed displacements; adds the energy lost to *taken. */
 static pd_status pdi_quasi_static_renew(pd_ctx *ctx, pd_quasi_static *q, double *taken)
 {
     double was = q->stored;
@@ -272,7 +272,7 @@ static pd_status pdi_quasi_static_renew(pd_ctx *ctx, pd_quasi_static *q, double 
     return PD_OK;
 }
 
-/* 1: entries of a and b differ by more than rtol of the largest: a balance is no finer. */
+/* 1: a and b differ by more than rtol of their largest entry. */
 static int pdi_quasi_static_others(const pd_ctx *ctx, const pd_quasi_static *q, const double *a, const double *b)
 {
     double near = q->desc.rtol > 0.0 ? q->desc.rtol : PD_EQUILIBRIUM_RTOL;
@@ -282,8 +282,8 @@ static int pdi_quasi_static_others(const pd_ctx *ctx, const pd_quasi_static *q, 
     return 0;
 }
 
-/* 1: what is held, or the loads, are not those of the present balance. `asked` has by how much more what is held
- * has to move, and u stays. The loads are the new ones. */
+/* *differs: 1: prescribed displacements or loads at time t are not those of the present solution. Out: corrections in
+ * q->asked, new loads; u stays. */
 static pd_status pdi_quasi_static_differs(pd_ctx *ctx, pd_quasi_static *q, double t, double part, int *differs)
 {
     double *u = q->asked + q->n, *load = q->asked + 2 * q->n;
@@ -296,7 +296,7 @@ static pd_status pdi_quasi_static_differs(pd_ctx *ctx, pd_quasi_static *q, doubl
     return PD_OK;
 }
 
-/* What is held moves to where it asks to be, or where the rounds before say that it will. */
+/* Moves the prescribed displacements by their corrections, with Anderson acceleration after the first round. */
 static pd_status pdi_quasi_static_move(pd_ctx *ctx, pd_quasi_static *q, int first)
 {
     double *x, *step;
@@ -323,14 +323,14 @@ static pd_status pdi_quasi_static_move(pd_ctx *ctx, pd_quasi_static *q, int firs
     return PD_OK;
 }
 
-/* Nothing is known of rounds. */
+/* Frees the Anderson acceleration. */
 static void pdi_quasi_static_forget(pd_ctx *ctx, pd_quasi_static *q)
 {
     pdi_owner_free(ctx, pdi_anderson_list, &q->mix);
     memset(&q->mix, 0, sizeof q->mix);
 }
 
-/* Rounds of pdi_quasi_static_rest. */
+/* Rounds of equilibrium and boundary values until these converge. */
 static pd_status pdi_quasi_static_rounds(pd_ctx *ctx, pd_quasi_static *q, double t, double part)
 {
     int differs = 1;
@@ -347,8 +347,8 @@ static pd_status pdi_quasi_static_rounds(pd_ctx *ctx, pd_quasi_static *q, double
                     PDI_QUASI_STATIC_AGAIN, q->solid.name);
 }
 
-/* The balance with the loads at that part of the step, where what is held may depend on the balance: both are found in
- * turns. The material starts from its last state in each round: what it would do on the way leaves no trace. */
+/* Equilibrium at the fraction `part` of the step, with boundary values that may depend on it. Plastic states are those
+ * of the last commit in each round, so intermediate solutions leave no trace. */
 static pd_status pdi_quasi_static_rest(pd_ctx *ctx, pd_quasi_static *q, double t, double part)
 {
     pd_status status = pdi_quasi_static_rounds(ctx, q, t, part);
@@ -356,8 +356,8 @@ static pd_status pdi_quasi_static_rest(pd_ctx *ctx, pd_quasi_static *q, double t
     return status;
 }
 
-/* The balance at that part of the step, bonds that break, and again until none does. PD_RETRY: not found; u, load and
- * force are those before. */
+/* Equilibrium at the fraction `part` of the step, bond failure, and again until no bond breaks. PD_RETRY: not found; u,
+ * load and force are those before. */
 static pd_status pdi_quasi_static_settle(pd_ctx *ctx, pd_quasi_static *q, double t, double part)
 {
     for (;;) {
@@ -384,7 +384,7 @@ static pd_status pdi_quasi_static_settle(pd_ctx *ctx, pd_quasi_static *q, double
     }
 }
 
-/* Up to the loads of time t, in parts where Newton's method needs them. */
+/* Load step to time t, halved where Newton's method fails. PD_ERR_STATE: too many halvings. */
 static pd_status pdi_quasi_static_advance(pd_ctx *ctx, pd_quasi_static *q, double t)
 {
     double done = 0.0, part = 1.0, least = ldexp(1.0, -PDI_QUASI_STATIC_HALVINGS);
@@ -427,11 +427,13 @@ pd_status pd_quasi_static_to(pd_ctx *ctx, pd_quasi_static *q, double t)
 
 /* ---- a process ---- */
 
+/* The process callback that brings the body to time t. */
 static pd_status pdi_quasi_static_at(pd_ctx *ctx, void *self, double t)
 {
     return pd_quasi_static_to(ctx, (pd_quasi_static *)self, t);
 }
 
+/* The process callback for checkpoints. */
 static pd_status pdi_quasi_static_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     pd_quasi_static *q = (pd_quasi_static *)self;

@@ -1,9 +1,9 @@
-/* quasi_static: a body that follows its loads without inertia, with bonds that break and the balance of energies.
+/* quasi_static: quasi-static deformation under loads in time, with bond failure and the energy balance.
  *
- * A step finds the balance at its end. Bonds beyond the critical value of a criterion then break, the worst of them
- * first, and the balance is found anew until no more bonds break. Work is what is stored, what plastic flow and broken
- * bonds have taken, and what a crack that runs by itself would turn into motion. A piece that has come off, and that
- * nothing holds against its loads, loses them.
+ * A step solves for the equilibrium at its end. Bonds beyond the critical value then break, those with the largest
+ * measure first, and the equilibrium is solved again until no more bonds break. External work equals the stored energy,
+ * the dissipation of plasticity and broken bonds, and what unstable crack growth would turn into kinetic energy. A
+ * component that has come off, and that has no supports against its loads, loses them.
  */
 #ifndef PD_QUASI_STATIC_H
 #define PD_QUASI_STATIC_H
@@ -20,9 +20,9 @@ typedef struct pd_quasi_static_desc {
     const uint8_t *held;   /* [count][PD_DIM] 1: this displacement is given; NULL: none. Borrowed */
     pd_load_fn load;
     void *user;
-    const pd_interpolation *interpolation; /* how what is held follows what is free, as of the last call of load; NULL:
-                            * it does not. What depends on the balance in any other way is asked for again until it
-                            * stays. Borrowed */
+    const pd_interpolation *interpolation; /* how prescribed displacements follow free ones, as of the last call of
+                            * load; NULL: they do not. Boundary values that depend on the solution in any other way are
+                            * iterated until they converge. Borrowed */
     pd_criterion_desc criterion; /* by which bonds break; zero: none does */
     double eager;          /* [-] as of pd_criterion_break, in each round; -1: 0.5 */
     double rtol;           /* [-] as of pd_equilibrium_desc */
@@ -37,10 +37,10 @@ typedef struct pd_quasi_static {
     double *load;          /* [n] [N/m3] */
     double *force;         /* [n] [N/m3] of the bonds, at u */
     double *start;         /* [2][n] [m], [N/m3] u and load at the start of a step */
-    double *asked;         /* [3][n] [m] by how much what is held has to move; u, load */
-    pd_anderson mix;      /* how what is held moves, by its components; empty between balances */
+    double *asked;         /* [3][n] [m] corrections of prescribed displacements; work: u, load */
+    pd_anderson mix;      /* Anderson acceleration of prescribed displacements; empty between solves */
     double *before;        /* [3][n] [m], [N/m3] u, load and force before a move */
-    uint8_t *off;          /* [count] 1: of a piece that has come off */
+    uint8_t *off;          /* [count] 1: of a component that has come off */
     double time;           /* [s] of the balance */
     int known;             /* 1: there is one */
     int stale;             /* 1: bonds or stiffness are not those of the balance */
@@ -74,6 +74,7 @@ PD_API pd_process pd_quasi_static_process(pd_quasi_static *quasi_static);
 PD_API void pd_quasi_static_free(pd_ctx *ctx, pd_quasi_static *quasi_static);
 
 #ifdef PDI_INTERNAL
+/* Describes the arrays and values; those of state are stored. */
 PDI_FN void pdi_quasi_static_list(pdi_owner *owner, void *quasi_static);
 #endif
 

@@ -4,19 +4,19 @@
 #include <math.h>
 #include <string.h>
 
-/* Mass over the block of a point as it begins. The quotient of stiffness and mass of springs is at most 2 over it, and
- * that of a stable step 4 (theory: eq. 8.12). */
+/* First mass over the stiffness block of a point. The Rayleigh quotient of stiffness and mass of springs is then at
+ * most 2/0.6, below the stability limit 4 (theory: eq. 8.12). */
 #define PDI_RELAXATION_MASS 0.6
-/* The quotient beyond which a step is not safe, and by how much more the mass grows than that asks for. */
+/* Rayleigh quotient beyond which a step counts as unstable, and the margin by which the mass then grows. */
 #define PDI_RELAXATION_SAFE 3.8
 #define PDI_RELAXATION_MORE 1.2
-/* By how much the mass grows when displacements are no state of the material, and how often it may. */
+/* Factor of the mass when displacements are no state of the material, and how many restarts are allowed. */
 #define PDI_RELAXATION_HEAVIER 4.0
 #define PDI_RELAXATION_TIMES 60
-/* Most damping of a step of length 1: at 2 nothing would be left of the velocities. */
+/* Largest damping coefficient of a step of length 1: at 2 the velocities would vanish. */
 #define PDI_RELAXATION_DAMPING 1.9
 #define PDI_RELAXATION_STEPS 100000
-/* A displacement over the horizon that counts as one of a body that moves without end. */
+/* Displacement over the horizon at which the motion counts as unbounded. */
 #define PDI_RELAXATION_FAR 1e6
 
 /* The fictitious motion. */
@@ -27,13 +27,14 @@ typedef struct pdi_relaxation {
     double *momentum; /* [n] [N] */
 } pdi_relaxation;
 
+/* Describes the momentum array. */
 static void pdi_relaxation_list(pdi_owner *owner, void *object)
 {
     pdi_relaxation *relaxation = (pdi_relaxation *)object;
     PDI_ARRAY(owner, relaxation, momentum, relaxation->rest.n, "N");
 }
 
-/* From rest at u, with more mass. */
+/* Starts from rest at u with the present mass: residual, blocks, zero momentum. */
 static pd_status pdi_relaxation_start(pdi_relaxation *r, const double *u, double *norm)
 {
     pd_status status = pdi_equilibrium_rest(&r->rest, u, norm);
@@ -44,7 +45,8 @@ static pd_status pdi_relaxation_start(pdi_relaxation *r, const double *u, double
     return PD_OK;
 }
 
-/* A step of length 1 (theory: eq. 8.12). *quotient: of stiffness and mass, along the step. */
+/* One step of length 1 of the damped motion (theory: eq. 8.12). *quotient: Rayleigh quotient of stiffness and mass
+ * along the step. */
 static pd_status pdi_relaxation_step(pdi_relaxation *r, double *u, double *norm, double *quotient)
 {
     pdi_equilibrium *q = &r->rest;
@@ -62,6 +64,7 @@ static pd_status pdi_relaxation_step(pdi_relaxation *r, double *u, double *norm,
     return PD_OK;
 }
 
+/* Steps until the norm of the residual is below target [N]; adapts damping and mass. */
 static pd_status pdi_relaxation_run(pdi_relaxation *r, double *u, double target, double norm,
                                     pd_equilibrium_result *result)
 {
@@ -90,6 +93,7 @@ static pd_status pdi_relaxation_run(pdi_relaxation *r, double *u, double target,
     return status;
 }
 
+/* Sets up the problem, iterates, and turns divergence into a message. */
 static pd_status pdi_relaxation_solve(pdi_relaxation *r, double *u, pd_equilibrium_result *result)
 {
     double norm, target;

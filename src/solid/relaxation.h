@@ -1,4 +1,4 @@
-/* relaxation: displacements of a body at rest by damped motion, a fallback for Newton's method.
+/* relaxation: static equilibrium by adaptive dynamic relaxation, a fallback for Newton's method.
  *
  * Adaptive dynamic relaxation (Underwood 1983; Kilic and Madenci 2010): a fictitious motion in explicit steps of length
  * 1. The mass of a point is a matrix, its block of the stiffness times a factor, so that the highest frequency is

@@ -5,10 +5,10 @@
 #include <math.h>
 #include <string.h>
 
-/* What is held leaves a motion free where its squares sum up to less than this share. */
+/* A motion is free where its sum of squares over prescribed components is below this share. */
 #define PDI_RIGID_ROUNDING 1e-9
 
-/* All shifts and turns of a point. */
+/* All translations and rotations at point i, into way [mode][PD_DIM]. */
 static void pdi_rigid_all(const pd_rigid *r, int32_t i, double way[PD_RIGID_MOTIONS][PD_DIM])
 {
     double x[PD_DIM];
@@ -22,7 +22,7 @@ static void pdi_rigid_all(const pd_rigid *r, int32_t i, double way[PD_RIGID_MOTI
     }
 }
 
-/* The motions that are left, at a point. */
+/* The free motions at point i. */
 static void pdi_rigid_left(const pd_rigid *r, int32_t i, double left[PD_RIGID_MOTIONS][PD_DIM])
 {
     double way[PD_RIGID_MOTIONS][PD_DIM];
@@ -34,7 +34,7 @@ static void pdi_rigid_left(const pd_rigid *r, int32_t i, double left[PD_RIGID_MO
         }
 }
 
-/* Sum of the squares of all motions over what is held. Returns how much is held. */
+/* Gram matrix a of all motions over the prescribed components. Returns how many components that are. */
 static double pdi_rigid_squares(const pd_rigid *r, const uint8_t *held, double a[PD_RIGID_MOTIONS][PD_RIGID_MOTIONS])
 {
     double way[PD_RIGID_MOTIONS][PD_DIM], all = 0.0;
@@ -51,14 +51,14 @@ static double pdi_rigid_squares(const pd_rigid *r, const uint8_t *held, double a
     return all;
 }
 
-/* The null space of the squares: Gauss and Jordan, the largest pivots first. */
-static void pdi_rigid_null(pd_rigid *r, double a[PD_RIGID_MOTIONS][PD_RIGID_MOTIONS], double least)
+/* Null space of the Gram matrix by Gauss-Jordan elimination with full pivoting: the free motions. */
+static void pdi_rigid_null(pd_rigid *r, double a[PD_RIGID_MOTIONS][PD_RIGID_MOTIONS], double min_pivot)
 {
     int pivot[PD_RIGID_MOTIONS] = {0};
     for (;;) {
         int p = -1;
         for (int m = 0; m < PD_RIGID_MOTIONS; m++)
-            if (!pivot[m] && a[m][m] > least && (p < 0 || a[m][m] > a[p][p])) p = m;
+            if (!pivot[m] && a[m][m] > min_pivot && (p < 0 || a[m][m] > a[p][p])) p = m;
         if (p < 0) break;
         double over = 1.0 / a[p][p];
         for (int k = 0; k < PD_RIGID_MOTIONS; k++) a[p][k] *= over;

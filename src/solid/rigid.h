@@ -1,4 +1,4 @@
-/* rigid: motions of a piece of a body as a whole that what is held allows. */
+/* rigid: rigid motions (translations and rotations) of a component of a body that its supports leave free. */
 #ifndef PD_RIGID_H
 #define PD_RIGID_H
 #include "solid/body.h"
@@ -12,17 +12,19 @@ typedef struct pd_rigid {
     double origin[PD_DIM]; /* [m] */
     double size;           /* [m] by which places are about 1 */
     int motions;
-    double motion[PD_RIGID_MOTIONS][PD_RIGID_MOTIONS]; /* [motions][..] [-] parts of the shifts and turns */
+    double motion[PD_RIGID_MOTIONS][PD_RIGID_MOTIONS]; /* [motions][..] [-] coefficients of translations and
+                                                        * rotations */
 } pd_rigid;
 
 #ifdef PDI_INTERNAL
-/* held [count][PD_DIM] of the body; NULL: nothing is held. piece is borrowed. */
+/* Finds the free rigid motions of a component piece [count], which is borrowed. held [count][PD_DIM] of the body:
+ * prescribed displacements; NULL: none. */
 PDI_FN void pdi_rigid_find(const pd_body *body, const uint8_t *held, const int32_t *piece, int32_t count,
                            pd_rigid *rigid);
-/* Of all motions the largest work of forces V load over the sum of their sizes [-]; load [count][PD_DIM] [N/m3] of the
- * body, where nothing is held. */
+/* Largest work of the forces V load along a free motion, over the sum of their absolute values [-]; load
+ * [count][PD_DIM] [N/m3] of the body, at free components. */
 PDI_FN double pdi_rigid_work(const pd_rigid *rigid, const uint8_t *held, const double *load);
-/* Take the mean of all motions, by volume, from u [count][PD_DIM] [m] of the body. */
+/* Removes the volume mean of all free motions from u [count][PD_DIM] [m] of the body. */
 PDI_FN void pdi_rigid_remove(const pd_rigid *rigid, double *u);
 #endif
 

@@ -6,13 +6,14 @@
 #include <math.h>
 #include <string.h>
 
-/* Boxes along an axis, at most: they are as wide as the longest bond where they are fewer. */
+/* Most boxes along an axis; their width is the longest bond where they are fewer. */
 #define PDI_SCAFFOLD_BOXES 1e6
-/* Sweeps forth and back on the coarsest level. */
+/* Symmetric Gauss-Seidel sweeps on the coarsest level. */
 #define PDI_SCAFFOLD_SWEEPS 4
 
 enum { PDI_SCAFFOLD_CORNERS = 1 << PD_DIM, PDI_SCAFFOLD_BLOCK = PD_DIM * PD_DIM };
 
+/* Describes the arrays by points. */
 static void pdi_scaffold_list(pdi_owner *owner, void *object)
 {
     pd_scaffold *scaffold = (pd_scaffold *)object;
@@ -20,6 +21,7 @@ static void pdi_scaffold_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, scaffold, point, scaffold->body ? scaffold->body->count : 0, "1");
 }
 
+/* Describes the arrays by elements of level 0 that only the finest level has. */
 static void pdi_scaffold_part_list(pdi_owner *owner, void *object)
 {
     pd_scaffold *scaffold = (pd_scaffold *)object;
@@ -28,7 +30,7 @@ static void pdi_scaffold_part_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, scaffold, sum, parts * PDI_SCAFFOLD_CORNERS * PD_DIM, "N");
 }
 
-/* Arrays by parts, by nodes, and by links. */
+/* Describes the arrays of a level by elements, then (below) by nodes and by matrix blocks. */
 static void pdi_scaffold_parts(pdi_owner *owner, void *object)
 {
     pd_scaffold_level *level = (pd_scaffold_level *)object;
@@ -63,7 +65,7 @@ static void pdi_scaffold_links(pdi_owner *owner, void *object)
 
 /* ---- sets that unite ---- */
 
-/* Numbers the sets of n members in order, in place. How many. */
+/* Replaces the roots of n members of disjoint sets by set numbers, in place. Returns how many sets. */
 static int32_t pdi_scaffold_number(int32_t *set, int32_t n)
 {
     int32_t count = 0;
@@ -73,7 +75,7 @@ static int32_t pdi_scaffold_number(int32_t *set, int32_t n)
 
 /* ---- parts and nodes ---- */
 
-/* Box of a point along the axes. */
+/* Index of the box of a point along the axes. */
 static void pdi_scaffold_box(const pd_scaffold *s, int32_t i, int32_t *box)
 {
     for (int d = 0; d < PD_DIM; d++)
@@ -87,7 +89,7 @@ static int pdi_scaffold_same(const int32_t *a, const int32_t *b)
     return 1;
 }
 
-/* Parts of level 0: points of a box that bonds within it join. */
+/* Elements of level 0: points of a box that bonds within it connect. */
 static pd_status pdi_scaffold_divide(pd_ctx *ctx, pd_scaffold *s)
 {
     const pd_body *body = s->body;
@@ -115,7 +117,7 @@ static pd_status pdi_scaffold_divide(pd_ctx *ctx, pd_scaffold *s)
     return PD_OK;
 }
 
-/* Parts p and q share the nodes that their boxes share. */
+/* Merges the nodes of elements p and q that their boxes share. set: disjoint sets of element corners. */
 static void pdi_scaffold_join(const pd_scaffold_level *level, int32_t p, int32_t q, int32_t *set)
 {
     for (int a = 0; a < PDI_SCAFFOLD_CORNERS; a++) {
@@ -129,7 +131,7 @@ static void pdi_scaffold_join(const pd_scaffold_level *level, int32_t p, int32_t
     }
 }
 
-/* Joins parts of level 0 by bonds. seen [parts]. */
+/* Merges nodes of level-0 elements that a bond connects. seen [parts]: work. */
 static void pdi_scaffold_bind(const pd_scaffold *s, int32_t *seen, int32_t *set)
 {
     const pd_body *body = s->body;
@@ -143,7 +145,7 @@ static void pdi_scaffold_bind(const pd_scaffold *s, int32_t *seen, int32_t *set)
             }
 }
 
-/* The nodes of a level are the sets of corners: by colour, and what belongs to each. */
+/* Nodes of a level, which are the sets of corners: numbered by colour, with the corners of each. */
 static pd_status pdi_scaffold_nodal(pd_ctx *ctx, pd_scaffold_level *level, int32_t *set)
 {
     int32_t corners = level->parts * PDI_SCAFFOLD_CORNERS, colour[PDI_SCAFFOLD_CORNERS + 1] = {0};
@@ -174,7 +176,7 @@ static pd_status pdi_scaffold_nodal(pd_ctx *ctx, pd_scaffold_level *level, int32
     return PD_OK;
 }
 
-/* Parts of the next level: those of a box of twice the width that nodes join. */
+/* Elements of the next level: connected elements within a box of twice the width. */
 static pd_status pdi_scaffold_gather(pd_ctx *ctx, pd_scaffold_level *level, pd_scaffold_level *next)
 {
     int32_t *box = level->box, *set = level->parent;
@@ -195,7 +197,7 @@ static pd_status pdi_scaffold_gather(pd_ctx *ctx, pd_scaffold_level *level, pd_s
     return PD_OK;
 }
 
-/* Joins parts of the next level by the nodes of this one. */
+/* Merges nodes of elements of the next level whose children share a node. */
 static void pdi_scaffold_tie(const pd_scaffold_level *level, const pd_scaffold_level *next, int32_t *set)
 {
     for (int32_t v = 0; v < level->nodes; v++)
@@ -207,7 +209,7 @@ static void pdi_scaffold_tie(const pd_scaffold_level *level, const pd_scaffold_l
             }
 }
 
-/* Which nodes share a part. */
+/* Block pattern of the matrix: nodes that share an element. Counts first, then fills. */
 static pd_status pdi_scaffold_pattern(pd_ctx *ctx, pd_scaffold_level *level)
 {
     int32_t *seen = NULL;
@@ -233,7 +235,7 @@ static pd_status pdi_scaffold_pattern(pd_ctx *ctx, pd_scaffold_level *level)
     return status;
 }
 
-/* Nodes and pattern of level k. */
+/* Nodes and matrix pattern of level k. */
 static pd_status pdi_scaffold_connect(pd_ctx *ctx, pd_scaffold *s, int k)
 {
     pd_scaffold_level *level = &s->level[k];
@@ -252,7 +254,7 @@ static pd_status pdi_scaffold_connect(pd_ctx *ctx, pd_scaffold *s, int k)
     return pdi_scaffold_pattern(ctx, level);
 }
 
-/* 1: no box of a level lies beside another one. */
+/* 1: the level has one box only. */
 static int pdi_scaffold_single(const pd_scaffold_level *level)
 {
     for (int32_t k = 0; k < level->parts * PD_DIM; k++)
@@ -260,6 +262,7 @@ static int pdi_scaffold_single(const pd_scaffold_level *level)
     return 1;
 }
 
+/* Inner part of the build; after an error the caller frees. */
 static pd_status pdi_scaffold_make(pd_ctx *ctx, pd_scaffold *s)
 {
     const pd_body *body = s->body;
@@ -329,13 +332,13 @@ PDI_FN void pdi_scaffold_free(pd_ctx *ctx, pd_scaffold *s)
 
 /* ---- operators ---- */
 
-/* The element of a box of width 1 and volume 1, for lambda = 1 and for mu = 1: [corner][corner][axis][axis] [-]. */
+/* Stiffness of an element of width 1 and volume 1, for lambda = 1 and for mu = 1: [corner][corner][axis][axis] [-]. */
 typedef struct pdi_scaffold_element {
     double lambda[PDI_SCAFFOLD_CORNERS][PDI_SCAFFOLD_CORNERS][PDI_SCAFFOLD_BLOCK];
     double mu[PDI_SCAFFOLD_CORNERS][PDI_SCAFFOLD_CORNERS][PDI_SCAFFOLD_BLOCK];
 } pdi_scaffold_element;
 
-/* Value of the shape function of a corner at a place in the unit box, with the derivative along axis p (-1: none). */
+/* Shape function of a corner at a position in the unit box; its derivative along axis p unless p is -1. */
 static inline double pdi_scaffold_shape(int corner, const double *at, int p)
 {
     double value = 1.0;
@@ -347,7 +350,7 @@ static inline double pdi_scaffold_shape(int corner, const double *at, int p)
     return value;
 }
 
-/* Gauss's rule with two points an axis is exact. */
+/* Element stiffness by Gauss quadrature with two points an axis, which is exact. */
 static void pdi_scaffold_integrate(pdi_scaffold_element *e)
 {
     memset(e, 0, sizeof *e);
@@ -368,7 +371,7 @@ static void pdi_scaffold_integrate(pdi_scaffold_element *e)
     }
 }
 
-/* The operator of a level in boxes of a width. */
+/* Matrix and inverse diagonal blocks of a level with boxes of this width. */
 static void pdi_scaffold_assemble(const pd_ctx *ctx, const pd_scaffold_level *level, double width)
 {
     pdi_scaffold_element e;
@@ -402,7 +405,7 @@ static void pdi_scaffold_assemble(const pd_ctx *ctx, const pd_scaffold_level *le
     }
 }
 
-/* Part of the next level that a node lies in, and its place in the box of that. */
+/* Element of the next level that contains node v, and its position in the box of that. */
 static int32_t pdi_scaffold_under(const pd_scaffold_level *level, const pd_scaffold_level *next, int32_t v, double *at)
 {
     int32_t part = level->parent[level->corner[level->first[v]] / PDI_SCAFFOLD_CORNERS];
@@ -411,7 +414,7 @@ static int32_t pdi_scaffold_under(const pd_scaffold_level *level, const pd_scaff
     return part;
 }
 
-/* Add what stands at the nodes of a level to those of the next one. */
+/* Adds nodal values of a level to the next one: transpose of the interpolation. */
 static void pdi_scaffold_restrict(const pd_scaffold_level *level, const pd_scaffold_level *next, const double *from,
                                   double *to)
 {
@@ -426,6 +429,7 @@ static void pdi_scaffold_restrict(const pd_scaffold_level *level, const pd_scaff
     }
 }
 
+/* Adds the interpolated correction of the next level to this one. */
 static void pdi_scaffold_prolong(const pd_scaffold_level *level, const pd_scaffold_level *next)
 {
     for (int32_t v = 0; v < level->nodes; v++) {
@@ -439,7 +443,7 @@ static void pdi_scaffold_prolong(const pd_scaffold_level *level, const pd_scaffo
     }
 }
 
-/* Place of a point in its box, from 0 to 1. */
+/* Position of a point in its box, 0 to 1 along each axis. */
 static void pdi_scaffold_at(const pd_scaffold *s, int32_t i, double *at)
 {
     const int32_t *box = s->level[0].box + s->part[i] * PD_DIM;
@@ -494,7 +498,7 @@ static inline void pdi_scaffold_rest(const pd_scaffold_level *level, int32_t v, 
     }
 }
 
-/* Nodes of one colour, which do not touch each other: the share of one thread. */
+/* Gauss-Seidel over the nodes of one colour, which are not adjacent: the part of one thread. */
 static void pdi_scaffold_colour(const pd_scaffold_level *level, int colour)
 {
     PDI_FOR
@@ -507,7 +511,7 @@ static void pdi_scaffold_colour(const pd_scaffold_level *level, int colour)
     }
 }
 
-/* Gauss and Seidel, colour by colour. */
+/* Gauss-Seidel sweep colour by colour; back 1: in reverse order. */
 static void pdi_scaffold_sweep(const pd_ctx *ctx, const pd_scaffold_level *level, int back)
 {
     int nt = pdi_par_threads(ctx, (int64_t)level->links * PDI_SCAFFOLD_BLOCK);
@@ -515,13 +519,14 @@ static void pdi_scaffold_sweep(const pd_ctx *ctx, const pd_scaffold_level *level
         PDI_SHARE(nt, pdi_scaffold_colour(level, back ? PDI_SCAFFOLD_CORNERS - 1 - n : n));
 }
 
-/* The share of one thread in r = b - A x. */
+/* r = b - A x of a level: the part of one thread. */
 static void pdi_scaffold_rests(const pd_scaffold_level *level)
 {
     PDI_FOR
     for (int32_t v = 0; v < level->nodes; v++) pdi_scaffold_rest(level, v, level->r + v * PD_DIM);
 }
 
+/* V-cycle from level k on, with one sweep before and a reverse one after the coarse correction. */
 static void pdi_scaffold_cycle(const pd_ctx *ctx, const pd_scaffold *s, int k)
 {
     const pd_scaffold_level *level = &s->level[k], *next = level + 1;
@@ -543,7 +548,7 @@ static void pdi_scaffold_cycle(const pd_ctx *ctx, const pd_scaffold *s, int k)
     pdi_scaffold_sweep(ctx, level, 1);
 }
 
-/* Forces of points, to the nodes of level 0. */
+/* Forces f of points to the nodes of level 0. */
 static void pdi_scaffold_collect(const pd_ctx *ctx, const pd_scaffold *s, const double *f)
 {
     const pd_scaffold_level *level = &s->level[0];

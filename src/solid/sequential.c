@@ -3,11 +3,12 @@
 #include <math.h>
 #include <string.h>
 
-/* A body that stores less than this share of what it did at first has come apart: rounding of the balance. */
+/* Stored energy over the first one below which the body counts as separated: rounding of the solver. */
 #define PDI_SEQUENTIAL_NOTHING 1e-12
-/* Bonds break that are stretched beyond their critical value by this share: rounding of the factor. */
+/* Relative margin of the critical value within which bonds break together: rounding of the factor. */
 #define PDI_SEQUENTIAL_BEYOND 1e-12
 
+/* Describes the arrays. */
 static void pdi_sequential_list(pdi_owner *owner, void *object)
 {
     pd_sequential *sequential = (pd_sequential *)object;
@@ -15,6 +16,7 @@ static void pdi_sequential_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, sequential, at, sequential->n, "m");
 }
 
+/* Inner part of the build; after an error the caller frees. */
 static pd_status pdi_sequential_make(pd_ctx *ctx, const pd_solid *solid, const pd_sequential_desc *desc,
                                      pd_sequential *s)
 {
@@ -50,7 +52,7 @@ void pd_sequential_free(pd_ctx *ctx, pd_sequential *s)
     memset(s, 0, sizeof *s);
 }
 
-/* The balance at the factor 1 of the bonds that are left; `done` where loads have torn a piece off. */
+/* Equilibrium of the remaining bonds at the factor 1; sets `done` where loads have torn a component off. */
 static pd_status pdi_sequential_balance(pd_ctx *ctx, pd_sequential *s)
 {
     pd_equilibrium_desc desc;
@@ -68,7 +70,7 @@ static pd_status pdi_sequential_balance(pd_ctx *ctx, pd_sequential *s)
     return status;
 }
 
-/* What is stored at the present displacement by bonds that store `energy` at the factor 1. */
+/* Energy [J] stored at the present displacement q by a body that stores `energy` at the factor 1. */
 static double pdi_sequential_stored(const pd_sequential *s, double energy)
 {
     double q = s->displacement;
@@ -76,7 +78,7 @@ static double pdi_sequential_stored(const pd_sequential *s, double energy)
     return energy > 0.0 ? q * q / (4.0 * energy) : 0.0;
 }
 
-/* Bonds have broken at the present displacement. */
+/* Bonds have broken at the present displacement: the drop of stored energy is dissipated. */
 static void pdi_sequential_lose(pd_sequential *s, double energy)
 {
     double stored = pdi_sequential_stored(s, energy);
@@ -84,7 +86,7 @@ static void pdi_sequential_lose(pd_sequential *s, double energy)
     s->stored = stored;
 }
 
-/* On to a factor with the bonds that are left: force times displacement is twice what is stored. */
+/* Moves to another load factor at fixed bonds: force times displacement is twice the stored energy. */
 static void pdi_sequential_move(pd_sequential *s, double factor, double energy)
 {
     double stored = energy * factor * factor;
@@ -101,10 +103,10 @@ static void pdi_sequential_end(pd_sequential *s, double energy)
     s->done = 1;
 }
 
-/* The bonds that break at `share` of the factor of the next event. */
-static int64_t pdi_sequential_break(const pd_ctx *ctx, pd_sequential *s, double share)
+/* Breaks the bonds at `fraction` of the load factor of the next event. Returns how many. */
+static int64_t pdi_sequential_break(const pd_ctx *ctx, pd_sequential *s, double fraction)
 {
-    for (int64_t k = 0; k < s->n; k++) s->at[k] = share * s->first.factor * s->u[k];
+    for (int64_t k = 0; k < s->n; k++) s->at[k] = fraction * s->first.factor * s->u[k];
     return pd_criterion_break(ctx, &s->criterion, s->at, 0.0);
 }
 

@@ -1,6 +1,6 @@
-/* sequential: a load in proportion, one broken bond after another, where the load has to fall again for the next one.
+/* sequential: sequentially linear analysis of fracture under a proportional load, one broken bond after another.
  *
- * Sequentially linear analysis, of materials whose forces are linear. The balance of the bonds that are left is found
+ * For materials whose forces are linear. The equilibrium of the remaining bonds is solved
  * for the load times 1. The factor at which the first of them reaches its critical value is the next event; it breaks,
  * with those that tie with it, and so on. Factors may fall and so may displacements: the path follows what arc length
  * follows, and needs no iteration. Force F and displacement q are conjugate: F works along q. Of moved points q is the

@@ -7,25 +7,27 @@
 #include <math.h>
 #include <string.h>
 
-/* Height of the strip without what is held, the crack in it, and what lies ahead, in horizons. In 2D the result tends
- * to its limit with one over the height, and is 3 % below it here; in 3D it does not depend on it (theory: 8.9). */
+/* Height of the strip between its held edges, initial crack length and length ahead, in horizons. In 2D the result
+ * converges with one over the height, and is 3 % low here; in 3D it does not depend on it (theory: 8.9). */
 #define PDI_TOUGHNESS_HEIGHT 12
 #define PDI_TOUGHNESS_HEIGHT_3D 8
-/* In 3D: layers from one step of the front to the next, of one cell. With more the result is another by 4 % at most. */
+/* In 3D: layers of points from one step of the crack front to the next, of one cell. With more layers the result
+ * differs by at most 4 %. */
 #define PDI_TOUGHNESS_LAYERS 2
-/* In 3D: horizon over the spacing. With less a straight front needs far more than one with steps, and no number is
- * right for both. With more the strip takes minutes. */
+/* In 3D: allowed horizon over the spacing. With less a straight front needs far more energy than one with steps; with
+ * more the strip takes minutes. */
 #define PDI_TOUGHNESS_LEAST 1.5
 #define PDI_TOUGHNESS_MOST 3.0
-/* By so many cells the tip goes on: a period, once the notch that was cut is behind. */
+/* Crack growth in cells: a period, once the tip has left the pre-crack. */
 #define PDI_TOUGHNESS_CELLS 3
-/* How many of the bonds break at a time that are beyond the critical energy, as in scenes (quasi_static). */
+/* Fraction of the bonds beyond the critical energy that break at a time, as in quasi_static. */
 #define PDI_TOUGHNESS_EAGER 0.5
-/* Of the balances, and by how much more than the critical energy breaks bonds: rounding. */
+/* Relative tolerance of the equilibrium, and the margin over the critical energy at which bonds break: rounding. */
 #define PDI_TOUGHNESS_RTOL 1e-5
 #define PDI_TOUGHNESS_BEYOND 1e-9
 
 #if PD_DIM > 1
+/* The strip with its crack. */
 typedef struct pdi_toughness {
     int height, held, crack, length; /* cells */
     int layers;          /* 3D: after which the points repeat */
@@ -43,6 +45,7 @@ typedef struct pdi_toughness {
     uint8_t *spared;     /* [count] */
 } pdi_toughness;
 
+/* Describes the arrays of the strip. */
 static void pdi_toughness_list(pdi_owner *owner, void *object)
 {
     pdi_toughness *toughness = (pdi_toughness *)object;
@@ -55,7 +58,7 @@ static void pdi_toughness_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, toughness, spared, count, "1");
 }
 
-/* Points of the strip; rows at its edges are held where the strain 1 puts them, and none moves along the front. */
+/* Points of the strip. Rows at its edges are prescribed as by a strain of 1, and no point moves along the front. */
 static void pdi_toughness_points(pdi_toughness *t)
 {
     int rows = t->height + 2 * t->held;
@@ -71,6 +74,7 @@ static void pdi_toughness_points(pdi_toughness *t)
     }
 }
 
+/* Body of the strip with its pre-crack, periodic along the front in 3D. */
 static pd_status pdi_toughness_strip(pd_ctx *ctx, const pd_body *body, pdi_toughness *t)
 {
     double corner[4 * PD_DIM] = {0.0};
@@ -99,6 +103,7 @@ static pd_status pdi_toughness_strip(pd_ctx *ctx, const pd_body *body, pdi_tough
     return pd_body_cut(ctx, &t->body, &cut, 1, &broken);
 }
 
+/* Correspondence material of the strip with E = 1. */
 static pd_status pdi_toughness_material(pd_ctx *ctx, const pd_elastic_desc *elastic, pdi_toughness *t)
 {
     pd_elastic_desc desc = *elastic;
@@ -110,7 +115,7 @@ static pd_status pdi_toughness_material(pd_ctx *ctx, const pd_elastic_desc *elas
     return PD_OK;
 }
 
-/* Balance at the strain 1 of the bonds that are left. */
+/* Equilibrium of the remaining bonds at the strain 1. */
 static pd_status pdi_toughness_rest(pd_ctx *ctx, pdi_toughness *t)
 {
     pd_equilibrium_desc rest;
@@ -122,7 +127,7 @@ static pd_status pdi_toughness_rest(pd_ctx *ctx, pdi_toughness *t)
     return pd_equilibrium_solve(ctx, &t->solid, &rest, NULL, t->moved, &result);
 }
 
-/* J of the strain 1, with the bonds that are left. */
+/* J of the remaining bonds at the strain 1. */
 static pd_status pdi_toughness_j(pd_ctx *ctx, pdi_toughness *t, const double *tip, double *j)
 {
     pd_crack_desc crack;
@@ -137,7 +142,7 @@ static pd_status pdi_toughness_j(pd_ctx *ctx, pdi_toughness *t, const double *ti
     return pd_crack_j(ctx, &t->solid, &crack, t->moved, j);
 }
 
-/* The strain grows where no bond breaks at what it has been, so that the next one does. */
+/* Raises the strain until the next bond breaks, and breaks it. PD_ERR_STATE: none does. */
 static pd_status pdi_toughness_break(pd_ctx *ctx, pdi_toughness *t)
 {
     pd_criterion_bond first;
@@ -149,9 +154,9 @@ static pd_status pdi_toughness_break(pd_ctx *ctx, pdi_toughness *t)
     return pdi_fail(ctx, PD_ERR_STATE, "toughness", "a crack in a strip of the lattice does not run");
 }
 
-/* Largest J until the tip has gone on, over the critical energy. It grows with the square of the strain, and does not
- * depend on where the tip is. */
-static pd_status pdi_toughness_run(pd_ctx *ctx, pdi_toughness *t, double *most)
+/* Grows the crack by PDI_TOUGHNESS_CELLS. *j_ratio: J at the largest strain over the critical energy; J grows with the
+ * square of the strain and does not depend on the crack length. */
+static pd_status pdi_toughness_run(pd_ctx *ctx, pdi_toughness *t, double *j_ratio)
 {
     static const double way[PD_DIM] = {1.0};
     double tip[PD_DIM] = {0.0}, j;
@@ -166,12 +171,13 @@ static pd_status pdi_toughness_run(pd_ctx *ctx, pdi_toughness *t, double *most)
         PDI_TRY(pd_crack_tip(ctx, &t->body, way, 0.0, tip));
     }
     PDI_TRY(pdi_toughness_j(ctx, t, tip, &j));
-    *most = t->factor * t->factor * j;
+    *j_ratio = t->factor * t->factor * j;
     return PD_OK;
 }
 
+/* Builds the strip and grows its crack. */
 static pd_status pdi_toughness_make(pd_ctx *ctx, const pd_body *body, const pd_elastic_desc *elastic, pdi_toughness *t,
-                                    double *most)
+                                    double *j_ratio)
 {
     int reach = (int)ceil(body->horizon / body->spacing);
     t->height = t->crack = (PD_DIM == 3 ? PDI_TOUGHNESS_HEIGHT_3D : PDI_TOUGHNESS_HEIGHT) * reach;
@@ -182,7 +188,7 @@ static pd_status pdi_toughness_make(pd_ctx *ctx, const pd_body *body, const pd_e
     PDI_TRY(pdi_owner_build(ctx, pdi_toughness_list, t));
     PDI_TRY(pdi_toughness_strip(ctx, body, t));
     PDI_TRY(pdi_toughness_material(ctx, elastic, t));
-    return pdi_toughness_run(ctx, t, most);
+    return pdi_toughness_run(ctx, t, j_ratio);
 }
 
 PDI_FN pd_status pdi_toughness_find(pd_ctx *ctx, const pd_body *body, const pd_elastic_desc *elastic, double fracture,

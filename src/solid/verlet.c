@@ -4,10 +4,11 @@
 #include <math.h>
 #include <string.h>
 
-/* Share of the longest stable step that is taken, and the most: cut families are softer, bonds that stretch stiffer. */
+/* Default fraction of the longest stable step, and the largest one allowed: truncated families are softer, stretched
+ * bonds stiffer. */
 #define PDI_VERLET_SHARE 0.8
 #define PDI_VERLET_MOST 1.0
-/* A displacement over the horizon that counts as one of a run that has blown up. */
+/* Displacement over the horizon at which a run counts as unstable. */
 #define PDI_VERLET_FAR 1e6
 
 PDI_FN void pdi_verlet_list(pdi_owner *owner, void *object)
@@ -57,7 +58,7 @@ double pd_verlet_kinetic(const pd_verlet *d)
     return pdi_sum_total(&all);
 }
 
-/* Half a step of the velocities with numbers from first to end, by the present forces. */
+/* Half a step of the velocities first .. end - 1 by the present forces. */
 static void pdi_verlet_kick(const pd_verlet *d, double dt, int64_t first, int64_t end)
 {
     const double *PD_RESTRICT force = d->force, *PD_RESTRICT load = d->desc.load;
@@ -71,7 +72,7 @@ static void pdi_verlet_kick(const pd_verlet *d, double dt, int64_t first, int64_
         for (int64_t k = first; k < end; k++) v[k] += part * (force[k] + 0.0);
 }
 
-/* Work of half a step: loads on what moves, and on what is held what moves it against its bonds. */
+/* Adds the work of half a step: of loads on free components, and of the forces that prescribe velocities. */
 static void pdi_verlet_work(const pd_verlet *d, double dt, int64_t first, int64_t end, pdi_sum *all)
 {
     for (int64_t k = first; k < end && (d->desc.load || d->desc.held); k++) {
@@ -81,7 +82,7 @@ static void pdi_verlet_work(const pd_verlet *d, double dt, int64_t first, int64_
     }
 }
 
-/* Displacements of a step; the largest one, or NaN. */
+/* Full step of the displacements first .. end - 1. Returns the largest one, or NaN. */
 static double pdi_verlet_drift(const pd_verlet *d, double dt, int64_t first, int64_t end)
 {
     const double *PD_RESTRICT v = d->v;
@@ -95,8 +96,8 @@ static double pdi_verlet_drift(const pd_verlet *d, double dt, int64_t first, int
     return most + all;
 }
 
-/* Half a step of the velocities, and in the first half of a step all of the displacements, block by block. Returns the
- * largest displacement, or NaN. */
+/* Half a step of the velocities, and in the first half (first 1) the full step of the displacements, block by block.
+ * Returns the largest displacement, or NaN. */
 static double pdi_verlet_half(const pd_ctx *ctx, pd_verlet *d, double dt, int first)
 {
     enum { parts = 64, block = 1024 };
@@ -125,6 +126,7 @@ static double pdi_verlet_half(const pd_ctx *ctx, pd_verlet *d, double dt, int fi
     return all;
 }
 
+/* Process callback: time step, at most the stable one, in equal steps up to s->limit. */
 static pd_status pdi_verlet_limit(pd_ctx *ctx, void *self, pd_step *s)
 {
     const pd_verlet *d = (const pd_verlet *)self;
@@ -134,7 +136,7 @@ static pd_status pdi_verlet_limit(pd_ctx *ctx, void *self, pd_step *s)
     return PD_OK;
 }
 
-/* Forces at u, after a step of dt or before the first one (v NULL). */
+/* Forces at u after a step of dt with velocities v, or before the first one (v NULL); bonds may break. */
 static pd_status pdi_verlet_force(pd_ctx *ctx, pd_verlet *d, const double *v, double dt)
 {
     const pd_solid *solid = &d->solid;
@@ -148,6 +150,7 @@ static pd_status pdi_verlet_force(pd_ctx *ctx, pd_verlet *d, const double *v, do
                     solid->name);
 }
 
+/* Process callback: one velocity Verlet step. PD_ERR_STATE: displacements diverge. */
 static pd_status pdi_verlet_attempt(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_verlet *d = (pd_verlet *)self;
@@ -161,6 +164,7 @@ static pd_status pdi_verlet_attempt(pd_ctx *ctx, void *self, pd_step *s)
                     "the step of %g s is too long", most, s->time, s->dt);
 }
 
+/* Process callback: the step is accepted; commits the material. */
 static pd_status pdi_verlet_accept(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_verlet *d = (pd_verlet *)self;
@@ -168,6 +172,7 @@ static pd_status pdi_verlet_accept(pd_ctx *ctx, void *self, pd_step *s)
     return d->solid.commit ? d->solid.commit(ctx, d->solid.self, d->u) : PD_OK;
 }
 
+/* Process callback for checkpoints. */
 static pd_status pdi_verlet_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     const pd_solid *solid = &((pd_verlet *)self)->solid;

@@ -1,4 +1,4 @@
-/* verlet: a body of any material in motion, by velocity Verlet.
+/* verlet: elastodynamics of a body of any material by the velocity Verlet scheme.
  *
  * Explicit steps of second order. The longest stable one is that of the material as the motion is built (theory: eq.
  * 8.9 for springs). What loads have done is kept: it is kinetic, is stored in the material, or was lost in it, as to
@@ -45,6 +45,7 @@ PD_API double pd_verlet_kinetic(const pd_verlet *verlet);
 PD_API void pd_verlet_free(pd_ctx *ctx, pd_verlet *verlet);
 
 #ifdef PDI_INTERNAL
+/* Describes the arrays and values of state. */
 PDI_FN void pdi_verlet_list(pdi_owner *owner, void *verlet);
 #endif
 
