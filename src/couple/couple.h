@@ -76,7 +76,7 @@ PD_API pd_status pd_couple_build(pd_ctx *ctx, const pd_couple_desc *desc, pd_gri
                                  pd_couple *couple);
 /* Append a process. PD_ERR_SIZE: there are too many processes or elements. */
 PD_API pd_status pd_couple_add(pd_ctx *ctx, pd_couple *couple, pd_process process);
-/* Start of all processes and the opening balance. */
+/* Starts all processes and computes the initial mass balance. */
 PD_API pd_status pd_couple_start(pd_ctx *ctx, pd_couple *couple);
 /* One step that does not pass t_limit [s]. PD_NOT_CONVERGED: the step is done, but a linear solver missed its
  * tolerance; what is missing is owed to the next step. */
@@ -89,9 +89,9 @@ PD_API pd_status pd_couple_run(pd_ctx *ctx, pd_couple *couple, double t_end, dou
 PD_API double pd_couple_volume_loss(const pd_couple *couple);
 /* Worst relative imbalance [-] of all ledgers, and of processes with balances of their own. */
 PD_API double pd_couple_imbalance(const pd_couple *couple);
-/* Write what the steps of all parts carry on, or read it into parts that were built alike and have made no step, to go
- * on with the same bits. Figures of the last step (fluxes of transport and metal) are known again after the next one.
- * Errors: those of the archive; PD_ERR_GEOMETRY: metal stands elsewhere; after them only free. */
+/* Writes a checkpoint of all processes, or restores it into processes that were built alike and have made no step; the
+ * run then continues with the same bits. Results of the last step (fluxes of transport and metal) are available after
+ * the next one. Errors: those of the archive; PD_ERR_GEOMETRY: other metal nodes; afterwards only free is allowed. */
 PD_API pd_status pd_couple_store(pd_ctx *ctx, pd_couple *couple, pd_archive *archive);
 
 #endif

@@ -171,7 +171,7 @@ static int pdi_structure_bears(const pd_structure *s)
     return 0;
 }
 
-/* Description of the bond-based material; below: of the ordinary and of the large-strain one. */
+/* Description of the bond-based material. */
 static pd_microelastic_desc pdi_structure_springs(const pd_structure *s)
 {
     pd_microelastic_desc desc;
@@ -183,6 +183,7 @@ static pd_microelastic_desc pdi_structure_springs(const pd_structure *s)
     return desc;
 }
 
+/* Description of the ordinary state-based material. */
 static pd_ordinary_desc pdi_structure_ordinary(const pd_structure *s)
 {
     pd_ordinary_desc desc;
@@ -197,6 +198,7 @@ static pd_ordinary_desc pdi_structure_ordinary(const pd_structure *s)
     return desc;
 }
 
+/* Description of the large-strain material. */
 static pd_finite_desc pdi_structure_finite(const pd_structure *s)
 {
     pd_finite_desc desc;
@@ -589,6 +591,7 @@ static pd_status pdi_structure_attempt(pd_ctx *ctx, void *self, pd_step *step)
     return motion.attempt(ctx, motion.self, step);
 }
 
+/* Process callback, dynamics: stable time step. */
 static pd_status pdi_structure_limit(pd_ctx *ctx, void *self, pd_step *step)
 {
     pd_process motion = pd_verlet_process(&((pd_structure *)self)->motion);

@@ -55,7 +55,7 @@ typedef struct pd_structure_desc {
     pd_criterion_desc breaks; /* failure criterion of bonds, in statics; zero: none breaks. Not for springs */
     double fracture;         /* [J/m2] energy of a crack per area, of springs; 0: nothing breaks */
     double density;          /* [kg/m3] dynamics; 0: statics */
-    int timed;               /* 1: loads of a body that moves depend on time */
+    int timed;               /* 1: dynamics with loads that depend on time */
     int mirrors;             /* bit s: side s of the box is a plane of symmetry of the metal, too */
     double rtol;             /* [-] as of pd_equilibrium_desc */
     pd_load_fn load;
@@ -83,13 +83,13 @@ typedef struct pd_structure {
     pd_mirrored mirrored;    /* behind planes of symmetry */
     pd_sites sites;          /* cells of points, and of images behind those planes */
     pd_solid solid;          /* one of them */
-    pd_quasi_static rest;    /* in balance */
-    pd_verlet motion;        /* in motion */
+    pd_quasi_static rest;    /* statics */
+    pd_verlet motion;        /* dynamics */
     double *load, *target;   /* [count + images][PD_DIM] [N/m3], [m] in dynamics: loads, prescribed displacements */
-    uint8_t *held;           /* [count + images][PD_DIM] as of pd_quasi_static_desc; filled by the caller after the
-                              * build, but of images */
-    double *stiff;           /* [count + images] [-] */
-    double *stress;          /* [count + images][PD_DIM^2] [Pa] of the metal that is left, in the last balance */
+    uint8_t *held;           /* [count + images][PD_DIM] 1: prescribed displacement; filled in by the caller after the
+                              * build, except those of images */
+    double *stiff;           /* [count + images] [-] stiffness factor: remaining fraction of the metal */
+    double *stress;          /* [count + images][PD_DIM^2] [Pa] of the remaining metal, in the last solution */
     double *pressure, *mises; /* [count] [Pa] of that */
     double *slip;            /* [count + images] [-] equivalent plastic strain, of metal that flows */
     double *across;          /* [count] [Pa] out-of-plane normal stress in 2D */
@@ -104,12 +104,13 @@ typedef struct pd_structure {
 #define pd_structure_free PD_NAME(pd_structure_free)
 
 /* The grid is borrowed. PD_ERR_ARGUMENT: unequal spacings, rings, a number out of range; metal other than springs that
- * flows or breaks in motion; metal that is to flow and is neither of small strains nor Hencky's. PD_ERR_GEOMETRY: no
- * metal; a node whose bonds do not span all directions; a cut that crosses no bond. */
+ * is plastic or breaks in dynamics; plasticity of a material that is neither correspondence nor Hencky.
+ * PD_ERR_GEOMETRY: no metal; a node whose bonds do not span all directions; a pre-crack that crosses no bond. */
 PD_API pd_status pd_structure_build(pd_ctx *ctx, const pd_grid *grid, const pd_structure_desc *desc,
                                     pd_structure *structure);
-/* Its balance or motion as a process, in front of that of the dissolution (NULL: the metal stays), which is built with
- * structure->factor. Springs and what moves do not dissolve: PD_ERR_ARGUMENT as it starts. */
+/* The process table, statics or dynamics, to be added before that of the dissolution (NULL: the metal does not
+ * dissolve), which is built with structure->factor. Bond-based bodies and those in dynamics do not dissolve:
+ * PD_ERR_ARGUMENT at the start. */
 PD_API pd_process pd_structure_process(pd_structure *structure, pd_dissolve *dissolve);
 PD_API void pd_structure_free(pd_ctx *ctx, pd_structure *structure);
 
@@ -128,15 +129,17 @@ PDI_FN int pdi_structure_splits(const pd_structure *structure);
 static inline int pdi_structure_moves(const pd_structure *s) { return s->desc.density > 0.0; }
 /* 1: the metal has a yield stress. */
 static inline int pdi_structure_flows(const pd_structure *s) { return s->desc.elastic.yield > 0.0; }
-/* [count][PD_DIM] displacements [m] now; below: internal forces and loads [N/m3]. */
+/* [count][PD_DIM] displacements [m] now. */
 static inline const double *pdi_structure_u(const pd_structure *s)
 {
     return pdi_structure_moves(s) ? s->motion.u : s->rest.u;
 }
+/* [count][PD_DIM] internal forces [N/m3] now. */
 static inline const double *pdi_structure_force(const pd_structure *s)
 {
     return pdi_structure_moves(s) ? s->motion.force : s->rest.force;
 }
+/* [count][PD_DIM] loads [N/m3] now. */
 static inline const double *pdi_structure_load(const pd_structure *s)
 {
     return pdi_structure_moves(s) ? s->load : s->rest.load;

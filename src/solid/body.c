@@ -69,6 +69,7 @@ PDI_FN void pdi_body_list(pdi_owner *owner, void *object)
     PDI_STATE(owner, body, broken, pdi_body_bytes(body), "1");
 }
 
+/* Frees a cell list of a body of `points` points. */
 static void pdi_body_cells_free(pd_ctx *ctx, int32_t points, pdi_body_cells *c)
 {
     PDI_DELETE(ctx, c->count + 1, c->first);
@@ -206,6 +207,7 @@ static int32_t pdi_body_family(const pd_body *body, const pdi_body_cells *c, int
     return found;
 }
 
+/* qsort order of ranks. */
 static int pdi_body_ascend(const void *a, const void *b)
 {
     int32_t p = *(const int32_t *)a, q = *(const int32_t *)b;
@@ -282,6 +284,7 @@ typedef struct pdi_body_axes {
                             * none */
 } pdi_body_axes;
 
+/* Describes the arrays of lattice axes. */
 static void pdi_body_axes_list(pdi_owner *owner, void *object)
 {
     pdi_body_axes *axes = (pdi_body_axes *)object;

@@ -21,7 +21,7 @@ typedef struct pd_criterion_desc {
     pd_criterion_kind kind;
     double critical;       /* [-], [J/m^(2d)] or [Pa]; 0: from `fracture` */
     double fracture;       /* [J/m2] energy of a crack per area, for PD_CRITERION_ENERGY on a lattice */
-    const uint8_t *spared; /* [count] 1: no bond of the point breaks; NULL: none. Borrowed */
+    const uint8_t *spared; /* [count] 1: bonds of the point never break; NULL: none. Borrowed */
 } pd_criterion_desc;
 
 typedef struct pd_criterion {
@@ -32,7 +32,7 @@ typedef struct pd_criterion {
     double *energy;    /* [bonds] [J/m^(2d)] work */
     double *stress;    /* [count][PD_DIM^2] [Pa] work */
     double *scalar;    /* [count] [Pa] stress of each point that counts */
-    double *most;      /* [count] [-], [J/m^(2d)] or [Pa] most of the bonds to later points */
+    double *most;      /* [count] [-], [J/m^(2d)] or [Pa] largest measure of the bonds to points with higher numbers */
 } pd_criterion;
 
 /* The bond that breaks first. */
@@ -50,13 +50,13 @@ typedef struct pd_criterion_bond {
 #define pd_criterion_free PD_NAME(pd_criterion_free)
 
 /* The table is copied, what it points to borrowed. PD_ERR_ARGUMENT: a value that is negative or not finite, `fracture`
- * without a lattice or with another kind, a material that lacks energies of bonds or stress. */
+ * without a lattice or with another kind, a material without bond energies or stress. */
 PD_API pd_status pd_criterion_build(pd_ctx *ctx, const pd_solid *solid, const pd_criterion_desc *desc,
                                     pd_criterion *criterion);
 /* Mark as broken, at both ends, the bonds whose measure at u [count][PD_DIM] [m] is beyond the critical one. eager 0:
  * only those of the largest measure, 1: all; between, those above that part of the way down from the largest to the
- * critical one. Returns how many. The material has to be updated then. Where no bond is stretched beyond the critical
- * value, but the gradient of a family would stretch a bond so that its point has lost, the point loses all bonds. */
+ * critical one. Returns how many. The material has to be updated afterwards. Where no bond is beyond the critical
+ * stretch, but the gradient of a family would stretch one of its broken bonds beyond it, the point loses all bonds. */
 PD_API int64_t pd_criterion_break(const pd_ctx *ctx, pd_criterion *criterion, const double *u, double eager);
 /* Which bond breaks first when displacements u [count][PD_DIM] [m] grow in proportion, and by which factor on them.
  * Energies grow like its square: exact where forces are linear. */

@@ -464,6 +464,7 @@ void pd_elastic_stress(const pd_ctx *ctx, const pd_elastic *e, const double *u, 
 
 /* ---- what solvers see ---- */
 
+/* pd_solid.force. */
 static pd_status pdi_elastic_solid_force(pd_ctx *ctx, void *self, const double *u, double *force)
 {
     pd_elastic_force(ctx, (const pd_elastic *)self, u, force);
@@ -522,6 +523,7 @@ static void pdi_elastic_solid_moduli(const pd_ctx *ctx, void *self, double *lamb
     }
 }
 
+/* pd_solid.energy. */
 static double pdi_elastic_solid_energy(const pd_ctx *ctx, void *self, const double *u)
 {
     return pd_elastic_energy(ctx, (const pd_elastic *)self, u);
@@ -573,6 +575,7 @@ static void pdi_elastic_solid_slip(const pd_ctx *ctx, const void *self, double *
     memcpy(strain, e->plastic.slip, (size_t)e->body->count * sizeof *strain);
 }
 
+/* pd_solid.stress. */
 static void pdi_elastic_solid_stress(const pd_ctx *ctx, void *self, const double *u, double *stress)
 {
     pd_elastic_stress(ctx, (const pd_elastic *)self, u, stress);
@@ -599,6 +602,7 @@ static double pdi_elastic_solid_normal(const void *self, int32_t i, const double
     return stiff * (e->lambda * trace + relief);
 }
 
+/* pd_solid.update. */
 static pd_status pdi_elastic_solid_update(pd_ctx *ctx, void *self)
 {
     return pd_elastic_update(ctx, (pd_elastic *)self);

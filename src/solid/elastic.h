@@ -29,7 +29,7 @@ typedef struct pd_elastic_desc {
                           * before pd_elastic_update */
     double yield;        /* [Pa] von Mises yield stress; 0: no plasticity */
     double hardening;    /* [Pa] isotropic hardening modulus */
-    int loose;           /* 1: a point whose bonds do not span all directions loses them; 0: it is an error */
+    int loose;           /* 1: a point with a singular shape tensor loses its bonds; 0: it is an error */
 } pd_elastic_desc;
 
 typedef struct pd_elastic {
@@ -65,14 +65,14 @@ PD_API pd_status pd_elastic_build(pd_ctx *ctx, pd_body *body, const pd_elastic_d
  * (theory: eq. 8.5). PD_ERR_GEOMETRY: the bonds of a point do not span all directions (the message names it). */
 PD_API pd_status pd_elastic_update(pd_ctx *ctx, pd_elastic *elastic);
 /* force [count][PD_DIM] [N/m3] of displacements u [count][PD_DIM] [m] (theory: eq. 8.4). Those of images behind planes
- * of symmetry are left as they are, at least in part. Where the metal flows, the plastic strain is that of a step from
- * the last state to u (theory, 8.1). */
+ * of symmetry are not computed, at least in part. With plasticity the plastic strain is that of a step from the last
+ * committed state to u (theory, 8.1). */
 PD_API void pd_elastic_force(const pd_ctx *ctx, const pd_elastic *elastic, const double *u, double *force);
 /* Energy [J] (per m in 2D, per m2 in 1D) of displacements u [count][PD_DIM] [m] (theory: eq. 8.3). */
 PD_API double pd_elastic_energy(const pd_ctx *ctx, const pd_elastic *elastic, const double *u);
 /* stress [count][PD_DIM^2] [Pa] of the family of each point at displacements u [count][PD_DIM] [m]. */
 PD_API void pd_elastic_stress(const pd_ctx *ctx, const pd_elastic *elastic, const double *u, double *stress);
-/* The material as solvers see it. */
+/* The pd_solid table of the material. */
 PD_API pd_solid pd_elastic_solid(pd_elastic *elastic);
 PD_API void pd_elastic_free(pd_ctx *ctx, pd_elastic *elastic);
 

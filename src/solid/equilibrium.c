@@ -429,6 +429,7 @@ static pd_status pdi_equilibrium_newton(pdi_equilibrium *q, double *u, double ta
     return norm > target ? PD_RETRY : PD_OK;
 }
 
+/* Relative tolerance of the residual, or its default. */
 static double pdi_equilibrium_rtol(const pdi_equilibrium *q)
 {
     return q->desc->rtol > 0.0 ? q->desc->rtol : PD_EQUILIBRIUM_RTOL;

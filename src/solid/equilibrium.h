@@ -34,8 +34,8 @@ typedef struct pd_equilibrium_desc {
     const uint8_t *held;   /* [count][PD_DIM] 1: this displacement is prescribed (Dirichlet) or interpolated; NULL: all
                             * are free. Borrowed */
     const pd_interpolation *interpolation; /* of prescribed displacements; NULL: none. Borrowed */
-    double rtol;           /* [-] of the forces of free points, over the loads and the forces on what is held in
-                            * balance; 0: PD_EQUILIBRIUM_RTOL. Rounding of the displacements counts as balance */
+    double rtol;           /* [-] residual over the norm of loads and reactions; 0: PD_EQUILIBRIUM_RTOL. Residuals that
+                            * are rounding of the displacements are accepted */
     int max_iterations;    /* 0: 10000 */
     double *swing;         /* [count][PD_DIM] [-] with PD_ERR_DIVERGED, of a linear material: a mechanism, that is a
                             * motion without stiffness along which the loads do work; 0: none was found. NULL:
@@ -50,12 +50,12 @@ typedef struct pd_equilibrium_result {
 
 #define pd_equilibrium_solve PD_NAME(pd_equilibrium_solve)
 
-/* u [count][PD_DIM] [m]: values of what is held, as they belong to the guess where they are interpolated, and a guess
- * of the rest; the displacements. load [count][PD_DIM] [N/m3], in the directions of the body as it was; NULL: none.
- * PD_NOT_CONVERGED: a linear material, u is the best of all.
- * PD_RETRY: Newton's method found no balance: a shorter step from a state in balance may. PD_ERR_STATE: a load or
- * displacement is not finite, a piece that is not held along an axis has loads along it that do not balance, or the
- * guess is no state of the material. PD_ERR_DIVERGED: loads turn the body, or a part of it about a hinge. */
+/* Solves for static equilibrium. u [count][PD_DIM] [m]: in: prescribed displacements (interpolated ones as they belong
+ * to the guess) and a guess of the others; out: displacements. load [count][PD_DIM] [N/m3]: dead loads; NULL: none.
+ * PD_NOT_CONVERGED: a linear material, u is the best iterate. PD_RETRY: Newton's method did not converge: a shorter
+ * load step may. PD_ERR_STATE: a load or displacement is not finite, a component without support along an axis has
+ * loads along it that do not balance, or the guess is no state of the material. PD_ERR_DIVERGED: loads rotate the
+ * body, or a part of it about a hinge. */
 PD_API pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_solid *solid, const pd_equilibrium_desc *desc,
                                       const double *load, double *u, pd_equilibrium_result *result);
 

@@ -535,6 +535,7 @@ static void pdi_finite_visit_all(const pd_ctx *ctx, const pd_finite *f, const do
         pdi_finite_visit(f, &m, u, i, stress ? stress + (int64_t)i * PDI_TENSOR : NULL);
 }
 
+/* pd_solid.stress. */
 static void pdi_finite_stress(const pd_ctx *ctx, void *self, const double *u, double *stress)
 {
     pdi_finite_visit_all(ctx, (const pd_finite *)self, u, stress);
@@ -559,6 +560,7 @@ static double pdi_finite_normal(const void *self, int32_t i, const double *stres
     return ((const pd_finite *)self)->across[i];
 }
 
+/* pd_solid.dissipated. */
 static double pdi_finite_dissipated(const void *self) { return ((const pd_finite *)self)->cost; }
 
 /* pd_solid.store: plastic states and broken bonds. */
@@ -605,6 +607,7 @@ void pd_finite_plastic(const pd_ctx *ctx, const pd_finite *f, double *strain)
     }
 }
 
+/* pd_solid.slip: equivalent plastic strain. */
 static void pdi_finite_slip(const pd_ctx *ctx, const void *self, double *strain)
 {
     pd_finite_plastic(ctx, (const pd_finite *)self, strain);

@@ -386,6 +386,7 @@ static void pdi_microelastic_solid_blocks(const pd_ctx *ctx, void *self, double 
     }
 }
 
+/* pd_solid.energy. */
 static double pdi_microelastic_solid_energy(const pd_ctx *ctx, void *self, const double *u)
 {
     return pd_microelastic_energy(ctx, (const pd_microelastic *)self, u);

@@ -61,7 +61,7 @@ PD_API int64_t pd_microelastic_force(const pd_ctx *ctx, pd_microelastic *materia
                                      double *force);
 /* Energy [J] (per m in 2D, per m2 in 1D) of the bonds that are left. */
 PD_API double pd_microelastic_energy(const pd_ctx *ctx, const pd_microelastic *material, const double *u);
-/* The material as solvers see it: displacements of any size, no bond breaks by itself. It has no stress. Under
+/* The pd_solid table of the material: displacements of any size; `force` breaks no bonds. It has no stress. Under
  * pressure the derivative of its forces may be indefinite; its blocks are positive. PD_RETRY of `force`: a bond has no
  * length. */
 PD_API pd_solid pd_microelastic_solid(pd_microelastic *material);

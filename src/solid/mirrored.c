@@ -33,6 +33,7 @@ static void pdi_mirrored_clear(const pd_mirrored *m, double *force)
     memset(force + (int64_t)m->count * PD_DIM, 0, (size_t)m->images * PD_DIM * sizeof *force);
 }
 
+/* pd_solid.force of the real points, with images that follow them. */
 static pd_status pdi_mirrored_force(pd_ctx *ctx, void *self, const double *u, double *force)
 {
     pd_mirrored *m = (pd_mirrored *)self;
@@ -42,6 +43,7 @@ static pd_status pdi_mirrored_force(pd_ctx *ctx, void *self, const double *u, do
     return status;
 }
 
+/* pd_solid.tangent along du of the real points. */
 static void pdi_mirrored_tangent(const pd_ctx *ctx, void *self, const double *du, double *df)
 {
     pd_mirrored *m = (pd_mirrored *)self;
@@ -50,18 +52,21 @@ static void pdi_mirrored_tangent(const pd_ctx *ctx, void *self, const double *du
     pdi_mirrored_clear(m, df);
 }
 
+/* pd_solid.blocks of the material. */
 static void pdi_mirrored_blocks(const pd_ctx *ctx, void *self, double *block)
 {
     pd_mirrored *m = (pd_mirrored *)self;
     m->inner.blocks(ctx, m->inner.self, block);
 }
 
+/* pd_solid.moduli of the material. */
 static void pdi_mirrored_moduli(const pd_ctx *ctx, void *self, double *lambda, double *mu)
 {
     pd_mirrored *m = (pd_mirrored *)self;
     m->inner.moduli(ctx, m->inner.self, lambda, mu);
 }
 
+/* pd_solid.density at u of the real points. */
 static void pdi_mirrored_densities(const pd_ctx *ctx, void *self, const double *u, double *density)
 {
     pd_mirrored *m = (pd_mirrored *)self;
@@ -79,6 +84,7 @@ static double pdi_mirrored_energy(const pd_ctx *ctx, void *self, const double *u
     return pdi_sum_total(&all);
 }
 
+/* pd_solid.stress at u of the real points. */
 static void pdi_mirrored_stress(const pd_ctx *ctx, void *self, const double *u, double *stress)
 {
     pd_mirrored *m = (pd_mirrored *)self;
@@ -86,24 +92,28 @@ static void pdi_mirrored_stress(const pd_ctx *ctx, void *self, const double *u, 
     m->inner.stress(ctx, m->inner.self, m->u, stress);
 }
 
+/* pd_solid.normal of the material. */
 static double pdi_mirrored_normal(const void *self, int32_t i, const double *stress)
 {
     const pd_mirrored *m = (const pd_mirrored *)self;
     return m->inner.normal(m->inner.self, i, stress);
 }
 
+/* pd_solid.dissipated of the material. */
 static double pdi_mirrored_dissipated(const void *self)
 {
     const pd_mirrored *m = (const pd_mirrored *)self;
     return m->inner.dissipated(m->inner.self);
 }
 
+/* pd_solid.slip of the material. */
 static void pdi_mirrored_slip(const pd_ctx *ctx, const void *self, double *strain)
 {
     const pd_mirrored *m = (const pd_mirrored *)self;
     m->inner.slip(ctx, m->inner.self, strain);
 }
 
+/* pd_solid.move with displacements and velocities of the real points. */
 static int64_t pdi_mirrored_move(const pd_ctx *ctx, void *self, const double *u, const double *v, double dt,
                                  double *force)
 {
@@ -115,12 +125,14 @@ static int64_t pdi_mirrored_move(const pd_ctx *ctx, void *self, const double *u,
     return broken;
 }
 
+/* pd_solid.update of the material. */
 static pd_status pdi_mirrored_update(pd_ctx *ctx, void *self)
 {
     pd_mirrored *m = (pd_mirrored *)self;
     return m->inner.update(ctx, m->inner.self);
 }
 
+/* pd_solid.commit at u of the real points. */
 static pd_status pdi_mirrored_commit(pd_ctx *ctx, void *self, const double *u)
 {
     pd_mirrored *m = (pd_mirrored *)self;
@@ -128,12 +140,14 @@ static pd_status pdi_mirrored_commit(pd_ctx *ctx, void *self, const double *u)
     return m->inner.commit(ctx, m->inner.self, m->u);
 }
 
+/* pd_solid.limit of the material. */
 static double pdi_mirrored_limit(const void *self, double density)
 {
     const pd_mirrored *m = (const pd_mirrored *)self;
     return m->inner.limit(m->inner.self, density);
 }
 
+/* pd_solid.store of the material. */
 static pd_status pdi_mirrored_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     pd_mirrored *m = (pd_mirrored *)self;

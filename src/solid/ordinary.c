@@ -291,6 +291,7 @@ static void pdi_ordinary_bend(const pd_ctx *ctx, const pd_ordinary *o, const dou
     }
 }
 
+/* pd_solid.tangent. */
 static void pdi_ordinary_tangent(const pd_ctx *ctx, void *self, const double *du, double *df)
 {
     const pd_ordinary *o = (const pd_ordinary *)self;
@@ -334,6 +335,7 @@ static void pdi_ordinary_block(const pd_ordinary *o, int32_t i, double *block)
         }
 }
 
+/* pd_solid.blocks. */
 static void pdi_ordinary_blocks(const pd_ctx *ctx, void *self, double *block)
 {
     const pd_ordinary *o = (const pd_ordinary *)self;
@@ -345,6 +347,7 @@ static void pdi_ordinary_blocks(const pd_ctx *ctx, void *self, double *block)
 
 /* ---- energy and stress ---- */
 
+/* pd_solid.density. */
 static void pdi_ordinary_density(const pd_ctx *ctx, void *self, const double *u, double *density)
 {
     const pd_ordinary *o = (const pd_ordinary *)self;
@@ -359,6 +362,7 @@ static void pdi_ordinary_density(const pd_ctx *ctx, void *self, const double *u,
     }
 }
 
+/* pd_solid.energy. */
 static double pdi_ordinary_energy(const pd_ctx *ctx, void *self, const double *u)
 {
     const pd_ordinary *o = (const pd_ordinary *)self;
@@ -567,11 +571,13 @@ static pd_status pdi_ordinary_update(pd_ctx *ctx, void *self)
     return PD_OK;
 }
 
+/* pd_solid.limit: 2 over the largest angular frequency. */
 static double pdi_ordinary_limit(const void *self, double density)
 {
     return 2.0 * sqrt(density / ((const pd_ordinary *)self)->rate);
 }
 
+/* pd_solid.store: broken bonds. */
 static pd_status pdi_ordinary_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     PDI_TRY(pdi_owner_store(ctx, pdi_body_list, ((pd_ordinary *)self)->body, archive));

@@ -70,8 +70,9 @@ typedef struct pd_ordinary {
  * PD_ERR_GEOMETRY: the bonds of a point do not tell all strains (with PD_ORDINARY_POSITION), there are none, or a
  * method of surfaces leaves a strain without energy; the message names the point. So does `update` of the table. */
 PD_API pd_status pd_ordinary_build(pd_ctx *ctx, pd_body *body, const pd_ordinary_desc *desc, pd_ordinary *ordinary);
-/* What solvers see. The stress is that of the family: sum V_j t y y^T/|y| over its deformed volume; in plane stress
- * over its area and the thickness that it had. `force` returns PD_RETRY where a bond has no length. */
+/* The pd_solid table of the material. The stress is that of the family: sum V_j t y y^T/|y| over its deformed
+ * volume; in plane stress over its area and the thickness that it had. `force` returns PD_RETRY where a bond has no
+ * length. */
 PD_API pd_solid pd_ordinary_solid(pd_ordinary *ordinary);
 PD_API void pd_ordinary_free(pd_ctx *ctx, pd_ordinary *ordinary);
 

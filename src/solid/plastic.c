@@ -41,9 +41,9 @@ static void pdi_plastic_deviator(const double *h, double *e)
                                 (p == q && PD_DIM > 1 ? trace / 3.0 : 0.0);
 }
 
-/* Stress over deviatoric strain [Pa]: 2 mu, 1D: E; and sqrt(3/2), by which the norm of a deviator becomes von Mises'
- * stress, 1D: 1. */
+/* Stress over deviatoric strain [Pa]: 2 mu; in 1D E. */
 static double pdi_plastic_stiffness(const pd_plastic *p) { return PD_DIM > 1 ? 2.0 * p->shear : p->shear; }
+/* Factor by which the norm of a deviator becomes von Mises' stress: sqrt(3/2), in 1D 1. */
 static double pdi_plastic_mises(void) { return PD_DIM > 1 ? sqrt(1.5) : 1.0; }
 
 /* Increment of the equivalent plastic strain of the step of point i to h; 0: elastic. Out: flow direction way, norm of

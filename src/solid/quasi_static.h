@@ -12,12 +12,12 @@
 #include "solve/anderson.h"
 #include "solve/process.h"
 
-/* Loads at time t [s]: load [count][PD_DIM] [N/m3], and into u [count][PD_DIM] [m], which holds the last balance, the
- * displacements of what is held. */
+/* Loads at time t [s] into load [count][PD_DIM] [N/m3], and prescribed displacements into u [count][PD_DIM] [m], which
+ * holds the last solution. */
 typedef pd_status (*pd_load_fn)(pd_ctx *ctx, void *user, double t, double *u, double *load);
 
 typedef struct pd_quasi_static_desc {
-    const uint8_t *held;   /* [count][PD_DIM] 1: this displacement is given; NULL: none. Borrowed */
+    const uint8_t *held;   /* [count][PD_DIM] 1: this displacement is prescribed; NULL: none. Borrowed */
     pd_load_fn load;
     void *user;
     const pd_interpolation *interpolation; /* how prescribed displacements follow free ones, as of the last call of
@@ -41,17 +41,17 @@ typedef struct pd_quasi_static {
     pd_anderson mix;      /* Anderson acceleration of prescribed displacements; empty between solves */
     double *before;        /* [3][n] [m], [N/m3] u, load and force before a move */
     uint8_t *off;          /* [count] 1: of a component that has come off */
-    double time;           /* [s] of the balance */
-    int known;             /* 1: there is one */
-    int stale;             /* 1: bonds or stiffness are not those of the balance */
-    double work;           /* [J] (per m in 2D, per m2 in 1D) of loads and of what is held */
-    double stored;         /* [J] */
-    double released;       /* [J] that the body lost as bonds broke, before it moved */
-    double taken;          /* [J] that went with metal that has gone */
-    double parted;         /* [s] when the first loaded piece came off, or the body fell into more parts than it had at
+    double time;           /* [s] of the solution */
+    int known;             /* 1: there is a solution */
+    int stale;             /* 1: bonds or stiffness have changed since the solution */
+    double work;           /* [J] (per m in 2D, per m2 in 1D) external work: of loads and reactions */
+    double stored;         /* [J] elastic energy */
+    double released;       /* [J] energy released by bond failure at fixed displacements */
+    double taken;          /* [J] energy of dissolved metal */
+    double parted;         /* [s] when the first loaded component came off, or the body fell into more parts than at
                             * first; -1: neither has happened */
-    int32_t parts;         /* pieces now that something holds or loads, or that have more points than a family */
-    int32_t first;         /* the same in the first balance */
+    int32_t parts;         /* components now that are supported or loaded, or have more points than a family */
+    int32_t first;         /* the same in the first solution */
     int64_t broken, lost;  /* bonds that broke, and points that came off with loads */
     int64_t solves, iterations;
     double residual;       /* [-] of the last balance */
@@ -66,10 +66,11 @@ typedef struct pd_quasi_static {
  * of range, and as of pd_criterion_build. */
 PD_API pd_status pd_quasi_static_build(pd_ctx *ctx, const pd_solid *solid, const pd_quasi_static_desc *desc,
                                        pd_quasi_static *quasi_static);
-/* The balance at time t [s]. Shorter steps are taken where Newton's method needs them. Errors: those of the equilibrium
- * and of the material; PD_ERR_STATE: no step is short enough (metal flows without end, or the body buckles). */
+/* Solves for the equilibrium at time t [s] with bond failure. Shorter load steps are taken where Newton's method needs
+ * them. Errors: those of the equilibrium and of the material; PD_ERR_STATE: no step is short enough (limit load of
+ * plasticity, or buckling). */
 PD_API pd_status pd_quasi_static_to(pd_ctx *ctx, pd_quasi_static *quasi_static, double t);
-/* As a process of a run. */
+/* The process table, for a run of coupled processes. */
 PD_API pd_process pd_quasi_static_process(pd_quasi_static *quasi_static);
 PD_API void pd_quasi_static_free(pd_ctx *ctx, pd_quasi_static *quasi_static);
 

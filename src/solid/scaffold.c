@@ -30,7 +30,7 @@ static void pdi_scaffold_part_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, scaffold, sum, parts * PDI_SCAFFOLD_CORNERS * PD_DIM, "N");
 }
 
-/* Describes the arrays of a level by elements, then (below) by nodes and by matrix blocks. */
+/* Describes the arrays of a level by elements. */
 static void pdi_scaffold_parts(pdi_owner *owner, void *object)
 {
     pd_scaffold_level *level = (pd_scaffold_level *)object;
@@ -42,6 +42,7 @@ static void pdi_scaffold_parts(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, level, mu, level->parts, "N m");
 }
 
+/* Describes the arrays of a level by nodes. */
 static void pdi_scaffold_nodes(pdi_owner *owner, void *object)
 {
     pd_scaffold_level *level = (pd_scaffold_level *)object;
@@ -56,6 +57,7 @@ static void pdi_scaffold_nodes(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, level, r, entries, "N");
 }
 
+/* Describes the arrays of a level by matrix blocks. */
 static void pdi_scaffold_links(pdi_owner *owner, void *object)
 {
     pd_scaffold_level *level = (pd_scaffold_level *)object;
@@ -82,6 +84,7 @@ static void pdi_scaffold_box(const pd_scaffold *s, int32_t i, int32_t *box)
         box[d] = (int32_t)((s->body->position[(int64_t)i * PD_DIM + d] - s->lo[d]) / s->width);
 }
 
+/* 1: two box indices are equal. */
 static int pdi_scaffold_same(const int32_t *a, const int32_t *b)
 {
     for (int d = 0; d < PD_DIM; d++)

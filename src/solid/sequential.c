@@ -97,6 +97,7 @@ static void pdi_sequential_move(pd_sequential *s, double factor, double energy)
     s->stored = stored;
 }
 
+/* No further event: the energy drop is dissipated, and the analysis is done. */
 static void pdi_sequential_end(pd_sequential *s, double energy)
 {
     pdi_sequential_lose(s, energy);

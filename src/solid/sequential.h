@@ -53,7 +53,8 @@ typedef struct pd_sequential {
  * none of them, no criterion, and as of pd_criterion_build. */
 PD_API pd_status pd_sequential_build(pd_ctx *ctx, const pd_solid *solid, const pd_sequential_desc *desc,
                                      pd_sequential *sequential);
-/* The next event; its bonds are broken in the body then. `done`: there was none. Errors: those of the equilibrium. */
+/* Computes the next event (factor, force, displacement) and breaks its bonds in the body. `done`: there was none.
+ * Errors: those of the equilibrium. */
 PD_API pd_status pd_sequential_next(pd_ctx *ctx, pd_sequential *sequential);
 PD_API void pd_sequential_free(pd_ctx *ctx, pd_sequential *sequential);
 

@@ -23,17 +23,17 @@ typedef struct pd_solid {
     /* Tangent: df [N/m3] is the directional derivative along du [m] of the forces at the u of the last `force`. The
      * operator V_i df_i is symmetric. */
     void (*tangent)(const pd_ctx *ctx, void *self, const double *du, double *df);
-    /* block [count][PD_DIM^2] [N/m] about -V_i d force_i/d u_i at the last u, for preconditioners: symmetric and
-     * positive definite. */
+    /* Diagonal blocks [count][PD_DIM^2] [N/m], about -V_i d force_i/d u_i at the last u, for preconditioners: symmetric
+     * and positive definite. */
     void (*blocks)(const pd_ctx *ctx, void *self, double *block);
-    /* Lame's moduli [count] [Pa], about, of small strains about the places that the points had, for preconditioners: mu
-     * and lambda + 2 mu/3 are positive (1D: lambda). Steps of a piece that nothing holds leave its mean motion then.
+    /* Approximate Lame's moduli [count] [Pa] of small strains of the undeformed body, for preconditioners: mu and
+     * lambda + 2 mu/3 are positive (1D: lambda). With them the solver keeps the mean rigid motion of free components.
      * NULL: unknown. */
     void (*moduli)(const pd_ctx *ctx, void *self, double *lambda, double *mu);
     /* Energy [J] (per m in 2D, per m2 in 1D) that is stored at u. */
     double (*energy)(const pd_ctx *ctx, void *self, const double *u);
-    /* energy [bonds] [J/m^(2d)] that the families hold in their bonds at u: the density of family i is
-     * sum V_j energy_ij. A bond has that of both its ends; a broken one has none. NULL: unknown. */
+    /* Bond energies [bonds] [J/m^(2d)] at u, by family: the energy density of point i is sum V_j energy_ij. A bond has
+     * the sum of both its ends; a broken one has none. NULL: unknown. */
     void (*bond_energy)(const pd_ctx *ctx, void *self, const double *u, double *energy);
     /* Cauchy stress [count][PD_DIM^2] [Pa] at u. NULL: the material has none. */
     void (*stress)(const pd_ctx *ctx, void *self, const double *u, double *stress);

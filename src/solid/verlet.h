@@ -11,9 +11,9 @@
 
 typedef struct pd_verlet_desc {
     double density;      /* [kg/m3] */
-    double share;        /* [-] of the longest stable step; 0: 0.8 */
+    double share;        /* [-] time step over the longest stable one; 0: 0.8 */
     const double *load;  /* [count][PD_DIM] [N/m3]; NULL: none. Borrowed, may change between steps */
-    const uint8_t *held; /* [count][PD_DIM] 1: this velocity stays as it is; NULL: none. Borrowed */
+    const uint8_t *held; /* [count][PD_DIM] 1: this velocity is prescribed; NULL: none. Borrowed */
 } pd_verlet_desc;
 
 typedef struct pd_verlet {
@@ -24,7 +24,7 @@ typedef struct pd_verlet {
     double *force;    /* [count][PD_DIM] [N/m3] of bonds, at the end of the last step */
     double time;      /* [s] */
     double longest;   /* [s] stable step times share */
-    double work;      /* [J] (per m in 2D, per m2 in 1D) of loads and of what is held */
+    double work;      /* [J] (per m in 2D, per m2 in 1D) external work: of loads and of prescribed velocities */
     int64_t steps, broken;
 } pd_verlet;
 
