@@ -5,7 +5,7 @@
 
 double pd_bone_modulus(pd_bone_site site, double density)
 {
-    /* a [Pa] at 1 g/cm3, and b: Morgan et al. 2003, table of sites; the last row Carter and Hayes 1977 */
+    /* a [Pa] at 1 g/cm3, and b: sites by Morgan et al. 2003, the last one by Carter and Hayes 1977 */
     static const double laws[6][2] = {{4730e6, 1.56}, {15520e6, 1.93}, {15010e6, 2.18}, {6850e6, 1.49}, {8920e6, 1.83},
                                       {3790e6, 3.0}};
     int k = (int)site;

@@ -8,8 +8,8 @@
 /* Rounding of positions, over the horizon, and over the largest coordinate (16 units in the last place). */
 #define PDI_CUT_ROUNDING 1e-9
 #define PDI_CUT_DIGITS 3.6e-15
-/* Over the size of a polygon: distance of corners from its plane, of corners outside of its edges, and square root of
- * its least area. */
+/* Tolerances of a polygon over its size: distance of corners from its plane, of corners outside of its edges; and twice
+ * its least area over the square of the size. */
 #define PDI_CUT_FLAT 1e-6
 
 /* A pre-crack with its plane. Corner k is corner (first + k way) of the caller, so that the result does not depend on
