@@ -4,20 +4,21 @@
 #include <stdio.h>
 #include <string.h>
 
-/* A displacement that is smaller counts as none: squares of it underflow. */
+/* Displacements below this size are set to 0: squares of them underflow. */
 #define PDI_GRIP_NONE 1e-100 /* [m] */
-/* Loads that sum up to the force of a traction but for this share are taken as they are. */
+/* Relative tolerance within which load weights add up to the loaded area (rounding): no rescaling then. */
 #define PDI_GRIP_EXACT 1e-9
-/* Least share of the metal of a side that may bear its traction. */
+/* Least part of the initial load weights that has to be left, else the traction is an error. */
 #define PDI_GRIP_LEAST 0.01
 
-/* Parts of an area that sums of loads are counted in. Parts of points add up to a few areas. */
+/* Fixed-point unit of sums of load weights: integers over 2^-56 of the area, so that the order of points plays no
+ * part. */
 #define PDI_GRIP_UNITS 72057594037927936.0 /* 2^56 */
 
-/* Moments along an axis are left out where what is loaded extends by less than that many cells. */
+/* [cells] Moments along an axis are not matched where the loaded points extend by less (singular system). */
 #define PDI_GRIP_ACROSS 0.1
 
-/* Cells between point i and a side of the box. */
+/* Layer of point i from a side of the box, in cells: 0 beside the side. */
 static int pdi_grip_row(const pd_grips *g, int32_t i, int side)
 {
     const pd_grid *grid = g->structure->grid;
@@ -26,13 +27,13 @@ static int pdi_grip_row(const pd_grips *g, int32_t i, int side)
     return side % 2 ? grid->n[side / 2] - 1 - at[side / 2] : at[side / 2];
 }
 
-/* Place x goes along its axis to a side. */
+/* Project place x [m] along its axis onto a side of the box. */
 static void pdi_grip_to_side(const pd_grips *g, int side, double *x)
 {
     x[side / 2] = side % 2 ? g->setup->hi[side / 2] : g->setup->lo[side / 2];
 }
 
-/* 1: at the start there was metal without a gap from a side to point i, along the axis of the side. */
+/* Was point i connected to a side by metal without a gap, along the normal of the side, at the start? 1 or 0. */
 static int pdi_grip_meets(const pd_grips *g, int32_t i, int side)
 {
     const pd_structure *s = g->structure;
@@ -45,6 +46,7 @@ static int pdi_grip_meets(const pd_grips *g, int32_t i, int side)
     return 1;
 }
 
+/* Applies to a side (layers that are connected to it) or to a shape. */
 PDI_FN int pdi_grip_holds(const pd_grips *g, int k, int32_t i)
 {
     const pd_setup_grip *grip = &g->setup->metal_body.grip[k];
@@ -54,9 +56,11 @@ PDI_FN int pdi_grip_holds(const pd_grips *g, int k, int32_t i)
     return pdi_shape_has(g->setup->shape, grip->shape, g->setup->h, x);
 }
 
+/* Families reach floor(m + 1/2) cells; truncation is felt over two of them. */
 PDI_FN int pdi_grip_depth(const pd_grips *g) { return 2 * ((int)ceil(g->structure->desc.m + 0.5) - 1); }
 
-/* The point of the line of point i in that row from a side; -1: there is none that bears anything. */
+/* The point in the given layer from a side, on the lattice line of point i along the normal; -1: no metal with
+ * stiffness is there. */
 static int32_t pdi_grip_inner(const pd_grips *g, int32_t i, int side, int row)
 {
     const pd_structure *s = g->structure;
@@ -68,8 +72,8 @@ static int32_t pdi_grip_inner(const pd_grips *g, int32_t i, int side, int row)
     return inner >= 0 && s->stiff[inner] > 0.0 ? inner : -1;
 }
 
-/* 1: metal leads without a gap from point i to the row behind those that the side of grip k holds, and that row is free
- * along axis d. */
+/* 1: metal leads without a gap from point i to the first layer behind the held ones of condition k, and component d is
+ * free there. */
 static int pdi_grip_follows(const pd_grips *g, int k, int32_t i, int d)
 {
     int side = g->setup->metal_body.grip[k].side;
@@ -79,15 +83,16 @@ static int pdi_grip_follows(const pd_grips *g, int k, int32_t i, int d)
     return first >= 0 && !g->structure->held[(int64_t)first * PD_DIM + d];
 }
 
-/* The points whose lines point i follows along axis d. */
+/* Iterator over the held points whose first free layer point i is interpolated from (the nearest ones). */
 typedef struct pdi_grip_leaders {
-    int square;    /* [cell^2] distance from point i of those that count */
+    int square;    /* [cell^2] squared distance from point i of the nearest ones */
     int count;     /* 0: there are none */
-    int all, wide; /* places that are looked at, and of them along an axis */
-    int next;
+    int all, wide; /* candidate positions around point i in all, and along one axis */
+    int next;      /* index of the next candidate */
 } pdi_grip_leaders;
 
-/* The next point beside point i, no farther off than any before, whose line is free along axis d; -1: none is left. */
+/* Next held point around point i, no farther off than any before, with a free layer behind it for component d; -1: none
+ * is left. Updates the iterator. */
 static int32_t pdi_grip_next_leader(const pd_grips *g, int k, int32_t i, int d, pdi_grip_leaders *l)
 {
     const pd_structure *s = g->structure;
@@ -112,8 +117,9 @@ static int32_t pdi_grip_next_leader(const pd_grips *g, int k, int32_t i, int d, 
     return -1;
 }
 
-/* Point i follows its own line, or, where the body is too thin there, the mean of the nearest ones within as many cells
- * along the side as the side holds rows. */
+/* Reference points of point i for component d: point i itself, or, where the metal there is too thin for a free layer,
+ * the nearest ones along the side within as many cells as the side holds layers. Returns an iterator with their count.
+ */
 static pdi_grip_leaders pdi_grip_find_leaders(const pd_grips *g, int k, int32_t i, int d)
 {
     pdi_grip_leaders l = {0, 1, 1, 2 * g->rows[k] + 1, 0};
@@ -128,7 +134,8 @@ static pdi_grip_leaders pdi_grip_find_leaders(const pd_grips *g, int k, int32_t 
     return l;
 }
 
-/* Rows that a side holds follow free ones: there have to be some. */
+/* Check that condition k has at least one lattice line with a free layer behind the held ones for each prescribed
+ * component; a body in motion needs none. PD_ERR_GEOMETRY. */
 static pd_status pdi_grip_leads(pd_ctx *ctx, const pd_grips *g, int k)
 {
     const pd_setup_grip *grip = &g->setup->metal_body.grip[k];
@@ -145,18 +152,20 @@ static pd_status pdi_grip_leads(pd_ctx *ctx, const pd_grips *g, int k)
     return PD_OK;
 }
 
-/* The metal that is met first on the line of a point from a side on. */
+/* The first connected run of metal along the lattice line of a point, from a side inward. */
 typedef struct pdi_grip_run {
-    int row;     /* of the point in it */
-    int rows;    /* of it, as far as they are counted; 0: the point lies deep, or behind other metal */
-    int through; /* 1: it ends at the opposite side */
-    int image;   /* 1: it ends at a plane of symmetry there */
-    int thin;    /* 1: with its image it is thinner than two layers of (8.5) */
+    int row;     /* layer of the point within the run */
+    int rows;    /* layers of the run, as far as they are counted; 0: the point is not loaded (deep, or behind a gap) */
+    int through; /* 1: the run ends at the opposite side of the box */
+    int image;   /* 1: that side is a plane of symmetry */
+    int thin;    /* 1: with its mirror image it is thinner than the surface layers of (8.5) of both faces together */
 } pdi_grip_run;
 
-/* Rows from a side on that may bear its traction. */
+/* Number of layers from a side in which points may carry a part of its traction. */
 static int pdi_grip_reach(const pd_grips *g) { return 2 * (int)ceil(g->structure->desc.m + 1.0); }
 
+/* The run of metal that point i belongs to, from the side inward (rows = 0: the point carries no traction of that
+ * side). */
 static pdi_grip_run pdi_grip_line(const pd_grips *g, int32_t i, int side)
 {
     pdi_grip_run run = {0, 0, 0, 0, 0};
@@ -174,6 +183,7 @@ static pdi_grip_run pdi_grip_line(const pd_grips *g, int32_t i, int side)
     return run;
 }
 
+/* Correspondence and ordinary materials store c; for bond-based springs it is summed. */
 PDI_FN double pdi_grip_edge(const pd_grips *g, int32_t i, int side)
 {
     const pd_structure *s = g->structure;
@@ -183,17 +193,17 @@ PDI_FN double pdi_grip_edge(const pd_grips *g, int32_t i, int side)
     return side % 2 ? -edge[side / 2] : edge[side / 2];
 }
 
-/* What a point bears of a traction on a side. */
+/* Load weights of a point for a traction on a side. */
 typedef struct pdi_grip_part {
-    double bears[PD_DIM];   /* [1/m] of each component, over its volume */
-    double spreads[PD_DIM]; /* 1: it takes its share of what is left over */
+    double bears[PD_DIM];   /* [1/m] weight by c of (8.5) for each component: load density over traction */
+    double spreads[PD_DIM]; /* 1: the point takes part in the even distribution of the remaining load */
 } pdi_grip_part;
 
-/* 0: point i bears nothing of the traction of grip k. In metal thinner than two layers of (8.5) the c of both sides
- * overlap. Where the opposite side holds a component, the c of its rows that are free is all that of the loaded side,
- * and what is left over goes into the rows that are held. The image of a load behind a plane of symmetry is the c of
- * the image, along the axis; else each half of the metal bears its own c, and what is left over is spread over all of
- * it (theory: 8.7). */
+/* Load weights of point i for the traction of condition k; 0: it carries none. In thick metal they are the c of (8.5).
+ * In metal thinner than two of these layers the c of both faces overlap. If the opposite side holds a component, free
+ * layers carry all of c, and held layers the remainder. Behind a plane of symmetry the mirror image is the other part
+ * of c, along the axis. Else each half of the thickness carries its own c, and the remainder is spread evenly (theory:
+ * 8.7). */
 static int pdi_grip_bears(const pd_grips *g, int k, int32_t i, pdi_grip_part *part)
 {
     int side = g->setup->metal_body.grip[k].side, axis = side / 2, depth = pdi_grip_depth(g);
@@ -211,8 +221,9 @@ static int pdi_grip_bears(const pd_grips *g, int k, int32_t i, pdi_grip_part *pa
     return 1;
 }
 
-/* What all points bear of each component of the traction of grip k, and the volume of those that take what is left.
- * Whole numbers do not depend on the order of points, so mirrored sides bear the same to the bit. */
+/* Sums over points of load weight times volume [m^(d-1)] for each component of the traction of condition k, and the
+ * volume [m^d] that takes the remainder. Fixed-point sums do not depend on the order of points, so mirrored sides get
+ * the same bits. */
 static void pdi_grip_sum(const pd_grips *g, int k, double *bears, double *spreads)
 {
     int64_t units[PD_DIM] = {0}, points[PD_DIM] = {0};
@@ -231,7 +242,8 @@ static void pdi_grip_sum(const pd_grips *g, int k, double *bears, double *spread
     }
 }
 
-/* The c of the linear peridynamic solid is a fit in 2D and 3D. A horizon of free rows and one more evens it out. */
+/* Refuse metal too thin between a held and a loaded side for the ordinary (linear peridynamic solid) material, whose c
+ * is only fitted in 2D and 3D: it needs a free horizon and one more layer. PD_ERR_GEOMETRY. */
 static pd_status pdi_grip_thin(pd_ctx *ctx, const pd_grips *g, int k, const pdi_grip_run *run)
 {
     const pd_setup_grip *grip = &g->setup->metal_body.grip[k];
@@ -245,7 +257,8 @@ static pd_status pdi_grip_thin(pd_ctx *ctx, const pd_grips *g, int k, const pdi_
                     run->rows, pdi_setup_side_name(side ^ 1), pdi_setup_side_name(side), expected);
 }
 
-/* What points bear of the traction of grip k at the start. In thick metal it is the area. */
+/* Set faces[k] (what the opposite side holds) and borne[k] (area that load weights sum to at the start; the full area
+ * in thick metal). */
 static pd_status pdi_grip_bear(pd_ctx *ctx, pd_grips *g, int k)
 {
     const pd_setup_body *b = &g->setup->metal_body;
@@ -268,13 +281,15 @@ static pd_status pdi_grip_bear(pd_ctx *ctx, pd_grips *g, int k)
     return PD_OK;
 }
 
-/* How the traction of grip k is shared among points now. */
+/* How the load weights of a traction are scaled now, as metal has dissolved. */
 typedef struct pdi_grip_shares {
-    double scale[PD_DIM];  /* [-] of what points bear */
-    double spread[PD_DIM]; /* [1/m] of what is left over, of points that take it */
-    double whole[PD_DIM];  /* [-] the sum of both over the area */
+    double scale[PD_DIM];  /* [-] factor on weights by c */
+    double spread[PD_DIM]; /* [1/m] weight of points that take the remainder */
+    double whole[PD_DIM];  /* [-] sum of all weights times volumes, over the area */
 } pdi_grip_shares;
 
+/* Scale load weights of condition k so that the total force is that on the initial area. PD_ERR_STATE: too little metal
+ * is left; t [s] is for the message. */
 static pd_status pdi_grip_share(pd_ctx *ctx, const pd_grips *g, int k, double t, pdi_grip_shares *shares)
 {
     double bears[PD_DIM], spreads[PD_DIM], area = g->area[k];
@@ -293,7 +308,7 @@ static pd_status pdi_grip_share(pd_ctx *ctx, const pd_grips *g, int k, double t,
     return PD_OK;
 }
 
-/* [1/m] What point i bears of component d, over its volume. */
+/* [1/m] Scaled load weight of a point for component d: load density [N/m3] over traction [Pa]. */
 static double pdi_grip_shared(const pdi_grip_shares *shares, const pdi_grip_part *part, int d)
 {
     return shares->scale[d] * part->bears[d] + shares->spread[d] * part->spreads[d];
@@ -343,6 +358,8 @@ PDI_FN pd_status pdi_grip_find(pd_ctx *ctx, const pd_setup *setup, pd_structure 
     return pdi_owner_build(ctx, pdi_grip_list, g);
 }
 
+/* Check that a prescribed displacement, traction or force is finite (grip NULL: a body force); x [m] and t [s] are for
+ * the message. PD_ERR_STATE. */
 static pd_status pdi_grip_finite(pd_ctx *ctx, const pd_setup_grip *grip, double value, const double *x, double t)
 {
     char of[40] = "a force on all metal";
@@ -368,7 +385,8 @@ PDI_FN int pdi_grip_holders(const pd_grips *g, int32_t i, int d, int *holders)
     return count;
 }
 
-/* What grip k gives along axis d at the place x, of a side at the place of it next to x. */
+/* Prescribed displacement *given [m] of component d by condition k at time t [s]: of a side, at the projection of place
+ * x [m] onto it. */
 static pd_status pdi_grip_given(pd_ctx *ctx, const pd_grips *g, int k, const double *x, int d, double t, double *given)
 {
     const pd_setup_grip *grip = &g->setup->metal_body.grip[k];
@@ -379,8 +397,9 @@ static pd_status pdi_grip_given(pd_ctx *ctx, const pd_grips *g, int k, const dou
     return pdi_grip_finite(ctx, grip, *given, at, t);
 }
 
-/* Point i lies where sides meet that hold it along axis d: no row is free. How the displacement changes with the
- * distance from one side is what the other one says (theory: eq. 8.16b). Of three sides it is the mean of all pairs. */
+/* Displacement component d of point i in the held layers of two or three sides at once, where no layer is free: blends
+ * the prescribed fields U_a + U_b - (U_a(0) + U_b(0))/2 (theory: eq. 8.16b); of three sides, the mean over pairs.
+ * Writes u[i PD_DIM + d] [m]. */
 static pd_status pdi_grip_corner(pd_ctx *ctx, const pd_grips *g, const int *holders, int count, int32_t i, int d,
                                  double t, double *u)
 {
@@ -403,7 +422,7 @@ static pd_status pdi_grip_corner(pd_ctx *ctx, const pd_grips *g, const int *hold
     return PD_OK;
 }
 
-/* Displacements that grip k gives point i. */
+/* Set the components of u [points][PD_DIM] [m] of point i that condition k prescribes. */
 static pd_status pdi_grip_move(pd_ctx *ctx, const pd_grips *g, int k, int32_t i, double t, double *u)
 {
     const pd_setup_grip *grip = &g->setup->metal_body.grip[k];
@@ -418,7 +437,8 @@ static pd_status pdi_grip_move(pd_ctx *ctx, const pd_grips *g, int k, int32_t i,
     return PD_OK;
 }
 
-/* Room for one more that follows: as metal goes there may be more leaders than at the start. */
+/* Make room for one more interpolation row: as metal dissolves, a point may get more reference points than at the
+ * start. */
 static pd_status pdi_grip_room(pd_ctx *ctx, pd_grips *g)
 {
     pd_interpolated *row = NULL;
@@ -432,7 +452,9 @@ static pd_status pdi_grip_room(pd_ctx *ctx, pd_grips *g)
     return PD_OK;
 }
 
-/* Point i follows the first free row of the line of a leader along axis d, by that share of the line. */
+/* Add an interpolation row: component d of held point i follows the first free layer on the line of `leader` with
+ * weight share y/Y, y and Y the depths of the point and of that layer. Subtracts that part of the prescribed value from
+ * u. */
 static pd_status pdi_grip_interpolate(pd_ctx *ctx, pd_grips *g, int k, int32_t i, int32_t leader, int d, double share,
                                       double t, double *u)
 {
@@ -450,7 +472,8 @@ static pd_status pdi_grip_interpolate(pd_ctx *ctx, pd_grips *g, int k, int32_t i
     return PD_OK;
 }
 
-/* How point i, which grip k holds along axis d, moves with its distance from the side of k. */
+/* Component d of point i in the held layers of condition k: blend at edges and corners, else linear interpolation
+ * between the face and the first free layer. Does nothing for shapes and bodies in motion. */
 static pd_status pdi_grip_behind(pd_ctx *ctx, pd_grips *g, int k, int32_t i, int d, double t, double *u)
 {
     if (g->setup->metal_body.grip[k].side < 0 || pdi_structure_moves(g->structure)) return PD_OK;
@@ -465,7 +488,8 @@ static pd_status pdi_grip_behind(pd_ctx *ctx, pd_grips *g, int k, int32_t i, int
     return PD_OK;
 }
 
-/* Displacements of all that is held, and what follows free rows. The last grip of a point along an axis holds it. */
+/* Set all prescribed displacements of u [points][PD_DIM] [m] at time t [s] and rebuild the interpolation rows. Where
+ * several conditions hold a component of a point, the last one named decides. */
 static pd_status pdi_grip_moves(pd_ctx *ctx, pd_grips *g, double t, double *u)
 {
     const pd_setup_body *b = &g->setup->metal_body;
@@ -489,7 +513,8 @@ static pd_status pdi_grip_moves(pd_ctx *ctx, pd_grips *g, double t, double *u)
     return PD_OK;
 }
 
-/* The traction of grip k at a place of its side, [PD_DIM] [Pa], and its size. */
+/* Traction vector pull [PD_DIM] [Pa] of condition k at place x [m] of its side, pressure included, and its norm *size
+ * [Pa]. PD_ERR_STATE: not finite. */
 static pd_status pdi_grip_traction(pd_ctx *ctx, const pd_grips *g, int k, const double *x, double t, double *pull,
                                    double *size)
 {
@@ -504,7 +529,7 @@ static pd_status pdi_grip_traction(pd_ctx *ctx, const pd_grips *g, int k, const 
     return PD_OK;
 }
 
-/* 1: the traction of grip k differs from place to place. */
+/* Does the traction of condition k depend on the place along the side? 1 or 0. */
 static int pdi_grip_nonuniform(const pd_grips *g, int k)
 {
     const pd_setup_grip *grip = &g->setup->metal_body.grip[k];
@@ -513,29 +538,33 @@ static int pdi_grip_nonuniform(const pd_grips *g, int k)
     return (uses & places & ~((uint32_t)1 << grip->side / 2)) != 0;
 }
 
-/* Loads of a traction that differs from place to place. Parts are 1 and distances along the side from `centre` over
- * `size`: [0] and [1 + axis]. */
+/* Force and moments of a nonuniform traction against those of its nodal loads. The basis functions along the side are
+ * 1 and (x - centre)/size: indices [0] and [1 + axis]. */
 typedef struct pdi_grip_resultants {
-    double centre[PD_DIM], size;
-    double rest[PD_DIM][1 + PD_DIM];     /* sums of components times parts that loads lack */
-    double depth[PD_DIM];                /* sums of components times the distance from the side, over `size`, */
-    double depth_by[PD_DIM][1 + PD_DIM]; /* and how they grow with corrections */
-    double by[PD_DIM][1 + PD_DIM][1 + PD_DIM]; /* how sums grow with corrections by parts of its size */
-    double more[PD_DIM][1 + PD_DIM];     /* corrections */
+    double centre[PD_DIM], size;         /* [m] centre of the loaded faces, and a length: the largest side of the box */
+    double rest[PD_DIM][1 + PD_DIM];     /* [N] moments of the traction less those of nodal loads, by basis function */
+    double depth[PD_DIM];                /* [N] moments of nodal loads with the distance from the side, over `size`, */
+    double depth_by[PD_DIM][1 + PD_DIM]; /* [N] and their derivatives with respect to the corrections */
+    double by[PD_DIM][1 + PD_DIM][1 + PD_DIM]; /* [N] Gram matrix: derivatives of moments with respect to corrections */
+    double more[PD_DIM][1 + PD_DIM];     /* [-] corrections: coefficients of the basis, over the size of the traction */
 } pdi_grip_resultants;
 
+/* Basis functions 1 and (x - centre)/size along the side at place x [m], into basis [1 + PD_DIM]; axis: the normal of
+ * the side. */
 static void pdi_grip_basis(const pdi_grip_resultants *w, const double *x, int axis, double *basis)
 {
     basis[0] = 1.0;
     for (int d = 0; d < PD_DIM; d++) basis[1 + d] = d == axis ? 0.0 : (x[d] - w->centre[d]) / w->size;
 }
 
+/* Add a force [N] of component d, times the basis functions, to the moments that nodal loads lack. */
 static void pdi_grip_add_resultant(pdi_grip_resultants *w, int d, double force, const double *basis)
 {
     for (int p = 0; p <= PD_DIM; p++) w->rest[d][p] += force * basis[p];
 }
 
-/* [m^(d-1)] Metal that is left on the side of grip k; centre, of the image as well, and size of its faces. */
+/* [m^(d-1)] Area of metal that is left on the side of condition k; also sets the centre of its faces (with mirror
+ * images) and the length scale in w. */
 static double pdi_grip_loaded_area(const pd_grips *g, int k, pdi_grip_resultants *w)
 {
     const pd_structure *s = g->structure;
@@ -554,7 +583,8 @@ static double pdi_grip_loaded_area(const pd_grips *g, int k, pdi_grip_resultants
     return area;
 }
 
-/* What the traction is on faces of `face` [m^(d-1)], by Gauss's two points along each axis of them. */
+/* Add force and moments of the exact traction on all faces of area `face` [m^(d-1)] to w->rest, by the two-point Gauss
+ * rule along each axis. */
 static pd_status pdi_grip_traction_resultants(pd_ctx *ctx, const pd_grips *g, int k, double t, double face,
                                               const pdi_grip_shares *shares, pdi_grip_resultants *w)
 {
@@ -577,7 +607,8 @@ static pd_status pdi_grip_traction_resultants(pd_ctx *ctx, const pd_grips *g, in
     return PD_OK;
 }
 
-/* What points bear of it. */
+/* Subtract force and moments of the nodal loads from w->rest, and add up the Gram matrix of corrections and the moments
+ * with depth. */
 static pd_status pdi_grip_nodal_resultants(pd_ctx *ctx, const pd_grips *g, int k, double t,
                                            const pdi_grip_shares *shares, pdi_grip_resultants *w)
 {
@@ -606,8 +637,8 @@ static pd_status pdi_grip_nodal_resultants(pd_ctx *ctx, const pd_grips *g, int k
     return PD_OK;
 }
 
-/* 1: a correction of component d by part p is its own image behind planes of symmetry, where component d turns its sign
- * with the distance from the plane. */
+/* 1: a correction of component d by basis function p is symmetric with respect to all planes of symmetry of the body;
+ * component d changes sign across its own plane. */
 static int pdi_grip_mirrors(const pd_grips *g, int d, int p)
 {
     for (int axis = 0; axis < PD_DIM; axis++)
@@ -615,7 +646,8 @@ static int pdi_grip_mirrors(const pd_grips *g, int d, int p)
     return 1;
 }
 
-/* The correction of component d. Parts that what is loaded does not tell are left out. */
+/* Solve the small linear system for the corrections w->more[d] by Gauss elimination. Basis functions along which the
+ * loaded points hardly extend are left out. */
 static void pdi_grip_solve_correction(const pd_grips *g, int d, pdi_grip_resultants *w)
 {
     double a[1 + PD_DIM][1 + PD_DIM], *rest = w->rest[d], *more = w->more[d];
@@ -639,9 +671,9 @@ static void pdi_grip_solve_correction(const pd_grips *g, int d, pdi_grip_resulta
     }
 }
 
-/* Points beside corners bear a traction further inside than it acts. So the loads of one that differs from place to
- * place get its force and its moments back: they change by a share of its size that is linear along the side. Loads
- * along the side lie at a depth: what that turns the normal ones turn back. */
+/* Corrections that give the nodal loads of a nonuniform traction its exact force and moments: points near corners carry
+ * a traction from farther outside than it acts. Tangential components first, then the normal one, which also balances
+ * the moment of tangential loads that act at a depth. */
 static pd_status pdi_grip_match_resultants(pd_ctx *ctx, const pd_grips *g, int k, double t,
                                            const pdi_grip_shares *shares, pdi_grip_resultants *w)
 {
@@ -688,6 +720,7 @@ PDI_FN pd_status pdi_grip_pull(pd_ctx *ctx, const pd_grips *g, int k, double t, 
     return PD_OK;
 }
 
+/* The dead load of each force acts on the stiffness that is left (s->stiff). */
 PDI_FN pd_status pdi_grip_load(pd_ctx *ctx, void *user, double t, double *u, double *load)
 {
     pd_grips *g = (pd_grips *)user;

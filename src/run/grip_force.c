@@ -2,7 +2,7 @@
 #include "run/grip_force.h"
 #include <string.h>
 
-/* What points bear of the traction of grip k, in sum. load [PD_DIM][points]: work. */
+/* Sum of the nodal loads of the traction of condition k: force [PD_DIM] [N]. load [points][PD_DIM] [N/m3]: work. */
 static pd_status pdi_grip_force_loaded(pd_ctx *ctx, const pd_grips *g, int k, double t, double *load, double *force)
 {
     const pd_structure *s = g->structure;
@@ -15,21 +15,23 @@ static pd_status pdi_grip_force_loaded(pd_ctx *ctx, const pd_grips *g, int k, do
     return PD_OK;
 }
 
-/* Where sides meet, the force f on points that several hold is P c by (8.5), c the sum of a part for each side. What is
- * summed for the least squares of P: products of parts along the axes of sides, and with f. */
+/* Least-squares fit of the stress at an edge or corner: where several sides prescribe a component, the force density on
+ * a point is f = sum P_a c_a by (8.5), c_a the part of c along the normal of side a. Normal equations for P_a. */
 typedef struct pdi_grip_force_fit {
-    double by[PD_DIM][PD_DIM], rest[PD_DIM];
-    double stress[PD_DIM]; /* [Pa] on each of the sides, along one axis */
+    double by[PD_DIM][PD_DIM], rest[PD_DIM]; /* [1/m2], [N/m4] matrix and right side */
+    double stress[PD_DIM]; /* [Pa] solution: stress component d on each of the sides */
 } pdi_grip_force_fit;
 
-/* [N/m3] Bonds and loads that what holds component d of point i bears. */
+/* [N/m3] Residual force density of component d of point i, bond forces and loads: minus the reaction of what prescribes
+ * it. */
 static double pdi_grip_force_borne(const pd_grips *g, int32_t i, int d)
 {
     int64_t n = (int64_t)i * PD_DIM + d;
     return pdi_structure_force(g->structure)[n] + pdi_structure_load(g->structure)[n];
 }
 
-/* Stresses of the points that the sides hold in the plane of their axes, through point i. */
+/* Fit the stresses on `count` sides (holders) to the residual of component d at the points that all of them hold, in
+ * the plane of their normals through point i. */
 static void pdi_grip_force_fit_corner(const pd_grips *g, const int *holders, int count, int32_t i, int d,
                                       pdi_grip_force_fit *fit)
 {
@@ -65,8 +67,9 @@ static void pdi_grip_force_fit_corner(const pd_grips *g, const int *holders, int
     }
 }
 
-/* [N/m3] What grip k bears of component d of point i. What several sides hold is shared: each bears the stress on it,
- * and all alike what is left. A shape that holds what a side holds, too, bears all if it is named last. */
+/* [N/m3] Reaction density of condition k on component d of point i. At edges and corners each side takes its fitted
+ * stress times c_a, and all sides the same part of the remainder. A shape that also holds the point takes all if it is
+ * named last. */
 static double pdi_grip_force_of(const pd_grips *g, int k, int32_t i, int d)
 {
     const pd_setup_body *b = &g->setup->metal_body;
