@@ -8,11 +8,11 @@
 #include <math.h>
 #include <string.h>
 
-/* Share of saturation by which fluid is below it and counts as saturated. */
+/* Relative tolerance on the saturation concentration within which fluid counts as saturated (salt layer). */
 #define PDI_ATTACK_SALT 1e-6
-/* Share of the ions of a neighbour below which a node has just turned fluid. */
+/* A node with less than this fraction of the ionic charge of a neighbour has just been converted to fluid. */
 #define PDI_ATTACK_FRESH 0.1
-/* Share of the weight of a place that a piece of metal has to give for the place to count with it. */
+/* A surface site belongs to the metal component that gives more than this fraction of its weight. */
 #define PDI_ATTACK_MOST 0.5
 
 PDI_FN void pdi_attack_vars(const pd_attack_law *law, int32_t node, const double *c, double ph, double phi, double t,
@@ -40,7 +40,8 @@ PDI_FN void pdi_attack_vars(const pd_attack_law *law, int32_t node, const double
     if (law->surfaces) pdi_surfaces_values(law->surfaces, node, vars + PDI_SETUP_PH + 1 + metal->species);
 }
 
-/* The law of a metal at the surface beside a node. */
+/* Dissolution speed [m/s] of a metal by its rate expression at the surface beside a node, times rate_scale. A
+ * pd_etch_fn. */
 static double pdi_attack_law(void *user, int32_t node, const double *c, double ph, double phi, double t)
 {
     const pd_attack_law *law = (const pd_attack_law *)user;
@@ -50,7 +51,7 @@ static double pdi_attack_law(void *user, int32_t node, const double *c, double p
     return metal->rate_scale * pdi_expr_eval(&metal->rate, vars);
 }
 
-/* Factors of curves by the states as they are. */
+/* Update the factors of polarisation curves at all sites from the surface states as they are now. */
 static pd_status pdi_attack_shares(pd_ctx *ctx, pd_attack *a)
 {
     pd_etch *s = &a->etch;
@@ -60,7 +61,8 @@ static pd_status pdi_attack_shares(pd_ctx *ctx, pd_attack *a)
     return PD_OK;
 }
 
-/* Law and curves are those of time t [s], and of the states as they are. */
+/* Bring rate laws and curve factors to time t [s] and to the present surface states. The `find` callback of
+ * pd_surfaces. */
 static pd_status pdi_attack_coated(pd_ctx *ctx, void *user, double t)
 {
     pd_attack *a = (pd_attack *)user;
@@ -68,7 +70,8 @@ static pd_status pdi_attack_coated(pd_ctx *ctx, void *user, double t)
     return pdi_attack_shares(ctx, a);
 }
 
-/* A metal of the setup for the etch; one without a law in the species stays. */
+/* Descriptor for the surface solver of metal number m, `kind` of the setup: its law, stoichiometry and the solutes it
+ * depends on. A metal without a law in the species gets none. */
 static pd_etch_metal pdi_attack_metal(pd_attack *a, int m, int kind, const pd_reactive *reactive,
                                       const pd_surfaces *surfaces)
 {
@@ -90,7 +93,8 @@ static pd_etch_metal pdi_attack_metal(pd_attack *a, int m, int kind, const pd_re
     return metal;
 }
 
-/* The metals of the setup for the etch: the one that dissolves, or all. */
+/* Set the descriptors metal[] of all metals with a law (the only one, or all) and the fields of desc that follow from
+ * them. */
 static void pdi_attack_metals(pd_attack *a, const pd_reactive *reactive, const pd_surfaces *surfaces,
                               pd_etch_metal *metal, pd_etch_desc *desc)
 {
@@ -111,7 +115,7 @@ static void pdi_attack_metals(pd_attack *a, const pd_reactive *reactive, const p
     desc->more_count = a->laws - 1;
 }
 
-/* 1: a law asks for the grain. */
+/* Does a rate law depend on the grain of the metal? 1 or 0. */
 static int pdi_attack_asks(const pd_attack *a)
 {
     for (int m = 0; m < a->laws; m++)
@@ -159,7 +163,7 @@ PDI_FN void pdi_attack_free(pd_ctx *ctx, pd_attack *a)
     memset(a, 0, sizeof *a);
 }
 
-/* The speed of a metal at a node. */
+/* Pointer to the dissolution speed [m/s] of metal m at a node. */
 static double *pdi_attack_speed(pd_attack *a, int m, int32_t node)
 {
     return &a->etch.speed[m * a->dissolve->grid->total + node];
@@ -171,7 +175,8 @@ PDI_FN double pdi_attack_rate(void *user, const pd_rate_at *at)
     return *pdi_attack_speed(law->attack, law->metal, at->node);
 }
 
-/* Weight of a metal that has a law; 0: it has none. */
+/* [mol/m4] Interface weight of metal m at a fluid node beside metal: amount that dissolves per volume and unit of
+ * speed; 0: the metal has no law in the species. */
 static double pdi_attack_weight(const pd_attack *a, int m, const pdi_beside *beside)
 {
     const pd_dissolve *d = a->dissolve;
@@ -179,7 +184,7 @@ static double pdi_attack_weight(const pd_attack *a, int m, const pdi_beside *bes
     return d->kinds > 1 ? pdi_metal_portion(d, beside)[a->law[m].kind].weight : beside->weight;
 }
 
-/* [mol2/m7] What the metals there supply, by their weights. */
+/* [mol2/m7] Sum over the metals at a node of interface weight times dissolvable content. */
 static double pdi_attack_supply(const pd_dissolve *d, const pdi_beside *beside)
 {
     double sum = 0.0;
@@ -187,8 +192,8 @@ static double pdi_attack_supply(const pd_dissolve *d, const pdi_beside *beside)
     return sum;
 }
 
-/* Amounts of concentration that a unit of speed makes across a film of a unit of length, over its diffusivity
- * [mol s/m5]. The share of the factor of the metal is the mean over the metals there. */
+/* [mol s/m5] Concentration rise across a diffusion film per unit of speed and of film length: dissolvable content over
+ * diffusivity, with the mean rate factor of the metals there. 0 for bond-based corrosion. */
 static double pdi_attack_rise(const pd_attack *a, int m, const pdi_beside *beside)
 {
     const pd_dissolve *d = a->dissolve;
@@ -200,13 +205,14 @@ static double pdi_attack_rise(const pd_attack *a, int m, const pdi_beside *besid
     return supply / diffusivity;
 }
 
-/* The same of the film as it is [mol s/m4]. */
+/* [mol s/m4] Concentration rise per unit of speed across the film as it is now. */
 static double pdi_attack_thick(const pd_attack *a, int m, const pdi_beside *beside)
 {
     return pdi_attack_rise(a, m, beside) * (beside->film / beside->weight);
 }
 
-/* The film of place p. Metal recedes by its speed times the mean factor there. */
+/* Set the film resistance (thick) and its growth per length of receded metal (rise) of site p; metal recedes by its
+ * speed times the mean rate factor there. */
 static void pdi_attack_film(pd_attack *a, int32_t p, int m, const pdi_beside *beside)
 {
     const pd_dissolve *d = a->dissolve;
@@ -215,6 +221,8 @@ static void pdi_attack_film(pd_attack *a, int32_t p, int m, const pdi_beside *be
     a->etch.rise[p] = all > 0.0 ? rise * (beside->flux * d->kind[0].supply / all) : 0.0;
 }
 
+/* Check that the speed of metal m at a node is finite and below 1e100 m/s. PD_ERR_STATE: the message names time, place
+ * and pH. */
 static pd_status pdi_attack_lawful(pd_ctx *ctx, const pd_attack *a, int m, int32_t node)
 {
     char place[PDI_GRID_PLACE];
@@ -225,14 +233,15 @@ static pd_status pdi_attack_lawful(pd_ctx *ctx, const pd_attack *a, int m, int32
                     pdi_grid_place(a->dissolve->grid, node, place), pd_reactive_ph(a->etch.reactive, node));
 }
 
-/* 1: a salt layer is there. What it lets pass the metal says, and species have it a step later. */
+/* Is the fluid of a node saturated (salt layer)? 1: the bond-based metal model then decides on the flux, and the
+ * species get it a step later. */
 static int pdi_attack_salt(const pd_dissolve *d, int32_t node)
 {
     return pdi_metal_bonds(d) && d->transport->c[node] >= d->desc.saturation * (1.0 - PDI_ATTACK_SALT);
 }
 
-/* A node that has turned fluid within the step of the run: what the species have got from the metal before it was the
- * speed there, as the mean over its bonds to those nodes. 0: it has none to them. */
+/* Speed of metal m at node i that has been converted to fluid within the step of the run: mean over its open bonds, by
+ * Laplacian weights, of the speeds at fluid nodes, first those with sites. Returns 0 where there are none. */
 static int pdi_attack_before(const pd_attack *a, int m, int32_t i, double *speed)
 {
     const pd_paths *paths = &a->etch.reactive->bonds->paths;
@@ -251,8 +260,8 @@ static int pdi_attack_before(const pd_attack *a, int m, int32_t i, double *speed
     return all > 0.0;
 }
 
-/* The speed of a metal at a node beside it: of a place it is found; where there is none the law holds for the species
- * as they are now, or, when the species have moved, what they have got beside that. */
+/* Dissolution speed of metal m at a node beside it: of its site where it has one. Else the film equation is solved with
+ * the present concentrations or, after a step of the species, the speeds of neighbouring nodes are averaged. */
 static pd_status pdi_attack_found_at(pd_ctx *ctx, pd_attack *a, int m, const pdi_beside *beside)
 {
     const pd_dissolve *d = a->dissolve;
@@ -265,6 +274,7 @@ static pd_status pdi_attack_found_at(pd_ctx *ctx, pd_attack *a, int m, const pdi
     return pdi_attack_lawful(ctx, a, m, i);
 }
 
+/* Update and check the dissolution speeds at all fluid nodes beside metal. */
 static pd_status pdi_attack_speeds(pd_ctx *ctx, pd_attack *a)
 {
     const pd_dissolve *d = a->dissolve;
@@ -273,6 +283,7 @@ static pd_status pdi_attack_speeds(pd_ctx *ctx, pd_attack *a)
     return PD_OK;
 }
 
+/* [mol/m3] Ionic charge concentration of a node: sum of |z| c over solutes. */
 static double pdi_attack_ions(const pd_attack *a, int32_t node)
 {
     const pd_components *s = &a->etch.reactive->components;
@@ -282,8 +293,8 @@ static double pdi_attack_ions(const pd_attack *a, int32_t node)
     return sum;
 }
 
-/* A node that has just turned fluid has next to no ions that could carry a current: what its neighbours have bounds the
- * step. */
+/* Raise the speed at a node just converted to fluid to that of its neighbours: it has next to no ions to carry a
+ * current, and the speed bounds the time step. */
 static void pdi_attack_fresh(pd_attack *a, int m, const pdi_beside *beside)
 {
     const pd_grid *grid = a->dissolve->grid;
@@ -298,7 +309,7 @@ static void pdi_attack_fresh(pd_attack *a, int m, const pdi_beside *beside)
     }
 }
 
-/* The same places within a step of the run, of metal that minerals cover otherwise. */
+/* Update the weights of existing sites within a step of the run, as the coverage of metal by minerals has changed. */
 static void pdi_attack_again(pd_attack *a)
 {
     const pd_dissolve *d = a->dissolve;
@@ -319,7 +330,8 @@ static void pdi_attack_again(pd_attack *a)
     }
 }
 
-/* A place of an electrode: contact n of the cell, or -1: none; with the law of metal m, or -1: none. */
+/* Add a surface site at a node: contact n of the potential solver (-1: none) with its electrode, and the law of metal m
+ * (-1: none). PD_ERR_SIZE: no room. */
 static pd_status pdi_attack_place(pd_ctx *ctx, pd_attack *a, int32_t node, int32_t n, int m, const pdi_beside *beside)
 {
     const pd_contacts *c = &a->cell->potential.contacts;
@@ -333,7 +345,7 @@ static pd_status pdi_attack_place(pd_ctx *ctx, pd_attack *a, int32_t node, int32
     return PD_OK;
 }
 
-/* Metals beside a node whose law has no place there yet: each has one on the electrode of its metal that is nearest. */
+/* Add a site for each metal at a node whose law has none there yet, on the nearest electrode of that metal. */
 static pd_status pdi_attack_others(pd_ctx *ctx, pd_attack *a, const pdi_beside *beside)
 {
     for (int m = 0; m < a->laws && beside; m++)
@@ -342,7 +354,8 @@ static pd_status pdi_attack_others(pd_ctx *ctx, pd_attack *a, const pdi_beside *
     return PD_OK;
 }
 
-/* A place for each electrode beside a node; the law of a metal is that of its electrode with the largest area there. */
+/* Build the list of sites with electrodes: one for each electrode beside a node. The law of a metal goes to its
+ * electrode with the largest area there. */
 static pd_status pdi_attack_electrodes(pd_ctx *ctx, pd_attack *a)
 {
     const pd_dissolve *d = a->dissolve;
@@ -368,7 +381,8 @@ static pd_status pdi_attack_electrodes(pd_ctx *ctx, pd_attack *a)
     return PD_OK;
 }
 
-/* The law for the species as they are now. */
+/* Rebuild the surface sites and solve rate laws, polarisation curves and circuit potentials for the present
+ * concentrations. PD_ERR_STATE: no solution, or several potentials of a circuit. */
 static pd_status pdi_attack_now(pd_ctx *ctx, pd_attack *a)
 {
     const pd_dissolve *d = a->dissolve;
@@ -407,7 +421,8 @@ static pd_status pdi_attack_now(pd_ctx *ctx, pd_attack *a)
     return d ? pdi_attack_speeds(ctx, a) : PD_OK;
 }
 
-/* A piece of metal gives to a node. `split` of a place: the weight of its piece. */
+/* Callback of pdi_content_small: metal component `piece` (content `has`) gives metal to a node with a weight.
+ * Accumulates the weight of the component at the site; several components there mark it as split. */
 static void pdi_attack_put(void *user, int32_t piece, double has, int metal, int32_t node, double weight)
 {
     pd_attack *a = (pd_attack *)user;
@@ -422,7 +437,7 @@ static void pdi_attack_put(void *user, int32_t piece, double has, int metal, int
     s->split[p] += s->piece[p] == piece ? weight : -HUGE_VAL;
 }
 
-/* The only piece of a metal; -1: there are several, or none. */
+/* The only metal component among the sites of metal m; -1: there are several, or none. */
 static int32_t pdi_attack_only(const pd_etch *s, int m)
 {
     int32_t only = -1;
@@ -434,9 +449,9 @@ static int32_t pdi_attack_only(const pd_etch *s, int m)
     return only;
 }
 
-/* Which piece of metal, that may be used up, gives at a place: the one that gives most of it there, or the only one.
- * What edges and metals side by side share out makes weights differ from those of pieces by a few percent. Their sums
- * agree. */
+/* Assign each site to the metal component that dissolves there and may be consumed within a step: the one that gives
+ * most of the weight, or the only one. Edges and neighbouring metals make weights differ by a few percent; sums agree.
+ */
 static void pdi_attack_pieces(pd_attack *a)
 {
     pd_etch *s = &a->etch;

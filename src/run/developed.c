@@ -3,12 +3,13 @@
 #include <math.h>
 #include <string.h>
 
-/* Reynolds number of the flow in it; its shape knows none. */
+/* Reynolds number of the duct flow. Any small one will do: the profile does not depend on it. */
 #define PDI_DEVELOPED_REYNOLDS 1e-3
-/* Tolerance of its solve, and what will do where rounding ends it. */
+/* Residual tolerance of the duct flow, and residual that is accepted where rounding stops the solver. */
 #define PDI_DEVELOPED_TOLERANCE 1e-11
 #define PDI_DEVELOPED_ENOUGH 1e-7
 
+/* The flow solver of a duct. */
 typedef struct pdi_developed {
     pd_grid grid;
     pd_bonds bonds;
@@ -16,7 +17,8 @@ typedef struct pdi_developed {
     pd_steady steady;
 } pdi_developed;
 
-/* A slice of the box at a side, periodic across it. */
+/* Build the lattice of the duct: a slice of the box at a side, periodic along the flow, with inlets and outlets of
+ * other sides as mirrors. PD_ERR_GEOMETRY: no wall. */
 static pd_status pdi_developed_slice(pd_ctx *ctx, const pd_inlet *inlet, const pd_flow *flow, int side,
                                      pdi_developed *d)
 {
@@ -54,6 +56,8 @@ static pd_status pdi_developed_slice(pd_ctx *ctx, const pd_inlet *inlet, const p
                     pdi_setup_side_name(side));
 }
 
+/* Solve the steady duct flow, driven by a body force along `axis` that gives about the small Reynolds number.
+ * PD_ERR_DIVERGED. */
 static pd_status pdi_developed_solve(pd_ctx *ctx, const pd_flow *flow, int axis, pdi_developed *d)
 {
     pd_flow_desc fd;
@@ -77,7 +81,7 @@ static pd_status pdi_developed_solve(pd_ctx *ctx, const pd_flow *flow, int axis,
                     "the developed profile of an opening is not found: its residual is %g", reached);
 }
 
-/* Speeds over that mean whose flux is the mean times the area of the opening. */
+/* Store the axial velocities of the duct in inlet->profile[side], scaled so that their flux is area times mean. */
 static pd_status pdi_developed_keep(pd_ctx *ctx, pd_inlet *inlet, int side, pdi_developed *d)
 {
     int axis = side / 2, i[PD_DIM];

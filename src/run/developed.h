@@ -1,5 +1,5 @@
-/* developed: the developed flow in a straight duct with the opening of an inlet as its section, on the lattice of the
- * run (theory: 4.3b).
+/* developed: fully developed velocity profiles of inlets with any cross-section: a steady flow solve in a straight
+ * periodic duct with the opening as its section, on the lattice of the run (theory: 4.3b).
  */
 #ifndef PD_DEVELOPED_H
 #define PD_DEVELOPED_H
@@ -7,8 +7,8 @@
 #include "run/inlet.h"
 
 #ifdef PDI_INTERNAL
-/* Find the profiles of inlets that have no closed form, with the operator of `flow`, and fill its ghosts anew.
- * PD_ERR_GEOMETRY: an opening without a wall, where nothing develops. */
+/* Solve for the profiles (inlet->profile) of inlets without a closed form, with the viscous operator of `flow`, and
+ * update the ghosts of `flow`. PD_ERR_GEOMETRY: an opening without a wall, where no profile develops. */
 PDI_FN pd_status pdi_developed_find(pd_ctx *ctx, pd_inlet *inlet, pd_flow *flow);
 #endif
 

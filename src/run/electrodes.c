@@ -4,7 +4,7 @@
 #include <math.h>
 #include <string.h>
 
-/* Electrode of a solid node; -1: none. */
+/* Electrode of a solid node, the last one whose shape or material fits; -1: none. user: a pd_electrode_map. */
 static int pdi_electrodes_which(void *user, int32_t node)
 {
     const pd_electrode_map *m = (const pd_electrode_map *)user;
@@ -38,7 +38,8 @@ PDI_FN int pdi_electrodes_timed(const pd_setup *setup)
     return timed;
 }
 
-/* kappa = F^2/(R T) sum z^2 D c (theory: eq. 6b.7) */
+/* Conductivity field [total] [S/m] of the electrolyte, kappa = F^2/(R T) sum z^2 D c (theory: eq. 6b.7). user: a
+ * pd_electrode_map. */
 static void pdi_electrodes_conduct(void *user, double *field)
 {
     const pd_electrode_map *m = (const pd_electrode_map *)user;
@@ -56,6 +57,7 @@ static void pdi_electrodes_conduct(void *user, double *field)
     }
 }
 
+/* Factors of the curves of contacts from surface states; the `share` callback of pd_cell_desc. */
 static pd_status pdi_electrodes_share(pd_ctx *ctx, void *user, pd_contact *contact, int32_t count, double t)
 {
     return pdi_surfaces_share(ctx, ((const pd_electrode_map *)user)->surfaces, contact, count, t);
@@ -104,7 +106,7 @@ PDI_FN pd_status pdi_electrodes_drained(pd_ctx *ctx, void *user, int32_t node, i
                     of->species[species].name, of->species[species].name);
 }
 
-/* Electrodes that are connected get one number: that of the first one. */
+/* Merge the circuits of electrodes a and b in wire [count]: members of a circuit share the lowest index. */
 static void pdi_electrodes_join(int *wire, int count, int a, int b)
 {
     int low = wire[a] < wire[b] ? wire[a] : wire[b], high = wire[a] < wire[b] ? wire[b] : wire[a];
@@ -112,7 +114,8 @@ static void pdi_electrodes_join(int *wire, int count, int a, int b)
         if (wire[k] == high) wire[k] = low;
 }
 
-/* Which electrodes are there, and which touch. */
+/* Assign all solid nodes to electrodes and merge circuits of those that touch, in wire. PD_ERR_GEOMETRY: metal without
+ * an electrode, or an electrode without metal. */
 static pd_status pdi_electrodes_find(pd_ctx *ctx, pd_electrode_map *m, int *wire)
 {
     const pd_setup_potential *p = &m->setup->potential;
@@ -143,7 +146,7 @@ static pd_status pdi_electrodes_find(pd_ctx *ctx, pd_electrode_map *m, int *wire
     return PD_OK;
 }
 
-/* A circuit for all that is connected, with the value of one of them. */
+/* Number the circuits and find the prescribed value of each. PD_ERR_ARGUMENT: two prescribed values in one circuit. */
 static pd_status pdi_electrodes_circuits(pd_ctx *ctx, pd_electrode_map *m, const int *wire)
 {
     const pd_setup_potential *p = &m->setup->potential;
@@ -167,6 +170,7 @@ static pd_status pdi_electrodes_circuits(pd_ctx *ctx, pd_electrode_map *m, const
     return PD_OK;
 }
 
+/* Fill in the descriptor of the potential solver and build it. */
 static pd_status pdi_electrodes_cell(pd_ctx *ctx, pd_electrode_map *m, const pd_bonds *bonds, const pd_stencil *across,
                                      const pd_dissolve *dissolve, pd_cell *cell)
 {

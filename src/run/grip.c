@@ -56,7 +56,7 @@ PDI_FN int pdi_grip_holds(const pd_grips *g, int k, int32_t i)
     return pdi_shape_has(g->setup->shape, grip->shape, g->setup->h, x);
 }
 
-/* Families reach floor(m + 1/2) cells; truncation is felt over two of them. */
+/* A family holds offsets shorter than m + 1/2 cells; its truncation is felt over two of them. */
 PDI_FN int pdi_grip_depth(const pd_grips *g) { return 2 * ((int)ceil(g->structure->desc.m + 0.5) - 1); }
 
 /* The point in the given layer from a side, on the lattice line of point i along the normal; -1: no metal with

@@ -4,15 +4,15 @@
 #include <math.h>
 #include <string.h>
 
-/* Open nodes of the layer inside a side. */
+/* The layer of nodes inside a side of the box: numbers, extent and mean inflow. */
 typedef struct pdi_inlet_layer {
     int64_t open, solid;
     int lo, hi;     /* 2D: first and last open index along the side */
-    double velocity; /* [m/s] mean inward velocity of the expression */
-    double size;     /* [m/s] mean of its size */
+    double velocity; /* [m/s] mean inward velocity of the profile expression */
+    double size;     /* [m/s] mean of its absolute value */
 } pdi_inlet_layer;
 
-/* i: the first node in front of a side. Returns the face of a cell there [m^(d-1)]. */
+/* Set i [PD_DIM] to the first node in front of a side. Returns the face area of a cell there [m^(d-1)]. */
 static double pdi_inlet_first(const pd_grid *grid, int side, int *i)
 {
     double face = 1.0;
@@ -23,7 +23,7 @@ static double pdi_inlet_first(const pd_grid *grid, int side, int *i)
     return face;
 }
 
-/* Next index of the layer of a side; 0 when all were seen. Start with i zero but for the axis. */
+/* Advance i [PD_DIM] to the next node of the layer normal to `axis`; 0 at its end. */
 static int pdi_inlet_next(const pd_grid *grid, int axis, int *i)
 {
     for (int d = 0; d < PD_DIM; d++) {
@@ -34,18 +34,22 @@ static int pdi_inlet_next(const pd_grid *grid, int axis, int *i)
     return 0;
 }
 
-/* Mean of an expression over the mean of its size that is rounding. */
+/* An expression flows in if its mean is above this fraction of the mean of its absolute value (rounding). */
 #define PDI_INLET_ENTERS 1e-12
-/* Samples along an axis of a cell that a wall crosses. */
+/* Samples along an axis for the open part of a cell face that a wall cuts. */
 #define PDI_INLET_SAMPLES 32
 
+/* 1 or -1: sign of the axis component of a velocity that flows in through a side. */
 static double pdi_inlet_sign(int side) { return side % 2 ? -1.0 : 1.0; }
 
+/* Velocity u [PD_DIM] [m/s] of the profile expression of a side at x [m] and time t [s]. */
 static void pdi_inlet_expression(const pd_setup_side *side, const double *x, double t, double *u)
 {
     for (int d = 0; d < PD_DIM; d++) u[d] = pdi_setup_eval(&side->velocity[d], x, t);
 }
 
+/* Count the open and solid nodes of the layer inside a side and average its profile expression at time t [s] into
+ * *layer. */
 static void pdi_inlet_scan(const pd_setup *setup, const pd_grid *grid, double t, int side, pdi_inlet_layer *layer)
 {
     int i[PD_DIM], axis = side / 2, along = PD_DIM > 1 ? 1 - axis : 0;
@@ -74,7 +78,8 @@ static void pdi_inlet_scan(const pd_setup *setup, const pd_grid *grid, double t,
     layer->size = size / weight;
 }
 
-/* Where the wall begins between the open node at s and the closed one `step` further, along axis `along`. */
+/* Coordinate [m] of the wall surface between the open node at index s and the closed one at s + step, along the side:
+ * exact, by bisection, or halfway. */
 static double pdi_inlet_edge(const pd_grid *grid, int side, int s, int step)
 {
     int axis = side / 2, along = PD_DIM > 1 ? 1 - axis : 0, i[PD_DIM];
@@ -100,7 +105,8 @@ static double pdi_inlet_edge(const pd_grid *grid, int side, int s, int step)
     return 0.5 * (a + b);
 }
 
-/* The radius of the tube along `axis` around every open node: a complement of a cylinder among the walls. -1: none. */
+/* Radius [m] of a tube along `axis` among the wall shapes (complement of a cylinder, shape number `index` or its
+ * parts); its centre. -1: there is none. */
 static double pdi_inlet_tube(const pd_grid *grid, int index, int axis, double *centre)
 {
     const pd_shape *s = &grid->shapes[index];
@@ -116,7 +122,7 @@ static double pdi_inlet_tube(const pd_grid *grid, int index, int axis, double *c
     return radius;
 }
 
-/* 1 when exactly the nodes within the tube are open. */
+/* 1: the open nodes of a side are exactly those within the circle (centre, radius [m]). */
 static int pdi_inlet_round(const pd_grid *grid, int side, const double *centre, double radius)
 {
     int i[PD_DIM], axis = side / 2;
@@ -132,12 +138,14 @@ static int pdi_inlet_round(const pd_grid *grid, int side, const double *centre, 
     return 1;
 }
 
+/* Report why an inlet side cannot be built. Returns PD_ERR_GEOMETRY. */
 static pd_status pdi_inlet_refuse(pd_ctx *ctx, int side, const char *why)
 {
     return pdi_fail(ctx, PD_ERR_GEOMETRY, "inlet", "side %s: %s", pdi_setup_side_name(side), why);
 }
 
-/* The same around an axis: across it a tube or the room between two, along it a cylinder. */
+/* Axisymmetric opening from lo to hi [m]: an annulus or tube across the axis, a cylinder along it. Sets centre, inner
+ * radius, width and *area [m2]; several: 1: the opening has gaps, and cell rings are added up. */
 static void pdi_inlet_rings(const pd_grid *grid, int side, double lo, double hi, int several, pd_inlet *inlet,
                             double *area)
 {
@@ -158,7 +166,8 @@ static void pdi_inlet_rings(const pd_grid *grid, int side, double lo, double hi,
         } while (pdi_inlet_next(grid, axis, i));
 }
 
-/* Open part of the cell around x [m] on a side, whose node is fluid or wall. */
+/* Open fraction of the cell face around x [m] on a side with normal `axis`, by samples where a wall may cut it; fluid:
+ * kind of its node. */
 static double pdi_inlet_part(const pd_grid *grid, int axis, const double *x, int fluid)
 {
     double at[PD_DIM], reach = 0.0, open = 0.0, all = 0.0;
@@ -185,7 +194,7 @@ static double pdi_inlet_part(const pd_grid *grid, int axis, const double *x, int
     return open / all;
 }
 
-/* Area of the open part of a side, cells that walls cross by samples. */
+/* Area [m^(d-1)] of the open part of a side, with cut cell faces sampled. */
 static double pdi_inlet_sampled(const pd_grid *grid, int side)
 {
     int i[PD_DIM], axis = side / 2;
@@ -202,7 +211,8 @@ static double pdi_inlet_sampled(const pd_grid *grid, int side)
     return sum;
 }
 
-/* Planar 2D: an opening that ends on a mirror is half of one. One without walls has no profile. */
+/* Planar 2D: an opening that ends on a mirror side is half of a channel; width and centre become those of the whole.
+ * PD_ERR_GEOMETRY: no walls, so that no profile develops. */
 static pd_status pdi_inlet_symmetric(pd_ctx *ctx, const pd_grid *grid, int side, const pdi_inlet_layer *layer,
                                      pd_inlet *inlet)
 {
@@ -223,7 +233,8 @@ static pd_status pdi_inlet_symmetric(pd_ctx *ctx, const pd_grid *grid, int side,
     return PD_OK;
 }
 
-/* Width and centre of the open part, and its area. */
+/* Width, centre and *area [m^(d-1)] of the open part of a side, and whether a parabola has a closed form there.
+ * PD_ERR_GEOMETRY: closed, or no parabola possible. */
 static pd_status pdi_inlet_measure(pd_ctx *ctx, const pd_grid *grid, int side, const pdi_inlet_layer *layer,
                                    pd_inlet *inlet, double *area)
 {
@@ -264,7 +275,7 @@ static pd_status pdi_inlet_measure(pd_ctx *ctx, const pd_grid *grid, int side, c
     return PD_OK;
 }
 
-/* Area of the faces of cells that are open. */
+/* Area [m^(d-1)] of the cell faces of a side that are open. */
 static double pdi_inlet_faces(const pd_grid *grid, int side)
 {
     int i[PD_DIM], axis = side / 2;
@@ -277,7 +288,7 @@ static double pdi_inlet_faces(const pd_grid *grid, int side)
     return sum;
 }
 
-/* 1: something outside of the fluid depends on time. */
+/* Does any boundary value of the fluid or body force depend on time? 1 or 0. */
 static int pdi_inlet_timed(const pd_setup *u)
 {
     int timed = 0;
@@ -306,7 +317,7 @@ PDI_FN double pdi_inlet_mean(const pd_inlet *inlet, int side)
     return layer.velocity;
 }
 
-/* 1: a tube lies in the box; mirrors cut others. */
+/* 1: the circular opening of a side lies within the box; mirror sides cut others. */
 static int pdi_inlet_inside(const pd_grid *grid, int side, const pd_inlet *inlet)
 {
     for (int d = 0; d < PD_DIM; d++) {
@@ -316,6 +327,7 @@ static int pdi_inlet_inside(const pd_grid *grid, int side, const pd_inlet *inlet
     return 1;
 }
 
+/* Inner part of the build: measures all inlet sides. */
 static pd_status pdi_inlet_make(pd_ctx *ctx, const pd_setup *setup, const pd_grid *grid, pd_inlet *inlet)
 {
     memset(inlet, 0, sizeof *inlet);
@@ -372,8 +384,8 @@ PDI_FN pd_status pdi_inlet_build(pd_ctx *ctx, const pd_setup *setup, const pd_gr
     return status;
 }
 
-/* Fully developed flow in a tube or between two (k > 0) at s = r/R, over its mean (White, Viscous Fluid
- * Flow, 3-3.3). */
+/* Fully developed velocity over its mean at s = r/R in a tube (k = 0) or an annulus with radius ratio k (White, Viscous
+ * Fluid Flow, 3-3.3). */
 static double pdi_inlet_round_profile(double k, double s)
 {
     if (!(k > 0.0)) return 2.0 * (1.0 - s * s);
@@ -381,7 +393,7 @@ static double pdi_inlet_round_profile(double k, double s)
     return 2.0 * (1.0 - s * s + a * log(s)) / (1.0 + k * k - a);
 }
 
-/* The cell of the layer of a side that x [m] lies in front of. */
+/* Index of the cell in the layer of a side that x [m] lies in front of. */
 static int64_t pdi_inlet_place(const pd_grid *grid, int axis, const double *x)
 {
     int64_t place = 0;

@@ -1,47 +1,51 @@
-/* inlet: prescribed velocity behind the inlets of a box: where a side is open, how wide, and the profile over it. */
+/* inlet: inflow boundary conditions: open part of each inlet side, its mean velocity and velocity profile, and the
+ * concentration of what flows in. */
 #ifndef PD_INLET_H
 #define PD_INLET_H
 #include "scene/setup.h"
 
+/* Inlets of a setup on its lattice. Arrays are by side of the box. */
 typedef struct pd_inlet {
     const pd_setup *setup;
     const pd_grid *grid;
-    double time;                /* [s] for which the functions below, and those of walls, answer */
-    int timed;                  /* 1: any of them depends on it */
-    int inlets;
+    double time;                /* [s] time of boundary values here and in wall.h; set by the solvers */
+    int timed;                  /* 1: a boundary value depends on it */
+    int inlets;                 /* number of inlet sides */
     double mean[2 * PD_DIM];    /* [m/s] into the box at time 0, 0 for other sides */
-    double area[2 * PD_DIM];    /* [m2] that a flow_rate goes through */
-    double fill[2 * PD_DIM];    /* [-] area of the opening over that of the open faces of cells, which a uniform speed
-                                 * makes up for */
-    double scale[2 * PD_DIM];   /* [s/m] times the mean it scales an expression, so that the area of the opening times
-                                 * the mean passes the faces of cells; 0 without a mean */
+    double area[2 * PD_DIM];    /* [m2] area by which a flow rate is divided */
+    double fill[2 * PD_DIM];    /* [-] area of the opening over that of its cell faces: factor on uniform profiles */
+    double scale[2 * PD_DIM];   /* [s/m] factor that, times the mean velocity, scales an expression to the flow rate
+                                 * through the opening; 0 without a mean */
     double width[2 * PD_DIM];   /* [m] of the open part: 2H or 2R */
     double centre[2 * PD_DIM][PD_DIM]; /* [m] of the open part; axisymmetric: 0 */
-    double inner[2 * PD_DIM];   /* [m] axisymmetric, across the axis: least radius of the open part, 0: a tube */
-    int develops[2 * PD_DIM];   /* 1: a parabola of no closed form, which `developed` finds */
-    double *profile[2 * PD_DIM]; /* [cells of the side] [-] its speed over the mean; NULL: uniform until then */
+    double inner[2 * PD_DIM];   /* [m] axisymmetric: inner radius of an annulus, 0: a tube */
+    int develops[2 * PD_DIM];   /* 1: the developed profile has no closed form; developed.h solves for it */
+    double *profile[2 * PD_DIM]; /* [cells of the side] [-] that profile over its mean; NULL: not solved yet */
     int first;                  /* first inlet side, -1: none */
-    int latest;                 /* the side that was measured last: the one that the build refuses */
+    int latest;                 /* side that was measured last, for error messages */
 } pd_inlet;
 
 #ifdef PDI_INTERNAL
-/* Measure the open part of each inlet side of the grid. PD_ERR_GEOMETRY: a side without open nodes, a parabola where
- * nothing develops (solid in the opening, no walls), an expression with a mean that does not enter. setup and grid are
- * borrowed; nothing is allocated. */
+/* Measure the open part of each inlet side and its mean velocity. PD_ERR_GEOMETRY: a side without open nodes, a
+ * parabola where no profile develops (solid in the opening, no walls), an expression with a mean that does not flow in.
+ * setup and grid are borrowed; nothing is allocated. */
 PDI_FN pd_status pdi_inlet_build(pd_ctx *ctx, const pd_setup *setup, const pd_grid *grid, pd_inlet *inlet);
 PDI_FN void pdi_inlet_free(pd_ctx *ctx, pd_inlet *inlet);
-/* Cells of the layer inside a side. */
+/* Number of cells in the layer inside a side of the box. */
 PDI_FN int64_t pdi_inlet_cells(const pd_grid *grid, int side);
-/* Mean velocity [m/s] into the box through a side at inlet->time. */
+/* Mean inflow velocity [m/s] through a side at inlet->time. */
 PDI_FN double pdi_inlet_mean(const pd_inlet *inlet, int side);
-/* A pd_velocity_fn; user is the pd_inlet. 2D parabola: 3/2 U (1 - s^2); tube: 2 U (1 - (r/R)^2); between
- * two tubes (R1 < R2, k = R1/R2, s = r/R2): 2 U (1 - s^2 + a ln s)/(1 + k^2 - a), a = (1 - k^2)/ln(1/k). */
+/* Inflow velocity u [PD_DIM] [m/s] at place x [m] behind a side; 0 elsewhere. 2D parabola: 3/2 U (1 - s^2); tube: 2 U
+ * (1 - (r/R)^2); annulus (R1 < R2, k = R1/R2, s = r/R2): 2 U (1 - s^2 + a ln s)/(1 + k^2 - a), a = (1 - k^2)/ln(1/k)
+ * (White, Viscous Fluid Flow, 3-3.3). A pd_velocity_fn; user is the pd_inlet. */
 PDI_FN void pdi_inlet_velocity(void *user, const double *x, double *u);
-/* A pd_entry_fn, user being the pd_setup: where a given flow enters through open sides. */
+/* Does the flow enter through a side at place x [m]? 1 or 0; on open sides by the sign of the prescribed velocity. A
+ * pd_entry_fn; user is the pd_setup. */
 PDI_FN int pdi_inlet_enters(void *user, int side, const double *x);
-/* A pd_point_fn, user being the pd_inlet: the concentration [mol/m3] behind inlets and open sides. */
+/* Concentration [mol/m3] of the inflow at place x [m] behind inlets and open sides. A pd_point_fn; user is the
+ * pd_inlet. */
 PDI_FN double pdi_inlet_entering(void *user, const double *x);
-/* A pd_velocity_fn, user being the pd_inlet: the body force [m/s2] that is no constant. */
+/* Body force per mass, force [PD_DIM] [m/s2], at place x [m]. A pd_velocity_fn; user is the pd_inlet. */
 PDI_FN void pdi_inlet_body(void *user, const double *x, double *force);
 #endif
 

@@ -6,19 +6,24 @@
 #include <math.h>
 #include <string.h>
 
-/* Bit of what curves read: pH. */
+/* Bit of pH in the mask of what a curve depends on, as of pd_etch_electrodes. */
 #define PDI_POLARISE_PH ((uint32_t)1 << 31)
-/* [cells] Metal is looked for this far from a fluid node. */
+/* [cells] Search radius for the nearest electrode of a metal. */
 #define PDI_POLARISE_AROUND 6
-/* Where laws may fall is looked for at so many potentials up to so many volts. */
+/* Sampling of laws and curves for decreasing parts: number of intervals, and potentials from -4 V to 4 V; a relative
+ * decrease below the last number is rounding. */
 #define PDI_POLARISE_TRIALS 1600
 #define PDI_POLARISE_WIDE 4.0
 #define PDI_POLARISE_SLACK 1e-12
-/* [V] How far other potentials of a circuit are looked for, and in which steps: where a law may fall, and elsewhere. */
+/* [V] Search for further potentials of a circuit: distance from the present one, and steps where a law decreases and
+ * elsewhere. */
 #define PDI_POLARISE_FAR 2.0
 #define PDI_POLARISE_FINE 0.005
 #define PDI_POLARISE_COARSE 0.1
 
+/* Current density [A/m2] of an electrode from metal to fluid at the potential drop [V]: its polarisation curve times
+ * the bare fraction `share`, through a film resistance, or an expression in drop, pH and species. A pd_etch_curve_fn.
+ */
 static double pdi_polarise_curve(void *user, int electrode, double share, const double *c, double ph, double drop,
                                  double t)
 {
@@ -36,14 +41,15 @@ static double pdi_polarise_curve(void *user, int electrode, double share, const 
     return share * pdi_expr_eval(&e->law, vars);
 }
 
+/* Prescribed potential or current of a circuit at time t [s], as of pdi_electrodes_given. */
 static double pdi_polarise_given(void *user, int circuit, double t)
 {
     const pd_polarise *p = (const pd_polarise *)user;
     return pdi_electrodes_given(p->map, circuit, t);
 }
 
-/* A law that falls somewhere as its variable number `of`, a potential, rises, for these values of all others. What is
- * below `least` counts as that. */
+/* Sample an expression over its variable number `of`, a potential, with the other vars fixed, and extend the range
+ * p->low .. p->high where it decreases. Values below `least` are clamped to it. */
 static void pdi_polarise_drops(const pd_expr *law, int of, double *vars, double least, pd_polarise *p)
 {
     double last = -HUGE_VAL, stride = 2.0 * PDI_POLARISE_WIDE / PDI_POLARISE_TRIALS;
@@ -59,8 +65,8 @@ static void pdi_polarise_drops(const pd_expr *law, int of, double *vars, double 
     }
 }
 
-/* The n-th of three values that a state has: both its bounds and the middle, or where it has none a number of any
- * size. */
+/* The n-th (0 to 2) of three sample values of a surface state: its bounds and the middle, or, without bounds, numbers
+ * of different magnitude. */
 static double pdi_polarise_state(const pd_setup_state *state, int n)
 {
     static const double any[] = {1e-3, 1.0, 1e3};
@@ -68,8 +74,8 @@ static double pdi_polarise_state(const pd_setup_state *state, int n)
     return state->low + 0.5 * n * (state->high - state->low);
 }
 
-/* Where laws of metal or curves fall, for species, pH and states as they may be. Metal does not dissolve at a negative
- * rate. */
+/* Find the range of potentials in which a rate law or polarisation curve decreases, by samples of concentrations, pH,
+ * states and places. Negative dissolution rates count as 0. */
 static void pdi_polarise_falls(pd_polarise *p)
 {
     const pd_setup *u = p->setup;
@@ -129,7 +135,7 @@ PDI_FN pd_status pdi_polarise_build(pd_ctx *ctx, const pd_setup *setup, pd_elect
     return PD_OK;
 }
 
-/* What several potentials of a circuit are, in words. */
+/* Error message for a circuit with several potentials, root [found] [V]. Returns PD_ERR_STATE. */
 static pd_status pdi_polarise_several(pd_ctx *ctx, const pd_polarise *p, int circuit, int found, const double *root)
 {
     const pd_setup_potential *of = &p->setup->potential;
@@ -206,7 +212,8 @@ PDI_FN int pdi_polarise_near(const pd_polarise *p, const pd_dissolve *dissolve, 
     return found;
 }
 
-/* [A] (per m in planar 2D) of a place, by law and curve; *size: of both, *anodic: of what leaves the metal. */
+/* [A] (per m in planar 2D) Current of site k: dissolution by the rate law and the polarisation curve. *size: sum of
+ * absolute values; *anodic: anodic part. */
 static double pdi_polarise_place(const pd_etch *s, int32_t k, double *size, double *anodic)
 {
     const pd_reactive *r = s->reactive;
@@ -235,7 +242,8 @@ PDI_FN int pdi_polarise_gone(const pd_polarise *p)
     return 0;
 }
 
-/* What the surface of an electrode meets now. */
+/* Extend the range *met of potentials at which the tabulated curve of an electrode was evaluated, by those at its sites
+ * now. */
 static void pdi_polarise_met(const pd_polarise *p, int electrode, pd_cell_range *met)
 {
     const pd_electrode_term *table = pdi_cell_table(p->cell, electrode);
@@ -257,7 +265,7 @@ PDI_FN void pdi_polarise_meet(pd_polarise *p)
     for (int e = 0; e < p->setup->potential.electrodes; e++) pdi_polarise_met(p, e, &p->cell->met[e]);
 }
 
-/* [V] of a circuit; NaN: neither it is given nor is its metal there. */
+/* [V] Potential of a circuit; NaN: it is not prescribed, and none of its metal is wetted. */
 static double pdi_polarise_known(const pd_polarise *p, int circuit)
 {
     const pd_etch *s = p->etch;

@@ -1,6 +1,8 @@
-/* polarise: electrodes of a setup among ions that migrate: their curves at the surface, where they lie, what passes.
+/* polarise: electrodes in an electrolyte with migrating ions: polarisation curves as a boundary condition of the
+ * species solver, and the currents that result (theory: 5c.5).
  *
- * The cell tells contacts and circuits. What passes is found with the steps of the species (react/levels.h).
+ * The potential solver (pd_cell) only provides contacts and circuits here. Currents and potentials are solved with the
+ * steps of the species (react/levels.h).
  */
 #ifndef PD_POLARISE_H
 #define PD_POLARISE_H
@@ -8,45 +10,51 @@
 #include "react/etch.h"
 #include "run/electrodes.h"
 
+/* Electrodes among migrating ions. All is borrowed but for the arrays. */
 typedef struct pd_polarise {
     const pd_setup *setup;
     pd_electrode_map *map;
     pd_cell *cell;
     pd_etch *etch;
     double *part;                                  /* [electrodes][species] [-] see pd_etch_electrodes */
-    uint32_t reads[PD_SETUP_ELECTRODES];
+    uint32_t reads[PD_SETUP_ELECTRODES];           /* see pd_etch_electrodes */
     pd_etch_circuit circuit[PD_SETUP_ELECTRODES];
-    int falls;                                     /* 1: a law of metal or a curve falls somewhere as E rises, */
-    double low, high;                              /* [V] between these, where all of them do */
-    double *former;                                /* [kinds + 1][total] [m/s], [mol/m2/s] with `falls`; else NULL */
-    int64_t formers;                               /* of them */
+    int falls;                                     /* 1: a rate law or curve decreases with E (passivation), */
+    double low, high;                              /* [V] within this range of potentials */
+    double *former;                                /* [kinds + 1][total] [m/s], [mol/m2/s] saved speeds and electron
+                                                    * fluxes, with `falls`; else NULL */
+    int64_t formers;                               /* length of `former` */
 } pd_polarise;
 
 #ifdef PDI_INTERNAL
-/* Electrodes for a pd_etch that is to be built; all is borrowed. */
+/* Set up electrodes among migrating ions, and the descriptor `electrodes` for a surface solver pd_etch that is built
+ * afterwards. All is borrowed. */
 PDI_FN pd_status pdi_polarise_build(pd_ctx *ctx, const pd_setup *setup, pd_electrode_map *map, pd_cell *cell,
                                     const pd_reactive *reactive, pd_etch *etch, pd_polarise *p,
                                     pd_etch_electrodes *electrodes);
 PDI_FN void pdi_polarise_free(pd_ctx *ctx, pd_polarise *p);
-/* 1: there is an electrode without a place. */
+/* 1: fluid touches no part of at least one electrode any more. */
 PDI_FN int pdi_polarise_gone(const pd_polarise *p);
-/* What surfaces meet now. */
+/* Extend the range of potentials at which each tabulated polarisation curve was evaluated, by those of now. */
 PDI_FN void pdi_polarise_meet(pd_polarise *p);
-/* The places of a contact's node begin at `first`, and end where it returns; *own: the one whose metal is of `kind`,
- * with the largest area; -1: none. */
+/* Contacts of one node, from index `first` to the returned end; *own: the one of metal `kind` with the largest area,
+ * -1: none (kind < 0: none is looked for). */
 PDI_FN int32_t pdi_polarise_node(const pd_polarise *p, int32_t first, int kind, int32_t *own);
-/* Electrode of the metal of `kind` that is nearest to a node. */
+/* Electrode of the nearest solid node of metal `kind` around a fluid node; 0 if none is near. */
 PDI_FN int pdi_polarise_near(const pd_polarise *p, const pd_dissolve *dissolve, int32_t node, int kind);
-/* An electrode as it was at the end of the last step of the species. */
+/* State of an electrode at the end of the last step of the species: potential [V], current [A], area, charge [C] and
+ * extremes of current density. */
 PDI_FN void pdi_polarise_electrode(const pd_polarise *p, int electrode, pd_cell_electrode *now);
-/* [A/m2] Current density at the electrodes beside a fluid node; NaN where there are none. */
+/* [A/m2] Mean current density from metal to fluid at the electrodes beside a fluid node; NaN where there are none. */
 PDI_FN double pdi_polarise_density(const pd_polarise *p, int32_t node);
-/* [A] (per m in planar 2D) what leaves metal, and *off [-], what circuits that float lack at most, over their currents.
- */
+/* [A] (per m in planar 2D) Total anodic current of all metal; *off [-]: largest relative current imbalance of a circuit
+ * with a prescribed current. */
 PDI_FN double pdi_polarise_current(const pd_polarise *p, double *off);
-/* Circuits whose potential follows from their current have one: PD_ERR_STATE: there are several. */
+/* Check that circuits with a prescribed current have one potential only, by a search around the present one.
+ * PD_ERR_STATE: there are several (bistability of a passivating metal). */
 PDI_FN pd_status pdi_polarise_unique(pd_ctx *ctx, pd_polarise *p);
-/* No potential gives a circuit its current. */
+/* Check that a potential was found for each circuit. PD_ERR_STATE: none gives a circuit its current; the message names
+ * the electrode. */
 PDI_FN pd_status pdi_polarise_found(pd_ctx *ctx, const pd_polarise *p);
 #endif
 

@@ -6,12 +6,13 @@
 #include <math.h>
 #include <string.h>
 
-/* The contacts that states go with. */
+/* The metal-fluid contacts that carry states: those of the electrodes, or of all metal. */
 static const pd_contacts *pdi_surfaces_contacts(const pd_surfaces *s)
 {
     return s->cell ? &s->cell->potential.contacts : &s->contacts;
 }
 
+/* Bit mask of the states that an electrode carries; without electrodes: all states. */
 static uint32_t pdi_surfaces_bits(const pd_surfaces *s, int electrode)
 {
     uint32_t bits = 0;
@@ -20,6 +21,8 @@ static uint32_t pdi_surfaces_bits(const pd_surfaces *s, int electrode)
     return bits;
 }
 
+/* Mark in on [total] the states that each fluid node carries; anew: contacts have changed and are found again. The
+ * `where` callback of pd_coat_desc. */
 static pd_status pdi_surfaces_where(pd_ctx *ctx, void *user, int anew, uint32_t *on)
 {
     pd_surfaces *s = (pd_surfaces *)user;
@@ -34,6 +37,7 @@ static pd_status pdi_surfaces_where(pd_ctx *ctx, void *user, int anew, uint32_t 
     return PD_OK;
 }
 
+/* Initial value of a state at a node, by its expression. */
 static double pdi_surfaces_initial(void *user, int state, int32_t node)
 {
     const pd_surfaces *s = (const pd_surfaces *)user;
@@ -42,7 +46,8 @@ static double pdi_surfaces_initial(void *user, int state, int32_t node)
     return pdi_setup_eval(&s->setup->state[state].initial, x, 0.0);
 }
 
-/* Means over the contacts of a node with electrodes that carry a state: current density, E at the surface. */
+/* Current density around[0] [A/m2] and electrode potential around[1] [V] at a node: area-weighted means over its
+ * contacts that carry states. */
 static void pdi_surfaces_around(void *user, int32_t node, double *around)
 {
     const pd_surfaces *s = (const pd_surfaces *)user;
@@ -74,6 +79,7 @@ PDI_FN void pdi_surfaces_vars(const pd_surfaces *s, int k, const pd_coat_at *at,
     for (int n = 0; n < s->setup->states; n++) vars[next++] = y[n];
 }
 
+/* Rates of all states at a place: rate [states] [unit of each per s] for the states y. */
 static void pdi_surfaces_rate(void *user, const pd_coat_at *at, const double *y, double *rate)
 {
     const pd_surfaces *s = (const pd_surfaces *)user;
@@ -84,7 +90,8 @@ static void pdi_surfaces_rate(void *user, const pd_coat_at *at, const double *y,
     }
 }
 
-/* What comes out of metal by its law, and by currents, over the half cell between node and surface. */
+/* Add to flows [components] [mol/m3] the concentration difference between surface and node by what dissolves and by
+ * electrode currents: a diffusion film of half a cell. */
 static void pdi_surfaces_film(void *user, int32_t node, double *flows)
 {
     const pd_surfaces *s = (const pd_surfaces *)user;
@@ -104,7 +111,8 @@ static void pdi_surfaces_film(void *user, int32_t node, double *flows)
     }
 }
 
-/* Among ions that migrate: means over the places of a node that carry a state, by area. */
+/* With migrating ions: area-weighted means over the sites of a node of the concentrations c [solutes] [mol/m3], current
+ * density around[0] [A/m2] and electrode potential around[1] [V] at the surface. 0: the surface has no solution. */
 static int pdi_surfaces_ions(void *user, int32_t node, double *c, double *around)
 {
     const pd_surfaces *s = (const pd_surfaces *)user;
@@ -132,12 +140,14 @@ static int pdi_surfaces_ions(void *user, int32_t node, double *c, double *around
     return 1;
 }
 
+/* With migrating ions: solve rate laws and circuit potentials at time t [s]. The `solve` callback of pd_coat_desc. */
 static pd_status pdi_surfaces_levels(pd_ctx *ctx, void *user, double t)
 {
     const pd_surfaces *s = (const pd_surfaces *)user;
     return s->find(ctx, s->finder, t);
 }
 
+/* Without migrating ions: solve the potential at time t [s]. The `solve` callback of pd_coat_desc. */
 static pd_status pdi_surfaces_solve(pd_ctx *ctx, void *user, double t)
 {
     return pdi_cell_bring(ctx, ((pd_surfaces *)user)->cell, t);

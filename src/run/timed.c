@@ -7,34 +7,35 @@
 #include <math.h>
 #include <string.h>
 
-/* The rule of the stages may miss this share of the tolerance of what the step takes, and this share of a size: of a
- * cell of metal, of a state, of a factor of 1. */
+/* Allowed error of the stage quadrature, over rtol: relative to the integral over the step, and to a reference amount
+ * (a cell of metal, the size of a state, a factor of 1). */
 #define PDI_TIMED_COST 0.1
 #define PDI_TIMED_FAINT 1e-4
-/* Pieces of a step, and those that wait to be looked at. */
+/* Largest number of quadrature intervals of a step, and of intervals on the stack. */
 #define PDI_TIMED_MOST 1024
 #define PDI_TIMED_WAIT 62
-/* A jump lies within a piece of this share of the step, before which the step ends. */
+/* A jump is located to this fraction of the step; the step ends before it. */
 #define PDI_TIMED_SHORT 1e-12
-/* Halvings of a step at most, and ends that are tried for all places. */
+/* Largest number of halvings of a step by one law, and of passes over all laws. */
 #define PDI_TIMED_HALVINGS 50
 #define PDI_TIMED_TRIALS 60
-/* Share of a time by which the stage at the end lies before it, as of etch. */
+/* Relative time by which a stage lies before a jump at its time, as in react/etch. */
 #define PDI_TIMED_BEFORE 1e-15
-/* The tolerance where none is given. */
+/* rtol of the run where the scene sets none. */
 #define PDI_TIMED_RTOL 1e-3
 
-/* A law at a place. */
+/* A law at a surface site, as a function of time alone. */
 typedef struct pdi_timed_law {
     const pd_expr *expr;
     double vars[PD_EXPR_VARS];
-    int clock;    /* which of them is t */
-    double scale; /* factor of the expression */
-    double least; /* what is below counts as that */
-    double size;  /* [unit of the law times s] an amount of its time integral */
+    int clock;    /* index of time in vars */
+    double scale; /* factor on the expression */
+    double least; /* lower bound: smaller values are clamped to it */
+    double size;  /* [unit of the law times s] reference amount of its time integral, for the tolerance */
     double rtol;  /* [-] */
 } pdi_timed_law;
 
+/* Value of the law at time t [s]. Integrand of pdi_quadrature. */
 static double pdi_timed_at(void *user, double t)
 {
     pdi_timed_law *law = (pdi_timed_law *)user;
@@ -42,6 +43,7 @@ static double pdi_timed_at(void *user, double t)
     return pdi_max(law->scale * pdi_expr_eval(law->expr, law->vars), law->least);
 }
 
+/* Lower and upper bound of the law over the time interval from .. to [s], by interval arithmetic. */
 static void pdi_timed_bounds(void *user, double from, double to, double *least, double *most)
 {
     const pdi_timed_law *law = (const pdi_timed_law *)user;
@@ -51,8 +53,9 @@ static void pdi_timed_bounds(void *user, double from, double to, double *least, 
     *most = pdi_max(pdi_max(one, two), law->least);
 }
 
-/* Integral [unit of the law times s] of the law from t over dt [s], and that of its size. *jump: where it jumps first
- * behind t; HUGE_VAL: nowhere. Returns how far the integral has come. */
+/* Integrate the law over dt [s] from t on by adaptive quadrature. *sum: integral, *size: integral of its absolute value
+ * [unit of the law times s]; *jump: time of the first jump after t, HUGE_VAL: none. Returns the time that was reached.
+ */
 static double pdi_timed_integral(pdi_timed_law *law, double t, double dt, double *sum, double *size, double *jump)
 {
     double waiting[PDI_TIMED_WAIT + 2], from = t, mean;
@@ -78,7 +81,8 @@ static double pdi_timed_integral(pdi_timed_law *law, double t, double dt, double
     return from;
 }
 
-/* Where a step from t ends at the latest, by one law. */
+/* Latest end [s] of a step from t to `end` by one law: halved, or cut at a jump, until the SDIRK2 stage rule agrees
+ * with the integral. */
 static double pdi_timed_first(pdi_timed_law *law, double t, double end)
 {
     double g = PDI_SDIRK_GAMMA, sum, size, jump;
@@ -98,6 +102,7 @@ static double pdi_timed_first(pdi_timed_law *law, double t, double end)
 
 /* ---- all laws ---- */
 
+/* Limit `end` by the dissolution rate law at a surface site. law: work. */
 static double pdi_timed_metal(const pd_timed *s, int32_t place, double t, double end, pdi_timed_law *law)
 {
     const pd_etch *etch = &s->attack->etch;
@@ -117,6 +122,8 @@ static double pdi_timed_metal(const pd_timed *s, int32_t place, double t, double
     return pdi_timed_first(law, t, end);
 }
 
+/* Limit `end` by the rates of all surface states at a site; tried: 1: with the state at the end of the attempt. law:
+ * work. */
 static double pdi_timed_state(const pd_timed *s, int32_t place, double t, double end, int tried, pdi_timed_law *law)
 {
     const pd_coat *coat = &s->surfaces->coat;
@@ -137,7 +144,7 @@ static double pdi_timed_state(const pd_timed *s, int32_t place, double t, double
     return end;
 }
 
-/* Factors of electrodes, at all places of states. */
+/* Limit `end` by the factors of polarisation curves at a site. law: work. */
 static double pdi_timed_factor(const pd_timed *s, int32_t place, double t, double end, pdi_timed_law *law)
 {
     const pd_coat *coat = &s->surfaces->coat;
@@ -157,6 +164,7 @@ static double pdi_timed_factor(const pd_timed *s, int32_t place, double t, doubl
     return end;
 }
 
+/* Limit `end` by all laws at all sites. law: work, with its rtol. */
 static double pdi_timed_all(const pd_timed *s, double t, double end, int tried, pdi_timed_law *law)
 {
     for (int32_t p = 0; s->attack && p < s->attack->etch.count; p++) end = pdi_timed_metal(s, p, t, end, law);

@@ -1,27 +1,28 @@
-/* timed: laws at surfaces that depend on time beside species or states, and how far a step of the species may go.
+/* timed: time step limit of the species from surface rate laws that depend explicitly on time.
  *
- * A step takes such laws at its stages. It may end where the rule of the stages gives the integral of the law over the
- * step, at each place, with species and states as they are at its start and as they are at its end. The integral is
- * summed over pieces. Bounds by interval arithmetic leave no room for what the instants of a piece do not show (theory:
- * 6.1).
+ * The SDIRK2 stages of a step evaluate such a law at two times. The step may be as long as that quadrature rule gives
+ * the integral of the law over the step within the tolerance, at each surface site, with species and states of its
+ * start or end held fixed. The reference integral is adaptive Gauss quadrature with bounds by interval arithmetic, so
+ * that no peak or jump between the abscissae is missed (theory: 6.1).
  */
 #ifndef PD_TIMED_H
 #define PD_TIMED_H
 #include "run/attack.h"
 #include "run/surfaces.h"
 
-/* All is borrowed. Empty: no law depends on time so. */
+/* Laws that limit the step. All is borrowed. Empty: no law depends on time. */
 typedef struct pd_timed {
     const pd_setup *setup;
-    const pd_attack *attack;     /* laws of metal; NULL: none in species depends on time */
-    const pd_surfaces *surfaces; /* rates of states, factors of electrodes; NULL: none depends on time */
+    const pd_attack *attack;     /* dissolution rate laws in species; NULL: none depends on time */
+    const pd_surfaces *surfaces; /* rates of surface states, factors of curves; NULL: none depends on time */
 } pd_timed;
 
 #ifdef PDI_INTERNAL
-/* attack, surfaces: NULL where there are none. */
+/* Note which laws of the setup depend on time. attack, surfaces: NULL where there are none. */
 PDI_FN void pdi_timed_build(const pd_setup *setup, const pd_attack *attack, const pd_surfaces *surfaces,
                             pd_timed *timed);
-/* The `until` of the process of the species. user: a pd_timed. */
+/* Latest end [s] of a step of the species from t that is to end at `end` [s]. tried: 1: after an attempt, with the
+ * state of its end. The `until` callback of pd_process; user: a pd_timed. */
 PDI_FN double pdi_timed_until(void *user, double t, double end, int tried);
 #endif
 

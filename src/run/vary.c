@@ -5,41 +5,43 @@
 #include <math.h>
 #include <string.h>
 
-/* Places along an axis at which a value that depends on place is looked at. */
+/* Sample places along an axis for an expression that depends on place. */
 #define PDI_VARY_PLACES 3
-/* A value that leaves the range of both ends by less than this share of its size is seen. */
+/* Relative amount by which a value may leave the range between both ends of a step. */
 #define PDI_VARY_SEEN 0.05
-/* A value below this share of the largest to come is none. */
+/* Values below this fraction of the largest one to come count as 0. */
 #define PDI_VARY_NONE 1e-6
-/* A quarter of a part that changes by more than this share of what the part does holds a jump, or what is as steep. */
+/* A quarter of an interval with more than this fraction of its total change holds a jump, or a change as steep. */
 #define PDI_VARY_STEEP 0.75
-/* Share of a step within which a jump lies at its start. */
+/* A jump within this fraction of a step from its start lies at the start. */
 #define PDI_VARY_BEGINS 1e-9
-/* What the middle of a step may miss of the mean of a value, over rtol. */
+/* Allowed difference of midpoint value and mean over a step, over rtol. */
 #define PDI_VARY_MEAN 1.0
-/* A value below this share of the largest to come is faint in its mean over a step. */
+/* Least reference size for that difference, over the largest value to come. */
 #define PDI_VARY_FAINT 0.25
-/* Currents that grow by the factor exp(x) in a step have the mean exp(x/2) (1 + x^2/24). */
+/* A current that grows by the factor exp(x) in a step has the mean exp(x/2) (1 + x^2/24): the 24 of its error term. */
 #define PDI_VARY_CURVED 24.0
-/* [V] Curves bend over the thermal voltage of 4 electrons, RT/(4 F), at least. */
+/* [V] Least distance over which curvature of a tabulated curve counts: RT/(4 F), of a 4-electron reaction. */
 #define PDI_VARY_SPAN 6.4e-3
-/* Second differences below this share of currents are those of rounding. */
+/* Second differences below this fraction of the current are rounding. */
 #define PDI_VARY_STRAIGHT 1e-9
-/* The tolerance where none is given. */
+/* rtol of the run where the scene sets none. */
 #define PDI_VARY_RTOL 1e-3
-/* Parts of a step that are looked at, at most, and halvings of it. */
+/* Largest number of intervals and of halvings in the search of a step. */
 #define PDI_VARY_PARTS 2000
 #define PDI_VARY_HALVINGS 40
-/* Ends of a step that are tried. */
+/* Largest number of passes over all values. */
 #define PDI_VARY_TRIALS 60
 
+/* Describe the arrays of pd_vary, for allocation and freeing. */
 static void pdi_vary_list(pdi_owner *owner, void *object)
 {
     pd_vary *vary = (pd_vary *)object;
     PDI_ARRAY(owner, vary, value, vary->capacity, "");
 }
 
-/* Take an expression of place and time, at the places of the box; side < 0: all of it, else those of a side. */
+/* Append a time-dependent expression at sample places of the box, or of one side (side < 0: the box). Without an array
+ * the entries are only counted. */
 static void pdi_vary_take(const pd_setup *u, const pd_expr *expr, int side, pd_vary *vary)
 {
     int places = 1;
@@ -61,6 +63,7 @@ static void pdi_vary_take(const pd_setup *u, const pd_expr *expr, int side, pd_v
     }
 }
 
+/* Append the boundary values of all sides: mean inflow, concentrations, velocities. */
 static void pdi_vary_sides(const pd_setup *u, pd_vary *vary)
 {
     for (int s = 0; s < 2 * PD_DIM; s++) {
@@ -75,6 +78,7 @@ static void pdi_vary_sides(const pd_setup *u, pd_vary *vary)
     }
 }
 
+/* Append prescribed displacements, tractions, pressures and body forces of the metal. */
 static void pdi_vary_body(const pd_setup *u, pd_vary *vary)
 {
     for (int k = 0; k < u->metal_body.grips; k++) {
@@ -88,8 +92,8 @@ static void pdi_vary_body(const pd_setup *u, pd_vary *vary)
     for (int d = 0; d < PD_DIM && u->metal_body.weighs; d++) pdi_vary_take(u, &u->metal_body.force[d], -1, vary);
 }
 
-/* Change [V] by which the current of a table grows e-fold where it bends most, over spans that curves bend in. Beside a
- * zero of the current the slope says by how much it bends. HUGE_VAL: it is straight. */
+/* Potential change [V] over which the current of a tabulated polarisation curve grows e-fold where its curvature is
+ * largest; near a zero of the current, from slope over curvature. HUGE_VAL: the curve is straight. */
 static double pdi_vary_bends(const pd_electrode_term *term)
 {
     const double *u = term->potential, *i = term->current;
@@ -106,7 +110,8 @@ static double pdi_vary_bends(const pd_electrode_term *term)
     return fold;
 }
 
-/* Change [V] by which currents of an electrode grow e-fold at most; HUGE_VAL: its curve is straight. */
+/* Least potential change [V] by which the current of an electrode grows e-fold, of any kind of curve; HUGE_VAL: it is
+ * linear. */
 static double pdi_vary_fold(const pd_setup_electrode *e)
 {
     const pd_electrode_term *term = &e->term;
@@ -117,6 +122,8 @@ static double pdi_vary_fold(const pd_setup_electrode *e)
     return term->cathodic > 0.0 ? pdi_min(fold, term->cathodic) : fold;
 }
 
+/* Append prescribed potentials and currents of electrodes, which the potential solver takes at the midpoint of a step.
+ */
 static void pdi_vary_electrodes(const pd_setup *u, pd_vary *vary)
 {
     double fold = HUGE_VAL;
@@ -132,7 +139,7 @@ static void pdi_vary_electrodes(const pd_setup *u, pd_vary *vary)
     }
 }
 
-/* All values; without room they are counted. */
+/* Append all time-dependent expressions of the setup; without an array they are only counted. */
 static void pdi_vary_all(const pd_setup *u, pd_vary *vary)
 {
     vary->count = 0;
@@ -164,6 +171,7 @@ PDI_FN void pdi_vary_free(pd_ctx *ctx, pd_vary *vary)
     memset(vary, 0, sizeof *vary);
 }
 
+/* Bounds of a value over the time interval a .. b [s], by interval arithmetic. */
 static pdi_range pdi_vary_range(const pd_vary_value *value, double a, double b)
 {
     double vars[PD_EXPR_VARS];
@@ -172,11 +180,12 @@ static pdi_range pdi_vary_range(const pd_vary_value *value, double a, double b)
     return pdi_range_of(value->expr, vars, PD_DIM, a, b);
 }
 
-/* What both ends of a step show. */
+/* Range of a value between both ends of a step. */
 typedef struct pdi_vary_ends {
-    double low, high, room; /* values beyond both by `room` are still seen */
+    double low, high, room; /* room: tolerance by which values may lie outside low .. high */
 } pdi_vary_ends;
 
+/* Range of a value between t and end [s], with the tolerance; most: least size that counts for it. */
 static pdi_vary_ends pdi_vary_shown(const pd_vary_value *value, double t, double end, double most)
 {
     pdi_range first = pdi_vary_range(value, t, t), last = pdi_vary_range(value, end, end);
@@ -188,13 +197,14 @@ static pdi_vary_ends pdi_vary_shown(const pd_vary_value *value, double t, double
     return e;
 }
 
-/* A jump that lies before lies at the start of the step. */
+/* [s] End of the short interval after t in which a jump counts as one at the start of the step t .. end. */
 static double pdi_vary_begins(double t, double end)
 {
     return t + PDI_VARY_BEGINS * (end - t) + 8.0 * DBL_EPSILON * fabs(t);
 }
 
-/* 1: no quarter of a part changes by nearly as much as the part: the value does not jump there. */
+/* 1: the value has no jump between from and to [s]: no quarter of the interval holds nearly all of its change, `width`.
+ */
 static int pdi_vary_smooth(const pd_vary_value *value, double from, double to, double width)
 {
     double quarter = 0.25 * (to - from);
@@ -205,8 +215,9 @@ static int pdi_vary_smooth(const pd_vary_value *value, double from, double to, d
     return 1;
 }
 
-/* Where the value leaves what the ends of a step show, or jumps, just before it does; `end`: it does not. A jump at the
- * start of the step is behind it. `most`: the largest value to come. */
+/* First time [s] in t .. end at which the value leaves the range between both ends or jumps, found by bisection with
+ * interval bounds; `end`: nowhere. A jump at the start of the step is ignored. most: largest size of the value to come.
+ */
 static double pdi_vary_first(const pd_vary_value *value, double most, double t, double end)
 {
     double stack[PDI_VARY_HALVINGS + 2], from = t, shortest = ldexp(end - t, -PDI_VARY_HALVINGS);
@@ -238,10 +249,11 @@ static double pdi_vary_first(const pd_vary_value *value, double most, double t, 
     return top > 0 && from > t ? from : top > 0 ? 0.5 * (t + end) : end;
 }
 
+/* The value at time t [s]. */
 static double pdi_vary_at(const pd_vary_value *value, double t) { return pdi_vary_range(value, t, t).low; }
 
-/* Where a step ends by whose middle a value is taken: Simpson's rule says the same mean, and so little changes that
- * what grows with it has its mean there, too. */
+/* Limit `end` for a value that is taken at the midpoint of a step: Simpson's rule gives the same mean within the
+ * tolerance, and potential changes stay so small that the exponential current has its mean there, too. */
 static double pdi_vary_mean(const pd_vary *vary, const pd_vary_value *value, double most, double t, double end)
 {
     double begins = pdi_vary_begins(t, end), wide = sqrt(PDI_VARY_CURVED * vary->rtol) * value->fold;

@@ -3,9 +3,10 @@
 #include <math.h>
 #include <string.h>
 
-/* Distance in cells at which a point lies on a side: rounding. */
+/* [cells] Distance within which a point lies on a side: rounding. */
 #define PDI_WALL_NEAR 1e-6
 
+/* Does x [m] lie on a side of the box that is a wall? 1 or 0. */
 static int pdi_wall_on(const pd_setup *u, int side, const double *x)
 {
     int d = side / 2;
@@ -50,14 +51,16 @@ PDI_FN void pdi_wall_velocity(void *user, const double *x, double *v)
     }
 }
 
-/* What a wall holds: below zero where the expression has no value, which none may hold. */
+/* Prescribed concentration [mol/m3] at x [m] and time t [s]; -HUGE_VAL, which is refused as negative, where the
+ * expression is NaN. */
 static double pdi_wall_value(const pd_expr *held, const double *x, double t)
 {
     double c = pdi_setup_eval(held, x, t);
     return isnan(c) ? -HUGE_VAL : c;
 }
 
-/* What the nearest shape holds: x lies within a cell of its surface. */
+/* Prescribed concentration [mol/m3] of the nearest wall shape within a cell of x [m]; NaN: the nearest surface is solid
+ * or has none. */
 static double pdi_wall_shape(const pd_setup *u, const double *x, double t)
 {
     const pd_setup_wall *found = NULL;

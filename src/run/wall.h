@@ -1,19 +1,23 @@
-/* wall: what the walls of a setup do: sides of the box move along themselves, sides and shapes hold a concentration. */
+/* wall: boundary values at walls: velocities of sliding box sides, and prescribed (Dirichlet) concentrations of sides
+ * and shapes. */
 #ifndef PD_WALL_H
 #define PD_WALL_H
 #include "run/inlet.h"
 
 #ifdef PDI_INTERNAL
-/* 1 when a wall of the setup moves, or holds a concentration. */
+/* Does any side of the box slide along itself (moving wall)? 1 or 0. */
 PDI_FN int pdi_wall_moves(const pd_setup *setup);
+/* Does any wall have a prescribed concentration? 1 or 0. */
 PDI_FN int pdi_wall_holds(const pd_setup *setup);
-/* A pd_velocity_fn and a pd_point_fn; user is the pd_inlet, whose time holds. x lies on a surface. Where two sides meet
- * the velocity is their mean, and the first of them that holds a concentration counts. Off the sides, at rest, the
- * nearest of the wall and solid shapes counts: found within a cell, since surfaces that are not smooth lie on faces of
- * cells. */
+/* Wall velocity u [PD_DIM] [m/s] at the surface point x [m] and at inlet->time; the mean where two sides meet, 0 off
+ * the sides. A pd_velocity_fn; user is the pd_inlet. */
 PDI_FN void pdi_wall_velocity(void *user, const double *x, double *u);
+/* Prescribed wall concentration [mol/m3] at the surface point x [m] and at inlet->time; NaN: no flux. The mean where
+ * two sides meet. Off the sides it is that of the nearest wall or solid shape within a cell, since rough surfaces lie
+ * on faces of cells. A pd_point_fn; user is the pd_inlet. */
 PDI_FN double pdi_wall_held(void *user, const double *x);
-/* The same for species: 1, or NaN where walls are closed for them. */
+/* 1 where a wall side has the inlet concentrations of all species as a Dirichlet condition, NaN where no species
+ * passes. A pd_point_fn; user is the pd_inlet. */
 PDI_FN double pdi_wall_steeps(void *user, const double *x);
 #endif
 
