@@ -6,10 +6,10 @@
 #include <math.h>
 #include <string.h>
 
-/* Tolerance of the linear solves beside bond-based corrosion in fluid at rest. What they leave goes to the next step,
- * and steps are right to 1e-3. In a stream Newton's method on the limited fluxes needs the usual tolerance. */
+/* Linear tolerance with bond-based corrosion and no flow: residuals carry over to the next step, of error 1e-3. */
 #define PDI_MODEL_CORRODE 1e-9
 
+/* Stencil of the peridynamic family with horizon m cells on the spacing of the setup. */
 static pd_status pdi_model_stencil(pd_ctx *ctx, const pd_setup *u, double m, pd_stencil *stencil)
 {
     pd_stencil_desc family;
@@ -20,7 +20,7 @@ static pd_status pdi_model_stencil(pd_ctx *ctx, const pd_setup *u, double m, pd_
     return pd_stencil_build(ctx, &family, stencil);
 }
 
-/* Change of the field at which limited fluxes count as settled, over the error of a step in time. */
+/* Tolerance of the iterations on limited fluxes, over rtol of the time step. */
 #define PDI_MODEL_LIMITED 0.0025
 
 PDI_FN pd_status pdi_model_grid(pd_ctx *ctx, const pd_setup *u, int *line, pd_stencil *stencil, pd_grid *grid)
@@ -45,6 +45,7 @@ PDI_FN pd_status pdi_model_grid(pd_ctx *ctx, const pd_setup *u, int *line, pd_st
     return pd_grid_build(ctx, stencil, &box, grid);
 }
 
+/* Grid, bonds, bonds across surfaces and inlets. */
 static pd_status pdi_model_lattice(pd_ctx *ctx, pd_model *m)
 {
     PDI_TRY(pdi_model_grid(ctx, m->setup, &m->line, &m->stencil, &m->grid));
@@ -58,7 +59,7 @@ static pd_status pdi_model_lattice(pd_ctx *ctx, pd_model *m)
     return status;
 }
 
-/* The flow at the start, and what moves it on. */
+/* Initial velocity, and the time integrator of an unsteady flow. PD_ERR_STATE: a velocity is not finite. */
 static pd_status pdi_model_motion(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
@@ -128,7 +129,7 @@ static pd_status pdi_model_flow(pd_ctx *ctx, pd_model *m)
     return PD_OK;
 }
 
-/* Of the gas at the start, and behind inlets. */
+/* Density rho [kg/m3], velocity v [m/s] and pressure p [Pa] of the gas at x [m], at the start and behind inlets. */
 static void pdi_model_gas_state(void *user, const double *x, double *rho, double *v, double *p)
 {
     const pd_setup *u = (const pd_setup *)user;
@@ -153,6 +154,7 @@ static pd_status pdi_model_gas(pd_ctx *ctx, pd_model *m)
     return pd_gas_limit(ctx, &m->gas, &limit); /* the state at the start shows */
 }
 
+/* Initial concentration field [total] [mol/m3] of fluid nodes. PD_ERR_STATE: negative or not finite. */
 static pd_status pdi_model_initial(pd_ctx *ctx, const pd_model *m, double *field)
 {
     for (int32_t node = 0; node < m->grid.total; node++) {
@@ -169,13 +171,14 @@ static pd_status pdi_model_initial(pd_ctx *ctx, const pd_model *m, double *field
     return PD_OK;
 }
 
-/* Signed distance [m] from the surface of the medium, and the diffusivity [m2/s] on both sides of it. */
+/* Signed distance [m] of x from the surface of the medium (porous body). user: the pd_inlet. */
 static double pdi_model_interface(void *user, const double *x)
 {
     const pd_inlet *inlet = (const pd_inlet *)user;
     return pdi_grid_level(inlet->grid, inlet->setup->medium, x);
 }
 
+/* Diffusivity [m2/s] at x, in or outside of the medium. user: the pd_inlet. */
 static double pdi_model_diffusivity(void *user, const double *x)
 {
     const pd_setup *u = ((const pd_inlet *)user)->setup;
@@ -214,7 +217,7 @@ static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
     return pdi_model_initial(ctx, m, m->transport.c);
 }
 
-/* Fluid in shapes begins with a solution of its own. */
+/* Set the composition of fluid within the shape `solution`, in equilibrium, and restart the reactive solver. */
 static pd_status pdi_model_solution(pd_ctx *ctx, const pd_electrolyte *e, pd_model *m)
 {
     const pd_setup *u = m->setup;
@@ -232,7 +235,7 @@ static pd_status pdi_model_solution(pd_ctx *ctx, const pd_electrolyte *e, pd_mod
     return pd_reactive_begin(ctx, &m->reactive);
 }
 
-/* Species: those of the electrolyte, in equilibrium at the start and behind inlets, without what minerals do. */
+/* Reactive transport: initial and inlet compositions in chemical equilibrium, without mineral reactions. */
 static pd_status pdi_model_species(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
@@ -258,8 +261,7 @@ static pd_status pdi_model_species(pd_ctx *ctx, pd_model *m)
     return u->solution < 0 ? PD_OK : pdi_model_solution(ctx, &e, m);
 }
 
-/* What fluid nodes get from metal as it is now, by its laws in the step whose middle is at t [s]. PD_RETRY: they need
- * a shorter one. */
+/* Dissolution sources [mol/m3/s] for the next step of the species, whose middle is at t [s]. PD_RETRY: shorten it. */
 static pd_status pdi_model_ahead(pd_ctx *ctx, void *user, double t)
 {
     pd_model *m = (pd_model *)user;
@@ -274,7 +276,7 @@ static pd_status pdi_model_ahead(pd_ctx *ctx, void *user, double t)
     return status;
 }
 
-/* States of surfaces; the cell and the law of metal, which read them, come behind. */
+/* Surface states; potential solver and rate laws, which depend on them, are built later. */
 static pd_status pdi_model_surfaces(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
@@ -285,8 +287,7 @@ static pd_status pdi_model_surfaces(pd_ctx *ctx, pd_model *m)
                               m->surfaces);
 }
 
-/* 1: currents are found for each step of the species, ahead of the metal: conductivities change with them, or states of
- * surfaces step with them, or covers whose metal goes by currents that depend on time. */
+/* 1: currents are solved before each species step: conductivity, surface states or mineral coverage depend on them. */
 static int pdi_model_alters(const pd_setup *u)
 {
     int covers = u->cover > 0.0 && u->minerals && pdi_electrodes_timed(u);
@@ -294,7 +295,7 @@ static int pdi_model_alters(const pd_setup *u)
     return u->has_potential && u->has_chemistry && !u->migrates && alters;
 }
 
-/* 1: laws of metal see currents or potentials that are found with the metal as it is. */
+/* 1: rate laws of metal depend on currents or potentials of the potential solver. */
 static int pdi_model_electric(const pd_setup *u)
 {
     int sees = 0;
@@ -302,19 +303,20 @@ static int pdi_model_electric(const pd_setup *u)
     return sees;
 }
 
-/* 1: each step of the species goes by currents of its own; else by those that the metal has gone by. */
+/* 1: the species solve currents in each of their own steps; else they use those of the metal's step. */
 static int pdi_model_brings(const pd_setup *u)
 {
     int timed = u->has_potential && !u->migrates && pdi_electrodes_timed(u);
     return pdi_model_alters(u) || (timed && !pdi_model_electric(u));
 }
 
+/* Solve the potential at time t [s]. user: the pd_cell. */
 static pd_status pdi_model_bring(pd_ctx *ctx, void *user, double t)
 {
     return pdi_cell_bring(ctx, (pd_cell *)user, t);
 }
 
-/* Their way in time; behind the metal, which feeds them. */
+/* Time integrator of the species with its couplings: rate laws, electrodes, states, released metal, coverage. */
 static pd_status pdi_model_course(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
@@ -357,7 +359,7 @@ static pd_status pdi_model_course(pd_ctx *ctx, pd_model *m)
     return pd_course_build(ctx, &m->reactive, &desc, &m->course);
 }
 
-/* factor = 1 + (gb_factor - 1) * share of the node that is grain boundary */
+/* Grain-boundary rate factor of nodes, 1 + (gb_factor - 1) * boundary fraction. fraction [total]: output. */
 static pd_status pdi_model_factor(pd_ctx *ctx, pd_model *m, float *fraction)
 {
     PDI_TRY(pd_grain_fraction(ctx, &m->across, &m->grid, &m->grain, fraction));
@@ -379,7 +381,7 @@ static pd_status pdi_model_grains(pd_ctx *ctx, pd_model *m)
     return status;
 }
 
-/* The variables of a law. */
+/* Set the variables vars [PD_EXPR_VARS] of a rate-law expression at a node. */
 static void pdi_model_vars(const pd_model_law *law, const pd_rate_at *at, double *vars)
 {
     memset(vars, 0, PD_EXPR_VARS * sizeof *vars);
@@ -392,6 +394,7 @@ static void pdi_model_vars(const pd_model_law *law, const pd_rate_at *at, double
         pdi_cell_beside(law->cell, at->node, law->kind, &vars[PDI_SETUP_CURRENT], &vars[PDI_SETUP_SURFACE]);
 }
 
+/* Dissolution speed [m/s] by the rate expression of a metal. A pd_rate_fn; user: a pd_model_law. */
 static double pdi_model_rate(void *user, const pd_rate_at *at)
 {
     const pd_model_law *law = (const pd_model_law *)user;
@@ -400,6 +403,7 @@ static double pdi_model_rate(void *user, const pd_rate_at *at)
     return law->metal->rate_scale * pdi_expr_eval(&law->metal->rate, vars);
 }
 
+/* Bounds *least, *most [m/s] of the speed over concentrations from .. to [mol/m3], by interval arithmetic. */
 static void pdi_model_bounds(void *user, const pd_rate_at *at, double from, double to, double *least, double *most)
 {
     const pd_model_law *law = (const pd_model_law *)user;
@@ -410,7 +414,7 @@ static void pdi_model_bounds(void *user, const pd_rate_at *at, double from, doub
     *most = law->metal->rate_scale * range.high;
 }
 
-/* 1 for nodes in front of a passive film. */
+/* Mark nodes in front of a passive film. */
 static pd_status pdi_model_passive(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
@@ -424,7 +428,7 @@ static pd_status pdi_model_passive(pd_ctx *ctx, pd_model *m)
     return PD_OK;
 }
 
-/* Solid nodes of the metals after the first one. */
+/* Index of the metal of each solid node; later shapes override. */
 static pd_status pdi_model_metals(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
@@ -439,6 +443,7 @@ static pd_status pdi_model_metals(pd_ctx *ctx, pd_model *m)
     return PD_OK;
 }
 
+/* Descriptor of a metal for the dissolution solver: solid concentration and rate law. */
 static pd_metal pdi_model_metal(const pd_model_law *law)
 {
     const pd_setup_metal *metal = law->metal;
@@ -454,7 +459,7 @@ static pd_metal pdi_model_metal(const pd_model_law *law)
     return is;
 }
 
-/* What bond-based corrosion has beside Cs and a law. */
+/* Additional descriptor fields of bond-based corrosion. */
 static pd_status pdi_model_bonds(pd_ctx *ctx, pd_model *m, pd_dissolve_desc *desc)
 {
     const pd_setup *u = m->setup;
@@ -474,7 +479,7 @@ static pd_status pdi_model_bonds(pd_ctx *ctx, pd_model *m, pd_dissolve_desc *des
     return PD_OK;
 }
 
-/* 1: laws of metal see the current density of electrodes, and nothing else multiplies them. */
+/* 1: rate laws depend on the current density and on no other factor, so that Faraday's law can hold exactly. */
 static int pdi_model_faraday(const pd_setup *u, const pd_dissolve_desc *desc)
 {
     int sees = 0;
@@ -482,7 +487,7 @@ static int pdi_model_faraday(const pd_setup *u, const pd_dissolve_desc *desc)
     return sees && u->has_potential && !u->migrates && !desc->factor && desc->drive == PD_DRIVE_CONSTANT;
 }
 
-/* Currents for the laws of metal at time t. Species ahead of the metal have brought them to their step. */
+/* Bring currents to time t [s] for the rate laws; with Faraday's law, match lost metal and charge. user: pd_model. */
 static pd_status pdi_model_match(pd_ctx *ctx, void *user, double t)
 {
     pd_model *m = (pd_model *)user;
@@ -564,7 +569,7 @@ static pd_status pdi_model_cell(pd_ctx *ctx, pd_model *m)
     return status;
 }
 
-/* By which bonds of the metal break that are no springs. */
+/* Failure criterion of bonds (principal stress, energy or stretch) of all materials but springs. */
 static pd_criterion_desc pdi_model_breaks(const pd_setup_body *b)
 {
     pd_criterion_desc breaks;
@@ -580,9 +585,8 @@ static pd_criterion_desc pdi_model_breaks(const pd_setup_body *b)
     return breaks;
 }
 
-/* Cells that metal needs across where it is bent, for 5 %. Plastic moments of bars are 4 % off with 12, 16 and 24 cells
- * and m = 1, 2 and 3. Curvatures of elastic ones at nu = .3 are 5 % off with 6, 12 and 17 cells, those of ordinary ones
- * with 5, 8 and 11. */
+/* Cells across for 5 % error in bending, measured: plastic moments of bars are 4 % off with 12, 16, 24 cells for m = 1,
+ * 2, 3; elastic curvatures at nu = 0.3 5 % off with 6, 12, 17, with the ordinary material 5, 8, 11. */
 static int pdi_model_across(const pd_setup_body *b)
 {
     if (b->yield > 0.0) return (int)ceil(5.0 * b->m + 6.0);
@@ -640,6 +644,7 @@ PDI_FN const double *pdi_model_velocity(const pd_model *m)
     return m->gas.primitive ? m->gas.primitive + m->grid.total : m->flow.u;
 }
 
+/* Build all parts that the setup has, in order, and count their memory. */
 static pd_status pdi_model_parts(pd_ctx *ctx, pd_model *m)
 {
     typedef pd_status (*build_fn)(pd_ctx *, pd_model *);
@@ -680,7 +685,7 @@ PDI_FN void pdi_model_effort(const pd_model *m, pdi_effort *e)
     e->defect = r->defect;
 }
 
-/* The species; their steps see what laws at surfaces do in time. */
+/* The species as a process, with the step limit of time-dependent surface laws. */
 static pd_process pdi_model_species_process(pd_model *m)
 {
     pd_process course = pd_course_process(&m->course);
@@ -692,7 +697,7 @@ static pd_process pdi_model_species_process(pd_model *m)
     return course;
 }
 
-/* What moves, in the order of a step. */
+/* Add all solvers to the time loop, in the order of a step. */
 static pd_status pdi_model_processes(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
@@ -715,7 +720,7 @@ static pd_status pdi_model_processes(pd_ctx *ctx, pd_model *m)
     return PD_OK;
 }
 
-/* 1: something reads the rows of bonds after metal has gone. */
+/* 1: bonds have to be updated after metal has dissolved: something reads them. */
 static int pdi_model_asks(const pd_setup *u)
 {
     return !u->has_corrode || !u->activation || u->has_flow || u->has_chemistry || u->has_potential ||

@@ -1,4 +1,4 @@
-/* model: the objects of one run, built from a setup: grid, bonds and only the physics that the setup asks for. */
+/* model: all solvers of one simulation, built from a setup: grid, bonds and only the physics that the setup has. */
 #ifndef PD_MODEL_H
 #define PD_MODEL_H
 #include "couple/couple.h"
@@ -16,22 +16,22 @@
 #include "run/timed.h"
 #include "run/vary.h"
 
-/* What the law of a metal looks at. */
+/* Callback data of the rate law of a metal. */
 typedef struct pd_model_law {
     const pd_setup_metal *metal;
     int kind;            /* its index */
-    const pd_cell *cell; /* NULL: nothing depends on the potential */
+    const pd_cell *cell; /* potential solver; NULL: no law depends on it */
 } pd_model_law;
 
 /* Objects point at each other: a built model must not be moved. Absent physics stays zero. */
 typedef struct pd_model {
     const pd_setup *setup;
-    int line;                 /* of the scene: what was being built when the build failed; 0: unknown */
+    int line;                 /* line of the scene that a failed build is about; 0: unknown */
     pd_stencil stencil;
-    pd_stencil across;        /* of bonds across surfaces */
+    pd_stencil across;        /* of bonds between metal and fluid */
     pd_grid grid;
     pd_bonds bonds;
-    pd_paths paths;           /* of `across`; both absent when nothing asks for surfaces */
+    pd_paths paths;           /* of `across`; both absent when nothing needs surfaces */
     pd_inlet inlet;
     pd_arena arena;           /* of flow and transport, which never solve at the same time */
     pd_flow flow;
@@ -41,44 +41,44 @@ typedef struct pd_model {
     pd_unsteady unsteady;
     pd_gas gas;
     pd_transport transport;
-    pd_two_stage two_stage;   /* without dissolution */
+    pd_two_stage two_stage;   /* time integrator of transport without dissolution */
     pd_reactive reactive;     /* species */
-    pd_vary vary;             /* what depends on time */
-    pd_timed timed;           /* laws at surfaces that do, beside species or states */
-    uint8_t *fresh;           /* [total] see pd_couple; NULL: metal leaves its nodes with what they hold */
-    double *bare;             /* [total] [-] factor of metal that minerals cover, or NULL */
-    pd_course course;
+    pd_vary vary;             /* step limit from time-dependent inputs */
+    pd_timed timed;           /* step limit from time-dependent rate laws at surfaces */
+    uint8_t *fresh;           /* [total] 1: the node was just converted to fluid, see pd_couple; NULL: not needed */
+    double *bare;             /* [total] [-] rate factor of metal that minerals cover, or NULL */
+    pd_course course;         /* time integrator of the species */
     pd_surfaces *surfaces;    /* states of surfaces; NULL: there are none */
-    pd_attack attack;         /* of a law in the species; else absent */
+    pd_attack attack;         /* rate laws in the species; else absent */
     pd_grain grain;
     pd_grain_stats grain_stats;
     double *factor;           /* [total] [-] rate factor of the grain boundaries; NULL: 1 */
-    pd_structure structure;
-    pd_grips grips;
-    int thin_cells;           /* parts of a body that have fewer cells across bend too stiffly; 0: no body */
-    double thin;              /* [-] share of the metal in such parts */
+    pd_structure structure;   /* mechanics of the metal */
+    pd_grips grips;           /* its boundary conditions */
+    int thin_cells;           /* parts with fewer cells across are too stiff in bending; 0: no mechanics */
+    double thin;              /* [-] volume fraction of the metal in such parts */
     pd_dissolve dissolve;
     pd_model_law law[PD_SETUP_METALS];
     pd_electrode_map electrodes;
     pd_cell cell;
     uint8_t *metal;           /* [total] index of the metal of solid nodes; NULL: all are of the first one */
     uint8_t *passive;         /* [total] 1: in front of a passive film; NULL: none */
-    pd_couple couple;
+    pd_couple couple;         /* time loop over all solvers */
     size_t bytes[PD_PART_COUNT];     /* [byte] */
     int64_t unknowns[PD_PART_COUNT];
 } pd_model;
 
 #ifdef PDI_INTERNAL
 #define PDI_MODEL_ATMOSPHERE 101325.0 /* [Pa] */
-/* 1: the node has turned fluid, and nothing that dissolves in it has made a step since: what it holds is no value of
- * the field. */
+/* 1: the value of a dissolved field at node i is undefined: the node was just converted to fluid, and no solver has
+ * stepped since. */
 PDI_FN int pdi_model_unknown(const pd_model *m, pd_field field, int32_t i);
-/* setup is borrowed for the life of the model. The errors of the builders, PD_ERR_STATE for an initial field that is
- * negative or not finite. */
+/* Build all solvers of a setup, which is borrowed for the life of the model. The errors of the builders; PD_ERR_STATE:
+ * an initial field is negative or not finite. */
 PDI_FN pd_status pdi_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *model);
 PDI_FN void pdi_model_free(pd_ctx *ctx, pd_model *model);
 
-/* What the solvers have done since the start, and what they have reached; zero where there is none. */
+/* Solver statistics since the start, and residuals of the last solves; zero where there is no such solver. */
 typedef struct pdi_effort {
     int64_t flow_solves;             /* of a flow in time: steps of the run */
     int64_t flow_evaluations, flow_krylov, transport_krylov;
@@ -86,10 +86,11 @@ typedef struct pdi_effort {
     double momentum, continuity;     /* [-] residuals of the last flow solve */
     double change, defect;           /* [-] of a steady field, see pd_transport_result */
 } pdi_effort;
+/* Collect the solver statistics of a model. */
 PDI_FN void pdi_model_effort(const pd_model *model, pdi_effort *effort);
 /* [PD_DIM][total] [m/s] velocity of flow or gas; NULL: nothing moves. */
 PDI_FN const double *pdi_model_velocity(const pd_model *model);
-/* The lattice of a setup alone. *line: of the scene, what was being built; unchanged when unknown. */
+/* Build stencil and grid of a setup only. *line: line of the scene that an error is about; unchanged when unknown. */
 PDI_FN pd_status pdi_model_grid(pd_ctx *ctx, const pd_setup *setup, int *line, pd_stencil *stencil, pd_grid *grid);
 #endif
 

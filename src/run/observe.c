@@ -3,18 +3,18 @@
 #include <math.h>
 #include <string.h>
 
-#define PDI_OBSERVE_FAR 1e30f /* [m2] from fluid */
+#define PDI_OBSERVE_FAR 1e30f /* [m2] squared distance where there is no fluid yet */
 
-/* A line of nodes, and the lower envelope of the parabolas value plus squared way above its nodes (Felzenszwalb and
- * Huttenlocher 2012, algorithm 1). */
+/* Exact Euclidean distance transform along a line of nodes: lower envelope of parabolas (Felzenszwalb and Huttenlocher
+ * 2012, algorithm 1). */
 typedef struct pdi_observe_way {
     int32_t n, stride; /* nodes of the line, and between two of them */
-    double square;     /* [m2] of a spacing */
-    int32_t *apex;     /* n: nodes whose parabolas are parts of it */
-    double *start;     /* n: where these parts begin [spacings] */
+    double square;     /* [m2] squared spacing */
+    int32_t *apex;     /* [n] nodes whose parabolas form the envelope */
+    double *start;     /* [n] [spacings] where their parts of it begin */
 } pdi_observe_way;
 
-/* Squared distances along a line: each node takes the least of its line, value plus squared way. */
+/* One-dimensional distance transform: to[q] = min over p of from[p] + (distance of p and q)^2 [m2], along a line. */
 static void pdi_observe_line(const pdi_observe_way *w, const float *from, float *to)
 {
     int32_t parts = 0, at = 0;
@@ -39,7 +39,7 @@ static void pdi_observe_line(const pdi_observe_way *w, const float *from, float 
     }
 }
 
-/* The lines along one axis. */
+/* Distance transform along all lines of one axis, from [total] to [total] [m2]. */
 static void pdi_observe_sweep(const pd_grid *grid, int axis, pdi_observe_way *w, const float *from, float *to)
 {
     w->n = grid->n[axis];
@@ -52,6 +52,7 @@ static void pdi_observe_sweep(const pd_grid *grid, int axis, pdi_observe_way *w,
     }
 }
 
+/* Inner part of pdi_observe_depths: allocates work and transforms all axes. */
 static pd_status pdi_observe_far(pd_ctx *ctx, const pd_grid *grid, int64_t longest, pdi_observe_way *w, float **work,
                                  pd_observables *o)
 {
@@ -67,7 +68,7 @@ static pd_status pdi_observe_far(pd_ctx *ctx, const pd_grid *grid, int64_t longe
     return PD_OK;
 }
 
-/* Distance of each node from the nearest fluid node of the start. */
+/* Distance [m] of each node from the nearest initial fluid node, into o->depth. */
 static pd_status pdi_observe_depths(pd_ctx *ctx, const pd_grid *grid, pd_observables *o)
 {
     pdi_observe_way way;
@@ -84,6 +85,7 @@ static pd_status pdi_observe_depths(pd_ctx *ctx, const pd_grid *grid, pd_observa
     return status;
 }
 
+/* Inner part of the build. A flux error is computed for one inlet with the outlet opposite. */
 static pd_status pdi_observe_make(pd_ctx *ctx, const pd_model *model, pd_observables *o)
 {
     const pd_setup *u = model->setup;
@@ -114,6 +116,7 @@ PDI_FN void pdi_observe_free(pd_ctx *ctx, pd_observables *o)
     memset(o, 0, sizeof *o);
 }
 
+/* Largest velocity and concentration, and corrosion depth: largest initial depth of a node that is fluid now. */
 static void pdi_observe_extremes(const pd_model *m, pd_observables *o)
 {
     int32_t total = m->grid.total;
@@ -149,7 +152,8 @@ static void pdi_observe_planes(const pd_grid *grid, int axis, int *low, int *hig
     if (*high > n - 1) *high = n - 1;
 }
 
-/* The sums of pdi_flow_section_nodes for all layers in one sweep. */
+/* Volume flux [m^d/s] through each layer of nodes, from node velocities: the sums of pdi_flow_section_nodes in one
+ * sweep. */
 static void pdi_observe_layers(const pd_model *m, pd_observables *o)
 {
     const pd_grid *grid = &m->grid;
@@ -164,6 +168,8 @@ static void pdi_observe_layers(const pd_model *m, pd_observables *o)
     }
 }
 
+/* Relative difference of the conserved flux downstream and upstream, and largest deviation of layer fluxes; the worst
+ * so far are kept. */
 static void pdi_observe_flux(pd_ctx *ctx, pd_model *m, pd_observables *o)
 {
     int low, high;

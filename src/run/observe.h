@@ -1,4 +1,5 @@
-/* observe: the figures of one instant of a run: losses, extremes, and the flux of the flow along its way. */
+/* observe: diagnostics of a time step: volume loss, extremes, corrosion depth, and conservation of the volume flux
+ * along a flow. */
 #ifndef PD_OBSERVE_H
 #define PD_OBSERVE_H
 #include "run/model.h"
@@ -23,14 +24,17 @@ typedef struct pd_observables {
 } pd_observables;
 
 #ifdef PDI_INTERNAL
-/* [-] Largest cell Peclet number v h/D of species in a flow, and which has it; 0: none are in one. */
+/* [-] Largest cell Peclet number v h/D of the species in a flow; *slowest: name of the species with the least D. 0:
+ * there is no flow with species. */
 PDI_FN double pdi_observe_peclet(const pd_model *model, const char **slowest);
 PDI_FN pd_status pdi_observe_build(pd_ctx *ctx, const pd_model *model, pd_observables *o);
-/* The present figures. The sections lie a quarter of the free length away from the ends; without solid at 1/4, 3/4. */
+/* Update the diagnostics. The two sections for the flux error lie a quarter of the free length away from the ends;
+ * without solid at 1/4 and 3/4. */
 PDI_FN void pdi_observe(pd_ctx *ctx, pd_model *model, pd_observables *o);
 PDI_FN void pdi_observe_free(pd_ctx *ctx, pd_observables *o);
 
-/* What is kept of the instants so far. The build belongs to the start, before the model is read. */
+/* Store or load the worst values so far in a checkpoint. Depths are those of the start and are built before the model
+ * is loaded. */
 PDI_FN pd_status pdi_observe_store(pd_ctx *ctx, pd_observables *o, pd_archive *archive);
 #endif
 

@@ -10,12 +10,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define PDI_SAMPLE_NEAR 1e-6 /* [cells] from a face: the point touches the cells on both sides */
-#define PDI_SAMPLE_CELLS (1 << PD_DIM) /* that a point may touch */
-#define PDI_SAMPLE_BLOCK (PD_DIM == 1 ? 3 : PD_DIM == 2 ? 9 : 27) /* a cell and those around it */
-#define PDI_SAMPLE_OFF 1e-3  /* [cells] from a smooth surface: the place is one of a cell's faces */
+#define PDI_SAMPLE_NEAR 1e-6 /* [cells] within this distance of a face a point touches the cells on both sides */
+#define PDI_SAMPLE_CELLS (1 << PD_DIM) /* cells that a point may touch */
+#define PDI_SAMPLE_BLOCK (PD_DIM == 1 ? 3 : PD_DIM == 2 ? 9 : 27) /* a cell and its neighbours */
+#define PDI_SAMPLE_OFF 1e-3  /* [cells] within this distance a place lies on a smooth surface, else on a cell face */
 
-/* A field of the gas; NULL: it is none of its. Components of the velocity lie one after another. */
+/* Array of a gas field, components of the velocity one after another; NULL: it is no gas field. */
 static const double *pdi_sample_gas(const pd_model *m, pd_field field)
 {
     int64_t last = (int64_t)(PD_GAS_FIELDS - 1) * m->grid.total;
@@ -28,6 +28,7 @@ static const double *pdi_sample_gas(const pd_model *m, pd_field field)
     }
 }
 
+/* Mass density [kg/m3] of a node: gas, liquid, or metal that is left. */
 static double pdi_sample_density(const pd_model *m, int32_t i)
 {
     const pd_setup *u = m->setup;
@@ -39,7 +40,7 @@ static double pdi_sample_density(const pd_model *m, int32_t i)
     return m->grid.kind[i] == PD_FLUID && u->has_flow ? u->rho : 0.0;
 }
 
-/* [total] [mol/m3] concentration of a species, or the amount of a mineral; NULL: it is no field of one. */
+/* Array [total] [mol/m3] of the concentration of a species, or the amount of a mineral; NULL: it is no field of one. */
 static const double *pdi_sample_species(const pd_model *m, pd_field field)
 {
     int species = pdi_setup_field_species(m->setup, field);
@@ -50,7 +51,7 @@ static const double *pdi_sample_species(const pd_model *m, pd_field field)
     return n < 0 ? NULL : m->reactive.c + (int64_t)n * m->grid.total;
 }
 
-/* A component of the stress of a point [Pa]. */
+/* A Cartesian stress component [Pa] of a solid point. */
 static double pdi_sample_stress(const pd_structure *s, pd_field field, int32_t point)
 {
     static const int row[6] = {0, 1, 2, 0, 1, 2}, column[6] = {0, 1, 2, 1, 2, 0};
@@ -59,7 +60,7 @@ static double pdi_sample_stress(const pd_structure *s, pd_field field, int32_t p
     return s->stress[((int64_t)point * PD_DIM + p) * PD_DIM + q];
 }
 
-/* Of metal that bears loads; 0 elsewhere. */
+/* Value of a mechanical field at node i; 0 outside the metal. */
 static double pdi_sample_solid(const pd_model *m, pd_field field, int32_t i)
 {
     const pd_structure *s = &m->structure;
@@ -156,7 +157,7 @@ PDI_FN void pdi_sample_prepare(pd_ctx *ctx, pd_model *m, pd_fields fields)
         solid->density(ctx, solid->self, pdi_structure_u(&m->structure), m->structure.density);
 }
 
-/* The cells that x touches. */
+/* Nodes of the cells that x [m] touches, into node [PDI_SAMPLE_CELLS]; returns their number. */
 static int pdi_sample_cells(const pd_grid *grid, const double *x, int32_t *node)
 {
     int i[PD_DIM][2], choices[PD_DIM], at[PD_DIM], count = 1;
@@ -179,8 +180,8 @@ static int pdi_sample_cells(const pd_grid *grid, const double *x, int32_t *node)
     return count;
 }
 
-/* Without bonds, of the potential of electrodes, and of pH and that of ions (f: NULL): linear between the fluid nodes
- * around x. */
+/* Multilinear interpolation at x [m] between the fluid nodes around; f [total], or NULL: node values of the field.
+ * Without bonds, for potentials and pH. */
 static double pdi_sample_between(const pd_model *m, pd_field field, const double *f, const double *x)
 {
     const pd_grid *grid = &m->grid;
@@ -205,24 +206,24 @@ static double pdi_sample_between(const pd_model *m, pd_field field, const double
 
 /* ---- beside walls: a quadratic through nodes and surfaces ---- */
 
-/* One value that is asked for, and the place of it. */
+/* One interpolation: field, point and the quadratic fit. */
 typedef struct pdi_sample_job {
     const pd_model *m;
     pd_field field;
     int component;
     const double *f;
     double x[PD_DIM]; /* [m] */
-    double side;      /* of the surface of a medium: what lies behind does not count, fields bend there; 0: none */
+    double side;      /* sign: side of the medium's surface that x lies on; only values of that side count; 0: none */
     pdi_quadratic fit;
 } pdi_sample_job;
 
-/* 1: a concentration. */
+/* 1: the field is a concentration. */
 static int pdi_sample_dissolved(const pd_model *m, pd_field field)
 {
     return field == PD_FIELD_C || pdi_setup_field_species(m->setup, field) >= 0;
 }
 
-/* Signed distance from the surface of the medium; 0: there is none, or a place on it. */
+/* Signed distance [m] of x from the surface of the medium; 0: there is none, or x lies on it. */
 static double pdi_sample_medium(const pd_model *m, const double *x)
 {
     if (m->setup->medium < 0) return 0.0;
@@ -230,7 +231,7 @@ static double pdi_sample_medium(const pd_model *m, const double *x)
     return fabs(level) > PDI_SAMPLE_NEAR * pdi_vec_least(m->grid.h) ? level : 0.0;
 }
 
-/* 1 when the normal is known: that of one face, or of a smooth surface. At edges of cells it is not. */
+/* 1: the surface normal at a place is known: of one cell face, or of a smooth surface; at cell edges it is not. */
 static int pdi_sample_sure(const pd_model *m, const double *place, const double *normal, int32_t closed)
 {
     for (int d = 0; d < PD_DIM; d++)
@@ -238,8 +239,8 @@ static int pdi_sample_sure(const pd_model *m, const double *place, const double 
     return fabs(pdi_bond_smooth(&m->bonds, closed, place)) < PDI_SAMPLE_OFF * pdi_vec_least(m->grid.h);
 }
 
-/* What a surface says: its velocity, the concentration that it holds or that nothing passes it. Metal that dissolves
- * says nothing about concentrations. */
+/* Add boundary conditions of a surface at `place` to the fit: wall velocity, prescribed concentration, or zero normal
+ * gradient. Dissolving metal gives none for concentrations. closed: node behind the surface. */
 static void pdi_sample_surface(pdi_sample_job *job, const double *place, const double *normal, int32_t closed)
 {
     const pd_model *m = job->m;
@@ -258,8 +259,8 @@ static void pdi_sample_surface(pdi_sample_job *job, const double *place, const d
         pdi_quadratic_slope(&job->fit, place, normal, 0.0);
 }
 
-/* The far end of an open bond. An inlet ghost has the concentration of the inflow at any depth: it belongs to the side,
- * as the operators see it. */
+/* Add the value at the other end of open bond k of node `base`. An inlet ghost has the inflow concentration at any
+ * depth: its value is put on the side, as the operators see it. */
 static void pdi_sample_far(pdi_sample_job *job, int32_t base, int k)
 {
     const pd_model *m = job->m;
@@ -280,7 +281,7 @@ static void pdi_sample_far(pdi_sample_job *job, int32_t base, int k)
     pdi_quadratic_value(&job->fit, place, job->f[far]);
 }
 
-/* Values of the nodes around `base` that it sees, and of the surfaces that it meets. */
+/* Add the values of node `base`, of its neighbours by open bonds, and of surfaces that its other bonds cross. */
 static void pdi_sample_gather(pdi_sample_job *job, int32_t base)
 {
     const pd_bonds *bonds = &job->m->bonds;
@@ -302,7 +303,7 @@ static void pdi_sample_gather(pdi_sample_job *job, int32_t base)
     }
 }
 
-/* The surface beside the place says what it has to say; a place behind it moves onto it. */
+/* Add the condition of the surface next to the point; a point behind it moves onto it. */
 static void pdi_sample_reach(pdi_sample_job *job, int32_t base)
 {
     double place[PD_DIM], normal[PD_DIM];
@@ -313,6 +314,7 @@ static void pdi_sample_reach(pdi_sample_job *job, int32_t base)
     if (found) pdi_sample_surface(job, place, normal, closed);
 }
 
+/* Value at x [m] of the quadratic fit around fluid node `base` (pressure: along its gradient). */
 static double pdi_sample_fit(pdi_sample_job *job, int32_t base, const double *x)
 {
     memcpy(job->x, x, sizeof job->x);
@@ -333,8 +335,8 @@ static double pdi_sample_fit(pdi_sample_job *job, int32_t base, const double *x)
     return pdi_quadratic_solve(&job->fit);
 }
 
-/* Fluid nodes whose values give that at x: those whose cells x touches. Where x lies in a closed cell, on a smooth
- * surface or before it: the nearest nodes beside x. */
+/* Fluid nodes that values at x [m] are computed from: of the cells that x touches, or, in a closed cell on or before a
+ * smooth surface, the nearest ones. Returns their number. */
 static int pdi_sample_bases(const pd_model *m, const double *x, int32_t *node)
 {
     int cells = pdi_sample_cells(&m->grid, x, node), fluid = 0, i[PD_DIM], at[PD_DIM];
@@ -367,13 +369,13 @@ static int pdi_sample_bases(const pd_model *m, const double *x, int32_t *node)
     return fluid;
 }
 
-/* 1: a field of surfaces, which the cells beside them hold. */
+/* 1: a field of surfaces (current density, rate, surface state), which the fluid cells beside them hold. */
 static int pdi_sample_superficial(const pd_model *m, pd_field field)
 {
     return field == PD_FIELD_I || field == PD_FIELD_RATE || pdi_setup_field_state(m->setup, field) >= 0;
 }
 
-/* What is of a surface is the mean over the cells that have it. */
+/* Mean of a surface field over those of the cells that have a value; NaN: none has. */
 static double pdi_sample_mean(const pd_model *m, pd_field field, int cells, const int32_t *node)
 {
     double sum = 0.0;

@@ -22,7 +22,7 @@ PDI_FN pd_status pdi_sight_build(pd_ctx *ctx, const pd_setup *u, pd_shade *shade
     return pdi_shade_build(ctx, lo, hi, u->drawing.way, u->drawing.width ? u->drawing.width : PD_PICTURE_WIDTH, shade);
 }
 
-/* Metal that dissolves has lost a part of its outer cells. */
+/* Fraction [-] of the metal of cell i that is left, for the position of the surface. */
 static double pdi_sight_share(const void *user, const int *i)
 {
     const pd_model *m = (const pd_model *)user;
@@ -32,7 +32,8 @@ static double pdi_sight_share(const void *user, const int *i)
     return pdi_max(1e-9, m->transport.c[node] / m->setup->metal[m->metal ? m->metal[node] : 0].solid_c);
 }
 
-/* Fields of the metal have the value of its cell, others that of the fluid beside it. */
+/* Value of the colour field at a surface face: of the metal cell `in`, or of the fluid cell `out` beside it; NaN: none.
+ */
 static double pdi_sight_value(const void *user, const int *in, const int *out)
 {
     const pd_model *m = (const pd_model *)user;

@@ -3,8 +3,10 @@
 #include "run/sample.h"
 #include <string.h>
 
+/* Components of a field: PD_DIM of the velocity, else 1. */
 static int pdi_view_components(int field) { return field == PD_FIELD_V ? PD_DIM : 1; }
 
+/* Copy a field over the cells of the box into out [components][cells]. */
 static void pdi_view_fill(const pd_model *m, pd_field field, int64_t cells, double *out)
 {
     const pd_grid *g = &m->grid;

@@ -1,4 +1,4 @@
-/* view: output fields by name over the cells of the box, for programs that look at a model while it runs. */
+/* view: output fields by name as arrays over the cells of the box, for programs that access a model while it runs. */
 #ifndef PD_VIEW_H
 #define PD_VIEW_H
 #include "run/model.h"
@@ -21,8 +21,8 @@ typedef struct pd_views {
 } pd_views;
 
 #ifdef PDI_INTERNAL
-/* The field as it is now; its values stay in place until it is asked for again. PD_ERR_ARGUMENT: no such field, or the
- * scene has none. */
+/* Compute a field as it is now into views->field and describe it in view; the values stay in place until it is
+ * requested again. PD_ERR_ARGUMENT: no such field, or the scene has none. */
 PDI_FN pd_status pdi_view_field(pd_ctx *ctx, pd_model *model, pd_views *views, const char *name, pd_view *view);
 PDI_FN void pdi_views_free(pd_ctx *ctx, pd_views *views);
 #endif
