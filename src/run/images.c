@@ -13,11 +13,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define PDI_IMAGES_LARGEST 1073741824u /* [byte] no picture is larger */
-#define PDI_IMAGES_PIECE 1024 /* numbers that are written at a time */
+#define PDI_IMAGES_LARGEST 1073741824u /* [byte] largest picture file that is copied */
+#define PDI_IMAGES_PIECE 1024 /* floats that are converted at a time */
 #define PDI_IMAGES_DELAY 100 /* [ms] between frames of a film */
 
-/* What stands before a frame in the file. */
+/* Header of a frame in the file of frames. */
 typedef struct pdi_images_head {
     double field, frame, time; /* [-], [-], [s] */
     pd_images_view view;       /* with which it was drawn */
@@ -25,43 +25,46 @@ typedef struct pdi_images_head {
 
 /* ---- what is drawn ---- */
 
-/* Is the metal drawn where it has moved to? */
+/* 1: the metal is drawn deformed, at its displaced place, in pictures of this field. */
 static int pdi_images_moved(const pd_images *im, pd_field field)
 {
     return im->move && field < PD_FIELD_COUNT && pdi_setup_field_metal(field);
 }
 
+/* 1: the scene asks for pictures of this field, or of the surface. */
 static int pdi_images_drawn(const pd_images *im, pd_field field)
 {
     if (field == PD_IMAGES_SURFACE) return pdi_sight_wanted(im->model->setup);
     return (int)(im->model->setup->images >> field & 1u);
 }
 
-/* The field that gives its colours; PD_FIELD_COUNT: none does. */
+/* The field that gives the colours; PD_FIELD_COUNT: none does. */
 static pd_field pdi_images_field(const pd_images *im, pd_field field)
 {
     return field == PD_IMAGES_SURFACE ? pdi_sight_field(im->model->setup) : field;
 }
 
-/* "C", in names of files */
+/* Name of the field in file names, such as "C". */
 static const char *pdi_images_name(const pd_images *im, pd_field field)
 {
     return field == PD_IMAGES_SURFACE ? "surface" : pdi_setup_field_name(im->model->setup, field);
 }
 
-/* Is the flow drawn over it? */
+/* 1: streamlines or velocity vectors are drawn over the field. */
 static int pdi_images_flows(const pd_images *im, pd_field field)
 {
     const pd_setup_drawing *drawing = &im->model->setup->drawing;
     return field < PD_FIELD_COUNT && (drawing->streamlines[field] || drawing->vectors[field]);
 }
 
+/* 1: its colour scale is logarithmic. */
 static int pdi_images_log(const pd_images *im, pd_field field)
 {
     pd_field of = pdi_images_field(im, field);
     return of < PD_FIELD_COUNT && (int)(im->model->setup->drawing.log >> of & 1u);
 }
 
+/* How the cell of a node is painted: by the field's value, as wall, as solid, or blank. */
 static pd_paint pdi_images_paint(const pd_model *m, pd_field field, int32_t node)
 {
     uint8_t kind = m->grid.kind[node];
@@ -73,7 +76,7 @@ static pd_paint pdi_images_paint(const pd_model *m, pd_field field, int32_t node
     return field == PD_FIELD_GRAIN || pdi_setup_field_body(field) ? PD_PAINT_OUTSIDE : PD_PAINT_FIELD;
 }
 
-/* The node that a cell of the drawn plane shows. */
+/* Node that a cell of the drawn plane shows; rows below the axis of an axisymmetric scene are mirrored. */
 static int32_t pdi_images_node(const pd_images *im, int64_t cell)
 {
     const pd_model *m = im->model;
@@ -87,7 +90,7 @@ static int32_t pdi_images_node(const pd_images *im, int64_t cell)
     return pd_grid_node(&m->grid, i);
 }
 
-/* As the file keeps it, so that a frame that is drawn again is the same. */
+/* Round to float, as the file of frames stores it, so that a frame drawn again is the same. */
 static double pdi_images_round(double value)
 {
     if (value > (double)FLT_MAX) return (double)FLT_MAX;
@@ -95,7 +98,7 @@ static double pdi_images_round(double value)
     return (double)(float)value;
 }
 
-/* Is there a bond between the metal of both cells? */
+/* 1: an unbroken bond joins the metal of two cells. */
 static int pdi_images_bonded(const pd_images *im, int64_t cell, int64_t other)
 {
     const pd_structure *s = &im->model->structure;
@@ -105,9 +108,11 @@ static int pdi_images_bonded(const pd_images *im, int64_t cell, int64_t other)
     return 0;
 }
 
-/* Neighbours to the right and above. */
+/* Offsets (column, row) of the four neighbours to the right and above. */
 static const int pdi_images_beside[4][2] = {{1, 0}, {0, 1}, {1, 1}, {-1, 1}};
 
+/* Set the bits of joined [cells]: neighbours that the metal of a cell is bonded to, so that cracks open in deformed
+ * pictures. */
 static void pdi_images_bonds(pd_images *im)
 {
     int whole = pdi_body_whole(&im->model->structure.body);
@@ -124,6 +129,7 @@ static void pdi_images_bonds(pd_images *im)
     }
 }
 
+/* Fill move [2][cells] [m] with scaled displacements of the metal, NaN elsewhere, and the bonds between cells. */
 static void pdi_images_moves(pd_images *im)
 {
     const pd_model *m = im->model;
@@ -137,7 +143,7 @@ static void pdi_images_moves(pd_images *im)
     pdi_images_bonds(im);
 }
 
-/* Does the cell hold together with its neighbour? */
+/* 1: a cell and its neighbour are bonded and drawn as one piece. Callback of pdi_warp. */
 static int pdi_images_joined(const void *user, int cell, int other)
 {
     const pd_images *im = (const pd_images *)user;
@@ -148,7 +154,7 @@ static int pdi_images_joined(const void *user, int cell, int other)
     return 0;
 }
 
-/* The flow of this instant. */
+/* Fill velocity [2][cells] [m/s] with the components in the drawn plane, NaN outside the fluid. */
 static void pdi_images_velocities(pd_images *im)
 {
     const pd_model *m = im->model;
@@ -162,7 +168,7 @@ static void pdi_images_velocities(pd_images *im)
     }
 }
 
-/* The field of this instant. */
+/* Fill cell [cells] with the values of a field, and paint [cells]. */
 static void pdi_images_fill(pd_images *im, pd_field field)
 {
     int32_t node = 0, step = im->model->grid.stride[im->right];
@@ -175,26 +181,28 @@ static void pdi_images_fill(pd_images *im, pd_field field)
 
 /* ---- what frames have in common ---- */
 
+/* Comparison of two doubles for qsort. */
 static int pdi_images_order(const void *a, const void *b)
 {
     double x = *(const double *)a, y = *(const double *)b;
     return (x > y) - (x < y);
 }
 
-/* Value number `at` of sorted ones, linear between two. */
+/* Value at fractional rank `at` of sorted [count], linear between two: a percentile. */
 static double pdi_images_rank(const double *sorted, int64_t count, double at)
 {
     int64_t below = (int64_t)pdi_min(floor(at), (double)count - 1.0), above = below + 1 < count ? below + 1 : below;
     return sorted[below] + (at - (double)below) * (sorted[above] - sorted[below]);
 }
 
-/* Values of a frame: those of the cells, or those of the pixels of a surface. */
+/* Number of values of a frame: cells, or pixels of the rendered surface. */
 static int64_t pdi_images_values(const pd_images *im, pd_field field)
 {
     return field == PD_IMAGES_SURFACE ? (int64_t)im->sight.width * im->sight.height : im->cells;
 }
 
-/* Ends of the values of this frame that count. */
+/* Smallest and largest value of this frame, or its percentiles, for the colour range. Masked and non-positive (log)
+ * values are left out. */
 static void pdi_images_ends(pd_images *im, pd_field field, double *lo, double *hi)
 {
     int64_t count = 0, values = pdi_images_values(im, field);
@@ -217,7 +225,7 @@ static void pdi_images_ends(pd_images *im, pd_field field, double *lo, double *h
     *hi = pdi_images_rank(im->sorted, count, (double)(count - 1) - cut);
 }
 
-/* The range does not depend on frames. */
+/* 1: the colour range is fixed from the start: given, or that of a fraction or of kinds. */
 static int pdi_images_known(const pd_setup *u, pd_field field)
 {
     if (field == PD_FIELD_COUNT) return 1; /* nothing gives it colours */
@@ -227,6 +235,7 @@ static int pdi_images_known(const pd_setup *u, pd_field field)
            field == PD_FIELD_PHASE;
 }
 
+/* Extend the colour range, the extent of deformed metal and the largest speed by this frame. */
 static pd_status pdi_images_look(pd_ctx *ctx, pd_images *im, pd_field field, const pdi_warp *warp)
 {
     pd_images_view *view = &im->view[field];
@@ -243,10 +252,12 @@ static pd_status pdi_images_look(pd_ctx *ctx, pd_images *im, pd_field field, con
 
 /* ---- pictures ---- */
 
+/* Buffers of labels. */
 typedef struct pdi_images_text {
     char title[PD_SETUP_NAME + PD_UNITS_TEXT + 72], shown[PDI_LABEL_SIZE];
 } pdi_images_text;
 
+/* Write "t = 3 h" into text->shown. */
 static const char *pdi_images_stamp(double time, pdi_images_text *text)
 {
     char value[PD_UNITS_TEXT], label[PDI_LABEL_SIZE];
@@ -255,6 +266,7 @@ static const char *pdi_images_stamp(double time, pdi_images_text *text)
     return text->shown;
 }
 
+/* Write the title of a picture into text->title. */
 static const char *pdi_images_title(const pd_images *im, pd_field field, pdi_images_text *text)
 {
     const pd_setup *u = im->model->setup;
@@ -272,6 +284,7 @@ static const char *pdi_images_title(const pd_images *im, pd_field field, pdi_ima
     return text->title;
 }
 
+/* Colour map of a field: given, diverging for signed ones, sequential, or labels. */
 static pd_map pdi_images_map(const pd_setup *u, pd_field field)
 {
     int sides = field == PD_FIELD_P || field == PD_FIELD_PRESSURE || pdi_setup_field_stress(field);
@@ -280,7 +293,7 @@ static pd_map pdi_images_map(const pd_setup *u, pd_field field)
     return sides && !(u->drawing.log >> field & 1u) ? PD_MAP_DIVERGING : PD_MAP_SEQUENTIAL;
 }
 
-/* The range that is given, that of shares, or that of all frames. */
+/* Colour range *lo, *hi: given, 0 to 1 for fractions, or that of all frames. */
 static void pdi_images_range(const pd_images *im, pd_field field, pd_map map, double *lo, double *hi)
 {
     const pd_setup *u = im->model->setup;
@@ -293,6 +306,7 @@ static void pdi_images_range(const pd_images *im, pd_field field, pd_map map, do
     pdi_picture_span(map, pdi_images_log(im, field), lo, hi);
 }
 
+/* Add streamlines or vectors to the picture, with the closed sides of the box. */
 static void pdi_images_flow(const pd_images *im, pd_field field, pd_picture *picture)
 {
     const pd_grid *grid = &im->model->grid;
@@ -307,6 +321,7 @@ static void pdi_images_flow(const pd_images *im, pd_field field, pd_picture *pic
     }
 }
 
+/* Legend names and colours of fields of kinds (kind, phase). */
 static void pdi_images_names(pd_field field, pd_picture *picture)
 {
     static const char *const kinds[] = {"outside", "fluid", "solid", "wall"};
@@ -317,7 +332,7 @@ static void pdi_images_names(pd_field field, pd_picture *picture)
     picture->name_count = field == PD_FIELD_KIND ? 4 : field == PD_FIELD_PHASE ? 2 : 0;
 }
 
-/* What the frame in memory shows. */
+/* Describe the picture of the frame in memory at `time` [s]. */
 static void pdi_images_picture(const pd_images *im, pd_field field, double time, pdi_images_text *text,
                                pd_picture *picture)
 {
@@ -352,6 +367,7 @@ static void pdi_images_picture(const pd_images *im, pd_field field, double time,
     picture->label = pdi_setup_field_numbered(field) ? NULL : pdi_setup_field_label(m->setup, field);
 }
 
+/* Describe the deformed picture: displacements and their extent. */
 static void pdi_images_warp(const pd_images *im, pd_field field, const pd_picture *picture, pdi_warp *warp)
 {
     memset(warp, 0, sizeof *warp);
@@ -365,7 +381,7 @@ static void pdi_images_warp(const pd_images *im, pd_field field, const pd_pictur
     }
 }
 
-/* 1D: the field over x. x [cells] [um] is filled. */
+/* 1D: describe the plot of the field over x. x [cells] [um]: output. */
 static void pdi_images_curve(pd_images *im, pd_field field, double time, pdi_images_text *text, double *x,
                              pd_plot *plot)
 {
@@ -394,7 +410,7 @@ static void pdi_images_curve(pd_images *im, pd_field field, double time, pdi_ima
     plot->series[0].count = im->nx;
 }
 
-/* 3D: the surface of the metal. */
+/* 3D: draw the rendered metal surface into the image, or, without one, into a file. */
 static pd_status pdi_images_surface(pd_ctx *ctx, const pd_images *im, double time, const char *path, pd_image *image)
 {
     const pd_setup *u = im->model->setup;
@@ -467,7 +483,8 @@ static pd_status pdi_images_latest(pd_ctx *ctx, pd_images *im, pd_field field, c
     return status;
 }
 
-/* Its files. fresh: they stand in no list yet. image: it as pixels, where it is drawn already, or NULL. */
+/* Write the picture files of a frame (PNG, SVG). fresh: 1: add them to the list of the folder. image: the frame as
+ * pixels where it is drawn already, or NULL. */
 static pd_status pdi_images_write(pd_ctx *ctx, pd_images *im, pd_field field, int frame, double time, int fresh,
                                   const pd_image *image)
 {
@@ -488,7 +505,7 @@ static pd_status pdi_images_write(pd_ctx *ctx, pd_images *im, pd_field field, in
 
 /* ---- frames in a file ---- */
 
-/* Numbers as floats, to the file or from it. */
+/* Write numbers to the file as floats, or read them (reading: 1). */
 static pd_status pdi_images_numbers(pd_ctx *ctx, pd_file *file, int reading, double *values, int64_t count)
 {
     float piece[PDI_IMAGES_PIECE];
@@ -507,6 +524,7 @@ static pd_status pdi_images_numbers(pd_ctx *ctx, pd_file *file, int reading, dou
     return PD_OK;
 }
 
+/* Write bytes to the file, or read them. PD_ERR_FILE: it ends early. */
 static pd_status pdi_images_bytes(pd_ctx *ctx, pd_file *file, int reading, void *data, size_t size)
 {
     size_t got;
@@ -515,7 +533,7 @@ static pd_status pdi_images_bytes(pd_ctx *ctx, pd_file *file, int reading, void 
     return got == size ? PD_OK : pdi_fail(ctx, PD_ERR_FILE, "images", "'%s' ends early", file->path);
 }
 
-/* The surface of the metal. */
+/* Write or read the pixels of the rendered surface. */
 static pd_status pdi_images_sight(pd_ctx *ctx, pd_images *im, pd_file *file, int reading)
 {
     size_t pixels = (size_t)im->sight.width * (size_t)im->sight.height;
@@ -525,7 +543,7 @@ static pd_status pdi_images_sight(pd_ctx *ctx, pd_images *im, pd_file *file, int
     return pdi_images_bytes(ctx, file, reading, im->sight.edge, pixels);
 }
 
-/* What follows the head; a newline is its end. */
+/* Write or read the data of a frame that follow its header; a newline ends them. */
 static pd_status pdi_images_body(pd_ctx *ctx, pd_images *im, pd_field field, pd_file *file, int reading)
 {
     char end = '\n';
@@ -542,13 +560,14 @@ static pd_status pdi_images_body(pd_ctx *ctx, pd_images *im, pd_field field, pd_
     return pdi_images_bytes(ctx, file, reading, &end, 1);
 }
 
-/* [byte] of it. */
+/* [byte] Length of the data of a frame, without header. */
 static int64_t pdi_images_size(const pd_images *im, pd_field field)
 {
     if (field == PD_IMAGES_SURFACE) return 7 * (int64_t)im->sight.width * im->sight.height + 1;
     return im->cells * ((pdi_images_moved(im, field) ? 14 : 5) + (pdi_images_flows(im, field) ? 8 : 0)) + 1;
 }
 
+/* Append a frame to the file of frames. */
 static pd_status pdi_images_keep(pd_ctx *ctx, pd_images *im, pd_field field, int frame)
 {
     pdi_images_head head;
@@ -592,12 +611,13 @@ PDI_FN pd_status pdi_images_frame(pd_ctx *ctx, pd_images *im, int frame)
 
 /* ---- the end ---- */
 
+/* 1: two frames have the same range and extent. */
 static int pdi_images_same(const pd_images_view *a, const pd_images_view *b)
 {
     return memcmp(a, b, sizeof *a) == 0;
 }
 
-/* The frames of a field, from the file: those with a smaller range, for a film all. */
+/* Read the frames of a field from the file and draw those anew whose range has grown since, or, for a film, all. */
 static pd_status pdi_images_again(pd_ctx *ctx, pd_images *im, pd_file *file, pd_field field, pdi_apng *film)
 {
     pdi_images_head head;
@@ -623,7 +643,7 @@ static pd_status pdi_images_again(pd_ctx *ctx, pd_images *im, pd_file *file, pd_
     }
 }
 
-/* C_film.png */
+/* Begin the animated picture C_film.png. */
 static pd_status pdi_images_film(pd_ctx *ctx, pd_images *im, pd_field field, pdi_apng *film)
 {
     char name[PD_PATH_SIZE], path[PD_PATH_SIZE];
@@ -632,6 +652,7 @@ static pd_status pdi_images_film(pd_ctx *ctx, pd_images *im, pd_field field, pdi
     return pdi_apng_create(ctx, path, (int)im->frames, PDI_IMAGES_DELAY, film);
 }
 
+/* Finish the pictures of one field: redraw frames and make the film. */
 static pd_status pdi_images_all(pd_ctx *ctx, pd_images *im, pd_field field, const char *path)
 {
     int filmed = im->model->setup->drawing.animate;
@@ -670,7 +691,7 @@ PDI_FN pd_status pdi_images_remove(pd_ctx *ctx, pd_images *im)
 
 /* ---- life ---- */
 
-/* Frames are drawn again where their range may grow. */
+/* 1: frames have to be stored, as a colour range or extent may still grow. */
 static int pdi_images_grow(const pd_images *im)
 {
     for (int k = 0; k < PD_IMAGES_COUNT; k++) {
@@ -682,13 +703,14 @@ static int pdi_images_grow(const pd_images *im)
     return 0;
 }
 
-/* Values that are sorted for percentiles, at most. */
+/* Largest number of values that are sorted for percentiles. */
 static int64_t pdi_images_most(const pd_images *im)
 {
     int64_t pixels = pdi_images_values(im, PD_IMAGES_SURFACE);
     return pixels > im->cells ? pixels : im->cells;
 }
 
+/* Allocate the arrays that the requested pictures need. */
 static pd_status pdi_images_reserve(pd_ctx *ctx, pd_images *im)
 {
     const pd_setup *u = im->model->setup;

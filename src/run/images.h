@@ -1,9 +1,9 @@
-/* images: fields, and the surface of the metal, that are drawn at output times, one range of colours and one size for
- * all frames of a field.
+/* images: pictures of fields and of the metal surface at output times, with one colour range and one size for all
+ * frames of a field.
  *
- * A frame is drawn at once, with the range of the frames so far. What it shows is kept in a file, PD_IMAGES_KEPT. In
- * the end frames whose range has grown since are drawn again, and films are made. That file is not needed where all
- * ranges are given and there is no film.
+ * A frame is drawn at once, with the range of the frames so far. Its data are stored in a file, PD_IMAGES_KEPT. At the
+ * end frames whose range has grown since are drawn again, and films are made. That file is not needed where all ranges
+ * are given and there is no film.
  */
 #ifndef PD_IMAGES_H
 #define PD_IMAGES_H
@@ -14,10 +14,10 @@
 #define PD_IMAGES_SURFACE PD_FIELD_COUNT /* in place of a field: the surface of the metal */
 #define PD_IMAGES_COUNT (PD_FIELD_COUNT + 1)
 
-/* What all frames of a field have in common, so far. */
+/* Colour range and extent of all frames of a field so far. */
 typedef struct pd_images_view {
     double lo, hi;           /* [unit of the field] smallest and largest value; lo > hi: none */
-    double low[2], high[2];  /* [m] paper of what moves; low > high: none */
+    double low[2], high[2];  /* [m] extent of deformed metal; low > high: none */
     double fastest;          /* [m/s] largest speed in the plane */
 } pd_images_view;
 
@@ -47,15 +47,15 @@ typedef struct pd_images {
 #ifdef PDI_INTERNAL
 /* model and folder are borrowed. */
 PDI_FN pd_status pdi_images_build(pd_ctx *ctx, const pd_model *model, pd_folder *folder, pd_images *images);
-/* Begin the file of a new run. */
+/* Begin the file of frames of a new run. */
 PDI_FN pd_status pdi_images_open(pd_ctx *ctx, pd_images *images);
-/* Note where the pictures stand; or read it back, and go on with the file as it was then. */
+/* Store the state of the pictures in a checkpoint, or load it and continue the file of frames as it was then. */
 PDI_FN pd_status pdi_images_store(pd_ctx *ctx, pd_images *images, pd_archive *archive);
-/* Draw all fields of this instant, with pdi_sample_prepare before. */
+/* Draw the pictures of all fields now; call pdi_sample_prepare before. frame: number of the output time. */
 PDI_FN pd_status pdi_images_frame(pd_ctx *ctx, pd_images *images, int frame);
-/* All frames are there: those with a smaller range are drawn again, and films are made. PD_STOPPED. */
+/* After the last frame: redraw those whose colour range has grown since, and make films. PD_STOPPED. */
 PDI_FN pd_status pdi_images_finish(pd_ctx *ctx, pd_images *images);
-/* Remove the file, after the checkpoint that goes with it. */
+/* Remove the file of frames, once the run is complete. */
 PDI_FN pd_status pdi_images_remove(pd_ctx *ctx, pd_images *images);
 PDI_FN void pdi_images_free(pd_ctx *ctx, pd_images *images);
 #endif

@@ -12,7 +12,7 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Two numbers that differ by this share of them are the same one. */
+/* Relative tolerance by which two numbers count as equal. */
 #define PDI_MONITOR_SAME 1e-9
 
 /* Units of amounts per depth, by dimension. */
@@ -27,11 +27,12 @@ static const char *const pdi_monitor_unit_charge[] = {"C/m2", "C/m", "C"};
 static const char *const pdi_monitor_unit_energy[] = {"J/m2", "J/m", "J"};
 static const char *const pdi_monitor_unit_momentum[] = {"kg/m/s", "kg/s", "kg m/s"};
 
-/* The dimension that amounts have, less one: rings close. */
+/* Index into the tables of units: PD_DIM - 1, or 2 with axisymmetry, where amounts are over the whole circumference. */
 static int pdi_monitor_extent(const pd_setup *setup) { return setup->axisymmetric ? 2 : PD_DIM - 1; }
 
 /* ---- figures ---- */
 
+/* Append an output. */
 static void pdi_monitor_put(pd_monitor *m, const char *key, const char *unit, double value)
 {
     pd_monitor_figure *f = &m->figure[m->count++];
@@ -41,7 +42,7 @@ static void pdi_monitor_put(pd_monitor *m, const char *key, const char *unit, do
     f->value = value;
 }
 
-/* One figure an axis: key with x, y or z behind its first letter. */
+/* Append one output for each axis, scale times value; its key has x, y or z behind the first letter. */
 static void pdi_monitor_put_vector(pd_monitor *m, char letter, const char *rest, const char *unit, const double *value,
                                    double scale)
 {
@@ -52,6 +53,8 @@ static void pdi_monitor_put_vector(pd_monitor *m, char letter, const char *rest,
     }
 }
 
+/* Outputs of a plane: area, volume flux, mean velocity, pressure, mean and flux-weighted concentration, species flux.
+ */
 static void pdi_monitor_plane(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     const pd_setup *u = model->setup;
@@ -69,6 +72,8 @@ static void pdi_monitor_plane(pd_ctx *ctx, pd_model *model, pd_monitor *m)
     if (u->has_transport) pdi_monitor_put(m, "species", pdi_monitor_unit_species[pdi_monitor_extent(u)], r.species);
 }
 
+/* Force on a body [PD_DIM] by the momentum balance of a box around it. PD_ERR_GEOMETRY: the box comes too close to
+ * walls. */
 static pd_status pdi_monitor_balance(pd_ctx *ctx, pd_model *model, const pd_setup_monitor *d, double *force)
 {
     char message[PD_MESSAGE_SIZE];
@@ -79,7 +84,8 @@ static pd_status pdi_monitor_balance(pd_ctx *ctx, pd_model *model, const pd_setu
     return pdi_fail(ctx, status, "force", "%.500s; balance = no leaves it out", what ? what + 1 : message);
 }
 
-/* The steady flow of a dissolution changes with the geometry only. */
+/* Outputs of a force: on the surface, by friction and pressure, by momentum balance, and drag coefficients. Only
+ * updated after a new flow solve. */
 static pd_status pdi_monitor_force(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     const pd_setup_monitor *d = m->desc;
@@ -103,7 +109,8 @@ static pd_status pdi_monitor_force(pd_ctx *ctx, pd_model *model, pd_monitor *m)
     return PD_OK;
 }
 
-/* Concentration of the fluid in each layer: of the mixed stream, sum u c / sum u, or the same everywhere. */
+/* Reference concentration of the fluid in each layer of a mass transfer: given, or the mixing-cup mean sum u c / sum u.
+ */
 static void pdi_monitor_fluid(const pd_model *model, pd_monitor *m)
 {
     const pd_grid *grid = &model->grid;
@@ -124,6 +131,8 @@ static void pdi_monitor_fluid(const pd_model *model, pd_monitor *m)
     for (int k = 0; k < m->rows; k++) m->fluid[k] /= stream[k];
 }
 
+/* Outputs of a mass transfer: species flux [mol/s], area, flux density, Sherwood number and diffusion layer thickness.
+ */
 static void pdi_monitor_transfer(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     const pd_setup_monitor *d = m->desc;
@@ -148,7 +157,7 @@ static void pdi_monitor_transfer(pd_ctx *ctx, pd_model *model, pd_monitor *m)
     pdi_monitor_put(m, "layer", "m", excess * d->diffusivity / flux);
 }
 
-/* [mol] in the box of a field of the species. */
+/* [mol] Integral of a concentration field over the box of the monitor. */
 static double pdi_monitor_amount(pd_ctx *ctx, pd_model *model, const pd_monitor *m, const double *field)
 {
     pd_measure_box_result r;
@@ -156,7 +165,8 @@ static double pdi_monitor_amount(pd_ctx *ctx, pd_model *model, const pd_monitor 
     return r.dissolved;
 }
 
-/* What is carried to the next step, and what fills what metal has left beside cells, of each row. */
+/* Add to sum [rows] of the element balances the solver residuals that carry over to the next step, and the solution in
+ * volume that metal has left within cells. */
 static void pdi_monitor_carried(pd_ctx *ctx, pd_model *model, const pd_monitor *m, double *sum)
 {
     const pd_reactive *reactive = &model->reactive;
@@ -169,7 +179,7 @@ static void pdi_monitor_carried(pd_ctx *ctx, pd_model *model, const pd_monitor *
     }
 }
 
-/* Amounts of species, and what the box holds of each row of the balance. */
+/* Outputs of species: amounts in the box, and the total of each element or charge balance (sum_...). */
 static void pdi_monitor_species(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     const char *unit = pdi_monitor_unit_amount[pdi_monitor_extent(model->setup)];
@@ -192,7 +202,7 @@ static void pdi_monitor_species(pd_ctx *ctx, pd_model *model, pd_monitor *m)
     }
 }
 
-/* The extremes without nodes that have just turned fluid. */
+/* Extremes of the concentration in the box, without nodes just converted to fluid. */
 static void pdi_monitor_known(const pd_model *model, const pd_setup_monitor *desc, pd_measure_box_result *r)
 {
     double x[PD_DIM];
@@ -206,6 +216,7 @@ static void pdi_monitor_known(const pd_model *model, const pd_setup_monitor *des
     }
 }
 
+/* Outputs of a box: volume, kinetic energy, momentum, dissolved amount, extremes, solid amount, species. */
 static void pdi_monitor_total(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     const pd_setup *u = model->setup;
@@ -228,7 +239,7 @@ static void pdi_monitor_total(pd_ctx *ctx, pd_model *model, pd_monitor *m)
     if (u->has_chemistry) pdi_monitor_species(ctx, model, m);
 }
 
-/* Largest displacement and stresses of a body. */
+/* Largest displacement, overlap, von Mises and hydrostatic stress, and plastic strain of the metal. */
 static void pdi_monitor_extremes(const pd_structure *s, pd_monitor *m)
 {
     const double *at = pdi_structure_u(s);
@@ -250,7 +261,7 @@ static void pdi_monitor_extremes(const pd_structure *s, pd_monitor *m)
     if (s->solid.slip) pdi_monitor_put(m, "eps_p_max", "-", slip);
 }
 
-/* What has been put into a body in motion and what has become of it. */
+/* Energies of a body in motion: work, kinetic, elastic, released by broken bonds. */
 static void pdi_monitor_motion(pd_ctx *ctx, const pd_structure *s, pd_monitor *m)
 {
     const char *unit = pdi_monitor_unit_energy[PD_DIM - 1];
@@ -262,7 +273,8 @@ static void pdi_monitor_motion(pd_ctx *ctx, const pd_structure *s, pd_monitor *m
     pdi_monitor_put(m, "broken", "-", (double)s->motion.broken);
 }
 
-/* What has been put into a body and what has become of it, and its extremes. */
+/* Outputs of the metal's mechanics: extremes and energies (work, elastic, plastic, released, dissolved away), broken
+ * bonds, load factor of the next break, time of separation, solver iterations. */
 static void pdi_monitor_solid(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     const pd_structure *s = &model->structure;
@@ -289,7 +301,8 @@ static void pdi_monitor_solid(pd_ctx *ctx, pd_model *model, pd_monitor *m)
     pdi_monitor_put(m, "iterations", "-", (double)q->iterations);
 }
 
-/* Where a crack ends, its length along the cut and straight on, and its J; nan where a contour meets a surface. */
+/* Outputs of a crack: tip position, length along the cut and straight on, and its J integral on two contours; NaN where
+ * a contour meets a surface. */
 static pd_status pdi_monitor_cut(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     const pd_setup_cut *cut = &model->setup->metal_body.cut[m->desc->index];
@@ -330,7 +343,8 @@ static pd_status pdi_monitor_cut(pd_ctx *ctx, pd_model *model, pd_monitor *m)
     return PD_OK;
 }
 
-/* Charge number of the metal of an electrode that is one metal, all of whose current dissolves it; 0: it is none. */
+/* Charge number of the metal of an electrode if all of its current dissolves that one metal by Faraday's law; 0: not
+ * so. */
 static double pdi_monitor_dissolves(const pd_model *model, int electrode)
 {
     const pd_setup *u = model->setup;
@@ -355,7 +369,8 @@ PDI_FN void pdi_monitor_now(const pd_model *model, int electrode, pd_cell_electr
     else pd_cell_electrode_of(&model->cell, electrode, e);
 }
 
-/* Potential of the metal, currents and their densities. */
+/* Outputs of an electrode: potential, total and anodic current, area, current densities, charge, ratio to Faraday's
+ * law. */
 static void pdi_monitor_electrode(const pd_model *model, pd_monitor *m)
 {
     const char *unit = pdi_monitor_unit_current[pdi_monitor_extent(model->setup)];
@@ -382,7 +397,7 @@ static void pdi_monitor_electrode(const pd_model *model, pd_monitor *m)
     pdi_monitor_put(m, "faraday", "-", known ? charge * e.lost / e.passed : (double)NAN);
 }
 
-/* Mean over the surface that carries a state, and its extremes. */
+/* Outputs of a surface state: mean, extremes, area. */
 static void pdi_monitor_state(const pd_model *model, pd_monitor *m)
 {
     const char *unit = model->setup->state[m->desc->index].unit;
@@ -395,6 +410,7 @@ static void pdi_monitor_state(const pd_model *model, pd_monitor *m)
     pdi_monitor_put(m, "area", pdi_monitor_unit_area[pdi_monitor_extent(model->setup)], f.area);
 }
 
+/* Compute the outputs of a monitor, by its kind. */
 static pd_status pdi_monitor_figures(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     if (m->desc->kind == PD_MONITOR_FORCE) return pdi_monitor_force(ctx, model, m);
@@ -416,14 +432,15 @@ static pd_status pdi_monitor_figures(pd_ctx *ctx, pd_model *model, pd_monitor *m
 
 /* ---- profiles ---- */
 
-/* Add the name of a column; returns the next place. */
+/* Set the name of a column; returns the next column. */
 static int pdi_monitor_name(char names[][PD_SETUP_NAME], int column, const char *name)
 {
     snprintf(names[column], PD_SETUP_NAME, "%s", name);
     return column + 1;
 }
 
-/* Columns of a line: length along it, position, fields, v with its components. first[f]: column of field f. */
+/* Names of the columns of a line: arc length, position, fields (v by components). first[f]: column of field f. Returns
+ * their number. */
 static int pdi_monitor_line_names(const pd_setup *u, const pd_monitor *m, char names[][PD_SETUP_NAME], int *first)
 {
     char name[PD_SETUP_NAME];
@@ -446,6 +463,7 @@ static int pdi_monitor_line_names(const pd_setup *u, const pd_monitor *m, char n
     return count;
 }
 
+/* Names of the columns of the profile of a mass transfer; returns their number. */
 static int pdi_monitor_transfer_names(const pd_setup *u, const pd_monitor *m, char names[][PD_SETUP_NAME])
 {
     char name[PD_SETUP_NAME];
@@ -460,6 +478,7 @@ static int pdi_monitor_transfer_names(const pd_setup *u, const pd_monitor *m, ch
     return pdi_monitor_name(names, count, "Sh [-]");
 }
 
+/* Sample the fields at the points of a line into profile [rows][columns]. */
 static void pdi_monitor_line_fill(const pd_model *model, pd_monitor *m)
 {
     const pd_setup_monitor *d = m->desc;
@@ -477,6 +496,7 @@ static void pdi_monitor_line_fill(const pd_model *model, pd_monitor *m)
     }
 }
 
+/* Profile of a mass transfer along its axis: area, flux density, concentration, local Sherwood number. */
 static void pdi_monitor_transfer_fill(const pd_model *model, pd_monitor *m)
 {
     const pd_setup_monitor *d = m->desc;
@@ -491,7 +511,8 @@ static void pdi_monitor_transfer_fill(const pd_model *model, pd_monitor *m)
     }
 }
 
-/* `count` columns from `first` over column 0. Lengths in a unit of readable size. What has no value leaves a gap. */
+/* Plot `count` columns from `first` on over column 0, lengths in m, mm or um. Nothing is drawn where no value is
+ * finite. */
 static pd_status pdi_monitor_draw(pd_ctx *ctx, const pd_monitors *all, const pd_monitor *m, int first, int count,
                                   const char *axis, const char *label, const char *path)
 {
@@ -542,6 +563,7 @@ static pd_status pdi_monitor_path(pd_ctx *ctx, const pd_monitors *all, const pd_
     return pdi_folder_add(ctx, all->folder, name, path);
 }
 
+/* Plot each requested field over a line. */
 static pd_status pdi_monitor_line_images(pd_ctx *ctx, const pd_monitors *all, const pd_monitor *m, const int *first,
                                          int frame)
 {
@@ -556,6 +578,7 @@ static pd_status pdi_monitor_line_images(pd_ctx *ctx, const pd_monitors *all, co
     return PD_OK;
 }
 
+/* Write the profile of a line or mass transfer as a table and as plots. */
 static pd_status pdi_monitor_profile(pd_ctx *ctx, const pd_monitors *all, pd_monitor *m, int frame)
 {
     char names[1 + PD_DIM + PD_FIELD_COUNT + PD_DIM][PD_SETUP_NAME], path[PD_PATH_SIZE];
@@ -577,11 +600,13 @@ static pd_status pdi_monitor_profile(pd_ctx *ctx, const pd_monitors *all, pd_mon
                             sherwood ? "Sh [-]" : "density [mol/m2/s]", path);
 }
 
+/* File name of the table, such as "plane_up.csv". */
 static void pdi_monitor_table_name(const pd_monitor *m, char name[2 * PD_SETUP_NAME])
 {
     snprintf(name, 2 * PD_SETUP_NAME, "%s_%s.csv", pdi_setup_monitor_name(m->desc->kind), m->desc->name);
 }
 
+/* Create the table of a monitor with one column for each output. */
 static pd_status pdi_monitor_table(pd_ctx *ctx, const pd_monitors *all, pd_monitor *m)
 {
     char names[PD_MONITOR_FIGURES + 1][64], name[2 * PD_SETUP_NAME], path[PD_PATH_SIZE];
@@ -597,6 +622,7 @@ static pd_status pdi_monitor_table(pd_ctx *ctx, const pd_monitors *all, pd_monit
 
 /* ---- life ---- */
 
+/* Allocate outputs and profile of a monitor. */
 static pd_status pdi_monitor_reserve(pd_ctx *ctx, const pd_model *model, pd_monitor *m)
 {
     const pd_setup_monitor *d = m->desc;
@@ -616,7 +642,7 @@ static pd_status pdi_monitor_reserve(pd_ctx *ctx, const pd_model *model, pd_moni
     return m->rows ? PDI_NEW(ctx, "monitor", (int64_t)m->rows * m->columns, m->profile) : PD_OK;
 }
 
-/* A probe deep in a wall has nothing to show. */
+/* Error message for a probe within a wall, with its depth. Returns PD_ERR_GEOMETRY. */
 static pd_status pdi_monitor_walled(pd_ctx *ctx, const pd_model *model, const pd_setup_probe *probe)
 {
     const pd_setup *u = model->setup;
@@ -631,6 +657,7 @@ static pd_status pdi_monitor_walled(pd_ctx *ctx, const pd_model *model, const pd
                     "surface: move it by that much", probe->name, deep);
 }
 
+/* Inner part of the build: checks probes and computes all outputs once. */
 static pd_status pdi_monitor_make(pd_ctx *ctx, pd_model *model, pd_monitors *all)
 {
     const pd_setup *u = model->setup;

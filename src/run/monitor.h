@@ -1,8 +1,8 @@
-/* monitor: what a run watches besides its fields: tables in time, profiles and plots, last values.
+/* monitor: scalar outputs of a run over time (planes, forces, mass transfer, totals, electrodes, ...), profiles and
+ * plots.
  *
- *   plane_up.csv, force_pin.csv, transfer_pin.csv, total_all.csv     one row a step
- *   line_centre_000012_t6.1s.csv, line_centre_C_000012_t6.1s.png     at output times, as are the local values of a
- *                                                                    transfer
+ * plane_up.csv, force_pin.csv, transfer_pin.csv, total_all.csv     one row a step line_centre_000012_t6.1s.csv,
+ * line_centre_C_000012_t6.1s.png     at output times, as are the local values of a transfer
  *
  * Names of columns hold their units, "flow [m2/s]". Sherwood number: Sh = flux L / (area (C_surface - C_fluid) D); with
  * the bulk concentration, area (C_surface - C_fluid) is summed over the layers.
@@ -14,21 +14,23 @@
 #include "run/model.h"
 #include "run/summary.h"
 
-#define PD_MONITOR_FIGURES 80 /* most figures of a monitor: of boxes, of all species and balances */
-#define PD_MONITOR_FEW 24     /* most without species */
+#define PD_MONITOR_FIGURES 80 /* largest number of outputs of a monitor: of boxes, all species and balances */
+#define PD_MONITOR_FEW 24     /* the same without species */
 
+/* A scalar output. */
 typedef struct pd_monitor_figure {
     char key[24], unit[16];
     double value; /* [unit] */
 } pd_monitor_figure;
 
+/* A monitor: one section of the scene and its outputs. */
 typedef struct pd_monitor {
     const pd_setup_monitor *desc;
     pd_csv table;
-    int count;              /* of the figures */
-    int room;               /* for figures */
+    int count;              /* number of outputs */
+    int room;               /* capacity of figure[] */
     pd_monitor_figure *figure; /* [room] */
-    int64_t seen;           /* force: flow solves that the figures know */
+    int64_t seen;           /* force: number of flow solves at the last update */
     int columns, rows;      /* of the profile */
     double *profile;        /* [rows][columns] [unit of the column] */
     double *flux, *area, *fluid; /* [rows] [mol/s] [m^(d-1)] [mol/m3] transfer: of the layers */
@@ -37,24 +39,26 @@ typedef struct pd_monitor {
 typedef struct pd_monitors {
     pd_model *model;
     pd_folder *folder;                     /* borrowed */
-    int line;                              /* of the scene: the section that the build refused */
+    int line;                              /* line of the scene that an error is about */
     pd_monitor monitor[PD_SETUP_MONITORS]; /* setup->monitors of them */
 } pd_monitors;
 
 #ifdef PDI_INTERNAL
-/* Of all monitors of the setup; model is borrowed. PD_ERR_GEOMETRY: a probe in the wall, a box around a body that comes
- * too close to other walls. */
+/* Build all monitors of the setup; model is borrowed. PD_ERR_GEOMETRY: a probe in the wall, a box around a body that
+ * comes too close to other walls. */
 PDI_FN pd_status pdi_monitors_build(pd_ctx *ctx, pd_model *model, pd_monitors *monitors);
 /* Start the tables in an open folder. PD_ERR_FILE. */
 PDI_FN pd_status pdi_monitors_open(pd_ctx *ctx, pd_monitors *monitors, pd_folder *folder);
-/* Note where the tables stand, and, in place of pdi_monitors_open, go on with them from there. */
+/* Store the lengths of the tables in a checkpoint. */
 PDI_FN pd_status pdi_monitors_save(pd_ctx *ctx, pd_monitors *monitors, pd_archive *archive);
+/* In place of pdi_monitors_open: continue the tables at the lengths that the checkpoint holds. */
 PDI_FN pd_status pdi_monitors_resume(pd_ctx *ctx, pd_monitors *monitors, pd_folder *folder, pd_archive *archive);
-/* The present figures, and a row of the tables that are open. */
+/* Compute all outputs now and write a row of the tables that are open. */
 PDI_FN pd_status pdi_monitors_step(pd_ctx *ctx, pd_monitors *monitors);
-/* Profiles and plots of this instant, after its step. */
+/* Write profiles and plots of output time number `frame`, after the step. */
 PDI_FN pd_status pdi_monitors_frame(pd_ctx *ctx, pd_monitors *monitors, int frame);
-/* What an electrode carries now: in the liquid, or among ions that migrate. */
+/* State of an electrode now (potential, currents, charge), from the potential solver or, with migrating ions, from the
+ * species solver. */
 PDI_FN void pdi_monitor_now(const pd_model *model, int electrode, pd_cell_electrode *e);
 PDI_FN pd_status pdi_monitors_close(pd_ctx *ctx, pd_monitors *monitors);
 PDI_FN void pdi_monitors_free(pd_ctx *ctx, pd_monitors *monitors);
