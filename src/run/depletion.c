@@ -3,10 +3,10 @@
 #include <stdio.h>
 #include <string.h>
 
-/* A node of no piece. */
+/* A node that belongs to no shape. */
 #define PDI_DEPLETION_NONE 255
 
-/* The last piece that a place lies in. */
+/* The last metal shape that x lies in. */
 static uint8_t pdi_depletion_piece(const pd_setup *u, const double *x)
 {
     for (int k = u->pieces; k-- > 0;)
@@ -14,6 +14,7 @@ static uint8_t pdi_depletion_piece(const pd_setup *u, const double *x)
     return PDI_DEPLETION_NONE;
 }
 
+/* Count the solid nodes of each shape, into left. */
 static void pdi_depletion_count(const pd_depletion *d, int32_t *left)
 {
     const pd_grid *grid = &d->model->grid;
@@ -22,7 +23,7 @@ static void pdi_depletion_count(const pd_depletion *d, int32_t *left)
         if (grid->kind[i] == PD_SOLID && d->piece[i] != PDI_DEPLETION_NONE) left[d->piece[i]]++;
 }
 
-/* 1: the fluid touches the electrode, and no current can pass there. */
+/* 1: fluid touches the electrode, and it carries no current. */
 static int pdi_depletion_idle(const pd_model *m, int electrode)
 {
     pd_cell_electrode now;
@@ -50,13 +51,14 @@ PDI_FN pd_status pdi_depletion_build(pd_ctx *ctx, pd_model *model, pd_depletion 
     return PD_OK;
 }
 
-/* "13.2 day" */
+/* Write a time such as "13.2 day"; returns text. */
 static const char *pdi_depletion_time(double time, char *text)
 {
     pdi_setup_show(time, "s", text);
     return text;
 }
 
+/* Print a note for each shape whose metal has dissolved since the last update. */
 static void pdi_depletion_gone(pd_depletion *d, pd_print_fn print, void *user)
 {
     const pd_setup *u = d->model->setup;
@@ -73,6 +75,7 @@ static void pdi_depletion_gone(pd_depletion *d, pd_print_fn print, void *user)
     }
 }
 
+/* Print a note for each electrode that has stopped to carry current. */
 static void pdi_depletion_alone(pd_depletion *d, pd_print_fn print, void *user)
 {
     const pd_setup_potential *p = &d->model->setup->potential;

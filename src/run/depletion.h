@@ -1,4 +1,4 @@
-/* depletion: which metal a run has used up, and which electrodes carry no current any more, in a word when it happens.
+/* depletion: notes during a run when the metal of a shape has dissolved, or an electrode carries no current any more.
  */
 #ifndef PD_DEPLETION_H
 #define PD_DEPLETION_H
@@ -6,18 +6,18 @@
 
 typedef struct pd_depletion {
     pd_model *model;                /* borrowed; NULL: nothing dissolves */
-    uint8_t *piece;                 /* [total] piece of the setup that a solid node is of; those beyond them: none */
-    int32_t left[PD_SETUP_SHAPES];  /* nodes of each piece */
-    int idle[PD_SETUP_ELECTRODES];  /* 1: no current passes at all of the electrode */
-    double time;                    /* [s] when it last looked */
-    int64_t solid;                  /* nodes of metal when it last looked */
+    uint8_t *piece;                 /* [total] metal shape of the setup that a solid node belongs to; 255: none */
+    int32_t left[PD_SETUP_SHAPES];  /* solid nodes left of each shape */
+    int idle[PD_SETUP_ELECTRODES];  /* 1: the electrode carries no current */
+    double time;                    /* [s] of the last update */
+    int64_t solid;                  /* solid nodes at the last update */
 } pd_depletion;
 
 #ifdef PDI_INTERNAL
-/* Of the metal as it is. */
+/* Record to which shape each solid node belongs, and count them. */
 PDI_FN pd_status pdi_depletion_build(pd_ctx *ctx, pd_model *model, pd_depletion *depletion);
-/* After a step: a note for each piece of metal that has gone since, and each electrode at which no current passes any
- * more. print: NULL where none is to be said. */
+/* Update after a step: print a note for each shape that has dissolved since, and each electrode that stopped to carry
+ * current. print: NULL: update silently. */
 PDI_FN void pdi_depletion_look(pd_depletion *depletion, pd_print_fn print, void *user);
 PDI_FN void pdi_depletion_free(pd_ctx *ctx, pd_depletion *depletion);
 #endif

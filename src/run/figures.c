@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
+/* Append an output, growing the list. */
 static pd_status pdi_figures_add(pd_ctx *ctx, pd_figures *f, const char *section, const char *name, int monitor,
                                  const char *key, const char *unit, double value)
 {
@@ -22,13 +23,14 @@ static pd_status pdi_figures_add(pd_ctx *ctx, pd_figures *f, const char *section
     return PD_OK;
 }
 
-/* The unit of a label such as "C [mol/m3]"; "-" of "kind". */
+/* Unit of a label such as "C [mol/m3]"; "-" where it has none. */
 static void pdi_figures_unit(const char *label, char unit[16])
 {
     const char *open = strchr(label, '[');
     snprintf(unit, 16, "%.*s", open ? (int)strcspn(open + 1, "]") : 1, open ? open + 1 : "-");
 }
 
+/* Append the values of one field at a probe, by components. */
 static pd_status pdi_figures_field(pd_ctx *ctx, const pd_model *model, const pd_setup_probe *p, pd_field field,
                                    int all, pd_figures *f)
 {
@@ -44,13 +46,14 @@ static pd_status pdi_figures_field(pd_ctx *ctx, const pd_model *model, const pd_
     return PD_OK;
 }
 
-/* Fields of a probe that are smooth in the fluid, and so may be compared and extrapolated. */
+/* 1: the field is smooth in the fluid, so that it may be compared and extrapolated between lattices (pH, solutes). */
 static int pdi_figures_smooth(const pd_setup *u, int field)
 {
     int species = pdi_setup_field_species(u, field);
     return field == PD_FIELD_PH || (species >= 0 && u->electrolyte.species[species].phase == PD_PHASE_SOLUTE);
 }
 
+/* Append the values of a probe, those of flow and concentration first. */
 static pd_status pdi_figures_probe(pd_ctx *ctx, const pd_model *model, const pd_setup_probe *p, int all, pd_figures *f)
 {
     static const pd_field first[] = {PD_FIELD_V, PD_FIELD_P, PD_FIELD_C};

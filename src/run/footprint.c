@@ -18,20 +18,20 @@
 #include <math.h>
 #include <string.h>
 
-/* Points of the sample along an axis. */
+/* Sample points of the geometry along an axis, at most. */
 #define PDI_FOOTPRINT_POINTS (PD_DIM == 1 ? 2000 : PD_DIM == 2 ? 100 : 28)
-/* [byte] A plot: pixels, filtered rows, the packed file and the state of the packer. */
+/* [byte] A plot: pixels, filtered rows, the compressed file and the state of the compressor (measured). */
 #define PDI_FOOTPRINT_PLOT 5.7e6
-/* [byte] The state of the packer alone. */
+/* [byte] The state of the compressor alone. */
 #define PDI_FOOTPRINT_PACK 0.65e6
 /* [byte] What does not grow with the lattice: tables of a run, small matrices of the solvers, the stencil. */
 #define PDI_FOOTPRINT_BASE 0.22e6
-/* Basis vectors by which solves at rest grow. */
+/* Additional Krylov vectors that transport without flow allocates during a run (measured). */
 #define PDI_FOOTPRINT_COLUMNS 3.0
-/* Nodes of a lattice that is planned as it is. */
+/* Lattices with more nodes are planned with fewer layers and scaled up, so that numbers fit into an int32. */
 #define PDI_FOOTPRINT_NODES 1e8
 
-/* Whole family: offsets with 0 < |n| < m + 1/2. */
+/* Bonds of a complete family with horizon m cells: offsets with 0 < |n| < m + 1/2. */
 static double pdi_footprint_bonds(double m)
 {
     int reach = (int)ceil(m + 0.5) - 1, n[3] = {0, 0, 0};
@@ -43,7 +43,7 @@ static double pdi_footprint_bonds(double m)
     return bonds;
 }
 
-/* 1: what lies behind the side is closed, or held, within `near_to` of x. */
+/* 1: x lies within near_to cells of a wall or inlet side, where its family is truncated. */
 static int pdi_footprint_beside(const pd_setup *u, const double *x, double near_to)
 {
     for (int d = 0; d < PD_DIM; d++)
@@ -55,7 +55,7 @@ static int pdi_footprint_beside(const pd_setup *u, const double *x, double near_
     return 0;
 }
 
-/* [m] Distance of x from metal and walls, below 0 within them. */
+/* [m] Signed distance of x from metal and walls, negative within them. */
 static double pdi_footprint_away(const pd_setup *u, const double *x)
 {
     double away = HUGE_VAL;
@@ -64,8 +64,8 @@ static double pdi_footprint_away(const pd_setup *u, const double *x)
     return away;
 }
 
-/* 1: a family around x in the fluid, `away` from them, reaches them: by the distance, or along the axes where spacings
- * differ. */
+/* 1: the family of fluid place x, at distance `away` [m] from metal and walls, is truncated by them: by the distance,
+ * or, with unequal spacings, by steps along the axes. */
 static int pdi_footprint_cuts(const pd_setup *u, const double *x, double away, double reach)
 {
     double least = u->h[0], most = u->h[0];
@@ -83,7 +83,8 @@ static int pdi_footprint_cuts(const pd_setup *u, const double *x, double away, d
     return !(most > least);
 }
 
-/* Kinds of nodes, by the places of a regular sample. */
+/* Estimate the numbers of fluid, solid, truncated and medium nodes on a regular sample of the box. reach: of a family
+ * [cells]. */
 static void pdi_footprint_sample(const pd_setup *u, double reach, pd_footprint *b)
 {
     int count[3] = {1, 1, 1}, i[3];
@@ -113,25 +114,25 @@ static void pdi_footprint_sample(const pd_setup *u, double reach, pd_footprint *
     b->near = b->cells * near / points;
 }
 
-/* Objects of a run that are not built: what the lists of their arrays read is there, and nothing else. */
+/* Objects of a run that are not built: only the sizes that their array lists read are set. */
 typedef struct pdi_footprint_plan {
     pd_ctx ctx;
     pd_stencil stencil, across;
     pd_grid grid;
     pd_bonds bonds;
     pd_flow flow;
-    double arena, levels; /* [byte] of what solvers share: work, and coarse levels of multigrids */
-    double times; /* [-] nodes of the run for one of the grid, which an int32 counts */
+    double arena, levels; /* [byte] shared by solvers: scratch memory, and coarse levels of multigrids */
+    double times; /* [-] nodes of the run over nodes of the planned grid */
 } pdi_footprint_plan;
 
-/* Stands for the functions of a scene, which are not called. */
+/* Placeholder for functions of a scene, which are not called. */
 static double pdi_footprint_any(void *user, const double *x)
 {
     (void)user;
     return x[0];
 }
 
-/* A lattice that is too large is planned with fewer layers. */
+/* Set the sizes of grid, stencils and bonds in the plan. */
 static void pdi_footprint_describe(const pd_setup *u, const pd_footprint *b, pdi_footprint_plan *plan)
 {
     pd_grid *grid = &plan->grid;
@@ -172,13 +173,13 @@ static void pdi_footprint_describe(const pd_setup *u, const pd_footprint *b, pdi
     plan->flow.bonds = &plan->bonds;
 }
 
-/* [byte] of the arrays of an object of the plan. */
+/* [byte] Memory of the arrays that `list` describes for a planned object. */
 static double pdi_footprint_list(const pdi_footprint_plan *plan, pdi_list_fn list, void *object)
 {
     return plan->times * (double)pdi_owner_bytes(list, object);
 }
 
-/* [byte] of the coarser levels of a multigrid, which a run makes by the geometry. */
+/* [byte] Memory of the coarser levels of a multigrid, a geometric series over the finest one. */
 static double pdi_footprint_levels(const pdi_footprint_plan *plan, const pd_multigrid *mg)
 {
     double contrast = mg->desc.contrast ? 1.0 : 0.0;
@@ -187,7 +188,7 @@ static double pdi_footprint_levels(const pdi_footprint_plan *plan, const pd_mult
     return plan->times * cell * mg->level[0].cells;
 }
 
-/* Solvers that work by turns have one memory for such levels. */
+/* Add the memory of multigrid levels beyond what another solver, which is not used at the same time, already has. */
 static void pdi_footprint_share(pdi_footprint_plan *plan, double levels, pd_footprint *b)
 {
     double more = pdi_max(levels - plan->levels, 0.0);
@@ -195,7 +196,7 @@ static void pdi_footprint_share(pdi_footprint_plan *plan, double levels, pd_foot
     b->working += more;
 }
 
-/* [byte] of a part whose work is lent: what the arena grows by. */
+/* [byte] Growth of the shared scratch memory for a solver that needs `room` bytes of the planned grid. */
 static double pdi_footprint_arena(pdi_footprint_plan *plan, size_t room)
 {
     double more = pdi_max(plan->times * (double)room - plan->arena, 0.0);
@@ -203,6 +204,7 @@ static double pdi_footprint_arena(pdi_footprint_plan *plan, size_t room)
     return more;
 }
 
+/* [byte] Memory of a Krylov solver. */
 static double pdi_footprint_krylov(pdi_footprint_plan *plan, const pd_krylov_desc *desc)
 {
     pd_krylov krylov;
@@ -210,6 +212,7 @@ static double pdi_footprint_krylov(pdi_footprint_plan *plan, const pd_krylov_des
     return pdi_footprint_list(plan, pdi_krylov_list, &krylov);
 }
 
+/* Add the memory of grid, stencils, ghosts and rows of bonds; surfaces: with bonds across surfaces. */
 static void pdi_footprint_lattice(int surfaces, pdi_footprint_plan *plan, pd_footprint *b)
 {
     b->bytes[PD_PART_GRID] = b->nodes + b->bonds * (70.0 + 12.0 * PD_DIM); /* kinds; the stencil */
@@ -219,7 +222,7 @@ static void pdi_footprint_lattice(int surfaces, pdi_footprint_plan *plan, pd_foo
     b->bytes[PD_PART_GRID] += pdi_footprint_list(plan, pdi_bond_row_list, &plan->bonds);
 }
 
-/* [byte] of a solver of flows, in time or not. */
+/* [byte] Memory of the implicit flow solver (steady or in time): Jacobian, multigrids, scratch. */
 static double pdi_footprint_steady(const pd_setup *u, pdi_footprint_plan *plan, pd_footprint *b)
 {
     pd_steady steady;
@@ -241,7 +244,7 @@ static double pdi_footprint_steady(const pd_setup *u, pdi_footprint_plan *plan, 
     return bytes + pdi_footprint_arena(plan, room);
 }
 
-/* 4: the flow has fourth order, or will if it is slow enough. */
+/* Order of the flow discretisation, 4 where the run will use it or may, else 2. */
 static int pdi_footprint_order(const pd_setup *u, const pd_grid *grid)
 {
     if (u->flow_order) return u->flow_order;
@@ -249,6 +252,7 @@ static int pdi_footprint_order(const pd_setup *u, const pd_grid *grid)
     return pdi_sharp_closed(grid->side) ? 4 : 2;
 }
 
+/* Add the memory of the incompressible flow. */
 static void pdi_footprint_flow(const pd_setup *u, pdi_footprint_plan *plan, pd_footprint *b)
 {
     double *bytes = &b->bytes[PD_PART_FLOW];
@@ -268,6 +272,7 @@ static void pdi_footprint_flow(const pd_setup *u, pdi_footprint_plan *plan, pd_f
     if (u->motion == PD_MOTION_EXPLICIT) *bytes += pdi_footprint_list(plan, pdi_unsteady_list, &unsteady);
 }
 
+/* Add the memory of the gas. */
 static void pdi_footprint_gas(const pd_setup *u, pdi_footprint_plan *plan, pd_footprint *b)
 {
     pd_gas gas;
@@ -279,6 +284,7 @@ static void pdi_footprint_gas(const pd_setup *u, pdi_footprint_plan *plan, pd_fo
     b->bytes[PD_PART_GAS] = pdi_footprint_list(plan, pdi_gas_list, &gas);
 }
 
+/* Add the memory of transport. */
 static void pdi_footprint_transport(const pd_setup *u, pdi_footprint_plan *plan, pd_footprint *b)
 {
     double *bytes = &b->bytes[PD_PART_TRANSPORT];
@@ -323,7 +329,7 @@ static void pdi_footprint_transport(const pd_setup *u, pdi_footprint_plan *plan,
     pdi_footprint_share(plan, pdi_footprint_levels(plan, &t.inverse.mg), b);
 }
 
-/* [byte] of the states of surfaces. */
+/* [byte] Memory of surface states. */
 static double pdi_footprint_states(const pd_setup *u, pdi_footprint_plan *plan, pd_reactive *r)
 {
     pd_coat coat;
@@ -335,6 +341,7 @@ static double pdi_footprint_states(const pd_setup *u, pdi_footprint_plan *plan, 
     return pdi_footprint_list(plan, pdi_coat_list, &coat);
 }
 
+/* Add the memory of the species: reactive transport, surface solver, time integrator, surface states. */
 static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan, pd_footprint *b)
 {
     double *bytes = &b->bytes[PD_PART_CHEMISTRY];
@@ -399,13 +406,14 @@ static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan,
     pdi_footprint_share(plan, (1.0 + r.filters) * pdi_footprint_levels(plan, &r.inverse.mg), b);
 }
 
-/* Stands for what a cell asks for a conductivity. */
+/* Placeholder for the conductivity callback. */
 static void pdi_footprint_conduct(void *user, double *field)
 {
     (void)user;
     (void)field;
 }
 
+/* Add the memory of the potential solver. */
 static void pdi_footprint_potential(const pd_setup *u, pdi_footprint_plan *plan, pd_footprint *b)
 {
     const pd_setup_potential *e = &u->potential;
@@ -445,6 +453,7 @@ static void pdi_footprint_potential(const pd_setup *u, pdi_footprint_plan *plan,
     b->working += pdi_footprint_levels(plan, &p->inverse.mg);
 }
 
+/* Add the memory of grains and of the dissolution. */
 static void pdi_footprint_metal(const pd_setup *u, const pdi_footprint_plan *plan, pd_footprint *b)
 {
     double *bytes = &b->bytes[PD_PART_DISSOLVE];
@@ -477,7 +486,7 @@ static void pdi_footprint_metal(const pd_setup *u, const pdi_footprint_plan *pla
     if (u->passive >= 0) *bytes += b->nodes;
 }
 
-/* [byte] of what a balance of a body takes while it is found. */
+/* [byte] Work memory of the mechanical equilibrium solver. */
 static double pdi_footprint_balance(const pd_setup *u, pdi_footprint_plan *plan, pd_structure *s)
 {
     pd_solid solid = pdi_structure_table(s);
@@ -501,7 +510,7 @@ static double pdi_footprint_balance(const pd_setup *u, pdi_footprint_plan *plan,
            (solid.moduli ? plan->times * pdi_scaffold_bytes(s->count, m + 0.5) : 0.0);
 }
 
-/* [byte] of the weights of bonds. share: of points that have their own. */
+/* [byte] Memory of bond weights; share: fraction of points with weights of their own (truncated families). */
 static double pdi_footprint_weights(const pdi_footprint_plan *plan, const pd_structure *s, double share)
 {
     pd_bond_weights weights;
@@ -512,8 +521,8 @@ static double pdi_footprint_weights(const pdi_footprint_plan *plan, const pd_str
     return pdi_footprint_list(plan, pdi_bond_weights_list, &weights);
 }
 
-/* Share of the points of a box within two horizons of a side, so that bonds to families that it cuts have factors; of
- * the sides of the first axes alone. */
+/* Fraction of the points of a box within two horizons m [cells] of its sides along the first `axes` axes: their bonds
+ * have correction factors. */
 static double pdi_footprint_rim(const pdi_footprint_plan *plan, double m, int axes)
 {
     double inside = 1.0;
@@ -521,7 +530,7 @@ static double pdi_footprint_rim(const pdi_footprint_plan *plan, double m, int ax
     return 1.0 - inside;
 }
 
-/* [byte] of bands as long as the rows of the lattice, and of their bonds: there is room for more. */
+/* [byte] Memory of batches of points (bands) as long as lattice rows, and of their bonds with `more` bytes each. */
 static double pdi_footprint_bands(const pdi_footprint_plan *plan, const pd_structure *s, int32_t fields, double more)
 {
     double most = pdi_min((double)PD_BAND_MOST, (double)plan->grid.n[0]), bonds = (double)s->body.bonds / most;
@@ -534,7 +543,7 @@ static double pdi_footprint_bands(const pdi_footprint_plan *plan, const pd_struc
     return pdi_footprint_list(plan, pdi_band_list, &band) + 1.25 * plan->times * bonds * more;
 }
 
-/* [byte] of the material of a body. */
+/* [byte] Memory of the material model of the metal. */
 static double pdi_footprint_material(const pdi_footprint_plan *plan, pd_structure *s)
 {
     int flows = pdi_structure_flows(s);
@@ -559,7 +568,7 @@ static double pdi_footprint_material(const pdi_footprint_plan *plan, pd_structur
            pdi_footprint_list(plan, pdi_plastic_list, &s->elastic.plastic);
 }
 
-/* Families of a body on the lattice: its table has no more places than the box. */
+/* Set the sizes of the bond table of a body on the lattice; it has no more entries than the box. */
 static void pdi_footprint_table(const pd_setup *u, const pdi_footprint_plan *plan, pd_body *body)
 {
     double bonds = pdi_footprint_bonds(u->metal_body.m), n[PD_DIM];
@@ -571,7 +580,7 @@ static void pdi_footprint_table(const pd_setup *u, const pdi_footprint_plan *pla
     body->places = body->lattice ? (int64_t)places : body->bonds;
 }
 
-/* [byte] of how points that sides hold follow free rows: two horizons of metal at each side. */
+/* [byte] Memory of the interpolation rows of prescribed displacements: two horizons of metal at each such side. */
 static double pdi_footprint_led(const pd_setup *u, const pdi_footprint_plan *plan)
 {
     double rows = 2.0 * (ceil(u->metal_body.m + 0.5) - 1.0), led = 0.0;
@@ -587,6 +596,7 @@ static double pdi_footprint_led(const pd_setup *u, const pdi_footprint_plan *pla
     return pdi_footprint_list(plan, pdi_grip_list, &grips);
 }
 
+/* Add the memory of the mechanics of the metal. */
 static void pdi_footprint_solid(const pd_setup *u, pdi_footprint_plan *plan, pd_footprint *b)
 {
     double *bytes = &b->bytes[PD_PART_SOLID];
@@ -614,14 +624,14 @@ static void pdi_footprint_solid(const pd_setup *u, pdi_footprint_plan *plan, pd_
     if (!pdi_structure_moves(&s)) b->balance = pdi_footprint_balance(u, plan, &s);
 }
 
-/* Pixels of a field of `cells`, `wanted` of them; largest: beyond, cells are merged. */
+/* Pixels along an axis for a field of `cells`, about `wanted`; cells are merged beyond `largest`. */
 static double pdi_footprint_pixels(double cells, double wanted, double largest)
 {
     double each = pdi_max(1.0, floor(wanted / cells + 0.5));
     return cells > largest ? cells / ceil(cells / largest) : pdi_max(cells * each, 120.0);
 }
 
-/* The view of the metal's surface. Its mesh is as fine as the lattice, and taken to be as large as the box. */
+/* [byte] Memory of the rendered metal surface in 3D, its mesh taken as large as the surface of the box. */
 static double pdi_footprint_sight(const pd_setup *u)
 {
     pd_shade s;
@@ -639,7 +649,7 @@ static double pdi_footprint_sight(const pd_setup *u)
     return 7.0 * pixels + sorted + pdi_max(20.0 * pixels + 330.0 * faces, image + PDI_FOOTPRINT_PACK);
 }
 
-/* Pictures come one by one: the largest counts. */
+/* [byte] Memory of the largest picture; they are drawn one by one. */
 static double pdi_footprint_pictures(const pd_setup *u)
 {
     int right = u->slice_axis == 0 && PD_DIM == 3 ? 1 : 0, up = u->slice_axis == 2 || PD_DIM < 3 ? 1 : 2;
@@ -680,7 +690,7 @@ static double pdi_footprint_pictures(const pd_setup *u)
     return pdi_max(largest, all) + 9.0 * cells;
 }
 
-/* Fields that files need a copy of, and the largest picture. */
+/* Add the memory of output: copies of fields, and the largest picture. */
 static void pdi_footprint_output(const pd_setup *u, pd_footprint *b)
 {
     double copies = 0.0;

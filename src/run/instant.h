@@ -1,4 +1,4 @@
-/* instant: a run as its observer sees it: time, step, losses, fields by name, watched figures.
+/* instant: snapshot of a run for the observer callback: time, step, losses, fields by name, scalar outputs.
  *
  *   static int watch(void *user, pd_ctx *ctx, const pd_instant *at)
  *   {
@@ -20,7 +20,7 @@ typedef enum pd_when {
     PD_WHEN_END        /* the last step is done and all files are complete */
 } pd_when;
 
-/* All of it is there until the observer returns, and only to be read. */
+/* State of a run; read-only, and valid until the observer returns. */
 typedef struct pd_instant {
     pd_when when;
     const char *name;     /* of the scene */
@@ -30,7 +30,7 @@ typedef struct pd_instant {
     int64_t steps;
     const pd_observables *observables;
     const pd_model *model;
-    pd_model *own;        /* the same; ghosts and what is known on demand alone are filled in it */
+    pd_model *own;        /* the same, writable: ghosts and fields computed on request are filled in */
     const pd_monitors *monitors;
     pd_views *views;
 } pd_instant;
@@ -42,10 +42,10 @@ typedef int (*pd_instant_fn)(void *user, pd_ctx *ctx, const pd_instant *at);
 #define pd_instant_field PD_NAME(pd_instant_field)
 #define pd_instant_figures PD_NAME(pd_instant_figures)
 
-/* The values of an output field (C, v, p, kind, grain, phase, D, rate, density, damage, ...), as for pd_sim_field. */
+/* Values of an output field (C, v, p, kind, grain, phase, D, rate, density, damage, ...), as for pd_sim_field. */
 PD_API pd_status pd_instant_field(pd_ctx *ctx, const pd_instant *at, const char *name, pd_view *view);
-/* All that the run watches, with every field of the probes; the same list at each instant of a run. Zero-initialise
- * `figures` once: it is filled anew at each call, for pd_figures_free in the end. */
+/* All scalar outputs, with every field of the probes; the same list at each time of a run. Zero-initialise `figures`
+ * once: it is filled anew at each call, and freed by pd_figures_free. */
 PD_API pd_status pd_instant_figures(pd_ctx *ctx, const pd_instant *at, pd_figures *figures);
 
 #endif

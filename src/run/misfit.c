@@ -5,20 +5,20 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Volumes that differ by more are told. */
+/* Relative difference of volumes above which a note is printed. */
 #define PDI_MISFIT_TOLD 1e-3
-/* Half a cell over the radius of a ring above which its speed is told. */
+/* Half a cell over the radius of a ring above which a note on its dissolution speed is printed. */
 #define PDI_MISFIT_RINGS 0.01
-/* Halvings of the cells that a surface cuts, at most, and the parts that they may make in all. */
+/* Largest depth of subdivision of cells that a surface cuts, and largest number of subcells in all. */
 #define PDI_MISFIT_HALVINGS 4
 #define PDI_MISFIT_PARTS 2e5
-/* Step of the differences that give a normal, over the size of a part. */
+/* Finite-difference step for a normal, over the size of a subcell. */
 #define PDI_MISFIT_STEP 1e-3
 /* J at which a crack of springs runs in balance over E s^2 h, with the critical stretch s, in strips 48 cells high and
  * higher (theory: 8.7). */
 #define PDI_MISFIT_SPRINGS 3.1
 
-/* Signed distance [m], or a bound of the right sign, from metal k: its shape less walls and later metals. */
+/* Signed distance [m], or a bound of the right sign, of x from metal k: its shape less walls and later metals. */
 static double pdi_misfit_level(const pd_setup *u, int k, const double *x)
 {
     int shape = u->metal[k].shape < 0 ? u->solid : u->metal[k].shape;
@@ -29,7 +29,7 @@ static double pdi_misfit_level(const pd_setup *u, int k, const double *x)
     return level;
 }
 
-/* Volume of a part of a cell: size[] [m] around x; of a ring where the lattice has rings. */
+/* Volume of a subcell with edges size [PD_DIM] [m] around x; of its ring with axisymmetry. */
 static double pdi_misfit_whole(const pd_grid *grid, const double *x, const double *size)
 {
     double volume = grid->circumference ? 2.0 * PDI_PI * fabs(x[PD_DIM - 1]) : 1.0;
@@ -37,8 +37,8 @@ static double pdi_misfit_whole(const pd_grid *grid, const double *x, const doubl
     return volume;
 }
 
-/* Share of it that lies inside, as if the surface were a plane along a face of the part: right for planes along the
- * lattice, and in the mean over parts for others. */
+/* Fraction of a subcell inside metal k, as if its surface were a plane along a face: exact for planes along the
+ * lattice, and in the mean over subcells for others. */
 static double pdi_misfit_fraction(const pd_setup *u, int k, const double *x, const double *size, double level)
 {
     double at[PD_DIM], normal[PD_DIM], across = 0.0;
@@ -56,7 +56,8 @@ static double pdi_misfit_fraction(const pd_setup *u, int k, const double *x, con
     return pdi_max(0.0, pdi_min(1.0, 0.5 - level / across));
 }
 
-/* Volume inside of a part, by halves. A part that is farther from the surface than half its diagonal is whole. */
+/* Volume of metal k within a subcell by recursive subdivision (octree); subcells farther from the surface than half
+ * their diagonal are full or empty. */
 static double pdi_misfit_part(const pd_model *m, int k, const double *x, const double *size, int halvings)
 {
     const pd_setup *u = m->setup;
@@ -73,7 +74,7 @@ static double pdi_misfit_part(const pd_model *m, int k, const double *x, const d
     return sum;
 }
 
-/* Cells that the surface of metal k cuts. */
+/* Number of cells that the surface of metal k cuts. */
 static double pdi_misfit_cut(const pd_model *m, int k)
 {
     double count = 0.0, reach = 0.5 * pdi_vec_norm(m->grid.h), x[PD_DIM];
@@ -112,6 +113,7 @@ PDI_FN void pdi_misfit_volumes(const pd_model *m, int k, double *shape, double *
     *error = halvings ? fabs(*shape - pdi_sum_total(&sum[2])) / *shape : PDI_MISFIT_TOLD;
 }
 
+/* Print a note where the cells of metal k have another volume than its shape. */
 static void pdi_misfit_metal(const pd_model *m, int k, pd_print_fn print, void *user)
 {
     const char *unit = PD_DIM == 3 || m->grid.circumference ? "m3" : PD_DIM == 2 ? "m2" : "m";
@@ -127,7 +129,7 @@ static void pdi_misfit_metal(const pd_model *m, int k, pd_print_fn print, void *
     print(user, PD_PRINT_NOTE, text);
 }
 
-/* Nodes in the box that lie on the surface of a shape; index < 0: no shape. */
+/* Number of nodes of the box that lie on the surface of shape `index`; index < 0: none. */
 static int64_t pdi_misfit_touched(const pd_model *m, int index)
 {
     int64_t count = 0;
@@ -142,6 +144,7 @@ static int64_t pdi_misfit_touched(const pd_model *m, int index)
     return count;
 }
 
+/* Print a note on `count` nodes that lie on a surface. */
 static void pdi_misfit_ties(const char *what, int64_t count, pd_print_fn print, void *user)
 {
     char text[256];
@@ -152,7 +155,8 @@ static void pdi_misfit_ties(const char *what, int64_t count, pd_print_fn print, 
     print(user, PD_PRINT_NOTE, text);
 }
 
-/* A ring of metal dissolves by the face that it has at its start: h/(2 r) too large or too small on average. */
+/* Axisymmetric: print a note where dissolution of a ring is off by h/(2 r), since it uses the initial face of the ring.
+ */
 static void pdi_misfit_rings(const pd_model *m, pd_print_fn print, void *user)
 {
     const pd_grid *grid = &m->grid;
@@ -178,7 +182,7 @@ static void pdi_misfit_rings(const pd_model *m, pd_print_fn print, void *user)
     print(user, PD_PRINT_NOTE, text);
 }
 
-/* The stretch of springs follows from the bonds that a plane cuts. In balance a crack runs at more. */
+/* Print a note on cracks of bond-based springs: in equilibrium they propagate at more than the toughness. */
 static void pdi_misfit_springs(const pd_model *m, pd_print_fn print, void *user)
 {
     const pd_setup_body *b = &m->setup->metal_body;

@@ -20,10 +20,10 @@ enum { PDI_OUTPUT_NAME = 88 }; /* [byte] of a column of the probes */
 static const char *const pdi_output_kinds[] = {"outside", "fluid", "metal", "wall"};
 static const char *const pdi_output_phases[] = {"fluid or wall", "metal"};
 
-/* Fields of the metal alone, which are blank elsewhere: not a number. */
+/* 1: a field of the solid alone, NaN elsewhere. */
 static int pdi_output_own(pd_field field) { return pdi_setup_field_body(field); }
 
-/* Unit of a label such as "C [mol/m3]" into unit[24]; NULL: it has none. */
+/* Unit of a field from its label, such as "C [mol/m3]", into unit[24]; NULL: it has none. */
 static const char *pdi_output_unit(const pd_setup *setup, pd_field field, char *unit)
 {
     const char *open = strchr(pdi_setup_field_label(setup, field), '[');
@@ -32,7 +32,7 @@ static const char *pdi_output_unit(const pd_setup *setup, pd_field field, char *
     return unit;
 }
 
-/* Fields that are computed into an array of their own. */
+/* 1: the field is computed into an array of its own for output. */
 static int pdi_output_derived(pd_field field)
 {
     return field == PD_FIELD_C || field == PD_FIELD_P || field == PD_FIELD_D || field == PD_FIELD_RATE ||
@@ -40,6 +40,7 @@ static int pdi_output_derived(pd_field field)
            field > PD_FIELD_U; /* of the body, pH, species */
 }
 
+/* Compute the output fields now. */
 static void pdi_output_fill(pd_ctx *ctx, pd_output *out)
 {
     pd_model *m = out->model;
@@ -61,6 +62,7 @@ static void pdi_output_fill(pd_ctx *ctx, pd_output *out)
     for (int32_t i = 0; i < m->grid.total && out->phase; i++) out->phase[i] = m->grid.kind[i] == PD_SOLID;
 }
 
+/* List the requested fields for a VTI file, with names, units and arrays; returns their number. */
 static int pdi_output_list(const pd_output *out, char (*unit)[24], pd_vti_field *fields)
 {
     const pd_model *m = out->model;
@@ -93,6 +95,7 @@ static int pdi_output_list(const pd_output *out, char (*unit)[24], pd_vti_field 
     return count;
 }
 
+/* Path of an output file at this time, such as "FOLDER/corr_000012_t6.1s.vti", added to the list of the folder. */
 static pd_status pdi_output_path(pd_ctx *ctx, const pd_output *out, const char *prefix, const char *extension,
                                  char *path)
 {
@@ -101,6 +104,7 @@ static pd_status pdi_output_path(pd_ctx *ctx, const pd_output *out, const char *
     return pdi_folder_add(ctx, out->folder, name, path);
 }
 
+/* Write the fields as a VTI file and add it to the PVD collection. */
 static pd_status pdi_output_vti(pd_ctx *ctx, pd_output *out)
 {
     char path[PD_PATH_SIZE], unit[PD_FIELD_COUNT][24];
@@ -115,7 +119,8 @@ static pd_status pdi_output_vti(pd_ctx *ctx, pd_output *out)
 
 /* ---- tables ---- */
 
-/* Columns of the probes: one for each field, v with PD_DIM components. */
+/* Names or values of the columns of the probe table (v by components), as many as fit into room; returns their number.
+ * Either may be NULL. */
 static int pdi_output_probe_row(const pd_output *out, char names[][PDI_OUTPUT_NAME], double *values, int room)
 {
     const pd_model *m = out->model;
@@ -140,6 +145,7 @@ static int pdi_output_probe_row(const pd_output *out, char names[][PDI_OUTPUT_NA
     return count;
 }
 
+/* Create the probe table. */
 static pd_status pdi_output_probe_table(pd_ctx *ctx, pd_output *out)
 {
     char names[PD_CSV_COLUMNS][PDI_OUTPUT_NAME], path[PD_PATH_SIZE];
@@ -151,6 +157,7 @@ static pd_status pdi_output_probe_table(pd_ctx *ctx, pd_output *out)
     return pdi_csv_create(ctx, path, list, count, &out->probes);
 }
 
+/* Create diagnostics.csv and probes.csv. */
 static pd_status pdi_output_tables(pd_ctx *ctx, pd_output *out)
 {
     char path[PD_PATH_SIZE];
@@ -159,6 +166,7 @@ static pd_status pdi_output_tables(pd_ctx *ctx, pd_output *out)
     return pdi_output_probe_table(ctx, out);
 }
 
+/* Append time [s] and volume loss [-] to the loss curve. */
 static pd_status pdi_output_keep(pd_ctx *ctx, pd_output *out, double time, double loss)
 {
     int64_t fresh = 2 * out->rows + 256;
@@ -213,6 +221,7 @@ PDI_FN pd_status pdi_output_step(pd_ctx *ctx, pd_output *out, const pd_observabl
 
 /* ---- life ---- */
 
+/* Allocate the arrays of the requested fields. */
 static pd_status pdi_output_reserve(pd_ctx *ctx, pd_output *out)
 {
     const pd_model *m = out->model;
@@ -228,7 +237,7 @@ static pd_status pdi_output_reserve(pd_ctx *ctx, pd_output *out)
 
 static const char *const pdi_output_curves[2] = {"volume_loss.png", "volume_loss.svg"};
 
-/* All but the tables. */
+/* Prepare everything but the tables. */
 static pd_status pdi_output_begin(pd_ctx *ctx, pd_model *model, pd_folder *folder, pd_output *out)
 {
     char path[PD_PATH_SIZE];
@@ -255,6 +264,7 @@ PDI_FN pd_status pdi_output_open(pd_ctx *ctx, pd_model *model, pd_folder *folder
     return pdi_output_tables(ctx, out);
 }
 
+/* Store the state of output in a checkpoint, or load it. */
 static pd_status pdi_output_store(pd_ctx *ctx, pd_output *out, pd_archive *archive)
 {
     PDI_TRY(PDI_KEEP(ctx, archive, "frame", &out->frame, 1));
@@ -294,7 +304,8 @@ PDI_FN pd_status pdi_output_resume(pd_ctx *ctx, pd_model *model, pd_folder *fold
     return pdi_csv_store(ctx, archive, path, pdi_output_probe_row(out, NULL, NULL, PD_CSV_COLUMNS), &out->probes);
 }
 
-/* Measured losses beside the curve, as many as the plot has room for. work [3 points of all records] */
+/* Add measured losses to the plot of the curve, as many series as fit. unit [s]: of the time axis; last [s]; work [3
+ * points of all records]. */
 static void pdi_output_measured(const pd_output *out, double unit, double last, double *work, pd_plot *plot)
 {
     const pd_setup *u = out->model->setup;
@@ -306,7 +317,7 @@ static void pdi_output_measured(const pd_output *out, double unit, double last, 
     if (plot->count > 1) plot->series[0].name = "computed";
 }
 
-/* The curve of the volume loss so far. */
+/* Draw the volume loss over time so far. */
 static pd_status pdi_output_loss(pd_ctx *ctx, pd_output *out)
 {
     const pd_setup *u = out->model->setup;

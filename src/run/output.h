@@ -16,6 +16,7 @@
 #include "run/images.h"
 #include "run/observe.h"
 
+/* The output files of a run. */
 typedef struct pd_output {
     pd_model *model;
     pd_folder *folder;
@@ -34,20 +35,20 @@ typedef struct pd_output {
 } pd_output;
 
 #ifdef PDI_INTERNAL
-/* Start the tables. model and folder, which is open, are borrowed. PD_ERR_FILE. */
+/* Create the tables and prepare pictures. model and folder, which is open, are borrowed. PD_ERR_FILE. */
 PDI_FN pd_status pdi_output_open(pd_ctx *ctx, pd_model *model, pd_folder *folder, pd_output *out);
-/* Note where the files stand. */
+/* Store the lengths of the files and the loss curve in a checkpoint. */
 PDI_FN pd_status pdi_output_save(pd_ctx *ctx, pd_output *out, pd_archive *archive);
-/* In place of pdi_output_open: go on with the files of a folder where they stood then; what came later is cut off.
- * PD_ERR_FILE: a table is missing or shorter than it was. */
+/* In place of pdi_output_open: continue the files at the lengths that the checkpoint holds; what was written later is
+ * cut off. PD_ERR_FILE: a table is missing or shorter. */
 PDI_FN pd_status pdi_output_resume(pd_ctx *ctx, pd_model *model, pd_folder *folder, pd_archive *archive,
                                    pd_output *out);
-/* A row of the tables. */
+/* Write a row of the diagnostics and probe tables. */
 PDI_FN pd_status pdi_output_step(pd_ctx *ctx, pd_output *out, const pd_observables *o);
-/* Fields and pictures of this instant; a second call at the same time does nothing. */
+/* Write fields and pictures now; a second call at the same time does nothing. */
 PDI_FN pd_status pdi_output_frame(pd_ctx *ctx, pd_output *out);
-/* The curve of the volume loss; close the tables. over: the run goes on no more, and its pictures get one range.
- * PD_STOPPED: while they do. */
+/* Draw the loss curve and close the tables. over: 1: the run is complete, and its pictures get a common range.
+ * PD_STOPPED: interrupted meanwhile. */
 PDI_FN pd_status pdi_output_close(pd_ctx *ctx, pd_output *out, int over);
 PDI_FN void pdi_output_free(pd_ctx *ctx, pd_output *out);
 #endif

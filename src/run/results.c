@@ -5,23 +5,23 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Cells of the layer at a surface with fewer of which its flux is some per cent off; with one it is any number. */
+/* Least cells across a diffusion layer for a flux that is right to a few per cent. */
 #define PDI_RESULTS_LAYER 2.0
-/* Cell Peclet number v h/D at which upwinding spreads species as much as they diffuse. */
+/* Cell Peclet number v h/D at which the numerical diffusion v h/2 of upwinding equals D. */
 #define PDI_RESULTS_PECLET 2.0
-/* [mol/L] Ionic strength to which Davies' equation holds (theory: 5b.2). */
+/* [mol/L] Largest ionic strength for which Davies' equation holds (theory: 5b.2). */
 #define PDI_RESULTS_IONIC 0.5
 
-/* Share of Faraday's law by which metal lost may differ from it without a word. */
+/* Relative difference of lost metal from Faraday's law above which a note is printed. */
 #define PDI_RESULTS_EXACT 0.01
 
-/* Share of a charge that a change of current within steps may leave out without a word. */
+/* Relative error of a charge by current changes within steps above which a note is printed. */
 #define PDI_RESULTS_CHARGE 0.05
 
-/* Of all that has passed either way, an error of a charge below this share is none. */
+/* Errors of a charge below this fraction of the charge passed both ways are rounding. */
 #define PDI_RESULTS_ROUNDING 1e-9
 
-/* Metal and charge do not agree. */
+/* Note: lost metal and anodic charge of an electrode do not agree by Faraday's law. */
 static void pdi_results_uneven(const pd_monitor *m, pd_print_fn print, void *user)
 {
     char text[256];
@@ -36,7 +36,7 @@ static void pdi_results_uneven(const pd_monitor *m, pd_print_fn print, void *use
     }
 }
 
-/* A charge is that of the current at one end of each step. */
+/* Note: the charge of an electrode is inaccurate as its current changed within steps. */
 static void pdi_results_charge(const pd_monitor *m, const pd_cell_electrode *e, pd_print_fn print, void *user)
 {
     char text[256];
@@ -47,7 +47,7 @@ static void pdi_results_charge(const pd_monitor *m, const pd_cell_electrode *e, 
     print(user, PD_PRINT_NOTE, text);
 }
 
-/* A table in a curve holds its ends. */
+/* Note: a polarisation curve was evaluated outside of a table in it, where its end values hold. */
 static void pdi_results_table(const pd_model *model, const pd_monitor *m, const pd_cell_electrode *e,
                               pd_print_fn print, void *user)
 {
@@ -61,7 +61,7 @@ static void pdi_results_table(const pd_model *model, const pd_monitor *m, const 
     print(user, PD_PRINT_NOTE, text);
 }
 
-/* A curve is straight where it is not given. */
+/* Note: a polarisation curve was evaluated outside of its range, where it is extrapolated linearly. */
 static void pdi_results_outside(const pd_model *model, const pd_monitor *m, const pd_cell_electrode *e,
                                 pd_print_fn print, void *user)
 {
@@ -75,7 +75,7 @@ static void pdi_results_outside(const pd_model *model, const pd_monitor *m, cons
     print(user, PD_PRINT_NOTE, text);
 }
 
-/* What figures cannot be trusted in. */
+/* Print the notes of one monitor. */
 static void pdi_results_doubt(const pd_model *model, const pd_monitor *m, pd_print_fn print, void *user)
 {
     char text[256];
@@ -98,7 +98,7 @@ static void pdi_results_doubt(const pd_model *model, const pd_monitor *m, pd_pri
     print(user, PD_PRINT_NOTE, text);
 }
 
-/* Species that a flow carries are spread by upwinding, across the stream, too. */
+/* Note: numerical diffusion of species by upwinding, at large cell Peclet numbers. */
 static void pdi_results_spread(const pd_model *model, pd_print_fn print, void *user)
 {
     const char *slowest;
@@ -111,7 +111,7 @@ static void pdi_results_spread(const pd_model *model, pd_print_fn print, void *u
     print(user, PD_PRINT_NOTE, text);
 }
 
-/* Davies' equation is left: its last term grows with the ionic strength without end. */
+/* Note: the ionic strength exceeds the validity of Davies' equation. */
 static void pdi_results_ionic(const pd_model *model, pd_print_fn print, void *user)
 {
     const pd_reactive *r = &model->reactive;

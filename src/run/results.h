@@ -1,13 +1,13 @@
-/* results: what a run says at its end of what its monitors have seen: lines of figures, and notes on those that its
- * lattice, its curves or its metal do not allow to trust.
+/* results: result lines of all monitors at the end of a run, and notes on outputs that are doubtful (too few cells in a
+ * boundary layer, numerical diffusion, extrapolated curves or activities).
  */
 #ifndef PD_RESULTS_H
 #define PD_RESULTS_H
 #include "run/monitor.h"
 
 #ifdef PDI_INTERNAL
-/* A line "result case=... monitor=..." with the last figures of each table, and a note where the lattice does not hold
- * what they measure. */
+/* Print a line "result case=... monitor=..." with the last outputs of each monitor, and notes where they are doubtful.
+ */
 PDI_FN void pdi_results_print(const pd_monitors *monitors, pd_print_fn print, void *user);
 #endif
 

@@ -7,12 +7,14 @@
 #include <stdio.h>
 #include <string.h>
 
+/* The model and where its description is printed. */
 typedef struct pdi_summary {
     const pd_model *model;
     pd_print_fn print;
     void *user;
 } pdi_summary;
 
+/* Print a formatted line. */
 PD_PRINTF_LIKE(2, 3)
 static void pdi_summary_line(const pdi_summary *s, const char *format, ...)
 {
@@ -24,7 +26,7 @@ static void pdi_summary_line(const pdi_summary *s, const char *format, ...)
     s->print(s->user, PD_PRINT_SUMMARY, text);
 }
 
-/* "flow        what it is" with unknowns and memory of the part. */
+/* Print a line such as "flow what it is" with unknowns and memory of the part. */
 static void pdi_summary_part(const pdi_summary *s, pd_part part, const char *name, const char *what)
 {
     const pd_model *m = s->model;
@@ -105,7 +107,7 @@ static void pdi_summary_transport(const pdi_summary *s)
     pdi_summary_part(s, PD_PART_TRANSPORT, "transport", text);
 }
 
-/* What comes with one of metal m. */
+/* Print the species released or consumed by dissolution of metal m, per formula unit. */
 static void pdi_summary_sheds(const pdi_summary *s, int m)
 {
     const pd_setup *u = s->model->setup;
@@ -150,7 +152,8 @@ static void pdi_summary_potential(const pdi_summary *s)
     pdi_summary_part(s, PD_PART_POTENTIAL, "potential", text);
 }
 
-/* "surface rate 1 um/h at C = 0 (8.766 mm/year, 3.8 A/m2 with z = 2), Cs = 71508 mol/m3" */
+/* Describe the dissolution rate of metal m, as "surface rate 1 um/h at C = 0 (8.766 mm/year, 3.8 A/m2 with z = 2), Cs =
+ * 71508 mol/m3". */
 static void pdi_summary_rate(const pd_setup *u, int m, char *text, size_t size)
 {
     const pd_setup_metal *metal = &u->metal[m];
@@ -216,7 +219,7 @@ static void pdi_summary_grains(const pdi_summary *s)
     pdi_summary_part(s, PD_PART_GRAIN, "grains", text);
 }
 
-/* What breaks metal. */
+/* Print the failure criteria of bonds. */
 static void pdi_summary_breaks(const pdi_summary *s)
 {
     const pd_setup_body *b = &s->model->setup->metal_body;
@@ -246,7 +249,7 @@ static void pdi_summary_solid(const pdi_summary *s)
                                            m->structure.motion.longest);
 }
 
-/* Metal with few cells across. */
+/* Print a note where metal has too few cells across for bending. */
 static void pdi_summary_thin(const pdi_summary *s)
 {
     static const char *const across[] = {"6 m", "2 m + 2", "4 m", "6 m", "6 m"};
@@ -260,7 +263,7 @@ static void pdi_summary_thin(const pdi_summary *s)
     s->print(s->user, PD_PRINT_NOTE, text);
 }
 
-/* "plane up, plane down, force pin" */
+/* Print the list of monitors, as "plane up, plane down, force pin". */
 static void pdi_summary_watched(const pdi_summary *s)
 {
     const pd_setup *u = s->model->setup;
@@ -273,6 +276,7 @@ static void pdi_summary_watched(const pdi_summary *s)
     if (u->monitors) pdi_summary_line(s, "  %-12s%s", "watched", text);
 }
 
+/* Print the physics that is not modelled. */
 static void pdi_summary_absent(const pdi_summary *s)
 {
     const pd_setup *u = s->model->setup;

@@ -1,4 +1,4 @@
-/* summary: what a run models and what it leaves out, with unknowns and memory, in lines of text. */
+/* summary: description of a built model in lines of text: physics, unknowns, memory, and what is not modelled. */
 #ifndef PD_SUMMARY_H
 #define PD_SUMMARY_H
 #include "run/model.h"
@@ -15,7 +15,7 @@ typedef enum pd_print_kind {
 typedef void (*pd_print_fn)(void *user, pd_print_kind kind, const char *text);
 
 #ifdef PDI_INTERNAL
-/* Describe a built model. */
+/* Print the description of a built model. print: NULL: nothing. */
 PDI_FN void pdi_summary_print(const pd_model *model, pd_print_fn print, void *user);
 #endif
 

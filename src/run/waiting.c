@@ -4,7 +4,7 @@
 #include "scene/setup.h"
 #include <math.h>
 
-/* What the process at hand does. */
+/* Append what the active solver attempts: step length, attempt number, last error. */
 static void pdi_waiting_attempt(const pd_attempt *now, char *line, size_t size)
 {
     char time[PD_UNITS_TEXT], dt[PD_UNITS_TEXT];

@@ -1,12 +1,13 @@
-/* waiting: what a run has computed for long without a step: which process, where in time, and what it tries.
+/* waiting: note on a run that has made no step for long: which solver is active, at what time, and its present attempt.
  */
 #ifndef PD_WAITING_H
 #define PD_WAITING_H
 #include "couple/couple.h"
 
 #ifdef PDI_INTERNAL
-/* line[size] = "no step for 10.0 s, at t = 3 s: species in time tries a step of 2 ms from t = 3 s, attempt 7; the error
- * of the one before was 12 of what is allowed (GMRES 40)". waited [s]; doing, count: as the poll function is asked. */
+/* Write "no step for 10.0 s, at t = 3 s: species in time tries a step of 2 ms from t = 3 s, attempt 7; the error of the
+ * one before was 12 of what is allowed (GMRES 40)" into line[size]. waited [s]; doing, count: as the poll function gets
+ * them. */
 PDI_FN void pdi_waiting_line(const pd_couple *couple, double waited, const char *doing, int64_t count, char *line,
                              size_t size);
 #endif
