@@ -5,13 +5,14 @@
 #include <stdio.h>
 #include <string.h>
 
+/* The wanted accuracy, and lists of the settings that were set or kept. */
 typedef struct pdi_accuracy {
     double wanted;  /* [-] */
     pd_setup *setup;
     char picked[256], kept[256];
 } pdi_accuracy;
 
-/* Set a knob, unless the scene does. */
+/* Set a solver setting, unless the scene gives it (given: 1), and append it to the list of set or kept ones. */
 static void pdi_accuracy_pick(pdi_accuracy *a, const char *key, int given, double pick, double *value)
 {
     char *list = given ? a->kept : a->picked;
@@ -20,9 +21,10 @@ static void pdi_accuracy_pick(pdi_accuracy *a, const char *key, int given, doubl
     snprintf(list + used, size - used, "%s%s = %.3g", used ? ", " : "", key, *value);
 }
 
+/* 1: the scene gives this setting. */
 static int pdi_accuracy_given(const pdi_accuracy *a, pd_knob knob) { return (int)((a->setup->given >> knob) & 1u); }
 
-/* The constants are measured: guide, section 5.3. */
+/* Set all tolerances. The constants are measured (guide: 5.3). */
 static void pdi_accuracy_picks(pdi_accuracy *a)
 {
     pd_setup *u = a->setup;

@@ -1,7 +1,7 @@
-/* accuracy: settings of a setup that do not depend on h, from a wanted accuracy of the results.
+/* accuracy: solver tolerances and step control of a setup from the wanted accuracy of its results.
  *
- * They leave three quarters of the error to the lattice; estimate.h measures the error of the lattice. Settings that
- * stand in the scene stay.
+ * They leave three quarters of the error to the discretisation in space, which estimate.h measures. Settings that the
+ * scene gives stay.
  */
 #ifndef PD_ACCURACY_H
 #define PD_ACCURACY_H

@@ -3,9 +3,9 @@
 #include "scene/fingerprint.h"
 #include <string.h>
 
-#define PDI_CHECKPOINT_SCENE (1 << 24) /* [byte] */
+#define PDI_CHECKPOINT_SCENE (1 << 24) /* [byte] largest text of a scene */
 
-/* The text of the scene. */
+/* Store the text of the scene, or compare it with that of the checkpoint. PD_ERR_ARGUMENT: they differ. */
 static pd_status pdi_checkpoint_scene(pd_ctx *ctx, const pd_setup *u, pd_archive *archive)
 {
     int64_t size = (int64_t)u->fingerprint_size;

@@ -1,4 +1,4 @@
-/* checkpoint: the state of a model into an archive, and back into a model built from the same setup.
+/* checkpoint: stores the state of a model in an archive, or loads it into a model built from the same setup.
  *
  * What the build gives is not kept. A whole run with its tables and pictures goes on by pd_run_desc (run.h).
  */
@@ -7,9 +7,9 @@
 #include "run/model.h"
 
 #ifdef PDI_INTERNAL
-/* Between two steps of model->couple, or into a model that was just built: pd_couple_run then goes on with the same
- * bits, with any number of threads. PD_ERR_ARGUMENT: of another scene (the message names the difference). On failure
- * the model is fit for pdi_model_free only. */
+/* Store or load the state of a model, between two steps or right after its build: the time loop then continues with the
+ * same bits for any number of threads. PD_ERR_ARGUMENT: another scene (the message names the difference). After a
+ * failure the model may only be freed. */
 PDI_FN pd_status pdi_checkpoint_model(pd_ctx *ctx, pd_model *model, pd_archive *archive);
 #endif
 

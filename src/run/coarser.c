@@ -4,11 +4,11 @@
 #include <math.h>
 #include <string.h>
 
-#define PDI_COARSER_NEAR 1e-6 /* [cells] from a plane of the lattice: on it */
-/* Nodes between two polls; up to factor^3 others are looked at for each. */
+#define PDI_COARSER_NEAR 1e-6 /* [cells] tolerance by which a place lies on a lattice plane */
+/* Nodes between two checks for cancellation. */
 #define PDI_COARSER_POLL 4096
 
-/* The lattice of a setup. */
+/* Stencil and grid of a setup. */
 typedef struct pdi_coarser_lattice {
     pd_stencil stencil;
     pd_grid grid;
@@ -29,6 +29,7 @@ static int pdi_coarser_next(const pdi_coarser_block *b, int *i)
     return 0;
 }
 
+/* Block of nodes from `before` below to `after` above i along each axis, within the box. */
 static pdi_coarser_block pdi_coarser_around(const pd_grid *grid, const int *i, int before, int after)
 {
     pdi_coarser_block b;
@@ -39,14 +40,14 @@ static pdi_coarser_block pdi_coarser_around(const pd_grid *grid, const int *i, i
     return b;
 }
 
-/* Kind of a node, walls being walls also where no fluid is near. */
+/* Kind of a node; nodes outside of all families of the fluid count as wall. */
 static uint8_t pdi_coarser_kind(const pd_grid *grid, int32_t node)
 {
     return grid->kind[node] == PD_OUTSIDE ? (uint8_t)PD_WALL : grid->kind[node];
 }
 
-/* The block of `factor` nodes an axis from i[] on, which may reach out of the box, is of one kind: then *kind. What
- * lies behind a side goes on as it does in front of it; behind walls there is wall. */
+/* 1: the block of `factor` nodes an axis from i on, which may reach out of the box, is of one kind, *kind. Beyond a
+ * side the kind continues, except that walls have wall behind. */
 static int pdi_coarser_uniform(const pd_grid *grid, const int *i, int factor, uint8_t *kind)
 {
     int at[PD_DIM], first[PD_DIM];
@@ -67,7 +68,8 @@ static int pdi_coarser_uniform(const pd_grid *grid, const int *i, int factor, ui
     return 1;
 }
 
-/* wide [total]: 1 for nodes that lie in a block of `factor` nodes an axis of their own kind. */
+/* Set wide [total] to 1 for nodes within a block of `factor` nodes an axis of their own kind: features that a coarse
+ * cell resolves. */
 static pd_status pdi_coarser_widths(pd_ctx *ctx, const pd_grid *grid, int factor, uint8_t *wide)
 {
     int i[PD_DIM], at[PD_DIM];
@@ -91,7 +93,7 @@ static pd_status pdi_coarser_widths(pd_ctx *ctx, const pd_grid *grid, int factor
     return PD_OK;
 }
 
-/* A node like this one within the block: of its kind, and wide where `wide` is given. */
+/* 1: the block has a node of this kind that is, where `wide` is given, also wide. */
 static int pdi_coarser_found(const pd_grid *grid, const pdi_coarser_block *b, uint8_t kind, const uint8_t *wide)
 {
     int at[PD_DIM];
@@ -103,6 +105,7 @@ static int pdi_coarser_found(const pd_grid *grid, const pdi_coarser_block *b, ui
     return 0;
 }
 
+/* Error message: the feature near a node is lost on the coarser lattice. Returns PD_ERR_GEOMETRY. */
 static pd_status pdi_coarser_refuse(pd_ctx *ctx, const pdi_coarser_lattice *fine, const pdi_coarser_lattice *coarse,
                                  int32_t node, const char *what)
 {
@@ -120,7 +123,7 @@ static pd_status pdi_coarser_refuse(pd_ctx *ctx, const pdi_coarser_lattice *fine
                     names[pdi_coarser_kind(&fine->grid, node)], place, what);
 }
 
-/* Every part of the scene is at least one coarse cell wide, corners aside, and has nodes on the coarse lattice. */
+/* Check that every feature is at least one coarse cell wide, corners aside, and has nodes on the coarse lattice. */
 static pd_status pdi_coarser_compare(pd_ctx *ctx, const pdi_coarser_lattice *fine, const pdi_coarser_lattice *coarse,
                                      int factor, uint8_t *wide)
 {
@@ -146,6 +149,7 @@ static pd_status pdi_coarser_compare(pd_ctx *ctx, const pdi_coarser_lattice *fin
     return PD_OK;
 }
 
+/* Build both grids and compare them. */
 static pd_status pdi_coarser_lattices(pd_ctx *ctx, const pd_setup *setup, const pd_setup *coarser, int factor,
                                    pdi_coarser_lattice *fine, pdi_coarser_lattice *coarse)
 {
@@ -159,6 +163,7 @@ static pd_status pdi_coarser_lattices(pd_ctx *ctx, const pd_setup *setup, const 
     return status;
 }
 
+/* Check that the coarser lattice resolves the geometry; frees what it builds. */
 static pd_status pdi_coarser_geometry(pd_ctx *ctx, const pd_setup *setup, const pd_setup *coarser, int factor)
 {
     pdi_coarser_lattice fine, coarse;
@@ -172,6 +177,7 @@ static pd_status pdi_coarser_geometry(pd_ctx *ctx, const pd_setup *setup, const 
     return status;
 }
 
+/* Check that the cells of the box are a multiple of the factor. */
 static pd_status pdi_coarser_box(pd_ctx *ctx, const pd_setup *setup, int factor)
 {
     for (int d = 0; d < PD_DIM; d++) {
@@ -184,8 +190,8 @@ static pd_status pdi_coarser_box(pd_ctx *ctx, const pd_setup *setup, int factor)
     return PD_OK;
 }
 
-/* A shape has a face at a place [m]. A face on a face of cells has to lie on one of the coarser lattice, too: otherwise
- * the size of the body jumps, which would hide the error. */
+/* Check a face of a shape at coordinate `place` [m]: if it lies on cell faces of the lattice, it has to on the coarser
+ * one, too. Else the body size jumps, which would hide the order of convergence. */
 static pd_status pdi_coarser_face(pd_ctx *ctx, const pd_setup *setup, int factor, int axis, double place)
 {
     char text[PD_UNITS_TEXT];
@@ -198,7 +204,7 @@ static pd_status pdi_coarser_face(pd_ctx *ctx, const pd_setup *setup, int factor
                     "expected a multiple of %d", factor, "xyz"[axis], text, (int)whole, factor);
 }
 
-/* Faces across the axes, of boxes and half spaces. */
+/* Check all faces of boxes and half spaces that are normal to an axis. */
 static pd_status pdi_coarser_faces(pd_ctx *ctx, const pd_setup *setup, int factor)
 {
     for (int k = 0; k < setup->shapes; k++) {
@@ -214,7 +220,7 @@ static pd_status pdi_coarser_faces(pd_ctx *ctx, const pd_setup *setup, int facto
     return PD_OK;
 }
 
-/* Index of the plane of the coarse lattice, or of the two beside the place, with the shares of a linear function. */
+/* Add the monitor of a plane on the coarser lattice, or two with linear interpolation weights. */
 static pd_status pdi_coarser_plane(pd_ctx *ctx, const pd_setup_monitor *m, int cells, int factor, pd_coarser *coarser)
 {
     int low = m->index / factor, rest = m->index % factor;
@@ -236,6 +242,7 @@ static pd_status pdi_coarser_plane(pd_ctx *ctx, const pd_setup_monitor *m, int c
     return PD_OK;
 }
 
+/* Inner part of the build. */
 static pd_status pdi_coarser_make(pd_ctx *ctx, const pd_setup *setup, int factor, pd_coarser *coarser)
 {
     coarser->setup = *setup;

@@ -6,16 +6,17 @@
 #include <stdio.h>
 #include <string.h>
 
-#define PDI_COMPARE_SAME 1e-9 /* [-] relative difference of times that are one */
+#define PDI_COMPARE_SAME 1e-9 /* [-] relative tolerance by which two times are the same */
 
-/* "volume_loss", "plane.up.flow" */
+/* Name of an output, as "volume_loss" or "plane.up.flow". */
 static void pdi_compare_name(const pd_figure *f, char *text, size_t size)
 {
     if (strcmp(f->section, "scene") == 0) snprintf(text, size, "%s", f->key);
     else snprintf(text, size, "%s.%s.%s", f->section, f->name, f->key);
 }
 
-/* Returns 1 and the value of a figure; 0: the run does not watch it. unit: NULL, or its unit [16]. */
+/* Value of the output with that name, summed with weights over planes of a coarser lattice, and its unit [16] (or
+ * NULL). Returns 1; 0: there is no such output. */
 static int pdi_compare_value(const pd_compare *c, const char *figure, double *value, char *unit)
 {
     char name[2 * PD_SETUP_NAME];
@@ -32,6 +33,7 @@ static int pdi_compare_value(const pd_compare *c, const char *figure, double *va
     return found;
 }
 
+/* Error message with a list of all outputs. Returns PD_ERR_ARGUMENT. */
 static pd_status pdi_compare_unknown(pd_ctx *ctx, const pd_compare *c, const pd_setup_record *r)
 {
     char list[320] = "", name[2 * PD_SETUP_NAME];
@@ -45,6 +47,7 @@ static pd_status pdi_compare_unknown(pd_ctx *ctx, const pd_compare *c, const pd_
                     r->figure, list[0] ? list : "it watches none");
 }
 
+/* Check that a measured set names an output of the run, with the same physical dimension. */
 static pd_status pdi_compare_check(pd_ctx *ctx, const pd_compare *c, const pd_setup_record *r)
 {
     char unit[16], found[PD_UNITS_TEXT], wanted[PD_UNITS_TEXT];
@@ -60,6 +63,7 @@ static pd_status pdi_compare_check(pd_ctx *ctx, const pd_compare *c, const pd_se
                     " unit of the column behind 'in'", r->name, found, wanted, r->figure);
 }
 
+/* Inner part of the build. */
 static pd_status pdi_compare_make(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors, const double *share,
                                   int curves, pd_compare *c)
 {
@@ -116,6 +120,7 @@ PDI_FN double pdi_compare_next(const pd_compare *c, double time, double t_end)
     return next;
 }
 
+/* 1: `time` [s] is that of a measured point. */
 static int pdi_compare_at(const pd_setup_record *r, int point, double time)
 {
     return time > 0.0 && fabs(r->time[point] - time) <= PDI_COMPARE_SAME * time;
@@ -130,6 +135,7 @@ PDI_FN int pdi_compare_due(const pd_compare *c, double time)
     return 0;
 }
 
+/* Make room for `rows` values of a curve. */
 static pd_status pdi_compare_room(pd_ctx *ctx, pd_compared *d, int64_t rows)
 {
     if (rows > d->time_room) {
@@ -222,6 +228,7 @@ PDI_FN void pdi_compare_print(const pd_compare *c, pd_print_fn print, void *user
 
 /* ---- files ---- */
 
+/* Write the table of one set: time, measured, spread, computed, difference. */
 static pd_status pdi_compare_table(pd_ctx *ctx, const pd_compared *d, pd_folder *folder)
 {
     const pd_setup_record *r = d->record;
@@ -249,7 +256,7 @@ static pd_status pdi_compare_table(pd_ctx *ctx, const pd_compared *d, pd_folder 
     return status;
 }
 
-/* work [2 rows + 3 points] */
+/* Plot the computed curve and the measured points into a file; work [2 rows + 3 points]. */
 static pd_status pdi_compare_curve(pd_ctx *ctx, const pd_compare *c, const pd_compared *d, const char *path,
                                    double *work)
 {
@@ -275,6 +282,7 @@ static pd_status pdi_compare_curve(pd_ctx *ctx, const pd_compare *c, const pd_co
     return pd_plot_write(ctx, path, &plot);
 }
 
+/* Write the plot of one set; the volume loss has a plot of its own elsewhere. */
 static pd_status pdi_compare_draw(pd_ctx *ctx, const pd_compare *c, const pd_compared *d, pd_folder *folder)
 {
     char file[2 * PD_SETUP_NAME], path[PD_PATH_SIZE];

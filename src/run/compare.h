@@ -11,19 +11,21 @@
 #include "io/folder.h"
 #include "run/figures.h"
 
+/* One set of measured points, and the computed values. */
 typedef struct pd_compared {
     const pd_setup_record *record;
-    double *computed;     /* [points] [unit of the column in SI]; NaN: not passed, or it does not count */
-    double *time, *value; /* [rows] [s] SI: the figure after every step */
+    double *computed;     /* [points] [unit of the column in SI]; NaN: not reached, or not behind the start */
+    double *time, *value; /* [rows] [s] SI: the output after every step */
     int64_t rows, time_room, value_room;
 } pd_compared;
 
+/* All measured sets of a setup. */
 typedef struct pd_compare {
     pd_model *model;
     const pd_monitors *monitors;
     const double *share;  /* [-] of each monitor in the figures of its section; NULL: 1 */
-    int curves;           /* 1: the figures are kept after every step */
-    int line;             /* of the scene: the section that the build refused */
+    int curves;           /* 1: outputs are kept after every step, for plots */
+    int line;             /* line of the scene that an error is about */
     pd_figures figures;   /* work */
     pd_compared list[PD_SETUP_RECORDS]; /* setup->records of them */
 } pd_compare;
@@ -41,19 +43,20 @@ typedef struct pd_compare_result {
 PDI_FN pd_status pdi_compare_build(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors, const double *share,
                                    int curves, pd_compare *compare);
 PDI_FN void pdi_compare_free(pd_ctx *ctx, pd_compare *compare);
-/* Time of the next point behind `time` [s], at most t_end [s]. */
+/* Time [s] of the next measured point after `time` [s], at most t_end [s]. */
 PDI_FN double pdi_compare_next(const pd_compare *compare, double time, double t_end);
-/* 1 when the next call of pdi_compare_step needs the figures of this instant. */
+/* 1 when pdi_compare_step will need the scalar outputs at `time` [s]. */
 PDI_FN int pdi_compare_due(const pd_compare *compare, double time);
-/* Compares the present figures, which the monitors hold, with the points of this time. */
+/* Record the present outputs, which the monitors hold, at the measured points of this time. */
 PDI_FN pd_status pdi_compare_step(pd_ctx *ctx, pd_compare *compare);
+/* Root mean square and largest difference of computed and measured values of one set. */
 PDI_FN void pdi_compare_judge(const pd_compared *compared, pd_compare_result *result);
-/* The files of all points. PD_ERR_FILE. */
+/* Write a table and a plot for each set. PD_ERR_FILE. */
 PDI_FN pd_status pdi_compare_write(pd_ctx *ctx, const pd_compare *compare, pd_folder *folder);
 /* A line "result case=... measured=wire of=volume_loss unit=% points=9 rms=... largest=..." for each section. */
 PDI_FN void pdi_compare_print(const pd_compare *compare, pd_print_fn print, void *user);
 
-/* What is kept of the instants so far. */
+/* Store or load the values so far in a checkpoint. */
 PDI_FN pd_status pdi_compare_store(pd_ctx *ctx, pd_compare *compare, pd_archive *archive);
 #endif
 

@@ -5,15 +5,15 @@
 #include <stdio.h>
 #include <string.h>
 
-#define PDI_ESTIMATE_LEAST 0.5 /* [-] least observed order that is believed */
-#define PDI_ESTIMATE_MOST 3.0 /* [-] largest of them */
+#define PDI_ESTIMATE_LEAST 0.5 /* [-] least observed order that is accepted */
+#define PDI_ESTIMATE_MOST 3.0 /* [-] largest one */
 #define PDI_ESTIMATE_NOISE 1e-9 /* [-] smaller relative differences are rounding and tolerances of solvers */
 #define PDI_ESTIMATE_MINOR 0.1 /* [-] figures below this share of the largest of their sort are minor */
 #define PDI_ESTIMATE_LINE 2048 /* [byte] of a line */
 
 /* ---- figures of the coarser runs ---- */
 
-/* Value of the coarser run that belongs to a figure of the run; NaN: it has none. */
+/* Value of the coarser run for an output of the run, summed over its planes with weights; NaN: it has none. */
 static double pdi_estimate_match(const pd_coarser *coarser, const pd_figures *figures, const pd_figure *wanted)
 {
     double sum = 0.0;
@@ -29,7 +29,7 @@ static double pdi_estimate_match(const pd_coarser *coarser, const pd_figures *fi
     return found ? sum : (double)NAN;
 }
 
-/* Put the lattice before the message of its run. */
+/* Put the lattice spacing before the message of a failed run. */
 static void pdi_estimate_blame(pd_ctx *ctx, int level)
 {
     char message[PD_MESSAGE_SIZE];
@@ -37,6 +37,7 @@ static void pdi_estimate_blame(pd_ctx *ctx, int level)
     pdi_fail(ctx, ctx->status, "coarser", "the run at %d h failed: %.560s", level ? 4 : 2, message);
 }
 
+/* Run the coarsened setup without files and record its outputs as e->list[].coarser[level]. */
 static pd_status pdi_estimate_coarser_run(pd_ctx *ctx, const pd_run_desc *desc, pd_coarser *coarser, pd_estimate *e,
                                        int level)
 {
@@ -59,6 +60,7 @@ static pd_status pdi_estimate_coarser_run(pd_ctx *ctx, const pd_run_desc *desc, 
     return status;
 }
 
+/* Coarsen the setup (level 0: 2 h, 1: 4 h) and run it. */
 static pd_status pdi_estimate_coarser(pd_ctx *ctx, const pd_run_desc *desc, pd_estimate *e, int level)
 {
     pd_coarser *coarser = NULL;
@@ -72,13 +74,14 @@ static pd_status pdi_estimate_coarser(pd_ctx *ctx, const pd_run_desc *desc, pd_e
 
 /* ---- orders and errors ---- */
 
-/* Order of the method: what dissolution or upwinding decides is of first order. */
+/* Formal order of convergence of an output: 1 where dissolution or upwinding decides, else 2. */
 static double pdi_estimate_theory(const pd_setup *u, const pd_figure *f)
 {
     int carried = strstr(f->unit, "mol") || strcmp(f->section, "transfer") == 0 || strcmp(f->section, "scene") == 0;
     return carried && (u->has_dissolve || (u->has_flow && u->advection == PD_ADVECTION_UPWIND)) ? 1.0 : 2.0;
 }
 
+/* Observed order and Richardson error of one output, or those by the formal order. */
 static void pdi_estimate_judge(const pd_setup *u, pd_estimated *e)
 {
     double value = e->figure.value, near_step = e->coarser[0] - value, far_step = e->coarser[1] - e->coarser[0];
@@ -91,11 +94,13 @@ static void pdi_estimate_judge(const pd_setup *u, pd_estimated *e)
     if (step <= 0.0) e->error = 0.0; /* the figure may be 0, too */
 }
 
+/* 1: two outputs are of the same sort: unit and first letter of the key. */
 static int pdi_estimate_alike(const pd_figure *a, const pd_figure *b)
 {
     return a->key[0] == b->key[0] && strcmp(a->unit, b->unit) == 0;
 }
 
+/* Mark minor outputs and find the largest relative error of the others. */
 static void pdi_estimate_rank(pd_estimate *e)
 {
     e->worst = -1;
@@ -110,6 +115,7 @@ static void pdi_estimate_rank(pd_estimate *e)
     }
 }
 
+/* Run both coarser lattices and compute all errors. */
 static pd_status pdi_estimate_both(pd_ctx *ctx, const pd_run_desc *desc, pd_estimate *e)
 {
     PDI_TRY(pdi_estimate_coarser(ctx, desc, e, 0));
@@ -152,13 +158,14 @@ void pd_estimate_free(pd_ctx *ctx, pd_estimate *e)
 
 /* ---- what it says ---- */
 
-/* "plane.up.flow" */
+/* Name of an output, as "plane.up.flow". */
 static void pdi_estimate_name(const pd_figure *f, char *text, size_t size)
 {
     snprintf(text, size, "%s%s%s.%s", f->section, f->name[0] ? "." : "", f->name, f->key);
 }
 
-/* Figures from `first` on that belong to one section: " err_fx=... order_fx=... assumed=fx"; returns the next one. */
+/* Append the errors of all outputs of one section from `first` on: " err_fx=... order_fx=... assumed=fx". Returns the
+ * next output. */
 static int pdi_estimate_section(const pd_estimate *e, int first, char *text, size_t size)
 {
     const pd_figure *f = &e->list[first].figure;
@@ -179,7 +186,7 @@ static int pdi_estimate_section(const pd_estimate *e, int first, char *text, siz
     return k;
 }
 
-/* The line of the scene: the volume loss where there is one, and the worst of all figures. */
+/* Append the error of the volume loss and the worst of all outputs. */
 static void pdi_estimate_scene(const pd_estimate *e, char *text, size_t size)
 {
     char worst[2 * PD_SETUP_NAME] = "none";
@@ -227,6 +234,7 @@ void pd_estimate_print(const pd_estimate *e, pd_print_fn print, void *user)
     print(user, PD_PRINT_NOTE, text);
 }
 
+/* Greatest common divisor (Euclid). */
 static int pdi_estimate_divisor(int a, int b)
 {
     while (b) {

@@ -11,16 +11,18 @@
 #include "run/run.h"
 #include "run/coarser.h"
 
+/* A scalar output with its observed order and error. */
 typedef struct pd_estimated {
     pd_figure figure;  /* of the run */
     double coarser[2]; /* [unit of the figure] at 2 h and 4 h; NaN: none */
     double order;      /* [-] */
-    int assumed;       /* the order is that of the method */
+    int assumed;       /* 1: the formal order of the method, not the observed one */
     double error;      /* [-] of the figure, over its size; NaN: unknown */
     int minor;         /* below a tenth of the largest figure of its sort (same unit, same first letter), so that its
                         * relative error says little */
 } pd_estimated;
 
+/* The error estimate of a run. */
 typedef struct pd_estimate {
     const pd_setup *setup;
     int coarser_runs;            /* runs it rests on, 1 or 2 */

@@ -9,6 +9,7 @@
 
 #define PDI_FIT_OVERRIDES 128 /* most overrides of a fit, its own included */
 
+/* A fit at work. */
 typedef struct pdi_fit {
     pd_ctx *ctx;
     const pd_fit_desc *desc;
@@ -17,15 +18,16 @@ typedef struct pdi_fit {
     int factor;         /* of h */
     double *computed;   /* [points of all sections] */
     double *data, *weight; /* [points that count] SI, 1/spread */
-    int *place;         /* [points that count] in `computed` */
-    double *best;       /* [points that count] residuals of the lowest sum on this lattice */
-    double least;       /* that sum */
+    int *place;         /* [points that count] index in `computed` */
+    double *best;       /* [points that count] residuals of the lowest sum of squares on this lattice */
+    double least;       /* [-] that sum */
     double noise;       /* [-] of a residual, from the coarsest lattice; 0: not known */
     int all;
 } pdi_fit;
 
 /* ---- ranges ---- */
 
+/* Error message for a range that cannot be read. Returns PD_ERR_ARGUMENT. */
 static pd_status pdi_fit_refuse(pd_ctx *ctx, const char *range, const char *expected)
 {
     return pdi_fail(ctx, PD_ERR_ARGUMENT, "fit", "found '%.100s', expected %s, such as dissolve.rate_scale=0.5..2 or "
@@ -57,7 +59,7 @@ static int pdi_fit_unit(const char *text, const char *end, char *unit)
     return 1;
 }
 
-/* The low bound in the unit of the high one; alone it has that unit. */
+/* Convert the low bound to the unit of the high one; without a unit it has that of the high one. */
 static pd_status pdi_fit_same(pd_ctx *ctx, const char *range, const char *unit, pd_fit_parameter *p)
 {
     double from, to;
@@ -70,7 +72,7 @@ static pd_status pdi_fit_same(pd_ctx *ctx, const char *range, const char *unit, 
     return PD_OK;
 }
 
-/* "KEY=LOW..HIGH UNIT" */
+/* Parse "KEY=LOW..HIGH UNIT" into a parameter. */
 static pd_status pdi_fit_range(pd_ctx *ctx, const char *range, pd_fit_parameter *p)
 {
     const char *equal = strchr(range, '='), *dots = strstr(range, "..");
@@ -91,6 +93,7 @@ static pd_status pdi_fit_range(pd_ctx *ctx, const char *range, pd_fit_parameter 
     return pdi_fit_refuse(ctx, range, "a finite low bound below the high one");
 }
 
+/* Parse all ranges. PD_ERR_ARGUMENT: too many, or a key twice. */
 static pd_status pdi_fit_ranges(pd_ctx *ctx, const pd_fit_desc *desc, pd_fit *fit)
 {
     if (desc->ranges < 1 || desc->ranges > PD_LEAST_SQUARES_PARAMETERS)
@@ -106,6 +109,7 @@ static pd_status pdi_fit_ranges(pd_ctx *ctx, const pd_fit_desc *desc, pd_fit *fi
     return PD_OK;
 }
 
+/* Write the overrides "KEY=VALUE UNIT" of all parameters for the values. */
 static void pdi_fit_overrides(pd_fit *fit, const double *value)
 {
     for (int k = 0; k < fit->parameters; k++) {
@@ -133,7 +137,7 @@ pd_status pd_fit_setup(pd_ctx *ctx, const pd_fit_desc *desc, const char *const *
     return status;
 }
 
-/* Put the trial values before the message. */
+/* Put the trial values of the parameters before the message of a failed run. Returns status. */
 static pd_status pdi_fit_blame(pdi_fit *f, pd_status status)
 {
     char message[PD_MESSAGE_SIZE], values[240] = "";
@@ -147,6 +151,7 @@ static pd_status pdi_fit_blame(pdi_fit *f, pd_status status)
     return status;
 }
 
+/* Run the setup without files, on the coarser lattice where factor > 1, into f->computed. */
 static pd_status pdi_fit_computed(pdi_fit *f, const pd_setup *setup)
 {
     pd_run_desc dry;
@@ -165,6 +170,8 @@ static pd_status pdi_fit_computed(pdi_fit *f, const pd_setup *setup)
     return result.stopped ? pdi_fail(f->ctx, PD_ERR_STATE, "fit", "interrupted") : PD_OK;
 }
 
+/* Residuals [points] for parameter values: (computed - measured) times weight. The function of pdi_least_squares_solve.
+ */
 static pd_status pdi_fit_evaluate(pd_ctx *ctx, void *user, const double *value, double *residual)
 {
     pdi_fit *f = (pdi_fit *)user;
@@ -196,6 +203,7 @@ static pd_status pdi_fit_evaluate(pd_ctx *ctx, void *user, const double *value, 
 
 /* ---- points ---- */
 
+/* Check that points have positive standard deviations, all or none of the sets; *known: 1: they have. */
 static pd_status pdi_fit_spreads(pd_ctx *ctx, const pd_setup *u, int *known)
 {
     int with = 0;
@@ -214,7 +222,7 @@ static pd_status pdi_fit_spreads(pd_ctx *ctx, const pd_setup *u, int *known)
                     "points of different figures weigh by it", with, u->records);
 }
 
-/* The points that count, behind the start and before the end of the run. */
+/* Collect measured values and weights of points after the start and before the end of the run. */
 static void pdi_fit_gather(pdi_fit *f, const pd_setup *u)
 {
     int at = 0, count = 0;
@@ -234,6 +242,7 @@ static void pdi_fit_gather(pdi_fit *f, const pd_setup *u)
     memcpy(f->fit->name, u->name, sizeof f->fit->name);
 }
 
+/* Check the measured points and allocate work. */
 static pd_status pdi_fit_prepare(pdi_fit *f, const pd_setup *u)
 {
     PDI_TRY(pdi_fit_spreads(f->ctx, u, &f->fit->known));
@@ -253,11 +262,13 @@ static pd_status pdi_fit_prepare(pdi_fit *f, const pd_setup *u)
 
 /* ---- lattices ---- */
 
+/* Print a line, if the caller wants it. */
 static void pdi_fit_say(const pdi_fit *f, pd_print_kind kind, const char *text)
 {
     if (f->desc->print) f->desc->print(f->desc->print_user, kind, text);
 }
 
+/* Print an iteration: values and sum of squares. */
 static void pdi_fit_report(void *user, const double *value, double sum, int evaluations)
 {
     pdi_fit *f = (pdi_fit *)user;
@@ -272,6 +283,7 @@ static void pdi_fit_report(void *user, const double *value, double sum, int eval
     pdi_fit_say(f, PD_PRINT_SUMMARY, line);
 }
 
+/* Solve the least-squares problem on the lattice of the present factor, from `start`. */
 static pd_status pdi_fit_level(pdi_fit *f, const double *start)
 {
     pd_least_squares_desc d;
@@ -298,9 +310,11 @@ static pd_status pdi_fit_level(pdi_fit *f, const double *start)
                     f->fit->parameter[f->fit->squares.idle - 1].key, f->fit->figure);
 }
 
+/* 1: the caller wants to stop. */
 static int pdi_fit_stopped(const pdi_fit *f) { return f->desc->stop && f->desc->stop(f->desc->stop_user); }
 
-/* From coarse to fine; a lattice that cannot hold the scene or fails is left out, but for the last. */
+/* Solve on the lattices at 4 h, 2 h and h, each from the result before. A coarser lattice that fails is left out.
+ * Starts are geometric means of wide positive ranges, else midpoints. */
 static pd_status pdi_fit_levels(pdi_fit *f)
 {
     double start[PD_LEAST_SQUARES_PARAMETERS];
@@ -320,7 +334,7 @@ static pd_status pdi_fit_levels(pdi_fit *f)
     return status;
 }
 
-/* In the unit of the points, or, with several sections, in spreads. */
+/* Root mean square of the residuals: in the unit of the points, or, with several sets, over standard deviations. */
 static pd_status pdi_fit_rms(pdi_fit *f)
 {
     double square = 0.0, scale = 1.0;
@@ -335,6 +349,7 @@ static pd_status pdi_fit_rms(pdi_fit *f)
     return PD_OK;
 }
 
+/* The whole fit: ranges, points, lattices. */
 static pd_status pdi_fit_all(pdi_fit *f)
 {
     pd_setup *setup = NULL;

@@ -1,4 +1,4 @@
-/* fit: which values of a scene match measured points? Bounded least squares over runs.
+/* fit: parameters of a scene fitted to measured points by bounded nonlinear least squares over runs.
  *
  *   const char *range[] = {"dissolve.rate_scale=0.5..2", "transport.D=1e-10..1e-8 m2/s"};
  *   pd_fit_desc desc = {0};            desc.scene = "wire.scene";  desc.range = range;  desc.ranges = 2;
@@ -27,12 +27,14 @@ typedef struct pd_fit_desc {
     void *stop_user;
 } pd_fit_desc;
 
+/* A parameter of the scene and its bounds. */
 typedef struct pd_fit_parameter {
     char key[PD_FIT_TEXT];        /* as in an override */
     char unit[PD_UNITS_TEXT];     /* of the values; "": none */
     double low, high;             /* [unit] */
 } pd_fit_parameter;
 
+/* The result of a fit. */
 typedef struct pd_fit {
     char name[PD_SETUP_NAME];     /* of the case */
     pd_fit_parameter parameter[PD_LEAST_SQUARES_PARAMETERS];

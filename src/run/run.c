@@ -21,6 +21,7 @@
 #define PDI_RUN_PROGRESS 0.2 /* [s] between progress lines */
 #define PDI_RUN_SILENCE 10.0 /* [s] without a step before a note says what is computed */
 
+/* A run at work. */
 typedef struct pdi_run {
     pd_ctx *ctx;
     const pd_run_desc *desc;
@@ -38,18 +39,19 @@ typedef struct pdi_run {
     double kept;          /* [s] clock of the last checkpoint */
     const char *path;     /* of the folder */
     pd_folder folder;
-    pd_store image;       /* a checkpoint of a former step, for a run that is stopped within one */
+    pd_store image;       /* checkpoint of the last step in memory, for a run that is stopped within a step */
     double imaged;        /* [s] clock of it */
-    int imageable;        /* it is whole */
-    double polled;        /* [s] clock when the run last asked */
+    int imageable;        /* 1: it is complete */
+    double polled;        /* [s] clock of the last poll */
     double stepped;       /* [s] clock of the last step */
-    double silence;       /* [s] without one that is not told */
-    int writing;          /* the run ends with the files of this step */
+    double silence;       /* [s] wall time without a step before the next note */
+    int writing;          /* 1: stopped, but the files of this step are still written */
     pd_poll_fn poll;      /* of the caller */
     void *poll_user;
     char checkpoint[PD_PATH_SIZE];
 } pdi_run;
 
+/* Print the progress line now; doing, count: what is being computed, or NULL. */
 static void pdi_run_report(pdi_run *r, const char *doing, int64_t count)
 {
     char line[360], time[PD_UNITS_TEXT], dt[PD_UNITS_TEXT];
@@ -72,13 +74,14 @@ static void pdi_run_report(pdi_run *r, const char *doing, int64_t count)
     r->desc->print(r->desc->print_user, PD_PRINT_PROGRESS, line);
 }
 
+/* Print progress a few times a second. */
 static void pdi_run_progress(pdi_run *r)
 {
     if (pdi_par_clock() - r->reported >= PDI_RUN_PROGRESS || !(r->model.couple.time < r->setup->until))
         pdi_run_report(r, NULL, 0);
 }
 
-/* A note on what has been computed for long without a step. */
+/* Print a note on a run without a step for `waited` seconds of wall time. */
 static void pdi_run_wait(pdi_run *r, const char *doing, int64_t count, double waited)
 {
     char line[480];
@@ -87,8 +90,8 @@ static void pdi_run_wait(pdi_run *r, const char *doing, int64_t count, double wa
     r->desc->print(r->desc->print_user, PD_PRINT_NOTE, line);
 }
 
-/* The poll function of a run: it looks at the clock, the rest happens now and then. A step that is over soon ends
- * before the run stops. */
+/* Poll function within steps: progress, notes on long waits, and the caller's poll. Returns 1 to stop the computation.
+ */
 static int pdi_run_poll(void *user, const char *doing, int64_t count)
 {
     pdi_run *r = (pdi_run *)user;
@@ -102,7 +105,7 @@ static int pdi_run_poll(void *user, const char *doing, int64_t count)
     return r->stopped;
 }
 
-/* Fields are due at multiples of `every`, at the end, and when a run without checkpoints is stopped. */
+/* 1: fields are written now: at multiples of `every`, at the end, and when a run without checkpoints is stopped. */
 static int pdi_run_due(const pdi_run *r)
 {
     double time = r->model.couple.time, every = r->setup->every, next = r->output.written + 0.5 * every;
@@ -112,6 +115,7 @@ static int pdi_run_due(const pdi_run *r)
     return time >= next && fabs(time - multiple) <= 1e-9 * every;
 }
 
+/* Write fields, pictures and profiles of this time. */
 static pd_status pdi_run_frame(pdi_run *r)
 {
     int frame = r->output.frame;
@@ -119,7 +123,8 @@ static pd_status pdi_run_frame(pdi_run *r)
     return r->output.frame > frame ? pdi_monitors_frame(r->ctx, &r->monitors, frame) : PD_OK;
 }
 
-/* Rows of this step. Without files the figures are those that someone asks for. */
+/* Write the rows of this step. Without files, outputs are computed only when the observer or measured points need them.
+ */
 static pd_status pdi_run_rows(pdi_run *r)
 {
     int asked = r->desc->observe || pdi_compare_due(&r->compare, r->model.couple.time);
@@ -128,7 +133,7 @@ static pd_status pdi_run_rows(pdi_run *r)
     return pdi_compare_due(&r->compare, r->model.couple.time) ? pdi_compare_step(r->ctx, &r->compare) : PD_OK;
 }
 
-/* What the observer of the caller sees; it may stop the run before its end. */
+/* Call the caller's observer, which may stop the run. */
 static void pdi_run_show(pdi_run *r, pd_when when)
 {
     pd_instant at;
@@ -152,7 +157,7 @@ static void pdi_run_show(pdi_run *r, pd_when when)
 
 /* ---- checkpoints ---- */
 
-/* What a checkpoint holds before the places in the files. */
+/* Store or load solver state, diagnostics, computed points and wall time in a checkpoint. */
 static pd_status pdi_run_store(pdi_run *r, pd_archive *archive)
 {
     double now = pdi_par_clock(), spent = now - r->started;
@@ -164,7 +169,7 @@ static pd_status pdi_run_store(pdi_run *r, pd_archive *archive)
     return PD_OK;
 }
 
-/* All that a run goes on from. */
+/* Store all that a run continues from, lengths of files included. */
 static pd_status pdi_run_everything(pdi_run *r, pd_archive *archive)
 {
     PDI_TRY(pdi_run_store(r, archive));
@@ -173,6 +178,7 @@ static pd_status pdi_run_everything(pdi_run *r, pd_archive *archive)
     return pdi_folder_store(r->ctx, &r->folder, archive);
 }
 
+/* Write the checkpoint file. */
 static pd_status pdi_run_save(pdi_run *r)
 {
     pd_store store;
@@ -183,8 +189,8 @@ static pd_status pdi_run_save(pdi_run *r)
     return status;
 }
 
-/* Keep a checkpoint in memory, a few a second at most: the state is copied in far less than that. Where memory lacks,
- * a run that is stopped within a step goes on from the file. */
+/* Keep a checkpoint in memory, a few times a second at most. Without enough memory, a run that is stopped within a step
+ * continues from the file. */
 static void pdi_run_remember(pdi_run *r)
 {
     double now = pdi_par_clock();
@@ -196,7 +202,7 @@ static void pdi_run_remember(pdi_run *r)
     r->imageable = status == PD_OK;
 }
 
-/* A checkpoint when one is due. A run goes on without, unless it was to stop. */
+/* Write the checkpoint file when it is due. A failure only stops a run that was to stop. */
 static pd_status pdi_run_keep(pdi_run *r)
 {
     char line[PD_MESSAGE_SIZE + 80];
@@ -211,13 +217,14 @@ static pd_status pdi_run_keep(pdi_run *r)
     return PD_OK;
 }
 
-/* The figures of the instant that a run goes on from, whose rows are in the tables; those are still closed. */
+/* Compute diagnostics and outputs of the time that a run continues from; their rows are in the tables already. */
 static pd_status pdi_run_recall(pdi_run *r)
 {
     pdi_observe(r->ctx, &r->model, &r->observables);
     return pdi_monitors_step(r->ctx, &r->monitors);
 }
 
+/* Load the checkpoint and continue all files. */
 static pd_status pdi_run_read(pdi_run *r)
 {
     pd_store store;
@@ -236,7 +243,7 @@ static pd_status pdi_run_read(pdi_run *r)
     return status;
 }
 
-/* Go on where a checkpoint was made. */
+/* Continue the run of a folder from its checkpoint. */
 static pd_status pdi_run_resume(pdi_run *r, pd_run_result *result)
 {
     char line[80];
@@ -250,7 +257,7 @@ static pd_status pdi_run_resume(pdi_run *r, pd_run_result *result)
     return PD_OK;
 }
 
-/* A folder without the files of former runs. */
+/* Open the output folder and remove the files of former runs. */
 static pd_status pdi_run_clear(pdi_run *r, pd_run_result *result)
 {
     char line[PD_PATH_SIZE + 80];
@@ -263,7 +270,7 @@ static pd_status pdi_run_clear(pdi_run *r, pd_run_result *result)
     return pdi_folder_add(r->ctx, &r->folder, PD_RUN_CHECKPOINT, r->checkpoint);
 }
 
-/* The files of a run: anew, or those of a checkpoint. */
+/* Open the files of a run: new ones, or those of a checkpoint. */
 static pd_status pdi_run_open(pdi_run *r, pd_run_result *result)
 {
     if (r->desc->dry) return PD_OK;
@@ -277,6 +284,8 @@ static pd_status pdi_run_open(pdi_run *r, pd_run_result *result)
 
 /* ---- steps ---- */
 
+/* After each step, by the time loop: diagnostics, tables, observer, output files, checkpoints. Returns 1 to end the
+ * run. */
 static int pdi_run_observe(void *user, const pd_couple *couple)
 {
     pdi_run *r = (pdi_run *)user;
@@ -297,7 +306,7 @@ static int pdi_run_observe(void *user, const pd_couple *couple)
     return r->stopped || r->status < 0;
 }
 
-/* All steps, which end on the times of measured points, too. */
+/* Step to the end; steps also end on the times of measured points. */
 static pd_status pdi_run_march(pdi_run *r)
 {
     double until = r->setup->until, reached;
@@ -309,7 +318,7 @@ static pd_status pdi_run_march(pdi_run *r)
     return PD_OK;
 }
 
-/* Velocities of nodes and conserved fluxes are the same flow. */
+/* Print a note where node velocities and conserved fluxes disagree: too coarse for the flow. */
 static void pdi_run_velocities(const pdi_run *r)
 {
     char text[256];
@@ -319,7 +328,7 @@ static void pdi_run_velocities(const pdi_run *r)
     r->desc->print(r->desc->print_user, PD_PRINT_NOTE, text);
 }
 
-/* Faces that have overlapped: what follows of them is known to be wrong. */
+/* Print a note where crack faces overlapped: there is no contact model, so stresses are wrong there. */
 static void pdi_run_overlap(const pdi_run *r)
 {
     char line[320];
@@ -331,7 +340,7 @@ static void pdi_run_overlap(const pdi_run *r)
     r->desc->print(r->desc->print_user, PD_PRINT_NOTE, line);
 }
 
-/* What was computed at all points, for the caller. */
+/* Copy the values computed at measured points for the caller. */
 static void pdi_run_computed(const pdi_run *r)
 {
     double *to = r->desc->computed;
@@ -342,13 +351,14 @@ static void pdi_run_computed(const pdi_run *r)
     }
 }
 
-/* The run has stopped within a step: what counts is the state before. */
+/* A run stopped within a step: write the checkpoint of the step before. */
 static pd_status pdi_run_halted(pdi_run *r)
 {
     if (r->desc->dry || !r->desc->checkpoints || !r->imageable) return PD_OK;
     return pdi_store_release(r->ctx, &r->image, r->checkpoint);
 }
 
+/* Make all steps and write the final files and results. */
 static pd_status pdi_run_steps(pdi_run *r)
 {
     pdi_run_remember(r);
@@ -383,7 +393,7 @@ static pd_status pdi_run_steps(pdi_run *r)
     return PD_OK;
 }
 
-/* [mol] of gas that has come off metal. */
+/* [mol] Gas evolved by dissolution so far (per m in planar 2D, per m2 in 1D). */
 static double pdi_run_gas(const pdi_run *r)
 {
     const pd_setup *u = r->setup;
@@ -396,6 +406,7 @@ static double pdi_run_gas(const pdi_run *r)
     return gas;
 }
 
+/* Fill in the result from model and diagnostics. */
 static void pdi_run_collect(const pdi_run *r, pd_run_result *result)
 {
     const pd_model *m = &r->model;
@@ -447,7 +458,8 @@ PDI_FN void pdi_run_blame(pd_ctx *ctx, const pd_setup *setup, int line)
     pdi_fail(ctx, ctx->status, where, "%s", message);
 }
 
-/* Build everything that can refuse the setup; nothing is written before that. */
+/* Build everything that can refuse the setup: memory estimate, model, monitors, measured points. Nothing is written
+ * before. */
 static pd_status pdi_run_build(pdi_run *r, pd_run_result *result)
 {
     pd_status status = pdi_footprint_check(r->ctx, r->setup, r->desc->dry);
@@ -469,7 +481,7 @@ static pd_status pdi_run_build(pdi_run *r, pd_run_result *result)
     return status;
 }
 
-/* What the run would be refused for, beyond its setup; nothing is written. */
+/* Dry check: output folder, and checkpoint with `resume`; nothing is written. */
 static pd_status pdi_run_check(pdi_run *r, pd_run_result *result)
 {
     pd_store store;
@@ -487,6 +499,7 @@ static pd_status pdi_run_check(pdi_run *r, pd_run_result *result)
     return status;
 }
 
+/* Print the summary, run all steps, and fill in the result. */
 static pd_status pdi_run_built(pdi_run *r, pd_run_result *result)
 {
     r->path = r->desc->folder ? r->desc->folder : r->setup->folder;

@@ -45,6 +45,7 @@ typedef struct pd_run_desc {
 
 #define PD_RUN_CHECKPOINT "checkpoint.bin"
 
+/* How a run ended, and its scalar results. */
 typedef struct pd_run_result {
     char name[PD_SETUP_NAME];
     int bad_input;        /* the failure lies in the setup or checkpoint, nothing was computed */
@@ -53,19 +54,19 @@ typedef struct pd_run_result {
     double h;             /* [m] along x */
     double m;             /* [-] */
     double volume_loss;   /* [-] */
-    double ledger;        /* [-] */
-    int has_front;
-    double front;         /* [m] see pd_observables */
+    double ledger;        /* [-] relative error of the mass balance */
+    int has_front;        /* 1: bond-based corrosion, with: */
+    double front;         /* [m] corrosion depth, see pd_observables */
     int has_flux;
-    int sheds;            /* 1: a gas comes off metal: */
+    int sheds;            /* 1: dissolution evolves a gas: */
     double gas;           /* [mol] per m in planar 2D, per m2 in 1D */
-    double gas_volume;    /* [m3] the same, of it at the temperature and 1 atm */
+    double gas_volume;    /* [m3] the same as a volume at the temperature of the electrolyte and 1 atm */
     double flux, flux_max; /* [-] see pd_observables */
     double peclet;        /* [-] largest cell Peclet number v h/D of species in a flow; 0: none are in one */
     double residual;      /* [-] larger one of the last flow solve */
     int settled;          /* the transport was solved for its steady field */
     double change;        /* [-] of that field in the last step of its solver, over the largest value */
-    double defect;        /* [-] what its balances lack, over what passes */
+    double defect;        /* [-] largest imbalance of that field, over the fluxes */
     int has_potential;
     double current_balance; /* [-] sum of all currents, over the sum of their sizes and of what 0.1 mV drives */
     double current;       /* [A] per m in planar 2D, per m2 in 1D: what leaves metal, and enters it elsewhere */
@@ -86,7 +87,7 @@ PD_API pd_status pd_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *d
 PD_API void pd_run_line(const pd_run_result *result, char *text, size_t size);
 
 #ifdef PDI_INTERNAL
-/* Put file and line before the message of a setup that cannot be built. */
+/* Put file and line of the scene before the message of a setup that cannot be built. */
 PDI_FN void pdi_run_blame(pd_ctx *ctx, const pd_setup *setup, int line);
 #endif
 

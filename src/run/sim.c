@@ -4,6 +4,7 @@
 #include "run/run.h"
 #include <string.h>
 
+/* Check the memory estimate and build the model of the setup. */
 static pd_status pdi_sim_build(pd_ctx *ctx, pd_sim *sim)
 {
     pd_status status = pdi_footprint_check(ctx, &sim->setup, 0);

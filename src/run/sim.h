@@ -1,4 +1,4 @@
-/* sim: a scene step by step, for programs that look at its fields or hand them on while it runs. Writes no files. */
+/* sim: step-by-step interface to a scene, for programs that read its fields while it runs. Writes no files. */
 #ifndef PD_SIM_H
 #define PD_SIM_H
 #include "run/view.h"
@@ -9,7 +9,7 @@ typedef struct pd_sim {
     pd_setup setup;
     pd_model model;
     double time;  /* [s] */
-    double until; /* [s] that the scene asks for; steps may go on beyond it */
+    double until; /* [s] end time of the scene; steps may go beyond it */
     int64_t steps;
     pd_views views;
 } pd_sim;

@@ -12,13 +12,14 @@
 #define PDI_SPECIATE_ELEMENTS 118
 #define PDI_SPECIATE_ICE 273.15 /* [K] of 0 C */
 
-/* What is printed where. */
+/* The electrolyte, and where text is printed. */
 typedef struct pdi_speciate_work {
     const pd_speciate_desc *desc;
     pd_electrolyte e;
     char name[PD_SETUP_NAME];
 } pdi_speciate_work;
 
+/* Print a formatted line. */
 PD_PRINTF_LIKE(3, 4)
 static void pdi_speciate_say(const pdi_speciate_work *w, pd_print_kind kind, const char *format, ...)
 {
@@ -32,6 +33,7 @@ static void pdi_speciate_say(const pdi_speciate_work *w, pd_print_kind kind, con
 
 /* ---- the equilibrium ---- */
 
+/* Print concentrations and activities of the solutes c [count] [mol/m3]. */
 static void pdi_speciate_species(const pdi_speciate_work *w, const double *c, const pd_electrolyte_state *s)
 {
     const pd_electrolyte *e = &w->e;
@@ -44,7 +46,7 @@ static void pdi_speciate_species(const pdi_speciate_work *w, const double *c, co
     }
 }
 
-/* How many minerals are above their saturation. */
+/* Print amounts and saturation indices of minerals; returns how many are supersaturated. */
 static int pdi_speciate_minerals(const pdi_speciate_work *w, const double *c, const pd_electrolyte_state *s)
 {
     const pd_electrolyte *e = &w->e;
@@ -61,7 +63,7 @@ static int pdi_speciate_minerals(const pdi_speciate_work *w, const double *c, co
     return above;
 }
 
-/* The largest difference of a total, over the total. */
+/* Print the totals of elements before and after; returns the largest relative difference. */
 static double pdi_speciate_elements(const pdi_speciate_work *w, const double *c)
 {
     double worst = 0.0;
@@ -77,7 +79,7 @@ static double pdi_speciate_elements(const pdi_speciate_work *w, const double *c)
     return worst;
 }
 
-/* What closing has put in, in a note for each ion. */
+/* Note each ion that was added for charge balance or a given pH. */
 static void pdi_speciate_closed(const pdi_speciate_work *w)
 {
     const pd_electrolyte *e = &w->e;
@@ -88,7 +90,7 @@ static void pdi_speciate_closed(const pdi_speciate_work *w)
     }
 }
 
-/* Constants that hold at one temperature alone, whichever that is. */
+/* Note equilibrium constants without an enthalpy at other temperatures than 25 C. */
 static void pdi_speciate_heat(const pdi_speciate_work *w)
 {
     char list[400] = "";
@@ -101,7 +103,7 @@ static void pdi_speciate_heat(const pdi_speciate_work *w)
                          list);
 }
 
-/* The pH of what enters, where it is another one than that of the start. */
+/* Print the pH of the inlet where it differs from ph. */
 static pd_status pdi_speciate_inlet(pd_ctx *ctx, const pdi_speciate_work *w, double ph)
 {
     pd_electrolyte_state s;
@@ -112,6 +114,7 @@ static pd_status pdi_speciate_inlet(pd_ctx *ctx, const pdi_speciate_work *w, dou
     return PD_OK;
 }
 
+/* Solve the equilibrium and print pH, ionic strength, species, minerals, elements and the result line. */
 static pd_status pdi_speciate_once(pd_ctx *ctx, const pdi_speciate_work *w)
 {
     pd_electrolyte_state s;
@@ -138,20 +141,21 @@ static pd_status pdi_speciate_once(pd_ctx *ctx, const pdi_speciate_work *w)
 
 /* ---- a titration ---- */
 
-/* A reagent, from how much to how much of it [mol/m3], rows. */
+/* A titration: reagent, range of added amounts, number of rows. */
 typedef struct pdi_speciate_titration {
     double per[PD_SPECIES_MOST]; /* [-] species in one unit of the reagent */
     double from, to;             /* [mol/m3] */
     int rows;
 } pdi_speciate_titration;
 
+/* Error message for a titration that cannot be read. Returns PD_ERR_PARSE. */
 static pd_status pdi_speciate_wrong(pd_ctx *ctx, const char *text)
 {
     return pdi_fail(ctx, PD_ERR_PARSE, "titrate", "found '%.80s', expected a reagent, a range with its unit and a "
                     "number of rows from 2 to %d, such as Na+ + OH- 0..1 mM 21", text, PDI_SPECIATE_ROWS);
 }
 
-/* "REAGENT FROM..TO UNIT ROWS" */
+/* Parse "REAGENT FROM..TO UNIT ROWS". */
 static pd_status pdi_speciate_read(pd_ctx *ctx, const pd_electrolyte *e, const char *text, pdi_speciate_titration *t)
 {
     char copy[512], *end, *dots, *from;
@@ -183,6 +187,7 @@ static pd_status pdi_speciate_read(pd_ctx *ctx, const pd_electrolyte *e, const c
     return pd_electrolyte_reagent(ctx, e, copy, t->per);
 }
 
+/* Print the header of the titration table. */
 static void pdi_speciate_heading(const pdi_speciate_work *w)
 {
     char line[PDI_SPECIATE_LINE] = "added [mol/m3],pH [-],strength [mol/m3]";
@@ -194,6 +199,7 @@ static void pdi_speciate_heading(const pdi_speciate_work *w)
     pdi_speciate_say(w, PD_PRINT_SUMMARY, "%s", line);
 }
 
+/* Print a row of the titration table for `added` [mol/m3] of the reagent. */
 static void pdi_speciate_row(const pdi_speciate_work *w, double added, const double *c, const pd_electrolyte_state *s)
 {
     char line[PDI_SPECIATE_LINE] = "";
@@ -205,6 +211,7 @@ static void pdi_speciate_row(const pdi_speciate_work *w, double added, const dou
     pdi_speciate_say(w, PD_PRINT_SUMMARY, "%s", line);
 }
 
+/* Solve and print all rows of a titration. PD_ERR_ARGUMENT: more of a species is taken than there is. */
 static pd_status pdi_speciate_titrate(pd_ctx *ctx, const pdi_speciate_work *w, const pdi_speciate_titration *t)
 {
     pd_electrolyte_state s;
@@ -227,6 +234,7 @@ static pd_status pdi_speciate_titrate(pd_ctx *ctx, const pdi_speciate_work *w, c
     return PD_OK;
 }
 
+/* Read the electrolyte and print its equilibrium or titration; *bad_input: 1: the input is at fault. */
 static pd_status pdi_speciate_work_on(pd_ctx *ctx, pdi_speciate_work *w, int *bad_input)
 {
     pdi_speciate_titration t;

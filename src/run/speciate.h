@@ -1,4 +1,4 @@
-/* speciate: the equilibrium of an electrolyte as text, and its titration by a reagent as a table. */
+/* speciate: chemical equilibrium (speciation) of an electrolyte as text, or its titration by a reagent as a table. */
 #ifndef PD_SPECIATE_H
 #define PD_SPECIATE_H
 #include "scene/read_electrolyte.h"

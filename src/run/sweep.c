@@ -14,10 +14,11 @@
 
 /* ---- axes ---- */
 
+/* Number of blanks at the start of text. */
 static size_t pdi_sweep_blanks(const char *text) { return strspn(text, " \t"); }
 
-/* Length of the value at text: to a comma outside of parentheses, without blanks at its end. *next: behind the
- * comma, or the end. */
+/* Length of the value at text, up to a comma outside of parentheses, without trailing blanks. *next: behind the comma,
+ * or the end. */
 static size_t pdi_sweep_item(const char *text, const char **next)
 {
     size_t at = 0, length;
@@ -28,6 +29,7 @@ static size_t pdi_sweep_item(const char *text, const char **next)
     return length;
 }
 
+/* Number of digits at the start of text. */
 static size_t pdi_sweep_digits(const char *text, size_t length)
 {
     size_t at = 0;
@@ -52,14 +54,15 @@ static size_t pdi_sweep_number(const char *text, size_t length)
     return more > 0 ? at + 1 + sign + more : at;
 }
 
+/* Error message for an axis that cannot be read. Returns PD_ERR_ARGUMENT. */
 static pd_status pdi_sweep_refuse(pd_ctx *ctx, const char *axis, const char *why)
 {
     return pdi_fail(ctx, PD_ERR_ARGUMENT, "--sweep", "found '%.200s', expected %s, such as mean=0.01,0.05,0.2 m/s",
                     axis, why);
 }
 
-/* How many values, and in unit[PD_SWEEP_VALUE] what stands behind the last one when all are numbers and none before
- * it has a unit; "": nothing. */
+/* Number of values of an axis. unit [PD_SWEEP_VALUE]: the unit behind the last one when all are numbers and none before
+ * has a unit; else "". */
 static int pdi_sweep_values(const char *values, char *unit)
 {
     int count = 0, plain = 1, more = 1;
@@ -76,7 +79,7 @@ static int pdi_sweep_values(const char *values, char *unit)
     return count;
 }
 
-/* Append to text[PD_SWEEP_VALUE], as far as there is room. */
+/* Append `length` characters of part to text [PD_SWEEP_VALUE], as far as there is room. */
 static void pdi_sweep_append(char *text, const char *part, size_t length)
 {
     size_t used = strlen(text);
@@ -85,6 +88,7 @@ static void pdi_sweep_append(char *text, const char *part, size_t length)
     text[used + length] = '\0';
 }
 
+/* Parse "key=value, value, ..." into an axis. */
 static pd_status pdi_sweep_axis(pd_ctx *ctx, const char *text, pd_sweep_axis *axis)
 {
     char unit[PD_SWEEP_VALUE];
@@ -124,13 +128,14 @@ static pd_status pdi_sweep_axis(pd_ctx *ctx, const char *text, pd_sweep_axis *ax
 
 /* ---- runs ---- */
 
-/* "key=value" of an axis in run `index`. */
+/* "key=value" of an axis in run `index`; the last axis changes fastest. */
 static const char *pdi_sweep_value(const pd_sweep *s, int index, int axis)
 {
     for (int k = s->axes - 1; k > axis; k--) index /= s->axis[k].count;
     return s->axis[axis].text + (size_t)(index % s->axis[axis].count) * PD_SWEEP_VALUE;
 }
 
+/* Read the scene of run `index` with its overrides. */
 static pd_status pdi_sweep_read(pd_ctx *ctx, const pd_sweep *s, int index, pd_setup *setup)
 {
     const char *overrides[PD_SWEEP_OVERRIDES + PD_SWEEP_AXES];
@@ -140,6 +145,7 @@ static pd_status pdi_sweep_read(pd_ctx *ctx, const pd_sweep *s, int index, pd_se
     return pd_scene_read(ctx, s->desc.scene, overrides, count, setup);
 }
 
+/* Parse all axes and count the runs. */
 static pd_status pdi_sweep_axes(pd_ctx *ctx, const pd_sweep_desc *desc, pd_sweep *s)
 {
     if (desc->axis_count < 1 || desc->axis_count > PD_SWEEP_AXES || desc->count > PD_SWEEP_OVERRIDES)
@@ -163,7 +169,7 @@ static pd_status pdi_sweep_axes(pd_ctx *ctx, const pd_sweep_desc *desc, pd_sweep
     return PD_OK;
 }
 
-/* The folder of a run, and the file with its result. */
+/* Paths of the folder of a run and of its result file. PD_ERR_FILE: the folder is a link. */
 static pd_status pdi_sweep_paths(pd_ctx *ctx, const pd_sweep *s, int index, char *folder, char *result)
 {
     char name[32];
@@ -175,6 +181,7 @@ static pd_status pdi_sweep_paths(pd_ctx *ctx, const pd_sweep *s, int index, char
     return pd_file_join(ctx, folder, PDI_SWEEP_RESULT, result);
 }
 
+/* Read the scenes of all runs to check them, and remove results of former sweeps. */
 static pd_status pdi_sweep_scenes(pd_ctx *ctx, pd_sweep *s)
 {
     for (int index = 0; index < s->runs; index++) {
@@ -214,7 +221,7 @@ void pd_sweep_label(const pd_sweep *s, int index, char *text, size_t size)
     }
 }
 
-/* A line for how it ended, one for the rest. */
+/* Write the result file of a run: a line "done", "failed" or "stopped", and its result line or message. */
 static pd_status pdi_sweep_leave(pd_ctx *ctx, const char *path, const char *ended, const char *text)
 {
     pd_file file;
@@ -257,7 +264,7 @@ pd_status pd_sweep_run(pd_ctx *ctx, const pd_sweep *s, int index, const pd_run_d
 
 /* ---- table ---- */
 
-/* What all runs left. */
+/* Results of all runs, and the columns of the table. */
 typedef struct pdi_sweep_rows {
     char **text;      /* [runs] "done\nresult ...\n"; NULL: nothing */
     size_t *size;     /* [runs] */
@@ -267,12 +274,13 @@ typedef struct pdi_sweep_rows {
 
 static const char pdi_sweep_silent[] = "stopped\nnot begun\n";
 
+/* Content of the result file of a run; a text for runs that were not started. */
 static const char *pdi_sweep_text(const pdi_sweep_rows *rows, int index)
 {
     return rows->text[index] ? rows->text[index] : pdi_sweep_silent;
 }
 
-/* Length of "key" of the next "key=value" at *at, which moves there; 0: there is none. */
+/* Length of the key of the next "key=value" at *at, which moves there; 0: there is none. */
 static size_t pdi_sweep_pair(const char **at)
 {
     for (; **at; *at += strcspn(*at, " \n")) {
@@ -283,7 +291,7 @@ static size_t pdi_sweep_pair(const char **at)
     return 0;
 }
 
-/* Names of the figures in the order in which they first appear. */
+/* Collect the keys of a result line as columns, in the order of first appearance. */
 static void pdi_sweep_names(const char *text, pdi_sweep_rows *rows)
 {
     const char *at = text;
@@ -297,6 +305,7 @@ static void pdi_sweep_names(const char *text, pdi_sweep_rows *rows)
     }
 }
 
+/* Read the result files of all runs, count how they ended, and collect the columns. */
 static pd_status pdi_sweep_collect(pd_ctx *ctx, const pd_sweep *s, pdi_sweep_rows *rows, pd_sweep_count *count)
 {
     PDI_TRY(PDI_NEW(ctx, "sweep", s->runs, rows->text));
@@ -318,7 +327,7 @@ static pd_status pdi_sweep_collect(pd_ctx *ctx, const pd_sweep *s, pdi_sweep_row
     return PD_OK;
 }
 
-/* A field in quotes where it needs them. */
+/* Write a CSV field, in quotes where it needs them. */
 static pd_status pdi_sweep_field(pd_ctx *ctx, pd_file *file, const char *text, size_t length)
 {
     if (!memchr(text, ',', length) && !memchr(text, '"', length) && !memchr(text, '#', length))
@@ -331,7 +340,7 @@ static pd_status pdi_sweep_field(pd_ctx *ctx, pd_file *file, const char *text, s
     return pdi_file_text(ctx, file, "\"");
 }
 
-/* Value of a figure in the result line of a run that is done; *length 0: it has none. */
+/* Value of key `name` in the result line of a run that is done; *length 0: it has none. */
 static const char *pdi_sweep_figure(const char *text, const char *name, size_t *length)
 {
     const char *at = strchr(text, '\n');
@@ -345,6 +354,7 @@ static const char *pdi_sweep_figure(const char *text, const char *name, size_t *
     return text;
 }
 
+/* Write the row of a run: values, how it ended, results, message. */
 static pd_status pdi_sweep_row(pd_ctx *ctx, const pd_sweep *s, const pdi_sweep_rows *rows, int index, pd_file *file)
 {
     char run[32];
@@ -372,6 +382,7 @@ static pd_status pdi_sweep_row(pd_ctx *ctx, const pd_sweep *s, const pdi_sweep_r
     return pdi_file_text(ctx, file, "\n");
 }
 
+/* Write the header and all rows of the table. */
 static pd_status pdi_sweep_lines(pd_ctx *ctx, const pd_sweep *s, const pdi_sweep_rows *rows, pd_file *file)
 {
     PDI_TRY(pdi_file_text(ctx, file, "run"));
@@ -390,6 +401,7 @@ static pd_status pdi_sweep_lines(pd_ctx *ctx, const pd_sweep *s, const pdi_sweep
     return PD_OK;
 }
 
+/* Write sweep.csv. */
 static pd_status pdi_sweep_table(pd_ctx *ctx, const pd_sweep *s, const pdi_sweep_rows *rows)
 {
     char path[PD_PATH_SIZE];
@@ -405,7 +417,7 @@ static pd_status pdi_sweep_table(pd_ctx *ctx, const pd_sweep *s, const pdi_sweep
 
 /* ---- plot ---- */
 
-/* Curves of the plot, each two columns of its length. */
+/* Loss curves of the plot: data[k] holds the times, then the losses. */
 typedef struct pdi_sweep_curves {
     pd_plot plot;
     double *data[PD_PLOT_SERIES];
@@ -413,7 +425,7 @@ typedef struct pdi_sweep_curves {
     char label[PD_PLOT_SERIES][PD_SWEEP_AXES * PD_SWEEP_VALUE];
 } pdi_sweep_curves;
 
-/* The volume loss [%] of a run over time [h]; a run without a table leaves none. */
+/* Add the volume loss [%] of a run over time [h] to the plot; none for a run without a table. */
 static pd_status pdi_sweep_curve(pd_ctx *ctx, const pd_sweep *s, int index, pdi_sweep_curves *c)
 {
     char folder[PD_PATH_SIZE], path[PD_PATH_SIZE], label[PD_SWEEP_AXES * PD_SWEEP_VALUE];
@@ -451,7 +463,7 @@ static pd_status pdi_sweep_curve(pd_ctx *ctx, const pd_sweep *s, int index, pdi_
     return PD_OK;
 }
 
-/* With more runs than curves fit in, evenly chosen ones. */
+/* Draw the loss curves; with too many runs, evenly chosen ones. */
 static pd_status pdi_sweep_draw(pd_ctx *ctx, const pd_sweep *s, pdi_sweep_curves *c)
 {
     char path[PD_PATH_SIZE], title[PD_SETUP_NAME + 64];
@@ -468,6 +480,7 @@ static pd_status pdi_sweep_draw(pd_ctx *ctx, const pd_sweep *s, pdi_sweep_curves
     return pd_plot_write(ctx, path, &c->plot);
 }
 
+/* Write sweep.png, if metal dissolves. */
 static pd_status pdi_sweep_plot(pd_ctx *ctx, const pd_sweep *s)
 {
     pdi_sweep_curves *c = NULL;

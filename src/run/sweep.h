@@ -1,4 +1,4 @@
-/* sweep: one scene for every combination of a few values: a folder for each run, one table and one plot for all.
+/* sweep: parameter study: one run of a scene for every combination of a few values, a folder each, one table and plot.
  *
  *   const char *axes[] = {"mean=0.01, 0.05, 0.2 m/s", "h = 10 um, 20 um"};
  *   pd_sweep_build(&ctx, &desc, &sweep);    every run's scene is read here, so a bad value fails before any run
@@ -28,20 +28,22 @@ typedef struct pd_sweep_desc {
     const char *folder;             /* of the table; runs are below it. NULL: that of the scene */
 } pd_sweep_desc;
 
+/* A swept parameter and its values. */
 typedef struct pd_sweep_axis {
     char name[PD_SWEEP_VALUE];  /* the key, with the unit in brackets when all values share one */
     char *text;                 /* [count][PD_SWEEP_VALUE] "key=value" */
     int count;
-    int bare;                   /* [byte] of the unit at the end of values, which the table leaves out */
+    int bare;                   /* [byte] length of the unit at the end of values, which the table leaves out */
 } pd_sweep_axis;
 
+/* A parameter study. */
 typedef struct pd_sweep {
     pd_sweep_desc desc;
     pd_sweep_axis axis[PD_SWEEP_AXES]; /* the last one changes fastest */
     int axes, runs;
     char name[PD_SETUP_NAME];
     char folder[PD_PATH_SIZE];
-    int loses;                  /* 1: metal goes, so that there are curves */
+    int loses;                  /* 1: metal dissolves, so that there are loss curves */
 } pd_sweep;
 
 /* How many runs ended how. */
