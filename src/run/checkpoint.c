@@ -6,18 +6,18 @@
 #define PDI_CHECKPOINT_SCENE (1 << 24) /* [byte] largest text of a scene */
 
 /* Store the text of the scene, or compare it with that of the checkpoint. PD_ERR_ARGUMENT: they differ. */
-static pd_status pdi_checkpoint_scene(pd_ctx *ctx, const pd_setup *u, pd_archive *archive)
+static pd_status pdi_checkpoint_scene(pd_ctx *ctx, const pd_setup *setup, pd_archive *archive)
 {
-    int64_t size = (int64_t)u->fingerprint_size;
+    int64_t size = (int64_t)setup->fingerprint_size;
     char *kept = NULL;
     PDI_TRY(PDI_KEEP(ctx, archive, "size of the scene", &size, 1));
-    if (!archive->reading) return PDI_KEEP(ctx, archive, "scene", u->fingerprint, size);
+    if (!archive->reading) return PDI_KEEP(ctx, archive, "scene", setup->fingerprint, size);
     if (size < 0 || size > PDI_CHECKPOINT_SCENE)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, archive->name, "it keeps a scene of %.0f bytes, expected at most %d",
                         (double)size, PDI_CHECKPOINT_SCENE);
     PDI_TRY(PDI_NEW(ctx, "checkpoint", size + 1, kept));
     pd_status status = PDI_KEEP(ctx, archive, "scene", kept, size);
-    if (status == PD_OK) status = pdi_fingerprint_compare(ctx, u, kept, archive->name);
+    if (status == PD_OK) status = pdi_fingerprint_compare(ctx, setup, kept, archive->name);
     PDI_DELETE(ctx, size + 1, kept);
     return status;
 }

@@ -7,10 +7,10 @@
 #define PDI_DEPLETION_NONE 255
 
 /* The last metal shape that x lies in. */
-static uint8_t pdi_depletion_piece(const pd_setup *u, const double *x)
+static uint8_t pdi_depletion_piece(const pd_setup *setup, const double *x)
 {
-    for (int k = u->pieces; k-- > 0;)
-        if (pdi_shape_has(u->shape, u->piece[k].shape, u->h, x)) return (uint8_t)k;
+    for (int k = setup->pieces; k-- > 0;)
+        if (pdi_shape_has(setup->shape, setup->piece[k].shape, setup->h, x)) return (uint8_t)k;
     return PDI_DEPLETION_NONE;
 }
 

@@ -75,17 +75,17 @@ static pd_status pdi_estimate_coarser(pd_ctx *ctx, const pd_run_desc *desc, pd_e
 /* ---- orders and errors ---- */
 
 /* Formal order of convergence of an output: 1 where dissolution or upwinding decides, else 2. */
-static double pdi_estimate_theory(const pd_setup *u, const pd_figure *f)
+static double pdi_estimate_theory(const pd_setup *setup, const pd_figure *f)
 {
     int carried = strstr(f->unit, "mol") || strcmp(f->section, "transfer") == 0 || strcmp(f->section, "scene") == 0;
-    return carried && (u->has_dissolve || (u->has_flow && u->advection == PD_ADVECTION_UPWIND)) ? 1.0 : 2.0;
+    return carried && (setup->has_dissolve || (setup->has_flow && setup->advection == PD_ADVECTION_UPWIND)) ? 1.0 : 2.0;
 }
 
 /* Observed order and Richardson error of one output, or those by the formal order. */
-static void pdi_estimate_judge(const pd_setup *u, pd_estimated *e)
+static void pdi_estimate_judge(const pd_setup *setup, pd_estimated *e)
 {
     double value = e->figure.value, near_step = e->coarser[0] - value, far_step = e->coarser[1] - e->coarser[0];
-    double noise = PDI_ESTIMATE_NOISE * fabs(value), theory = pdi_estimate_theory(u, &e->figure);
+    double noise = PDI_ESTIMATE_NOISE * fabs(value), theory = pdi_estimate_theory(setup, &e->figure);
     double order = log(far_step / near_step) / log(2.0), step = fabs(near_step);
     e->assumed = !(order >= PDI_ESTIMATE_LEAST) || !(order <= PDI_ESTIMATE_MOST) || !(step > noise);
     e->order = e->assumed ? theory : order;

@@ -47,10 +47,10 @@ static pd_status pdi_figures_field(pd_ctx *ctx, const pd_model *model, const pd_
 }
 
 /* 1: the field is smooth in the fluid, so that it may be compared and extrapolated between lattices (pH, solutes). */
-static int pdi_figures_smooth(const pd_setup *u, int field)
+static int pdi_figures_smooth(const pd_setup *setup, int field)
 {
-    int species = pdi_setup_field_species(u, field);
-    return field == PD_FIELD_PH || (species >= 0 && u->electrolyte.species[species].phase == PD_PHASE_SOLUTE);
+    int species = pdi_setup_field_species(setup, field);
+    return field == PD_FIELD_PH || (species >= 0 && setup->electrolyte.species[species].phase == PD_PHASE_SOLUTE);
 }
 
 /* Append the values of a probe, those of flow and concentration first. */

@@ -204,57 +204,57 @@ static pd_status pdi_fit_evaluate(pd_ctx *ctx, void *user, const double *value, 
 /* ---- points ---- */
 
 /* Check that points have positive standard deviations, all or none of the sets; *known: 1: they have. */
-static pd_status pdi_fit_spreads(pd_ctx *ctx, const pd_setup *u, int *known)
+static pd_status pdi_fit_spreads(pd_ctx *ctx, const pd_setup *setup, int *known)
 {
     int with = 0;
-    for (int k = 0; k < u->records; k++) {
-        const pd_setup_record *r = &u->record[k];
+    for (int k = 0; k < setup->records; k++) {
+        const pd_setup_record *r = &setup->record[k];
         with += r->spread != NULL;
         for (int p = 0; p < r->points && r->spread; p++)
-            if (pdi_read_measured_counts(r, p, u->until) && !(r->spread[p] > 0.0))
+            if (pdi_read_measured_counts(r, p, setup->until) && !(r->spread[p] > 0.0))
                 return pdi_fail(ctx, PD_ERR_ARGUMENT, "fit", "found a spread of 0 in %.60s at t = %g s, expected a "
                                 "positive one: points weigh by it", r->name, r->time[p]);
     }
     *known = with > 0;
-    if (with == 0 && u->records == 1) return PD_OK;
-    if (with == u->records) return PD_OK;
+    if (with == 0 && setup->records == 1) return PD_OK;
+    if (with == setup->records) return PD_OK;
     return pdi_fail(ctx, PD_ERR_ARGUMENT, "fit", "found %d of %d sets of points with a spread, expected it in all: "
-                    "points of different figures weigh by it", with, u->records);
+                    "points of different figures weigh by it", with, setup->records);
 }
 
 /* Collect measured values and weights of points after the start and before the end of the run. */
-static void pdi_fit_gather(pdi_fit *f, const pd_setup *u)
+static void pdi_fit_gather(pdi_fit *f, const pd_setup *setup)
 {
     int at = 0, count = 0;
-    for (int k = 0; k < u->records; k++) {
-        const pd_setup_record *r = &u->record[k];
+    for (int k = 0; k < setup->records; k++) {
+        const pd_setup_record *r = &setup->record[k];
         for (int p = 0; p < r->points; p++, at++) {
-            if (!pdi_read_measured_counts(r, p, u->until)) continue;
+            if (!pdi_read_measured_counts(r, p, setup->until)) continue;
             f->data[count] = r->value[p];
             f->weight[count] = 1.0 / (r->spread ? r->spread[p] : r->scale);
             f->place[count++] = at;
         }
     }
     f->fit->points = count;
-    f->fit->records = u->records;
-    memcpy(f->fit->figure, u->record[0].figure, sizeof f->fit->figure);
-    memcpy(f->fit->unit, u->record[0].unit, sizeof f->fit->unit);
-    memcpy(f->fit->name, u->name, sizeof f->fit->name);
+    f->fit->records = setup->records;
+    memcpy(f->fit->figure, setup->record[0].figure, sizeof f->fit->figure);
+    memcpy(f->fit->unit, setup->record[0].unit, sizeof f->fit->unit);
+    memcpy(f->fit->name, setup->name, sizeof f->fit->name);
 }
 
 /* Check the measured points and allocate work. */
-static pd_status pdi_fit_prepare(pdi_fit *f, const pd_setup *u)
+static pd_status pdi_fit_prepare(pdi_fit *f, const pd_setup *setup)
 {
-    PDI_TRY(pdi_fit_spreads(f->ctx, u, &f->fit->known));
-    for (int k = 0; k < u->records; k++) f->all += u->record[k].points;
+    PDI_TRY(pdi_fit_spreads(f->ctx, setup, &f->fit->known));
+    for (int k = 0; k < setup->records; k++) f->all += setup->record[k].points;
     PDI_TRY(PDI_NEW(f->ctx, "fit", f->all, f->computed));
     PDI_TRY(PDI_NEW(f->ctx, "fit", f->all, f->data));
     PDI_TRY(PDI_NEW(f->ctx, "fit", f->all, f->weight));
     PDI_TRY(PDI_NEW(f->ctx, "fit", f->all, f->place));
     PDI_TRY(PDI_NEW(f->ctx, "fit", f->all, f->best));
     PDI_TRY(PDI_NEW(f->ctx, "fit", 1, f->coarser));
-    pdi_fit_gather(f, u);
-    f->fit->h = u->h[0];
+    pdi_fit_gather(f, setup);
+    f->fit->h = setup->h[0];
     if (f->fit->points >= f->fit->parameters) return PD_OK;
     return pdi_fail(f->ctx, PD_ERR_ARGUMENT, "fit", "found %d point%s for %d parameters, expected as many at least",
                     f->fit->points, f->fit->points == 1 ? "" : "s", f->fit->parameters);

@@ -44,41 +44,41 @@ static double pdi_footprint_bonds(double m)
 }
 
 /* 1: x lies within near_to cells of a wall or inlet side, where its family is truncated. */
-static int pdi_footprint_beside(const pd_setup *u, const double *x, double near_to)
+static int pdi_footprint_beside(const pd_setup *setup, const double *x, double near_to)
 {
     for (int d = 0; d < PD_DIM; d++)
         for (int end = 0; end < 2; end++) {
-            pd_side kind = u->side[2 * d + end].kind;
-            double away = end ? u->hi[d] - x[d] : x[d] - u->lo[d];
-            if ((kind == PD_SIDE_WALL || kind == PD_SIDE_INLET) && away < near_to * u->h[d]) return 1;
+            pd_side kind = setup->side[2 * d + end].kind;
+            double away = end ? setup->hi[d] - x[d] : x[d] - setup->lo[d];
+            if ((kind == PD_SIDE_WALL || kind == PD_SIDE_INLET) && away < near_to * setup->h[d]) return 1;
         }
     return 0;
 }
 
 /* [m] Signed distance of x from metal and walls, negative within them. */
-static double pdi_footprint_away(const pd_setup *u, const double *x)
+static double pdi_footprint_away(const pd_setup *setup, const double *x)
 {
     double away = HUGE_VAL;
-    if (u->wall >= 0) away = pd_shape_distance(u->shape, u->wall, x);
-    if (u->solid >= 0) away = pdi_min(away, pd_shape_distance(u->shape, u->solid, x));
+    if (setup->wall >= 0) away = pd_shape_distance(setup->shape, setup->wall, x);
+    if (setup->solid >= 0) away = pdi_min(away, pd_shape_distance(setup->shape, setup->solid, x));
     return away;
 }
 
 /* 1: the family of fluid place x, at distance `away` [m] from metal and walls, is truncated by them: by the distance,
  * or, with unequal spacings, by steps along the axes. */
-static int pdi_footprint_cuts(const pd_setup *u, const double *x, double away, double reach)
+static int pdi_footprint_cuts(const pd_setup *setup, const double *x, double away, double reach)
 {
-    double least = u->h[0], most = u->h[0];
+    double least = setup->h[0], most = setup->h[0];
     for (int d = 1; d < PD_DIM; d++) {
-        least = pdi_min(least, u->h[d]);
-        most = pdi_max(most, u->h[d]);
+        least = pdi_min(least, setup->h[d]);
+        most = pdi_max(most, setup->h[d]);
     }
     if (!(away < reach * most)) return 0;
     for (int step = -(int)reach; step <= (int)reach && most > least; step++)
         for (int d = 0; d < PD_DIM; d++) {
             double at[PD_DIM];
-            for (int a = 0; a < PD_DIM; a++) at[a] = x[a] + (a == d ? step * u->h[a] : 0.0);
-            if (pdi_footprint_away(u, at) < 0.0) return 1;
+            for (int a = 0; a < PD_DIM; a++) at[a] = x[a] + (a == d ? step * setup->h[a] : 0.0);
+            if (pdi_footprint_away(setup, at) < 0.0) return 1;
         }
     return !(most > least);
 }
@@ -133,38 +133,38 @@ static double pdi_footprint_any(void *user, const double *x)
 }
 
 /* Set the sizes of grid, stencils and bonds in the plan. */
-static void pdi_footprint_describe(const pd_setup *u, const pd_footprint *b, pdi_footprint_plan *plan)
+static void pdi_footprint_describe(const pd_setup *setup, const pd_footprint *b, pdi_footprint_plan *plan)
 {
     pd_grid *grid = &plan->grid;
     double nodes = b->nodes;
-    int reach = pdi_setup_layers(u);
+    int reach = pdi_setup_layers(setup);
     memset(plan, 0, sizeof *plan);
     pd_ctx_init(&plan->ctx);
     grid->ghost = reach;
     for (int d = PD_DIM - 1; d >= 0; d--) {
-        double cells = floor((u->hi[d] - u->lo[d]) / u->h[d] + 0.5), fewer = cells;
+        double cells = floor((setup->hi[d] - setup->lo[d]) / setup->h[d] + 0.5), fewer = cells;
         if (nodes > PDI_FOOTPRINT_NODES) fewer = pdi_max(floor(cells * PDI_FOOTPRINT_NODES / nodes), 1.0);
         nodes *= (fewer + 2.0 * reach) / (cells + 2.0 * reach);
         grid->n[d] = (int)fewer;
         grid->np[d] = grid->n[d] + 2 * reach;
-        grid->h[d] = u->h[d];
+        grid->h[d] = setup->h[d];
     }
     grid->total = 1;
     for (int d = 0; d < PD_DIM; d++) {
         grid->stride[d] = grid->total;
         grid->total *= grid->np[d];
     }
-    for (int s = 0; s < 2 * PD_DIM; s++) grid->side[s] = u->side[s].kind;
+    for (int s = 0; s < 2 * PD_DIM; s++) grid->side[s] = setup->side[s].kind;
     plan->times = b->nodes / grid->total;
     grid->fluid_count = (int64_t)(b->fluid / plan->times);
-    grid->solid = u->solid;
-    grid->solid_count = u->solid >= 0 ? (int64_t)(b->solid / plan->times) + 1 : 0;
+    grid->solid = setup->solid;
+    grid->solid_count = setup->solid >= 0 ? (int64_t)(b->solid / plan->times) + 1 : 0;
     plan->stencil.count = (int)b->bonds;
-    plan->stencil.reach = (int)ceil(u->m + 0.5) - 1;
-    plan->across.count = (int)pdi_footprint_bonds(u->metal_m);
+    plan->stencil.reach = (int)ceil(setup->m + 0.5) - 1;
+    plan->across.count = (int)pdi_footprint_bonds(setup->metal_m);
     plan->bonds.stencil = &plan->stencil;
     plan->bonds.grid = grid;
-    plan->bonds.options = pdi_setup_bonds(u);
+    plan->bonds.options = pdi_setup_bonds(setup);
     plan->bonds.paths.words = (plan->stencil.count + 31) / 32;
     plan->bonds.capacity = (int32_t)(1.25 * b->cut / plan->times);
     plan->bonds.spans.total = grid->total;
@@ -223,14 +223,14 @@ static void pdi_footprint_lattice(int surfaces, pdi_footprint_plan *plan, pd_foo
 }
 
 /* [byte] Memory of the implicit flow solver (steady or in time): Jacobian, multigrids, scratch. */
-static double pdi_footprint_steady(const pd_setup *u, pdi_footprint_plan *plan, pd_footprint *b)
+static double pdi_footprint_steady(const pd_setup *setup, pdi_footprint_plan *plan, pd_footprint *b)
 {
     pd_steady steady;
     pd_implicit implicit;
     memset(&steady, 0, sizeof steady);
     memset(&implicit, 0, sizeof implicit);
     steady.flow = implicit.flow = &plan->flow;
-    steady.timed = u->motion == PD_MOTION_IMPLICIT;
+    steady.timed = setup->motion == PD_MOTION_IMPLICIT;
     pdi_steady_plan(&plan->ctx, &steady);
     double bytes = pdi_footprint_list(plan, pdi_steady_list, &steady);
     bytes += pdi_footprint_list(plan, pdi_jacobian_list, &steady.jacobian);
@@ -245,10 +245,10 @@ static double pdi_footprint_steady(const pd_setup *u, pdi_footprint_plan *plan, 
 }
 
 /* Order of the flow discretisation, 4 where the run will use it or may, else 2. */
-static int pdi_footprint_order(const pd_setup *u, const pd_grid *grid)
+static int pdi_footprint_order(const pd_setup *setup, const pd_grid *grid)
 {
-    if (u->flow_order) return u->flow_order;
-    if (u->m > 1.0 || u->axisymmetric || u->shapes || u->motion != PD_MOTION_STEADY) return 2;
+    if (setup->flow_order) return setup->flow_order;
+    if (setup->m > 1.0 || setup->axisymmetric || setup->shapes || setup->motion != PD_MOTION_STEADY) return 2;
     return pdi_sharp_closed(grid->side) ? 4 : 2;
 }
 
@@ -273,38 +273,38 @@ static void pdi_footprint_flow(const pd_setup *u, pdi_footprint_plan *plan, pd_f
 }
 
 /* Add the memory of the gas. */
-static void pdi_footprint_gas(const pd_setup *u, pdi_footprint_plan *plan, pd_footprint *b)
+static void pdi_footprint_gas(const pd_setup *setup, pdi_footprint_plan *plan, pd_footprint *b)
 {
     pd_gas gas;
-    if (!u->has_gas) return;
+    if (!setup->has_gas) return;
     memset(&gas, 0, sizeof gas);
     gas.grid = &plan->grid;
     gas.rows = (int32_t)(b->cut / plan->times);
-    gas.desc.order = u->gas_order;
+    gas.desc.order = setup->gas_order;
     b->bytes[PD_PART_GAS] = pdi_footprint_list(plan, pdi_gas_list, &gas);
 }
 
 /* Add the memory of transport. */
-static void pdi_footprint_transport(const pd_setup *u, pdi_footprint_plan *plan, pd_footprint *b)
+static void pdi_footprint_transport(const pd_setup *setup, pdi_footprint_plan *plan, pd_footprint *b)
 {
     double *bytes = &b->bytes[PD_PART_TRANSPORT];
-    int medium = u->medium >= 0;
+    int medium = setup->medium >= 0;
     pd_transport t;
     pd_two_stage two_stage;
-    if (!u->has_transport) return;
+    if (!setup->has_transport) return;
     memset(&t, 0, sizeof t);
     memset(&two_stage, 0, sizeof two_stage);
     t.grid = &plan->grid;
     t.bonds = t.flux.bonds = t.limiter.bonds = t.diffusion.bonds = &plan->bonds;
-    t.desc.advection = u->advection;
-    if (u->has_flow) t.flow = t.flux.flow = &plan->flow;
+    t.desc.advection = setup->advection;
+    if (setup->has_flow) t.flow = t.flux.flow = &plan->flow;
     if (medium) t.desc.field = t.diffusion.media.level = pdi_footprint_any;
-    t.desc.given = u->has_corrode && u->activation && !u->has_flow;
+    t.desc.given = setup->has_corrode && setup->activation && !setup->has_flow;
     if (t.desc.given) {
         *bytes = pdi_footprint_list(plan, pdi_transport_list, &t);
         return;
     }
-    if (pdi_wall_holds(u)) t.diffusion.desc.held = pdi_footprint_any;
+    if (pdi_wall_holds(setup)) t.diffusion.desc.held = pdi_footprint_any;
     t.diffusion.desc.smooth = !pdi_transport_limits(&t);
     t.diffusion.media.grid = &plan->grid;
     t.diffusion.media.stencil = &plan->stencil;
@@ -316,7 +316,7 @@ static void pdi_footprint_transport(const pd_setup *u, pdi_footprint_plan *plan,
     pdi_transport_plan(&plan->ctx, &t);
     *bytes = pdi_footprint_list(plan, pdi_transport_list, &t);
     *bytes += pdi_footprint_arena(plan, pdi_transport_room(&t));
-    if (!u->has_flow) b->working += PDI_FOOTPRINT_COLUMNS * 2.0 * (medium ? 8.0 : 4.0) * plan->times *
+    if (!setup->has_flow) b->working += PDI_FOOTPRINT_COLUMNS * 2.0 * (medium ? 8.0 : 4.0) * plan->times *
                                     (double)t.krylov.length;
     t.diffusion.capacity = plan->bonds.capacity;
     t.diffusion.metals = plan->grid.solid_count > 0;
@@ -325,24 +325,24 @@ static void pdi_footprint_transport(const pd_setup *u, pdi_footprint_plan *plan,
     *bytes += pdi_footprint_list(plan, pdi_conductance_list, &t.flux.conductance);
     if (medium) *bytes += pdi_footprint_list(plan, pdi_media_list, &t.diffusion.media);
     if (medium) *bytes += pdi_footprint_list(plan, pdi_media_row_list, &t.diffusion.media);
-    if (!u->has_dissolve) *bytes += pdi_footprint_list(plan, pdi_two_stage_list, &two_stage);
+    if (!setup->has_dissolve) *bytes += pdi_footprint_list(plan, pdi_two_stage_list, &two_stage);
     pdi_footprint_share(plan, pdi_footprint_levels(plan, &t.inverse.mg), b);
 }
 
 /* [byte] Memory of surface states. */
-static double pdi_footprint_states(const pd_setup *u, pdi_footprint_plan *plan, pd_reactive *r)
+static double pdi_footprint_states(const pd_setup *setup, pdi_footprint_plan *plan, pd_reactive *r)
 {
     pd_coat coat;
     memset(&coat, 0, sizeof coat);
-    if (!u->states) return 0.0;
+    if (!setup->states) return 0.0;
     coat.reactive = r;
-    pdi_surfaces_reads(u, r, &coat.desc);
+    pdi_surfaces_reads(setup, r, &coat.desc);
     pdi_coat_columns(&coat);
     return pdi_footprint_list(plan, pdi_coat_list, &coat);
 }
 
 /* Add the memory of the species: reactive transport, surface solver, time integrator, surface states. */
-static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan, pd_footprint *b)
+static void pdi_footprint_chemistry(const pd_setup *setup, pdi_footprint_plan *plan, pd_footprint *b)
 {
     double *bytes = &b->bytes[PD_PART_CHEMISTRY];
     pd_reactive_filter filter[PD_REACTION_MOST + PD_MINERAL_MOST];
@@ -352,19 +352,19 @@ static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan,
     pd_etch etch;
     pd_coat coat;
     double mark = 0.0;
-    if (!u->has_chemistry) return;
+    if (!setup->has_chemistry) return;
     memset(&r, 0, sizeof r);
     memset(&course, 0, sizeof course);
     memset(filter, 0, sizeof filter);
-    pdi_setup_reactive(u, &r.desc);
+    pdi_setup_reactive(setup, &r.desc);
     if (pdi_reactive_system(&plan->ctx, &r.desc, &r) < 0) return; /* the model says why */
     r.grid = &plan->grid;
     r.bonds = r.flux.bonds = r.diffusion.bonds = &plan->bonds;
-    if (u->has_flow) r.flow = r.flux.flow = &plan->flow;
+    if (setup->has_flow) r.flow = r.flux.flow = &plan->flow;
     r.flux.conductance.bonds = &plan->bonds;
     r.flux.conductance.capacity = plan->bonds.capacity;
-    r.flux.conductance.rests = !u->has_flow;
-    r.migration.on = u->migrates;
+    r.flux.conductance.rests = !setup->has_flow;
+    r.migration.on = setup->migrates;
     r.migration.flux = &r.flux;
     r.filter = filter;
     pdi_reactive_slots(&r);
@@ -372,7 +372,7 @@ static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan,
     *bytes = pdi_footprint_list(plan, pdi_reactive_list, &r);
     *bytes += pdi_footprint_arena(plan, pdi_reactive_room(&r));
     for (int side = 0; side < 2 * PD_DIM; side++)
-        if (u->side[side].steeps) r.diffusion.desc.held = pdi_footprint_any;
+        if (setup->side[side].steeps) r.diffusion.desc.held = pdi_footprint_any;
     r.diffusion.desc.smooth = 1;
     r.diffusion.capacity = plan->bonds.capacity;
     r.diffusion.metals = plan->grid.solid_count > 0;
@@ -380,28 +380,28 @@ static void pdi_footprint_chemistry(const pd_setup *u, pdi_footprint_plan *plan,
     *bytes += pdi_footprint_list(plan, pdi_diffusion_place_list, &r.diffusion);
     *bytes += pdi_footprint_list(plan, pdi_conductance_list, &r.flux.conductance);
     course.reactive = &r;
-    course.desc.settle = u->settle;
+    course.desc.settle = setup->settle;
     memset(&etch, 0, sizeof etch);
-    if (pdi_setup_attacked(u) >= 0 || pdi_setup_polarises(u)) {
+    if (pdi_setup_attacked(setup) >= 0 || pdi_setup_polarises(setup)) {
         etch.reactive = &r;
-        etch.kinds = pdi_setup_apart(u);
-        etch.desc.solid = pdi_setup_attacked(u) >= 0 && u->metals == 1 ? 1.0 : 0.0;
-        if (pdi_setup_polarises(u)) {
-            etch.desc.electrodes.count = u->potential.electrodes;
-            etch.desc.electrodes.circuits = u->potential.electrodes;
-            for (int e = 0; e < u->potential.electrodes; e++)
-                etch.desc.electrodes.shares |= u->potential.electrode[e].shares;
+        etch.kinds = pdi_setup_apart(setup);
+        etch.desc.solid = pdi_setup_attacked(setup) >= 0 && setup->metals == 1 ? 1.0 : 0.0;
+        if (pdi_setup_polarises(setup)) {
+            etch.desc.electrodes.count = setup->potential.electrodes;
+            etch.desc.electrodes.circuits = setup->potential.electrodes;
+            for (int e = 0; e < setup->potential.electrodes; e++)
+                etch.desc.electrodes.shares |= setup->potential.electrode[e].shares;
         }
         course.desc.surface = &etch;
         *bytes += pdi_footprint_list(plan, pdi_etch_list, &etch);
     }
-    course.desc.fed = u->sheds ? &mark : NULL;
-    if (u->cover > 0.0 && u->minerals && u->has_dissolve) {
+    course.desc.fed = setup->sheds ? &mark : NULL;
+    if (setup->cover > 0.0 && setup->minerals && setup->has_dissolve) {
         course.desc.bare = &mark;
         b->bytes[PD_PART_DISSOLVE] += (double)plan->grid.total * sizeof(double);
     }
-    *bytes += pdi_footprint_states(u, plan, &r);
-    if (u->states) course.desc.coat = &coat;
+    *bytes += pdi_footprint_states(setup, plan, &r);
+    if (setup->states) course.desc.coat = &coat;
     *bytes += pdi_footprint_list(plan, pdi_course_list, &course);
     pdi_footprint_share(plan, (1.0 + r.filters) * pdi_footprint_levels(plan, &r.inverse.mg), b);
 }
@@ -414,19 +414,19 @@ static void pdi_footprint_conduct(void *user, double *field)
 }
 
 /* Add the memory of the potential solver. */
-static void pdi_footprint_potential(const pd_setup *u, pdi_footprint_plan *plan, pd_footprint *b)
+static void pdi_footprint_potential(const pd_setup *setup, pdi_footprint_plan *plan, pd_footprint *b)
 {
-    const pd_setup_potential *e = &u->potential;
+    const pd_setup_potential *e = &setup->potential;
     double *bytes = &b->bytes[PD_PART_POTENTIAL];
     pd_dissolve dissolve;
     pd_cell cell;
     size_t room = 0;
-    if (!u->has_potential) return;
+    if (!setup->has_potential) return;
     memset(&cell, 0, sizeof cell);
     memset(&dissolve, 0, sizeof dissolve);
     pd_potential *p = &cell.potential;
     cell.grid = p->grid = &plan->grid;
-    if (u->has_dissolve) cell.dissolve = &dissolve;
+    if (setup->has_dissolve) cell.dissolve = &dissolve;
     if (!(e->conductivity > 0.0)) cell.desc.conduct = pdi_footprint_conduct;
     cell.desc.potential.electrodes = e->electrodes;
     for (int k = 0; k < e->electrodes; k++) p->desc.circuits += e->electrode[k].wire == k;
@@ -454,52 +454,52 @@ static void pdi_footprint_potential(const pd_setup *u, pdi_footprint_plan *plan,
 }
 
 /* Add the memory of grains and of the dissolution. */
-static void pdi_footprint_metal(const pd_setup *u, const pdi_footprint_plan *plan, pd_footprint *b)
+static void pdi_footprint_metal(const pd_setup *setup, const pdi_footprint_plan *plan, pd_footprint *b)
 {
     double *bytes = &b->bytes[PD_PART_DISSOLVE];
     pd_dissolve d;
-    if (u->has_grains) b->bytes[PD_PART_GRAIN] = 12.0 * b->nodes; /* and shares, which do not stay: 4 */
-    if (u->metals > 1) *bytes += b->nodes;
-    if (!u->has_dissolve) return;
+    if (setup->has_grains) b->bytes[PD_PART_GRAIN] = 12.0 * b->nodes; /* and shares, which do not stay: 4 */
+    if (setup->metals > 1) *bytes += b->nodes;
+    if (!setup->has_dissolve) return;
     /* fluid within a horizon of metal, which has at least the surface of a cube */
-    double shell = pdi_min(2.0 * PD_DIM * u->metal_m * pow(b->solid, (PD_DIM - 1.0) / PD_DIM), b->fluid);
+    double shell = pdi_min(2.0 * PD_DIM * setup->metal_m * pow(b->solid, (PD_DIM - 1.0) / PD_DIM), b->fluid);
     memset(&d, 0, sizeof d);
     d.grid = (pd_grid *)&plan->grid; /* only read */
     d.paths.words = (plan->across.count + 31) / 32;
-    d.kinds = u->metals;
+    d.kinds = setup->metals;
     d.capacity = (int32_t)plan->grid.solid_count;
     d.beside_capacity = (int32_t)(1.25 * shell / plan->times); /* there is room for more */
     d.kernel.stencil = &plan->across;
-    d.desc.model = u->has_corrode ? PD_METAL_BONDS : PD_METAL_SURFACE;
-    d.desc.activation = u->activation;
-    d.desc.sheds = u->sheds ? 1 + (pdi_setup_apart(u) > 1) : 0;
-    d.desc.stochastic = u->stochastic;
-    d.desc.repassivation = u->repassivation;
+    d.desc.model = setup->has_corrode ? PD_METAL_BONDS : PD_METAL_SURFACE;
+    d.desc.activation = setup->activation;
+    d.desc.sheds = setup->sheds ? 1 + (pdi_setup_apart(setup) > 1) : 0;
+    d.desc.stochastic = setup->stochastic;
+    d.desc.repassivation = setup->repassivation;
     *bytes += pdi_footprint_list(plan, pdi_dissolve_list, &d) + pdi_footprint_list(plan, pdi_reach_beside_list, &d);
-    if (u->has_corrode) {
+    if (setup->has_corrode) {
         /* metal within a horizon of fluid; there is room for more */
-        double layers = pdi_min(2.0 * PD_DIM * u->metal_m * pow(b->solid, (PD_DIM - 1.0) / PD_DIM), b->solid);
+        double layers = pdi_min(2.0 * PD_DIM * setup->metal_m * pow(b->solid, (PD_DIM - 1.0) / PD_DIM), b->solid);
         d.reach_rows = (int32_t)(1.25 * layers / plan->times);
         *bytes += pdi_footprint_list(plan, pdi_front_list, &d.kernel);
         *bytes += pdi_footprint_list(plan, pdi_reach_list, &d);
     }
-    if (u->passive >= 0) *bytes += b->nodes;
+    if (setup->passive >= 0) *bytes += b->nodes;
 }
 
 /* [byte] Work memory of the mechanical equilibrium solver. */
-static double pdi_footprint_balance(const pd_setup *u, pdi_footprint_plan *plan, pd_structure *s)
+static double pdi_footprint_balance(const pd_setup *setup, pdi_footprint_plan *plan, pd_structure *s)
 {
     pd_solid solid = pdi_structure_table(s);
     pd_interpolation follows;
     pd_equilibrium_desc desc;
     pdi_equilibrium q;
-    double m = u->metal_body.m;
+    double m = setup->metal_body.m;
     memset(&q, 0, sizeof q);
     memset(&desc, 0, sizeof desc);
     follows.count = 0;
-    for (int k = 0; k < u->metal_body.grips; k++)
-        for (int d = 0; d < PD_DIM && u->metal_body.grip[k].side >= 0; d++)
-            follows.count += u->metal_body.grip[k].moves[d];
+    for (int k = 0; k < setup->metal_body.grips; k++)
+        for (int d = 0; d < PD_DIM && setup->metal_body.grip[k].side >= 0; d++)
+            follows.count += setup->metal_body.grip[k].moves[d];
     desc.interpolation = &follows;
     q.solid = &solid;
     q.desc = &desc;
@@ -569,25 +569,25 @@ static double pdi_footprint_material(const pdi_footprint_plan *plan, pd_structur
 }
 
 /* Set the sizes of the bond table of a body on the lattice; it has no more entries than the box. */
-static void pdi_footprint_table(const pd_setup *u, const pdi_footprint_plan *plan, pd_body *body)
+static void pdi_footprint_table(const pd_setup *setup, const pdi_footprint_plan *plan, pd_body *body)
 {
-    double bonds = pdi_footprint_bonds(u->metal_body.m), n[PD_DIM];
+    double bonds = pdi_footprint_bonds(setup->metal_body.m), n[PD_DIM];
     for (int d = 0; d < PD_DIM; d++) n[d] = (double)plan->grid.n[d];
     body->shifts = body->kinds = (int32_t)bonds;
     body->bonds = (int64_t)(bonds * (double)body->count);
-    double places = pdi_body_places(n, floor(u->metal_body.m + 0.5));
+    double places = pdi_body_places(n, floor(setup->metal_body.m + 0.5));
     body->lattice = places + (double)body->count <= 2.0 * (double)body->bonds;
     body->places = body->lattice ? (int64_t)places : body->bonds;
 }
 
 /* [byte] Memory of the interpolation rows of prescribed displacements: two horizons of metal at each such side. */
-static double pdi_footprint_led(const pd_setup *u, const pdi_footprint_plan *plan)
+static double pdi_footprint_led(const pd_setup *setup, const pdi_footprint_plan *plan)
 {
-    double rows = 2.0 * (ceil(u->metal_body.m + 0.5) - 1.0), led = 0.0;
+    double rows = 2.0 * (ceil(setup->metal_body.m + 0.5) - 1.0), led = 0.0;
     pd_grips grips;
     memset(&grips, 0, sizeof grips);
-    for (int k = 0; k < u->metal_body.grips; k++) {
-        const pd_setup_grip *grip = &u->metal_body.grip[k];
+    for (int k = 0; k < setup->metal_body.grips; k++) {
+        const pd_setup_grip *grip = &setup->metal_body.grip[k];
         double share = grip->side >= 0 ? pdi_min(1.0, rows / plan->grid.n[grip->side / 2]) : 0.0;
         for (int d = 0; d < PD_DIM; d++)
             if (grip->moves[d]) led += (double)plan->grid.solid_count * share;
@@ -597,31 +597,31 @@ static double pdi_footprint_led(const pd_setup *u, const pdi_footprint_plan *pla
 }
 
 /* Add the memory of the mechanics of the metal. */
-static void pdi_footprint_solid(const pd_setup *u, pdi_footprint_plan *plan, pd_footprint *b)
+static void pdi_footprint_solid(const pd_setup *setup, pdi_footprint_plan *plan, pd_footprint *b)
 {
     double *bytes = &b->bytes[PD_PART_SOLID];
     pd_structure s;
-    if (!u->has_solid) return;
+    if (!setup->has_solid) return;
     memset(&s, 0, sizeof s);
     s.count = s.body.count = (int32_t)plan->grid.solid_count;
     s.total = plan->grid.total;
-    pdi_footprint_table(u, plan, &s.body);
-    s.desc.material = u->metal_body.material;
-    s.desc.m = u->metal_body.m;
-    s.desc.density = u->metal_body.density;
-    s.desc.elastic.yield = u->metal_body.yield;
+    pdi_footprint_table(setup, plan, &s.body);
+    s.desc.material = setup->metal_body.material;
+    s.desc.m = setup->metal_body.m;
+    s.desc.density = setup->metal_body.density;
+    s.desc.elastic.yield = setup->metal_body.yield;
     pdi_structure_attach(&s);
     s.motion.solid.body = &s.body;
     s.rest.n = (int64_t)s.count * PD_DIM;
-    if (u->metal_body.paces) s.desc.pace = pdi_grip_pace;
+    if (setup->metal_body.paces) s.desc.pace = pdi_grip_pace;
     *bytes = pdi_footprint_list(plan, pdi_structure_list, &s) + pdi_footprint_list(plan, pdi_body_list, &s.body);
-    if (!pdi_structure_moves(&s)) *bytes += pdi_footprint_led(u, plan);
+    if (!pdi_structure_moves(&s)) *bytes += pdi_footprint_led(setup, plan);
     *bytes += pdi_footprint_list(plan, pdi_body_row_list, &s.body);
     *bytes += pdi_footprint_list(plan, pdi_body_table_list, &s.body);
     *bytes += pdi_footprint_material(plan, &s);
     *bytes += pdi_structure_moves(&s) ? pdi_footprint_list(plan, pdi_verlet_list, &s.motion)
                                       : pdi_footprint_list(plan, pdi_quasi_static_list, &s.rest);
-    if (!pdi_structure_moves(&s)) b->balance = pdi_footprint_balance(u, plan, &s);
+    if (!pdi_structure_moves(&s)) b->balance = pdi_footprint_balance(setup, plan, &s);
 }
 
 /* Pixels along an axis for a field of `cells`, about `wanted`; cells are merged beyond `largest`. */
@@ -632,20 +632,20 @@ static double pdi_footprint_pixels(double cells, double wanted, double largest)
 }
 
 /* [byte] Memory of the rendered metal surface in 3D, its mesh taken as large as the surface of the box. */
-static double pdi_footprint_sight(const pd_setup *u)
+static double pdi_footprint_sight(const pd_setup *setup)
 {
     pd_shade s;
     double lo[3] = {0.0, 0.0, 0.0}, hi[3] = {1.0, 1.0, 1.0}, faces = 0.0;
-    if (PD_DIM < 3 || !u->drawing.surface) return 0.0;
+    if (PD_DIM < 3 || !setup->drawing.surface) return 0.0;
     for (int d = 0; d < PD_DIM; d++) {
         int e = (d + 1) % PD_DIM;
-        lo[d] = u->lo[d];
-        hi[d] = u->hi[d];
-        faces += 2.0 * (u->hi[d] - u->lo[d]) / u->h[d] * (u->hi[e] - u->lo[e]) / u->h[e];
+        lo[d] = setup->lo[d];
+        hi[d] = setup->hi[d];
+        faces += 2.0 * (setup->hi[d] - setup->lo[d]) / setup->h[d] * (setup->hi[e] - setup->lo[e]) / setup->h[e];
     }
-    pdi_shade_size(lo, hi, u->drawing.way, u->drawing.width ? u->drawing.width : PD_PICTURE_WIDTH, &s);
+    pdi_shade_size(lo, hi, setup->drawing.way, setup->drawing.width ? setup->drawing.width : PD_PICTURE_WIDTH, &s);
     double pixels = (double)s.width * s.height, image = 6.0 * (s.width + 140.0) * (s.height + 110.0);
-    double sorted = u->drawing.percentile > 0.0 && u->drawing.percentile < 1.0 ? 8.0 * pixels : 0.0;
+    double sorted = setup->drawing.percentile > 0.0 && setup->drawing.percentile < 1.0 ? 8.0 * pixels : 0.0;
     return 7.0 * pixels + sorted + pdi_max(20.0 * pixels + 330.0 * faces, image + PDI_FOOTPRINT_PACK);
 }
 
@@ -691,14 +691,14 @@ static double pdi_footprint_pictures(const pd_setup *u)
 }
 
 /* Add the memory of output: copies of fields, and the largest picture. */
-static void pdi_footprint_output(const pd_setup *u, pd_footprint *b)
+static void pdi_footprint_output(const pd_setup *setup, pd_footprint *b)
 {
     double copies = 0.0;
     for (int k = 0; k < PD_FIELD_COUNT; k++)
-        if (((u->fields >> k) & 1u) && (k == PD_FIELD_C || k == PD_FIELD_D || k == PD_FIELD_RATE ||
+        if (((setup->fields >> k) & 1u) && (k == PD_FIELD_C || k == PD_FIELD_D || k == PD_FIELD_RATE ||
                                         k == PD_FIELD_DENSITY || k == PD_FIELD_P || k >= PD_FIELD_ENERGY))
             copies += k == PD_FIELD_U ? 8.0 * PD_DIM : 8.0;
-    b->files = copies * b->nodes + pdi_footprint_pictures(u);
+    b->files = copies * b->nodes + pdi_footprint_pictures(setup);
 }
 
 void pd_footprint_estimate(const pd_setup *u, pd_footprint *b)

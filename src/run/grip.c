@@ -583,8 +583,8 @@ static double pdi_grip_loaded_area(const pd_grips *g, int k, pdi_grip_resultants
     return area;
 }
 
-/* Add force and moments of the exact traction on all faces of area `face` [m^(d-1)] to w->rest, by the two-point Gauss
- * rule along each axis. */
+/* Add force and moments of the exact traction on all faces of area `face` [m^(d-1)] to the deficit, by the two-point
+ * Gauss rule along each axis. */
 static pd_status pdi_grip_traction_resultants(pd_ctx *ctx, const pd_grips *g, int k, double t, double face,
                                               const pdi_grip_shares *shares, pdi_grip_resultants *w)
 {
@@ -607,8 +607,8 @@ static pd_status pdi_grip_traction_resultants(pd_ctx *ctx, const pd_grips *g, in
     return PD_OK;
 }
 
-/* Subtract force and moments of the nodal loads from w->rest, and add up the Gram matrix of corrections and the moments
- * with depth. */
+/* Subtract force and moments of the nodal loads from the deficit, and add up the Gram matrix of corrections and the
+ * moments with depth. */
 static pd_status pdi_grip_nodal_resultants(pd_ctx *ctx, const pd_grips *g, int k, double t,
                                            const pdi_grip_shares *shares, pdi_grip_resultants *w)
 {
@@ -646,8 +646,8 @@ static int pdi_grip_mirrors(const pd_grips *g, int d, int p)
     return 1;
 }
 
-/* Solve the small linear system for the corrections w->more[d] by Gauss elimination. Basis functions along which the
- * loaded points hardly extend are left out. */
+/* Solve the small linear system for the corrections of component d by Gauss elimination. Basis functions along which
+ * the loaded points hardly extend are left out. */
 static void pdi_grip_solve_correction(const pd_grips *g, int d, pdi_grip_resultants *w)
 {
     double a[1 + PD_DIM][1 + PD_DIM], *rest = w->rest[d], *more = w->more[d];

@@ -226,12 +226,12 @@ static void pdi_images_ends(pd_images *im, pd_field field, double *lo, double *h
 }
 
 /* 1: the colour range is fixed from the start: given, or that of a fraction or of kinds. */
-static int pdi_images_known(const pd_setup *u, pd_field field)
+static int pdi_images_known(const pd_setup *setup, pd_field field)
 {
     if (field == PD_FIELD_COUNT) return 1; /* nothing gives it colours */
-    const double *range = u->drawing.range[field];
+    const double *range = setup->drawing.range[field];
     int shares = field == PD_FIELD_DAMAGE || field == PD_FIELD_BROKEN;
-    return range[0] < range[1] || (shares && !(u->drawing.log >> field & 1u)) || field == PD_FIELD_KIND ||
+    return range[0] < range[1] || (shares && !(setup->drawing.log >> field & 1u)) || field == PD_FIELD_KIND ||
            field == PD_FIELD_PHASE;
 }
 
@@ -257,7 +257,7 @@ typedef struct pdi_images_text {
     char title[PD_SETUP_NAME + PD_UNITS_TEXT + 72], shown[PDI_LABEL_SIZE];
 } pdi_images_text;
 
-/* Write "t = 3 h" into text->shown. */
+/* Write "t = 3 h" into the buffers; returns it. */
 static const char *pdi_images_stamp(double time, pdi_images_text *text)
 {
     char value[PD_UNITS_TEXT], label[PDI_LABEL_SIZE];
@@ -266,7 +266,7 @@ static const char *pdi_images_stamp(double time, pdi_images_text *text)
     return text->shown;
 }
 
-/* Write the title of a picture into text->title. */
+/* Write the title of a picture into the buffers; returns it. */
 static const char *pdi_images_title(const pd_images *im, pd_field field, pdi_images_text *text)
 {
     const pd_setup *u = im->model->setup;
@@ -285,12 +285,12 @@ static const char *pdi_images_title(const pd_images *im, pd_field field, pdi_ima
 }
 
 /* Colour map of a field: given, diverging for signed ones, sequential, or labels. */
-static pd_map pdi_images_map(const pd_setup *u, pd_field field)
+static pd_map pdi_images_map(const pd_setup *setup, pd_field field)
 {
     int sides = field == PD_FIELD_P || field == PD_FIELD_PRESSURE || pdi_setup_field_stress(field);
     if (pdi_setup_field_numbered(field)) return PD_MAP_LABELS;
-    if (u->drawing.map[field]) return (pd_map)(u->drawing.map[field] - 1);
-    return sides && !(u->drawing.log >> field & 1u) ? PD_MAP_DIVERGING : PD_MAP_SEQUENTIAL;
+    if (setup->drawing.map[field]) return (pd_map)(setup->drawing.map[field] - 1);
+    return sides && !(setup->drawing.log >> field & 1u) ? PD_MAP_DIVERGING : PD_MAP_SEQUENTIAL;
 }
 
 /* Colour range *lo, *hi: given, 0 to 1 for fractions, or that of all frames. */

@@ -289,17 +289,17 @@ static double pdi_inlet_faces(const pd_grid *grid, int side)
 }
 
 /* Does any boundary value of the fluid or body force depend on time? 1 or 0. */
-static int pdi_inlet_timed(const pd_setup *u)
+static int pdi_inlet_timed(const pd_setup *setup)
 {
     int timed = 0;
     for (int side = 0; side < 2 * PD_DIM; side++) {
-        const pd_setup_side *s = &u->side[side];
+        const pd_setup_side *s = &setup->side[side];
         timed = timed || pdi_setup_timed(&s->stream) || pdi_setup_timed(&s->entering) || pdi_setup_timed(&s->held);
         for (int d = 0; d < PD_DIM; d++)
             timed = timed || pdi_setup_timed(&s->velocity[d]) || pdi_setup_timed(&s->slide[d]);
     }
-    for (int k = 0; k < u->wall_count; k++) timed = timed || pdi_setup_timed(&u->walls[k].held);
-    for (int d = 0; d < PD_DIM; d++) timed = timed || pdi_setup_timed(&u->body[d]);
+    for (int k = 0; k < setup->wall_count; k++) timed = timed || pdi_setup_timed(&setup->walls[k].held);
+    for (int d = 0; d < PD_DIM; d++) timed = timed || pdi_setup_timed(&setup->body[d]);
     return timed;
 }
 

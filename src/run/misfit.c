@@ -39,16 +39,16 @@ static double pdi_misfit_whole(const pd_grid *grid, const double *x, const doubl
 
 /* Fraction of a subcell inside metal k, as if its surface were a plane along a face: exact for planes along the
  * lattice, and in the mean over subcells for others. */
-static double pdi_misfit_fraction(const pd_setup *u, int k, const double *x, const double *size, double level)
+static double pdi_misfit_fraction(const pd_setup *setup, int k, const double *x, const double *size, double level)
 {
     double at[PD_DIM], normal[PD_DIM], across = 0.0;
     memcpy(at, x, sizeof at);
     for (int d = 0; d < PD_DIM; d++) {
         double step = PDI_MISFIT_STEP * size[d];
         at[d] = x[d] + step;
-        normal[d] = pdi_misfit_level(u, k, at);
+        normal[d] = pdi_misfit_level(setup, k, at);
         at[d] = x[d] - step;
-        normal[d] = (normal[d] - pdi_misfit_level(u, k, at)) / (2.0 * step);
+        normal[d] = (normal[d] - pdi_misfit_level(setup, k, at)) / (2.0 * step);
         at[d] = x[d];
     }
     for (int d = 0; d < PD_DIM; d++) across += fabs(normal[d]) * size[d];

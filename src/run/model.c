@@ -10,38 +10,38 @@
 #define PDI_MODEL_CORRODE 1e-9
 
 /* Stencil of the peridynamic family with horizon m cells on the spacing of the setup. */
-static pd_status pdi_model_stencil(pd_ctx *ctx, const pd_setup *u, double m, pd_stencil *stencil)
+static pd_status pdi_model_stencil(pd_ctx *ctx, const pd_setup *setup, double m, pd_stencil *stencil)
 {
     pd_stencil_desc family;
     memset(&family, 0, sizeof family);
     family.m = m;
-    if (u->has_corrode) family.weights = u->weights;
-    for (int d = 0; d < PD_DIM; d++) family.h[d] = u->h[d];
+    if (setup->has_corrode) family.weights = setup->weights;
+    for (int d = 0; d < PD_DIM; d++) family.h[d] = setup->h[d];
     return pd_stencil_build(ctx, &family, stencil);
 }
 
 /* Tolerance of the iterations on limited fluxes, over rtol of the time step. */
 #define PDI_MODEL_LIMITED 0.0025
 
-PDI_FN pd_status pdi_model_grid(pd_ctx *ctx, const pd_setup *u, int *line, pd_stencil *stencil, pd_grid *grid)
+PDI_FN pd_status pdi_model_grid(pd_ctx *ctx, const pd_setup *setup, int *line, pd_stencil *stencil, pd_grid *grid)
 {
     pd_grid_desc box;
     memset(&box, 0, sizeof box);
-    box.ghost = pdi_setup_layers(u);
+    box.ghost = pdi_setup_layers(setup);
     for (int d = 0; d < PD_DIM; d++) {
-        box.lo[d] = u->lo[d];
-        box.hi[d] = u->hi[d];
+        box.lo[d] = setup->lo[d];
+        box.hi[d] = setup->hi[d];
     }
-    for (int s = 0; s < 2 * PD_DIM; s++) box.side[s] = u->side[s].kind;
-    box.shapes = u->shapes ? u->shape : NULL;
-    box.axisymmetric = u->axisymmetric;
-    if (u->solid >= 0) box.solid = &u->shape[u->solid];
-    if (u->wall >= 0) box.wall = &u->shape[u->wall];
+    for (int s = 0; s < 2 * PD_DIM; s++) box.side[s] = setup->side[s].kind;
+    box.shapes = setup->shapes ? setup->shape : NULL;
+    box.axisymmetric = setup->axisymmetric;
+    if (setup->solid >= 0) box.solid = &setup->shape[setup->solid];
+    if (setup->wall >= 0) box.wall = &setup->shape[setup->wall];
     for (int s = 0; s < 2 * PD_DIM; s++)
-        if (u->side[s].open) box.entry = pdi_inlet_enters;
-    box.entry_user = (void *)u; /* only read */
-    PDI_TRY(pdi_model_stencil(ctx, u, u->m, stencil));
-    if (u->shape_line) *line = u->shape_line; /* what the lattice refuses are shapes */
+        if (setup->side[s].open) box.entry = pdi_inlet_enters;
+    box.entry_user = (void *)setup; /* only read */
+    PDI_TRY(pdi_model_stencil(ctx, setup, setup->m, stencil));
+    if (setup->shape_line) *line = setup->shape_line; /* what the lattice refuses are shapes */
     return pd_grid_build(ctx, stencil, &box, grid);
 }
 
@@ -288,11 +288,11 @@ static pd_status pdi_model_surfaces(pd_ctx *ctx, pd_model *m)
 }
 
 /* 1: currents are solved before each species step: conductivity, surface states or mineral coverage depend on them. */
-static int pdi_model_alters(const pd_setup *u)
+static int pdi_model_alters(const pd_setup *setup)
 {
-    int covers = u->cover > 0.0 && u->minerals && pdi_electrodes_timed(u);
-    int alters = !(u->potential.conductivity > 0.0) || u->states > 0 || covers;
-    return u->has_potential && u->has_chemistry && !u->migrates && alters;
+    int covers = setup->cover > 0.0 && setup->minerals && pdi_electrodes_timed(setup);
+    int alters = !(setup->potential.conductivity > 0.0) || setup->states > 0 || covers;
+    return setup->has_potential && setup->has_chemistry && !setup->migrates && alters;
 }
 
 /* 1: rate laws of metal depend on currents or potentials of the potential solver. */
@@ -304,10 +304,10 @@ static int pdi_model_electric(const pd_setup *u)
 }
 
 /* 1: the species solve currents in each of their own steps; else they use those of the metal's step. */
-static int pdi_model_brings(const pd_setup *u)
+static int pdi_model_brings(const pd_setup *setup)
 {
-    int timed = u->has_potential && !u->migrates && pdi_electrodes_timed(u);
-    return pdi_model_alters(u) || (timed && !pdi_model_electric(u));
+    int timed = setup->has_potential && !setup->migrates && pdi_electrodes_timed(setup);
+    return pdi_model_alters(setup) || (timed && !pdi_model_electric(setup));
 }
 
 /* Solve the potential at time t [s]. user: the pd_cell. */
@@ -480,11 +480,11 @@ static pd_status pdi_model_bonds(pd_ctx *ctx, pd_model *m, pd_dissolve_desc *des
 }
 
 /* 1: rate laws depend on the current density and on no other factor, so that Faraday's law can hold exactly. */
-static int pdi_model_faraday(const pd_setup *u, const pd_dissolve_desc *desc)
+static int pdi_model_faraday(const pd_setup *setup, const pd_dissolve_desc *desc)
 {
     int sees = 0;
-    for (int k = 0; k < u->metals; k++) sees |= (int)(u->metal[k].rate.uses >> PDI_SETUP_CURRENT & 1u);
-    return sees && u->has_potential && !u->migrates && !desc->factor && desc->drive == PD_DRIVE_CONSTANT;
+    for (int k = 0; k < setup->metals; k++) sees |= (int)(setup->metal[k].rate.uses >> PDI_SETUP_CURRENT & 1u);
+    return sees && setup->has_potential && !setup->migrates && !desc->factor && desc->drive == PD_DRIVE_CONSTANT;
 }
 
 /* Bring currents to time t [s] for the rate laws; with Faraday's law, match lost metal and charge. user: pd_model. */

@@ -441,7 +441,7 @@ static int pdi_monitor_name(char names[][PD_SETUP_NAME], int column, const char 
 
 /* Names of the columns of a line: arc length, position, fields (v by components). first[f]: column of field f. Returns
  * their number. */
-static int pdi_monitor_line_names(const pd_setup *u, const pd_monitor *m, char names[][PD_SETUP_NAME], int *first)
+static int pdi_monitor_line_names(const pd_setup *setup, const pd_monitor *m, char names[][PD_SETUP_NAME], int *first)
 {
     char name[PD_SETUP_NAME];
     int count = pdi_monitor_name(names, 0, "s [m]");
@@ -456,7 +456,7 @@ static int pdi_monitor_line_names(const pd_setup *u, const pd_monitor *m, char n
             snprintf(name, sizeof name, "v%c [m/s]", "xyz"[d]);
             count = pdi_monitor_name(names, count, name);
         }
-        const char *label = pdi_setup_field_label(u, (pd_field)f);
+        const char *label = pdi_setup_field_label(setup, (pd_field)f);
         snprintf(name, sizeof name, "%s%s", label, strchr(label, '[') ? "" : " [-]");
         if (f != PD_FIELD_V) count = pdi_monitor_name(names, count, name);
     }
@@ -464,13 +464,13 @@ static int pdi_monitor_line_names(const pd_setup *u, const pd_monitor *m, char n
 }
 
 /* Names of the columns of the profile of a mass transfer; returns their number. */
-static int pdi_monitor_transfer_names(const pd_setup *u, const pd_monitor *m, char names[][PD_SETUP_NAME])
+static int pdi_monitor_transfer_names(const pd_setup *setup, const pd_monitor *m, char names[][PD_SETUP_NAME])
 {
     char name[PD_SETUP_NAME];
     int count;
     snprintf(name, sizeof name, "%c [m]", "xyz"[m->desc->axis]);
     count = pdi_monitor_name(names, 0, name);
-    snprintf(name, sizeof name, "area [%s]", pdi_monitor_unit_area[pdi_monitor_extent(u)]);
+    snprintf(name, sizeof name, "area [%s]", pdi_monitor_unit_area[pdi_monitor_extent(setup)]);
     count = pdi_monitor_name(names, count, name);
     count = pdi_monitor_name(names, count, "density [mol/m2/s]");
     if (!(m->desc->length > 0.0)) return count;

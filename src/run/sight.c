@@ -7,9 +7,9 @@
 
 PDI_FN int pdi_sight_wanted(const pd_setup *u) { return PD_DIM == 3 && u->drawing.surface; }
 
-PDI_FN pd_field pdi_sight_field(const pd_setup *u)
+PDI_FN pd_field pdi_sight_field(const pd_setup *setup)
 {
-    return u->drawing.surface > 1 ? (pd_field)(u->drawing.surface - 2) : PD_FIELD_COUNT;
+    return setup->drawing.surface > 1 ? (pd_field)(setup->drawing.surface - 2) : PD_FIELD_COUNT;
 }
 
 PDI_FN pd_status pdi_sight_build(pd_ctx *ctx, const pd_setup *u, pd_shade *shade)

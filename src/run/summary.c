@@ -154,21 +154,21 @@ static void pdi_summary_potential(const pdi_summary *s)
 
 /* Describe the dissolution rate of metal m, as "surface rate 1 um/h at C = 0 (8.766 mm/year, 3.8 A/m2 with z = 2), Cs =
  * 71508 mol/m3". */
-static void pdi_summary_rate(const pd_setup *u, int m, char *text, size_t size)
+static void pdi_summary_rate(const pd_setup *setup, int m, char *text, size_t size)
 {
-    const pd_setup_metal *metal = &u->metal[m];
+    const pd_setup_metal *metal = &setup->metal[m];
     char speed[PD_UNITS_TEXT];
     double v = pdi_setup_speed(metal), z = metal->material.charge;
     pdi_setup_show(v, "m/s", speed);
     if (pdi_setup_chemical(metal) || pdi_setup_electric(metal)) {
         snprintf(text, size, "%s%ssurface rate by %s, z = %g, Cs = %.6g mol/m3",
-                 u->metals > 1 ? metal->material.name : "", u->metals > 1 ? ": " : "",
+                 setup->metals > 1 ? metal->material.name : "", setup->metals > 1 ? ": " : "",
                  pdi_setup_chemical(metal) ? "a law in the species at the surface" : "the potential", z,
                  metal->solid_c);
         return;
     }
     snprintf(text, size, "%s%ssurface rate %s at C = 0%s (%.4g mm/year, %.4g A/m2 with z = %g), Cs = %.6g mol/m3",
-             u->metals > 1 ? metal->material.name : "", u->metals > 1 ? ": " : "", speed,
+             setup->metals > 1 ? metal->material.name : "", setup->metals > 1 ? ": " : "", speed,
              metal->rate.uses > 1 ? ", t = 0 and the origin" : "", v * 1e3 * 31557600.0,
              v * metal->solid_c * z * PDI_FARADAY, z, metal->solid_c);
 }

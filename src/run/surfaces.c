@@ -153,50 +153,50 @@ static pd_status pdi_surfaces_solve(pd_ctx *ctx, void *user, double t)
     return pdi_cell_bring(ctx, ((pd_surfaces *)user)->cell, t);
 }
 
-PDI_FN void pdi_surfaces_reads(const pd_setup *u, const pd_reactive *reactive, pd_coat_desc *desc)
+PDI_FN void pdi_surfaces_reads(const pd_setup *setup, const pd_reactive *reactive, pd_coat_desc *desc)
 {
-    desc->count = u->states;
-    desc->stages = u->migrates && (pdi_setup_attacked(u) >= 0 || pdi_setup_polarises(u));
-    for (int k = 0; k < u->states; k++) {
-        const pd_setup_state *state = &u->state[k];
+    desc->count = setup->states;
+    desc->stages = setup->migrates && (pdi_setup_attacked(setup) >= 0 || pdi_setup_polarises(setup));
+    for (int k = 0; k < setup->states; k++) {
+        const pd_setup_state *state = &setup->state[k];
         desc->reads_ph |= (int)(state->rate.uses >> PDI_SETUP_PH & 1u);
         for (int n = 0; n < state->species; n++)
             if (state->rate.uses >> (PDI_SETUP_PH + 1 + n) & 1u)
                 desc->reads |= (uint32_t)1 << reactive->components.place[state->of[n]];
-        if (pdi_setup_polarises(u)) desc->reads_around |= state->rate.uses >> PDI_SETUP_CURRENT & 3u;
+        if (pdi_setup_polarises(setup)) desc->reads_around |= state->rate.uses >> PDI_SETUP_CURRENT & 3u;
     }
 }
 
-PDI_FN pd_status pdi_surfaces_build(pd_ctx *ctx, const pd_setup *u, pd_reactive *reactive, const pd_bonds *bonds,
+PDI_FN pd_status pdi_surfaces_build(pd_ctx *ctx, const pd_setup *setup, pd_reactive *reactive, const pd_bonds *bonds,
                                     const pd_stencil *across, pd_cell *cell, const pd_etch *etch, pd_surfaces *s)
 {
     pd_coat_desc desc;
     memset(s, 0, sizeof *s);
     memset(&desc, 0, sizeof desc);
-    s->setup = u;
+    s->setup = setup;
     s->bonds = bonds;
     s->across = across;
     s->cell = cell;
     s->etch = etch;
-    for (int k = 0; k < u->states; k++) {
-        const pd_setup_state *state = &u->state[k];
+    for (int k = 0; k < setup->states; k++) {
+        const pd_setup_state *state = &setup->state[k];
         desc.name[k] = state->name;
         desc.low[k] = state->low;
         desc.high[k] = state->high;
         s->moves |= (state->rate.uses >> PDI_SETUP_CURRENT & 3u) != 0;
     }
-    for (int e = 0; e < u->potential.electrodes; e++) {
-        const pd_setup_electrode *is = &u->potential.electrode[e];
+    for (int e = 0; e < setup->potential.electrodes; e++) {
+        const pd_setup_electrode *is = &setup->potential.electrode[e];
         double shed[PD_SPECIES_MOST];
         memset(shed, 0, sizeof shed);
-        for (int n = 0; n < u->electrolyte.count && is->reacts; n++)
+        for (int n = 0; n < setup->electrolyte.count && is->reacts; n++)
             if (reactive->components.place[n] >= 0) shed[reactive->components.place[n]] = is->shed[n];
         pdi_components_totals(&reactive->components, shed, s->gain[e]);
         s->comes |= is->reacts;
         s->moves |= is->shares;
     }
-    pdi_surfaces_reads(u, reactive, &desc);
-    desc.rtol = u->rtol > 0.0 ? u->rtol : 1e-3;
+    pdi_surfaces_reads(setup, reactive, &desc);
+    desc.rtol = setup->rtol > 0.0 ? setup->rtol : 1e-3;
     desc.where = pdi_surfaces_where;
     desc.initial = pdi_surfaces_initial;
     desc.rate = pdi_surfaces_rate;

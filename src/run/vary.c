@@ -42,7 +42,7 @@ static void pdi_vary_list(pdi_owner *owner, void *object)
 
 /* Append a time-dependent expression at sample places of the box, or of one side (side < 0: the box). Without an array
  * the entries are only counted. */
-static void pdi_vary_take(const pd_setup *u, const pd_expr *expr, int side, pd_vary *vary)
+static void pdi_vary_take(const pd_setup *setup, const pd_expr *expr, int side, pd_vary *vary)
 {
     int places = 1;
     if (!pdi_setup_timed(expr)) return;
@@ -56,7 +56,7 @@ static void pdi_vary_take(const pd_setup *u, const pd_expr *expr, int side, pd_v
             double part = varies ? (rest % PDI_VARY_PLACES + 0.5) / PDI_VARY_PLACES : 0.5;
             if (varies) rest /= PDI_VARY_PLACES;
             if (side >= 0 && d == side / 2) part = side % 2 ? 1.0 : 0.0;
-            value->x[d] = u->lo[d] + part * (u->hi[d] - u->lo[d]);
+            value->x[d] = setup->lo[d] + part * (setup->hi[d] - setup->lo[d]);
         }
         if (value) value->expr = expr;
         vary->count++;
@@ -64,16 +64,16 @@ static void pdi_vary_take(const pd_setup *u, const pd_expr *expr, int side, pd_v
 }
 
 /* Append the boundary values of all sides: mean inflow, concentrations, velocities. */
-static void pdi_vary_sides(const pd_setup *u, pd_vary *vary)
+static void pdi_vary_sides(const pd_setup *setup, pd_vary *vary)
 {
     for (int s = 0; s < 2 * PD_DIM; s++) {
-        const pd_setup_side *side = &u->side[s];
-        pdi_vary_take(u, &side->stream, s, vary);
-        pdi_vary_take(u, &side->entering, s, vary);
-        pdi_vary_take(u, &side->held, s, vary);
+        const pd_setup_side *side = &setup->side[s];
+        pdi_vary_take(setup, &side->stream, s, vary);
+        pdi_vary_take(setup, &side->entering, s, vary);
+        pdi_vary_take(setup, &side->held, s, vary);
         for (int d = 0; d < PD_DIM; d++) {
-            pdi_vary_take(u, &side->velocity[d], s, vary);
-            pdi_vary_take(u, &side->slide[d], s, vary);
+            pdi_vary_take(setup, &side->velocity[d], s, vary);
+            pdi_vary_take(setup, &side->slide[d], s, vary);
         }
     }
 }
@@ -140,15 +140,15 @@ static void pdi_vary_electrodes(const pd_setup *u, pd_vary *vary)
 }
 
 /* Append all time-dependent expressions of the setup; without an array they are only counted. */
-static void pdi_vary_all(const pd_setup *u, pd_vary *vary)
+static void pdi_vary_all(const pd_setup *setup, pd_vary *vary)
 {
     vary->count = 0;
-    pdi_vary_sides(u, vary);
-    for (int k = 0; k < u->wall_count; k++) pdi_vary_take(u, &u->walls[k].held, -1, vary);
-    for (int d = 0; d < PD_DIM; d++) pdi_vary_take(u, &u->body[d], -1, vary);
-    for (int k = 0; k < u->metals; k++) pdi_vary_take(u, &u->metal[k].potential, -1, vary);
-    pdi_vary_electrodes(u, vary);
-    pdi_vary_body(u, vary);
+    pdi_vary_sides(setup, vary);
+    for (int k = 0; k < setup->wall_count; k++) pdi_vary_take(setup, &setup->walls[k].held, -1, vary);
+    for (int d = 0; d < PD_DIM; d++) pdi_vary_take(setup, &setup->body[d], -1, vary);
+    for (int k = 0; k < setup->metals; k++) pdi_vary_take(setup, &setup->metal[k].potential, -1, vary);
+    pdi_vary_electrodes(setup, vary);
+    pdi_vary_body(setup, vary);
 }
 
 PDI_FN pd_status pdi_vary_build(pd_ctx *ctx, const pd_setup *setup, pd_vary *vary)
@@ -182,7 +182,7 @@ static pdi_range pdi_vary_range(const pd_vary_value *value, double a, double b)
 
 /* Range of a value between both ends of a step. */
 typedef struct pdi_vary_ends {
-    double low, high, room; /* room: tolerance by which values may lie outside low .. high */
+    double low, high, room; /* the last: tolerance by which values may lie outside of them */
 } pdi_vary_ends;
 
 /* Range of a value between t and end [s], with the tolerance; most: least size that counts for it. */

@@ -7,26 +7,26 @@
 #define PDI_WALL_NEAR 1e-6
 
 /* Does x [m] lie on a side of the box that is a wall? 1 or 0. */
-static int pdi_wall_on(const pd_setup *u, int side, const double *x)
+static int pdi_wall_on(const pd_setup *setup, int side, const double *x)
 {
     int d = side / 2;
-    double edge = side % 2 ? u->hi[d] : u->lo[d];
-    return u->side[side].kind == PD_SIDE_WALL && fabs(x[d] - edge) < PDI_WALL_NEAR * u->h[d];
+    double edge = side % 2 ? setup->hi[d] : setup->lo[d];
+    return setup->side[side].kind == PD_SIDE_WALL && fabs(x[d] - edge) < PDI_WALL_NEAR * setup->h[d];
 }
 
-PDI_FN int pdi_wall_moves(const pd_setup *u)
+PDI_FN int pdi_wall_moves(const pd_setup *setup)
 {
     for (int s = 0; s < 2 * PD_DIM; s++)
-        if (u->side[s].slides) return 1;
+        if (setup->side[s].slides) return 1;
     return 0;
 }
 
-PDI_FN int pdi_wall_holds(const pd_setup *u)
+PDI_FN int pdi_wall_holds(const pd_setup *setup)
 {
     for (int s = 0; s < 2 * PD_DIM; s++)
-        if (u->side[s].holds) return 1;
-    for (int k = 0; k < u->wall_count; k++)
-        if (u->walls[k].holds) return 1;
+        if (setup->side[s].holds) return 1;
+    for (int k = 0; k < setup->wall_count; k++)
+        if (setup->walls[k].holds) return 1;
     return 0;
 }
 
@@ -61,17 +61,17 @@ static double pdi_wall_value(const pd_expr *held, const double *x, double t)
 
 /* Prescribed concentration [mol/m3] of the nearest wall shape within a cell of x [m]; NaN: the nearest surface is solid
  * or has none. */
-static double pdi_wall_shape(const pd_setup *u, const double *x, double t)
+static double pdi_wall_shape(const pd_setup *setup, const double *x, double t)
 {
     const pd_setup_wall *found = NULL;
     double nearest = 0.0;
-    for (int d = 0; d < PD_DIM; d++) nearest = pdi_max(nearest, u->h[d]);
-    if (u->solid >= 0) nearest = pdi_min(nearest, fabs(pd_shape_distance(u->shape, u->solid, x)));
-    for (int k = 0; k < u->wall_count; k++) {
-        double distance = fabs(pd_shape_distance(u->shape, u->walls[k].shape, x));
-        if (!(distance < nearest - pdi_shape_tie(u->h, x))) continue; /* of several, the first one */
+    for (int d = 0; d < PD_DIM; d++) nearest = pdi_max(nearest, setup->h[d]);
+    if (setup->solid >= 0) nearest = pdi_min(nearest, fabs(pd_shape_distance(setup->shape, setup->solid, x)));
+    for (int k = 0; k < setup->wall_count; k++) {
+        double distance = fabs(pd_shape_distance(setup->shape, setup->walls[k].shape, x));
+        if (!(distance < nearest - pdi_shape_tie(setup->h, x))) continue; /* of several, the first one */
         nearest = distance;
-        found = &u->walls[k];
+        found = &setup->walls[k];
     }
     return found && found->holds ? pdi_wall_value(&found->held, x, t) : (double)NAN;
 }
