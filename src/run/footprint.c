@@ -20,13 +20,13 @@
 
 /* Sample points of the geometry along an axis, at most. */
 #define PDI_FOOTPRINT_POINTS (PD_DIM == 1 ? 2000 : PD_DIM == 2 ? 100 : 28)
-/* [byte] A plot: pixels, filtered rows, the compressed file and the state of the compressor (measured). */
+/* [byte] A plot: pixels, filtered rows, the compressed file and the state of the compressor. */
 #define PDI_FOOTPRINT_PLOT 5.7e6
 /* [byte] The state of the compressor alone. */
 #define PDI_FOOTPRINT_PACK 0.65e6
 /* [byte] What does not grow with the lattice: tables of a run, small matrices of the solvers, the stencil. */
 #define PDI_FOOTPRINT_BASE 0.22e6
-/* Additional Krylov vectors that transport without flow allocates during a run (measured). */
+/* Additional Krylov vectors that transport without flow allocates during a run. */
 #define PDI_FOOTPRINT_COLUMNS 3.0
 /* Lattices with more nodes are planned with fewer layers and scaled up, so that numbers fit into an int32. */
 #define PDI_FOOTPRINT_NODES 1e8
