@@ -54,7 +54,8 @@ PDI_FN void pdi_units_examples(const pd_dims *dims, char *text);
 PDI_FN int pdi_units_blank(char c);
 /* 1: decimal digit. */
 PDI_FN int pdi_units_digit(char c);
-PDI_FN size_t pdi_units_word(const char *text); /* length of the identifier at text; 0: none. Bytes >= 0x80 count. */
+/* Length of the identifier at text; 0: none. Bytes >= 0x80 count. */
+PDI_FN size_t pdi_units_word(const char *text);
 
 /* Spelling suggestion: search for the candidate with the least edit distance to a misspelt word. best: "" if none is
  * close enough. */
