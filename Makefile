@@ -90,7 +90,7 @@ all: $(foreach k,$(DIMS),$(BUILD)/pd$kd) ## build pd1d, pd2d and pd3d (default)
 drivers: $(DRIVERS) ## build these and the programs of the reports
 
 # One page without a server. Inlining and unrolling of clang make the programs larger by a third, and faster by 6 %. Rooms
-# where no run spends its time are small (PDI_SMALL). wasm-opt (binaryen), where it is installed, takes a tenth off; the
+# where no run spends its time are small (PDI_OPTIMISE_SIZE). wasm-opt (binaryen), where it is installed, takes a tenth off; the
 # first kilobyte of the memory holds nothing. A clang that links with -O2 calls it by itself, and not with these options.
 WASM = -msimd128 -mbulk-memory -mnontrapping-fptoint -msign-ext
 WASM_OPT = --enable-simd --enable-bulk-memory --enable-nontrapping-float-to-int --enable-sign-ext \
@@ -206,8 +206,8 @@ lint: $(BUILD)/lint $(BUILD)/amalgamate ## house rules and the order of the modu
 	$(BUILD)/lint
 
 # Whole scenes in two dimensions, rings and readers of files go through most of the code.
-QUICK_LOGS = $(patsubst %,$(LOGS)/%_2d.log,hard_geometry hard_limits test_axisym test_text test_png test_picture test_scene test_bond \
-             test_shade)
+QUICK_LOGS = $(patsubst %,$(LOGS)/%_2d.log,hard_geometry hard_limits test_axisym test_text test_png test_field_plot test_scene test_bond \
+             test_renderer)
 # SANITIZED_WHOLE=1: the header is compiled at once, in half the time that all its sources take.
 SANITIZED = +@$(MAKE) -k --no-print-directory BUILD=$(BUILD)/sanitize OPENMP=0 \
             $(if $(SANITIZED_WHOLE),WHOLE=1) \
@@ -291,7 +291,7 @@ static: ## clang-tidy and cppcheck on src/, in three dimensions, as far as they 
 static-quick: ## cppcheck in 2D alone
 	sh tools/static.sh 2 cppcheck
 
-VALGRIND_TESTS = test_base_2d test_text_1d test_png_2d test_picture_2d test_scene_1d test_file_2d test_bond_1d
+VALGRIND_TESTS = test_base_2d test_text_1d test_png_2d test_field_plot_2d test_scene_1d test_file_2d test_bond_1d
 valgrind: $(VALGRIND_TESTS:%=$(BUILD)/%) ## a handful of quick test programs under valgrind
 	sh tools/valgrind.sh $^
 

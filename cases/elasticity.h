@@ -1,5 +1,5 @@
 /* elasticity: closed forms of elasticity and fracture, E = 1, for validation cases and tests. Include pdcorr.h, or
- * solid/elastic.h, before. */
+ * solid/correspondence.h, before. */
 #ifndef CASES_ELASTICITY_H
 #define CASES_ELASTICITY_H
 #include <math.h>

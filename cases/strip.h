@@ -55,7 +55,7 @@ static inline pd_status strip_at(pd_ctx *ctx, const strip_case *strip, pd_sim *s
     pd_status status = pd_quasi_static_to(ctx, &s->rest, t);
     if (status < 0) return status;
     const pd_setup_cut *cut = &sim->setup.metal_body.cut[0];
-    status = pdi_crack_follow(ctx, &s->body, cut->corners, cut->corner, s->stiff, way, tip);
+    status = pdi_crack_find_tip(ctx, &s->body, cut->corners, cut->corner, s->stiff, way, tip);
     if (status < 0 || tip[0] > STRIP_END) return status;
     memcpy(crack.tip, tip, sizeof crack.tip);
     crack.way[0] = 1.0;

@@ -47,7 +47,7 @@ static pd_status report_text(pd_ctx *ctx, pd_file *file, const char *format, ...
     va_end(args);
     if (size < 0 || (size_t)size >= sizeof text)
         return pdi_fail(ctx, PD_ERR_SIZE, "report", "a paragraph of the report has more than 4095 bytes");
-    return pdi_file_text(ctx, file, text);
+    return pdi_file_write_text(ctx, file, text);
 }
 
 static pd_status report_row(pd_ctx *ctx, pd_file *file, const table_row *row)

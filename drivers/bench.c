@@ -118,7 +118,7 @@ static int act(int argc, char **argv, options *o)
     b->quiet = o->quiet;
     b->n = o->n;
     b->m = o->m;
-    b->threads = pdi_par_offered(&ctx, INT64_MAX);
+    b->threads = pdi_par_available_threads(&ctx, INT64_MAX);
     b->share = 1.0;
     pd_status done = b->out ? pd_file_make_directory(&ctx, b->out) : PD_OK;
     for (int k = 0; k < BENCH_CASE_COUNT && done >= 0; k++)

@@ -127,7 +127,7 @@ static pd_status run_case(const options *o, pd_ctx *ctx, const val_case *c, tall
 static int run(const options *o, pd_ctx *ctx)
 {
     tally t;
-    int threads = pdi_par_offered(ctx, INT64_MAX);
+    int threads = pdi_par_available_threads(ctx, INT64_MAX);
     pd_status status = o->out ? pd_file_make_directory(ctx, o->out) : PD_OK;
     int parts = 0;
     memset(&t, 0, sizeof t);

@@ -338,7 +338,8 @@ static void append_banner(text *out)
         " *   Rooms that a program does not use can be left out; put these lines above the inclusion, too:",
         " *       #define PDCORR_NO_SCENE          leaves out scene and run",
         " *       #define PDCORR_NO_IO             leaves out io, and scene and run, which need it",
-        " *       #define PDCORR_NO_SOLID          leaves out mechanics: solid, couple/structure, and scene and run",
+        " *       #define PDCORR_NO_SOLID          leaves out mechanics: solid, couple/solid_coupling, and scene and "
+        "run",
         " *       #define PDCORR_NO_PHYSICS        leaves out flow, transport, metal, couple and those",
         " *   NO_IO, NO_PHYSICS leave the kernels: core, lattice, solve. A file may leave out more than the one with",
         " *   PDCORR_IMPLEMENTATION. gcc compiles what runs spend no time in with -Og to -O2 where the file has -O3.",
@@ -393,7 +394,7 @@ static void close_guards(text *out, const module *last, int sources)
     if (sources && last->level) append_line(out, "#ifdef PDI_COLD\n#pragma GCC pop_options");
     if (sources && small(last))
         append_line(out, "%s\n#pragma clang attribute pop",
-                    last->level ? "#elif defined(PDI_SMALL)" : "#ifdef PDI_SMALL");
+                    last->level ? "#elif defined(PDI_OPTIMISE_SIZE)" : "#ifdef PDI_OPTIMISE_SIZE");
     if (sources && (last->level || small(last))) append_line(out, "#endif");
     if (last->cuts) append_line(out, "#endif /* cut */");
 }
@@ -413,7 +414,7 @@ static void open_guards(text *out, const module *m, int sources)
     else if (m->level) append_line(out, "#pragma GCC optimize (\"O%c\")", m->level);
     if (small(m))
         append_line(out, "%s\n#pragma clang attribute push (__attribute__((minsize)), apply_to = function)",
-                    m->level ? "#elif defined(PDI_SMALL)" : "\n#ifdef PDI_SMALL");
+                    m->level ? "#elif defined(PDI_OPTIMISE_SIZE)" : "\n#ifdef PDI_OPTIMISE_SIZE");
     append_line(out, "#endif");
 }
 

@@ -48,7 +48,7 @@ struct bench {
 
 static void bench_text(bench *b, const char *text)
 {
-    if (b->out && b->status == PD_OK) b->status = pdi_file_text(b->ctx, &b->file, text);
+    if (b->out && b->status == PD_OK) b->status = pdi_file_write_text(b->ctx, &b->file, text);
 }
 
 /* ---- what a case hands over ---- */

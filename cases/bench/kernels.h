@@ -49,7 +49,7 @@ static void kernels_diffuse(void *user)
 static void kernels_residual(void *user)
 {
     kernels *k = (kernels *)user;
-    pdi_flow_residual(k->ctx, &k->lab.flow, k->vector, k->g);
+    pdi_flow_assemble_residual(k->ctx, &k->lab.flow, k->vector, k->g);
 }
 
 /* As a Newton step needs it: gradient of the pressure, advecting, both convective terms. */
@@ -58,9 +58,9 @@ static void kernels_product(void *user)
     kernels *k = (kernels *)user;
     pd_flow *flow = &k->lab.flow;
     int64_t split = (int64_t)PD_DIM * flow->grid->total;
-    pdi_jacobian_step step;
-    pdi_flow_gradient(k->ctx, flow, flow->p, flow->grad);
-    pdi_flow_advecting(k->ctx, flow, flow->u, NULL, k->other);
+    pdi_jacobian_increment step;
+    pdi_flow_compute_pressure_gradient(k->ctx, flow, flow->p, flow->grad);
+    pdi_flow_compute_advecting_velocity(k->ctx, flow, flow->u, NULL, k->other);
     step.advecting = k->other;
     step.u = flow->u;
     step.p = flow->p;
@@ -109,12 +109,12 @@ static void kernels_free(kernels *k)
     PDI_DELETE(k->ctx, total, k->g);
     PDI_DELETE(k->ctx, (PD_DIM + 1) * total, k->vector);
     PDI_DELETE(k->ctx, (PD_DIM + 1) * total, k->other);
-    pdi_owner_free(k->ctx, pdi_jacobian_work_list, &k->jacobian);
+    pdi_array_registry_free(k->ctx, pdi_jacobian_list_work, &k->jacobian);
     pdi_jacobian_free(k->ctx, &k->jacobian);
     if (k->holds) pdi_transport_release(k->ctx, &k->lab.transport, PD_OK);
     pdi_multigrid_free(k->ctx, &k->pressure);
-    pdi_owner_free(k->ctx, pdi_compact_list, &k->compact);
-    pdi_owner_free(k->ctx, pdi_compact_face_list, &k->compact);
+    pdi_array_registry_free(k->ctx, pdi_compact_operator_list, &k->compact);
+    pdi_array_registry_free(k->ctx, pdi_compact_operator_face_list, &k->compact);
     triad_free(k->ctx, &k->triad);
     lab_free(k->ctx, &k->lab);
 }
@@ -138,24 +138,24 @@ static void kernels_fields(kernels *k)
         k->f[i] = k->lab.flow.p[i] = kernels_wave(x, 0);
         k->lab.transport.c[i] = 2.0 + k->f[i];
     }
-    pdi_flow_prepare(k->ctx, &k->lab.flow);
+    pdi_flow_update_derived_fields(k->ctx, &k->lab.flow);
 }
 
 /* The cycle of the pressure as the steady solver builds it. */
 static pd_status kernels_multigrid(kernels *k)
 {
     pd_multigrid_desc desc;
-    pdi_compact_faces faces;
-    pdi_compact_convection resting;
+    pdi_compact_operator_bc faces;
+    pdi_compact_operator_convection resting;
     const pd_grid *grid = &k->lab.grid;
     memset(&faces, 0, sizeof faces);
     memset(&resting, 0, sizeof resting);
-    pdi_compact_multigrid(grid, &desc); /* periodic all round */
+    pdi_compact_operator_multigrid_desc(grid, &desc); /* periodic all round */
     desc.symmetric = 1;
-    pdi_compact_plan(grid, 0, &k->compact);
-    PDI_TRY(pdi_owner_build(k->ctx, pdi_compact_list, &k->compact));
-    PDI_TRY(pdi_owner_build(k->ctx, pdi_compact_face_list, &k->compact));
-    pdi_compact_fill(k->ctx, 1.0, NULL, &resting, 1.0, &faces, &k->compact);
+    pdi_compact_operator_init(grid, 0, &k->compact);
+    PDI_TRY(pdi_array_registry_build(k->ctx, pdi_compact_operator_list, &k->compact));
+    PDI_TRY(pdi_array_registry_build(k->ctx, pdi_compact_operator_face_list, &k->compact));
+    pdi_compact_operator_assemble(k->ctx, 1.0, NULL, &resting, 1.0, &faces, &k->compact);
     PDI_TRY(multigrid_build(k->ctx, &desc, &k->pressure));
     return pdi_multigrid_setup(k->ctx, &k->pressure, k->compact.active, (const float *const *)k->compact.conduct, NULL,
                                k->compact.wall, k->compact.mass);
@@ -180,8 +180,8 @@ static pd_status kernels_build(bench *b, kernels *k, int n, double m)
     PDI_TRY(triad_build(b->ctx, total, &k->triad));
     kernels_fields(k);
     PDI_TRY(pdi_jacobian_build(b->ctx, &lab->flow, &k->jacobian));
-    PDI_TRY(pdi_owner_build(b->ctx, pdi_jacobian_work_list, &k->jacobian));
-    pdi_jacobian_freeze(b->ctx, &k->jacobian);
+    PDI_TRY(pdi_array_registry_build(b->ctx, pdi_jacobian_list_work, &k->jacobian));
+    pdi_jacobian_set_state(b->ctx, &k->jacobian);
     PDI_TRY(pdi_transport_hold(b->ctx, &lab->transport));
     k->holds = 1;
     PDI_TRY(kernels_multigrid(k));
@@ -363,7 +363,7 @@ static pd_status matrix_build(kernels *k, int32_t *number, matrix *a)
     a->rows = 0;
     for (int32_t i = 0; i < grid->total; i++) number[i] = grid->kind[i] == PD_FLUID ? a->rows++ : -1;
     for (int32_t i = 0; i < grid->total; i++)
-        if (grid->kind[i] == PD_IMAGE) number[i] = number[pdi_grid_image(grid, i, NULL)];
+        if (grid->kind[i] == PD_IMAGE) number[i] = number[pdi_grid_find_source(grid, i, NULL)];
     a->entries = (int64_t)a->rows * (st->count + 1);
     PDI_TRY(PDI_NEW(k->ctx, "matrix", a->rows + 1, a->row));
     PDI_TRY(PDI_NEW(k->ctx, "matrix", a->entries, a->col));

@@ -42,7 +42,7 @@ static pd_status neighbour_run_once(bench *b, int threads, double *wall)
     pd_status status = runs_open(b, "mg_pin_2d.scene", overrides, 2, &setup, &model);
     if (status >= 0) status = scene_steps(b, &model, &seen);
     *wall += wall_seconds() - start;
-    pdi_observe_free(&ctx, &seen);
+    pdi_step_diagnostics_free(&ctx, &seen);
     runs_close(b, &setup, &model);
     b->ctx = outer;
     return status < 0 ? pdi_fail(outer, status, "bench", "%s", ctx.message) : PD_OK;

@@ -94,7 +94,7 @@ static int scene_observe(void *user, const pd_couple *couple)
 {
     scene_watch *w = (scene_watch *)user;
     (void)couple;
-    pdi_observe(w->ctx, w->model, w->seen);
+    pdi_step_diagnostics_update(w->ctx, w->model, w->seen);
     return 0;
 }
 
@@ -104,7 +104,7 @@ static pd_status scene_steps(bench *b, pd_model *model, pd_observables *seen)
     watch.ctx = b->ctx;
     watch.model = model;
     watch.seen = seen;
-    PDI_TRY(pdi_observe_build(b->ctx, model, seen));
+    PDI_TRY(pdi_step_diagnostics_build(b->ctx, model, seen));
     return pd_couple_run(b->ctx, &model->couple, model->setup->until, model->setup->every, scene_observe, &watch);
 }
 
@@ -123,8 +123,8 @@ static double scene_serial(double speedup, int threads)
 static void scene_note(bench *b, const scene_run *s, const pd_model *model, const pd_observables *seen, scene_times t)
 {
     const pd_couple *c = &model->couple;
-    pdi_effort effort;
-    pdi_model_effort(model, &effort);
+    pdi_model_statistics effort;
+    pdi_model_get_statistics(model, &effort);
     double nodes = (double)(model->grid.fluid_count + model->grid.solid_count);
     double bytes = (double)b->ctx->peak / nodes, evals = (double)effort.flow_evaluations, steps = (double)c->steps;
     double speedup = t.one / t.wall, serial = t.one > 0.0 ? scene_serial(speedup, b->threads) : 0.0;
@@ -183,7 +183,7 @@ static pd_status scene_once(bench *b, const scene_run *s, const double *one, dou
     t.cpu = cpu_seconds() - t.cpu;
     t.one = one ? *one : 0.0;
     if (status >= 0 && one) scene_note(b, s, &model, &seen, t);
-    pdi_observe_free(b->ctx, &seen);
+    pdi_step_diagnostics_free(b->ctx, &seen);
     runs_close(b, &setup, &model);
     return status;
 }
@@ -358,7 +358,7 @@ static pd_status counts_transport_step(bench *b, val_lab *lab, const counts_step
         flow_profile(&mean, x, u);
         for (int d = 0; d < PD_DIM; d++) lab->flow.u[(int64_t)d * lab->grid.total + i] = u[d];
     }
-    pdi_flow_prepare(b->ctx, &lab->flow);
+    pdi_flow_update_derived_fields(b->ctx, &lab->flow);
     return pd_transport_implicit(b->ctx, &lab->transport, s->courant * 2.0 * FLOW_HALF / mean, result);
 }
 

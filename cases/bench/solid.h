@@ -258,7 +258,7 @@ static void glass_free(glass_lab *g)
 static void glass_notch(pd_body *body)
 {
     for (int32_t i = 0; i < body->count; i++)
-        for (pd_walk b = pdi_walk_from(body, i); pdi_walk_next(&b);) {
+        for (pd_walk b = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&b);) {
             const double *p = body->position + 2 * (size_t)i, *q = body->position + 2 * (size_t)b.to;
             if ((p[1] < 0.0) == (q[1] < 0.0) || p[0] - p[1] * (q[0] - p[0]) / (q[1] - p[1]) > 0.0) continue;
             pd_body_break(body, i, b.to);

@@ -186,7 +186,7 @@ static pd_status study_pulse_solve(bench *b, val_lab *lab, const pulse_knobs *k,
         pd_grid_position(&lab->grid, i, x);
         if (lab->grid.kind[i] == PD_FLUID) lab->transport.c[i] = pulse_field(lab, x, 0.0);
     }
-    pdi_flow_prepare(b->ctx, &lab->flow);
+    pdi_flow_update_derived_fields(b->ctx, &lab->flow);
     PDI_TRY(study_pulse_steps(b, lab, k, end, p));
     transport_errors(lab, lab->transport.c, pulse_field, end, &p->err, &largest);
     return PD_OK;

@@ -72,7 +72,7 @@ static void stab_stream(pd_flow *flow, double speed)
     for (int32_t i = 0; i < flow->grid->total; i++)
         for (int d = 0; d < PD_DIM; d++)
             flow->u[(int64_t)d * flow->grid->total + i] =
-                pdi_grid_open(flow->grid->kind[i]) ? speed * stab_along(d) : 0.0;
+                pdi_grid_is_open(flow->grid->kind[i]) ? speed * stab_along(d) : 0.0;
 }
 
 static uint32_t stab_noise(double *x, const pd_grid *grid, double mean, double size)
@@ -99,7 +99,7 @@ static pd_status stab_transport(pd_ctx *ctx, val_lab *lab, double m, double x, s
     lab->transport_desc.advection = PD_ADVECTION_UPWIND;
     PDI_TRY(lab_build(ctx, lab, VAL_FLOW | VAL_TRANSPORT));
     stab_stream(&lab->flow, x);
-    pdi_flow_prepare(ctx, &lab->flow);
+    pdi_flow_update_derived_fields(ctx, &lab->flow);
     pd_transport *t = &lab->transport;
     int32_t middle = stab_middle(&lab->grid);
     PDI_TRY(pd_transport_update(ctx, t));
@@ -300,7 +300,7 @@ static pd_status stab_two_stage(pd_ctx *ctx, val_lab *lab, double m, double x, s
     lab->transport_desc.diffusivity = 1.0;
     PDI_TRY(lab_build(ctx, lab, VAL_FLOW | VAL_TRANSPORT));
     stab_stream(&lab->flow, 100.0);
-    pdi_flow_prepare(ctx, &lab->flow);
+    pdi_flow_update_derived_fields(ctx, &lab->flow);
     PDI_TRY(pd_transport_update(ctx, &lab->transport));
     stab_noise(lab->transport.c, &lab->grid, 2.0, 1.0);
     double mean = pd_transport_stock(ctx, &lab->transport) / (double)lab->grid.fluid_count;
@@ -366,7 +366,8 @@ static const stab_case stab_cases[] = {
      "sound, stream, viscosity and density diffusion (eq. 4.14), less 2 %; a run takes 0.8 of it. Beside walls "
      "there are no waves, the true limit is lower (by a quarter in a channel, to a third in gaps of one node), and "
      "the code takes norms instead (eq. 4.14b): 0.65 to 0.98 of the longest step, since no state has all of the "
-     "largest sound without the damping that goes with it, which norms do not know (`test_unsteady` asserts that "
+     "largest sound without the damping that goes with it, which norms do not know (`test_weakly_compressible` asserts "
+     "that "
      "these steps are stable, and twice as long ones not).",
      "viscosity",
      "viscosity nu/(c h) [-]",

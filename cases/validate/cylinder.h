@@ -50,7 +50,7 @@ static double cylinder_pressure(const val_lab *lab, int side)
             for (int d = 0; d < PD_DIM; d++) square += (x[d] - place[d]) * (x[d] - place[d]);
             if (!pass) nearest = fmin(nearest, square);
             if (!pass || square > nearest * (1.0 + 1e-6)) continue;
-            sum += pdi_near_wall_pressure(&lab->bonds, &lab->flow, lab->flow.p, node, place);
+            sum += pdi_near_wall_interpolate_pressure(&lab->bonds, &lab->flow, lab->flow.p, node, place);
             count += 1.0;
         }
     return sum / count * lab->flow.rho;

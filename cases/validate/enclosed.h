@@ -372,7 +372,7 @@ static pd_status wave_rate(val_job *job, const wave *w, double *rate)
 {
     val_lab *lab = job->lab;
     PDI_TRY(lab_fields(job->ctx, lab, 2, PD_DIM));
-    pdi_flow_residual(job->ctx, &lab->flow, lab->field[0], lab->field[1]);
+    pdi_flow_assemble_residual(job->ctx, &lab->flow, lab->field[0], lab->field[1]);
     *rate = wave_amplitude(lab, w, lab->field[0]) / (WAVE_NU * w->square);
     job->out->evals++;
     return PD_OK;

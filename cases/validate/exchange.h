@@ -13,7 +13,7 @@ static void exchange_stream(pd_ctx *ctx, val_lab *lab)
         lab->flow_desc.inlet(lab->flow_desc.inlet_user, x, u);
         for (int d = 0; d < PD_DIM; d++) lab->flow.u[(int64_t)d * lab->grid.total + i] = u[d];
     }
-    pdi_flow_prepare(ctx, &lab->flow);
+    pdi_flow_update_derived_fields(ctx, &lab->flow);
 }
 
 /* What the nodes of column `at` give to the wall a length of it, and around the axis for all of it [m/s or m2/s], over

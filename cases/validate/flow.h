@@ -151,12 +151,12 @@ static void flux_errors(val_job *job)
     }
     int up = first / 2, down = (last + 1 + lab->grid.n[0]) / 2;
     double before = pd_flow_section(job->ctx, &lab->flow, 0, up);
-    double layer_up = pdi_flow_section_nodes(&lab->flow, 0, up);
+    double layer_up = pdi_flow_integrate_nodal_section(&lab->flow, 0, up);
     job->out->err[0] = fabs(pd_flow_section(job->ctx, &lab->flow, 0, down) / before - 1.0);
     val_curve *layers = val_add_curve(job, "layers of nodes", PD_STROKE_LINE);
     val_curve *bonds = val_add_curve(job, "bonds (conserved)", PD_STROKE_DASHED);
     for (int k = 0; k < lab->grid.n[0]; k++) {
-        double layer = pdi_flow_section_nodes(&lab->flow, 0, k), x = lab->grid.lo[0] + k * lab->grid.h[0];
+        double layer = pdi_flow_integrate_nodal_section(&lab->flow, 0, k), x = lab->grid.lo[0] + k * lab->grid.h[0];
         job->out->err[1] = fmax(job->out->err[1], fabs(layer / layer_up - 1.0));
         val_add_point(layers, 1e6 * (x + 0.5 * lab->grid.h[0]), layer / layer_up);
         if (k > 0) val_add_point(bonds, 1e6 * x, pd_flow_section(job->ctx, &lab->flow, 0, k) / before);

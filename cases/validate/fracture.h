@@ -331,7 +331,8 @@ static double branching_tip(const val_solid *s, int *branched, val_curve *curve)
     for (int32_t i = 0; i < s->body.count; i++) {
         const double *x = s->position + i * 2;
         int64_t gone = 0;
-        for (pd_walk b = pdi_walk_from(&s->body, i); pdi_walk_next(&b);) gone += pdi_walk_broken(&b);
+        for (pd_walk b = pdi_body_bonds_begin(&s->body, i); pdi_body_bonds_next(&b);)
+            gone += pdi_body_bond_is_broken(&b);
         if ((double)gone < 0.35 * (double)(s->body.row[i + 1] - s->body.row[i])) continue;
         tip = fmax(tip, x[0]);
         *branched = *branched || (x[0] > 2e-3 && fabs(x[1]) > 4e-3);

@@ -25,7 +25,7 @@ static pd_status rotation_build(val_job *job, rotation_field_fn field, rotation_
         for (int d = 0; d < PD_DIM; d++) lab->flow.u[(int64_t)d * lab->grid.total + i] = u[d];
         lab->field[0][i] = lab->transport.c[i] = field(x);
     }
-    pdi_flow_prepare(job->ctx, &lab->flow);
+    pdi_flow_update_derived_fields(job->ctx, &lab->flow);
     job->out->h = lab->grid.h[0];
     return pd_transport_update(job->ctx, &lab->transport);
 }

@@ -464,7 +464,7 @@ static pd_status pulse_build(val_job *job)
         pulse_velocity(NULL, u, u);
         for (int d = 0; d < PD_DIM; d++) lab->flow.u[(int64_t)d * lab->grid.total + i] = u[d];
     }
-    pdi_flow_prepare(job->ctx, &lab->flow);
+    pdi_flow_update_derived_fields(job->ctx, &lab->flow);
     job->out->h = PULSE_H;
     return PD_OK;
 }

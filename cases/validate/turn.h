@@ -58,7 +58,7 @@ static pd_status turn_build(val_job *job)
         turn_velocity(NULL, x, u);
         for (int d = 0; d < PD_DIM; d++) lab->flow.u[(int64_t)d * lab->grid.total + i] = u[d];
     }
-    pdi_flow_prepare(job->ctx, &lab->flow);
+    pdi_flow_update_derived_fields(job->ctx, &lab->flow);
     job->out->h = lab->grid.h[0];
     return PD_OK;
 }

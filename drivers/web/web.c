@@ -34,7 +34,7 @@ WEB_IMPORT(field) void page_field(const char *name, const char *label, const dou
 WEB_IMPORT(shown) void page_shown(void);
 
 static pd_ctx web_ctx;
-static uint32_t web_table[PDI_COLOUR_COUNT];
+static uint32_t web_table[PDI_COLOUR_TABLE_SIZE];
 
 /* Room for a text of the page. */
 WEB_EXPORT(web_room) char *web_room(int bytes);
@@ -54,7 +54,7 @@ const char *web_message(void) { return web_ctx.message; }
 WEB_EXPORT(web_colours) const uint32_t *web_colours(int map);
 const uint32_t *web_colours(int map)
 {
-    pdi_colour_table(map == PD_MAP_DIVERGING ? PD_MAP_DIVERGING : PD_MAP_SEQUENTIAL, web_table);
+    pdi_colour_fill_table(map == PD_MAP_DIVERGING ? PD_MAP_DIVERGING : PD_MAP_SEQUENTIAL, web_table);
     return web_table;
 }
 
@@ -62,7 +62,7 @@ const uint32_t *web_colours(int map)
 WEB_EXPORT(web_labels) const uint32_t *web_labels(void);
 const uint32_t *web_labels(void)
 {
-    for (int k = 0; k < PDI_COLOUR_COUNT; k++) web_table[k] = pdi_colour_label(k);
+    for (int k = 0; k < PDI_COLOUR_TABLE_SIZE; k++) web_table[k] = pdi_colour_get_label_colour(k);
     return web_table;
 }
 

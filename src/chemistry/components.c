@@ -5,44 +5,48 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define PDI_COMPONENTS_ZERO 1e-9 /* a combination of stoichiometric numbers below this is zero */
-#define PDI_COMPONENTS_LEAST 1e-200 /* [mol/m3] lower bound of concentrations in logarithms */
-#define PDI_COMPONENTS_STEPS 200 /* most Newton steps */
-#define PDI_COMPONENTS_HALVINGS 12 /* most halvings of a Newton step */
-#define PDI_COMPONENTS_ROUND 4.0 /* error of a total in rounding units of its terms that counts as met */
-#define PDI_COMPONENTS_NEAR 1e-11 /* [-] error of a total over its terms that counts as met when Newton stalls */
-#define PDI_COMPONENTS_SWAP 2.0 /* [-] a formed species above this many times a basis species replaces it */
-#define PDI_COMPONENTS_LONGEST 700.0 /* largest change of a logarithm in a step */
-#define PDI_COMPONENTS_STRENGTH 1e-15 /* [-] relative change of the ionic strength at which its iteration ends */
-#define PDI_COMPONENTS_STRENGTHS 40 /* most steps of the iteration of the ionic strength */
-#define PDI_COMPONENTS_SETTLED 1e-12 /* [-] a change below this that a step does not halve is rounding */
-#define PDI_COMPONENTS_CHARGES 10 /* charges below this have a stored activity factor */
-#define PDI_COMPONENTS_FAR 600.0 /* |ln c| above which an activity is applied to the logarithm, against overflow */
+#define PDI_COMPONENTS_ROUNDING_ZERO 1e-9       /* a combination of stoichiometric numbers below this is zero */
+#define PDI_COMPONENTS_MIN_CONCENTRATION 1e-200 /* [mol/m3] lower bound of concentrations in logarithms */
+#define PDI_COMPONENTS_MAX_NEWTON 200           /* most Newton steps */
+#define PDI_COMPONENTS_MAX_HALVINGS 12          /* most halvings of a Newton step */
+#define PDI_COMPONENTS_TOTAL_ROUNDING 4.0       /* error of a total in rounding units of its terms that counts as met */
+/* [-] error of a total over its terms that counts as met when Newton stalls */
+#define PDI_COMPONENTS_STALLED_TOLERANCE 1e-11
+#define PDI_COMPONENTS_SWAP_RATIO 2.0       /* [-] a formed species above this many times a basis species replaces it */
+#define PDI_COMPONENTS_MAX_LOG_CHANGE 700.0 /* largest change of a logarithm in a step */
+/* [-] relative change of the ionic strength at which its iteration ends */
+#define PDI_COMPONENTS_STRENGTH_TOLERANCE 1e-15
+#define PDI_COMPONENTS_STRENGTH_MAX_NEWTON 40 /* most steps of the iteration of the ionic strength */
+#define PDI_COMPONENTS_STRENGTH_STALLED 1e-12 /* [-] a change below this that a step does not halve is rounding */
+#define PDI_COMPONENTS_CACHED_CHARGES 10      /* charges below this have a stored activity factor */
+#define PDI_COMPONENTS_MAX_LOG 600.0 /* |ln c| above which an activity is applied to the logarithm, against overflow \
+                                      */
 #define PDI_COMPONENTS_MOLAR 1e3 /* [mol/m3] one mol/L */
 
 /* A matrix with a row for each joined component and a column for each member. */
-typedef double pdi_components_rows[PD_SPECIES_MOST][PD_SPECIES_MOST];
+typedef double pdi_components_matrix[PD_SPECIES_MOST][PD_SPECIES_MOST];
 
 /* Solver state of one volume: the most frequent independent members, the basis `head`, form the others by the rows of
  * `m`. */
 typedef struct pdi_components_work {
-    const pd_components *s;
-    int rows, live;
+    const pd_components *system;
+    int rows, members;
     int charge[PD_SPECIES_MOST];
     double total[PD_SPECIES_MOST]; /* [mol/m3] joined */
-    double debye, others;          /* as of the system; [mol/m3] ionic strength of those that are not joined */
+    double debye, other_strength;  /* as of the system; [mol/m3] ionic strength of those that are not joined */
     double ln_k[PD_SPECIES_MOST];  /* of members, by the heads */
-    int head[PD_SPECIES_MOST];     /* basis member of each row */
-    pdi_components_rows m, inverse; /* [rows][live], [rows][rows] */
-    double sum[PD_SPECIES_MOST], terms[PD_SPECIES_MOST]; /* [mol/m3] totals T_r in the basis, sums of term sizes */
-    double y[PD_SPECIES_MOST];     /* unknowns: ln of activities of the basis, with mol/m3 */
-    double x[PD_SPECIES_MOST], c[PD_SPECIES_MOST]; /* members: ln of [mol/m3], [mol/m3] */
-    double strength, davies, slope; /* [mol/m3], ln gamma of a charge of 1, [m3/mol] */
+    int basis[PD_SPECIES_MOST];    /* basis member of each row */
+    pdi_components_matrix m, inverse; /* [rows][live], [rows][rows] */
+    /* [mol/m3] totals T_r in the basis, sums of term sizes */
+    double balance[PD_SPECIES_MOST], term_size[PD_SPECIES_MOST];
+    double ln_activity[PD_SPECIES_MOST];              /* unknowns: ln of activities of the basis, with mol/m3 */
+    double ln_c[PD_SPECIES_MOST], c[PD_SPECIES_MOST]; /* members: ln of [mol/m3], [mol/m3] */
+    double strength, ln_gamma, ln_gamma_slope;        /* [mol/m3], ln gamma of a charge of 1, [m3/mol] */
 } pdi_components_work;
 
 /* ---- a volume ---- */
 
-PDI_FN void pdi_components_totals(const pd_components *s, const double *c, double *total)
+PDI_FN void pdi_components_compute_totals(const pd_components *s, const double *c, double *total)
 {
     for (int k = 0; k < s->count; k++) {
         total[k] = c[s->master[k]];
@@ -54,58 +58,60 @@ PDI_FN void pdi_components_totals(const pd_components *s, const double *c, doubl
 }
 
 /* Square of a charge. */
-static double pdi_components_square(int charge) { return (double)(charge * charge); }
+static double pdi_components_compute_square(int charge) { return (double)(charge * charge); }
 
 /* Ionic strength of the solutes that no equilibrium reaction joins, from totals (or their changes). */
-static double pdi_components_others(const pd_components *s, const double *total)
+static double pdi_components_compute_other_strength(const pd_components *s, const double *total)
 {
     double sum = 0.0;
     for (int k = s->joined; k < s->count; k++)
-        sum += 0.5 * pdi_components_square(s->charge[s->master[k]]) * total[k];
+        sum += 0.5 * pdi_components_compute_square(s->charge[s->master[k]]) * total[k];
     return sum;
 }
 
-PDI_FN double pdi_components_strength(const pd_components *s, const double *c)
+PDI_FN double pdi_components_compute_ionic_strength(const pd_components *s, const double *c)
 {
     double strength = 0.0;
-    for (int i = 0; i < s->solutes; i++) strength += 0.5 * pdi_components_square(s->charge[i]) * pdi_max(c[i], 0.0);
+    for (int i = 0; i < s->solutes; i++)
+        strength += 0.5 * pdi_components_compute_square(s->charge[i]) * pdi_max(c[i], 0.0);
     return strength;
 }
 
-PDI_FN double pdi_components_davies(const pd_components *s, const double *c, double *slope)
+PDI_FN double pdi_components_compute_davies(const pd_components *s, const double *c, double *slope)
 {
     *slope = 0.0;
-    return s->debye > 0.0 ? pdi_activity_davies(s->debye, pdi_components_strength(s, c), slope) : 0.0;
+    return s->debye > 0.0 ? pdi_activity_compute_davies(s->debye, pdi_components_compute_ionic_strength(s, c), slope)
+                          : 0.0;
 }
 
-PDI_FN double pdi_components_activity(const pd_components *s, const double *c)
+PDI_FN double pdi_components_compute_ln_gamma(const pd_components *s, const double *c)
 {
     double slope;
-    return pdi_components_davies(s, c, &slope);
+    return pdi_components_compute_davies(s, c, &slope);
 }
 
 /* Kinetic salt effect (Broensted, Bjerrum; eq. 5b.3): exponents of ln gamma for both ways. The activated complex has
  * the sum of the charges of either side. */
-static void pdi_components_salt(const pd_components *s, pd_kinetic *kinetic)
+static void pdi_components_compute_salt_effect(const pd_components *s, pd_kinetic *kinetic)
 {
     double charge = 0.0;
     kinetic->salt[0] = kinetic->salt[1] = 0.0;
     for (int i = 0; i < s->solutes; i++) {
         if (kinetic->nu[i] < 0.0) charge -= kinetic->nu[i] * s->charge[i];
-        kinetic->salt[kinetic->nu[i] > 0.0] += fabs(kinetic->nu[i]) * pdi_components_square(s->charge[i]);
+        kinetic->salt[kinetic->nu[i] > 0.0] += fabs(kinetic->nu[i]) * pdi_components_compute_square(s->charge[i]);
     }
     kinetic->salt[0] -= charge * charge;
     kinetic->salt[1] -= charge * charge;
 }
 
 /* Chooses the basis, from the most frequent member on, and rewrites (5b.8) in its terms by Gauss-Jordan elimination. */
-static void pdi_components_reduce(pdi_components_work *w)
+static void pdi_components_update_basis(pdi_components_work *w)
 {
-    const pd_components *s = w->s;
-    int order[PD_SPECIES_MOST], done[PD_SPECIES_MOST], rows = w->rows, live = w->live;
+    const pd_components *s = w->system;
+    int order[PD_SPECIES_MOST], done[PD_SPECIES_MOST], rows = w->rows, live = w->members;
     for (int n = 0; n < live; n++) {
         int k = n;
-        for (; k > 0 && w->x[order[k - 1]] < w->x[n]; k--) order[k] = order[k - 1];
+        for (; k > 0 && w->ln_c[order[k - 1]] < w->ln_c[n]; k--) order[k] = order[k - 1];
         order[k] = n;
     }
     for (int r = 0; r < rows; r++) {
@@ -115,7 +121,7 @@ static void pdi_components_reduce(pdi_components_work *w)
     }
     for (int next = 0, found = 0; next < live && found < rows; next++) {
         int n = order[next], best = -1;
-        double size = PDI_COMPONENTS_ZERO;
+        double size = PDI_COMPONENTS_ROUNDING_ZERO;
         for (int r = 0; r < rows; r++) {
             if (done[r] || !(fabs(w->m[r][n]) > size)) continue;
             best = r;
@@ -130,62 +136,62 @@ static void pdi_components_reduce(pdi_components_work *w)
             if (r == best || factor == 0.0) continue;
             for (int k = 0; k < live; k++) {
                 w->m[r][k] -= factor * w->m[best][k];
-                if (fabs(w->m[r][k]) < PDI_COMPONENTS_ZERO) w->m[r][k] = 0.0;
+                if (fabs(w->m[r][k]) < PDI_COMPONENTS_ROUNDING_ZERO) w->m[r][k] = 0.0;
             }
             for (int k = 0; k < rows; k++) w->inverse[r][k] -= factor * w->inverse[best][k];
         }
         done[best] = 1;
-        w->head[best] = n;
+        w->basis[best] = n;
         found++;
     }
     for (int n = 0; n < live; n++) {
         w->ln_k[n] = s->ln_k[s->member[n]];
-        for (int r = 0; r < rows; r++) w->ln_k[n] -= w->m[r][n] * s->ln_k[s->member[w->head[r]]];
+        for (int r = 0; r < rows; r++) w->ln_k[n] -= w->m[r][n] * s->ln_k[s->member[w->basis[r]]];
     }
     for (int r = 0; r < rows; r++) {
-        w->sum[r] = w->terms[r] = 0.0;
+        w->balance[r] = w->term_size[r] = 0.0;
         for (int k = 0; k < rows; k++) {
-            w->sum[r] += w->inverse[r][k] * w->total[k];
-            w->terms[r] += fabs(w->inverse[r][k] * w->total[k]);
+            w->balance[r] += w->inverse[r][k] * w->total[k];
+            w->term_size[r] += fabs(w->inverse[r][k] * w->total[k]);
         }
-        w->y[r] = w->x[w->head[r]] + w->davies * pdi_components_square(w->charge[w->head[r]]);
+        w->ln_activity[r] = w->ln_c[w->basis[r]] + w->ln_gamma * pdi_components_compute_square(w->charge[w->basis[r]]);
     }
 }
 
 /* 1: a member is far more frequent than a basis member that forms it: the basis has to be chosen anew. */
-static int pdi_components_stale(const pdi_components_work *w)
+static int pdi_components_is_basis_stale(const pdi_components_work *w)
 {
     for (int r = 0; r < w->rows; r++)
-        for (int n = 0; n < w->live; n++)
-            if (w->m[r][n] != 0.0 && w->c[n] > PDI_COMPONENTS_SWAP * w->c[w->head[r]] &&
-                w->c[n] > PDI_COMPONENTS_LEAST)
+        for (int n = 0; n < w->members; n++)
+            if (w->m[r][n] != 0.0 && w->c[n] > PDI_COMPONENTS_SWAP_RATIO * w->c[w->basis[r]] &&
+                w->c[n] > PDI_COMPONENTS_MIN_CONCENTRATION)
                 return 1;
     return 0;
 }
 
 /* factor [charge] = 1/gamma for each size of charge. */
-static void pdi_components_factors(const pdi_components_work *w, double *factor)
+static void pdi_components_compute_activity_factors(const pdi_components_work *w, double *factor)
 {
-    int seen[PDI_COMPONENTS_CHARGES] = {0};
-    for (int n = 0; n < w->live; n++) {
+    int seen[PDI_COMPONENTS_CACHED_CHARGES] = {0};
+    for (int n = 0; n < w->members; n++) {
         int z = abs(w->charge[n]);
-        if (z >= PDI_COMPONENTS_CHARGES || seen[z]) continue;
+        if (z >= PDI_COMPONENTS_CACHED_CHARGES || seen[z]) continue;
         seen[z] = 1;
-        factor[z] = exp(-w->davies * pdi_components_square(z));
+        factor[z] = exp(-w->ln_gamma * pdi_components_compute_square(z));
     }
 }
 
 /* Concentrations of the members at the present ionic strength, from ideal ones, or by the logarithm where those are
  * negative. Returns the sum of z^2 c/2; *fourth: that of z^4 c/2. */
-static double pdi_components_ions(pdi_components_work *w, const double *ideal, double *fourth)
+static double pdi_components_compute_concentrations(pdi_components_work *w, const double *ideal, double *fourth)
 {
-    double factor[PDI_COMPONENTS_CHARGES], sum = w->others;
+    double factor[PDI_COMPONENTS_CACHED_CHARGES], sum = w->other_strength;
     *fourth = 0.0;
-    w->davies = pdi_activity_davies(w->debye, w->strength, &w->slope);
-    pdi_components_factors(w, factor);
-    for (int n = 0; n < w->live; n++) {
-        double square = pdi_components_square(w->charge[n]);
-        w->c[n] = ideal[n] >= 0.0 ? ideal[n] * factor[abs(w->charge[n])] : exp(w->x[n] - square * w->davies);
+    w->ln_gamma = pdi_activity_compute_davies(w->debye, w->strength, &w->ln_gamma_slope);
+    pdi_components_compute_activity_factors(w, factor);
+    for (int n = 0; n < w->members; n++) {
+        double square = pdi_components_compute_square(w->charge[n]);
+        w->c[n] = ideal[n] >= 0.0 ? ideal[n] * factor[abs(w->charge[n])] : exp(w->ln_c[n] - square * w->ln_gamma);
         sum += 0.5 * square * w->c[n];
         *fourth += 0.5 * square * square * w->c[n];
     }
@@ -194,54 +200,56 @@ static double pdi_components_ions(pdi_components_work *w, const double *ideal, d
 
 /* Concentrations of the members from the basis activities y, with the ionic strength that they have (Newton's method,
  * until rounding stops it). */
-static void pdi_components_members(pdi_components_work *w)
+static void pdi_components_compute_members(pdi_components_work *w)
 {
     double ideal[PD_SPECIES_MOST], last = HUGE_VAL;
-    for (int n = 0; n < w->live; n++) {
+    for (int n = 0; n < w->members; n++) {
         double ln = w->ln_k[n];
         for (int r = 0; r < w->rows; r++)
-            if (w->m[r][n] != 0.0) ln += w->m[r][n] * w->y[r];
-        w->x[n] = ln;
-        int far = fabs(ln) > PDI_COMPONENTS_FAR || abs(w->charge[n]) >= PDI_COMPONENTS_CHARGES;
+            if (w->m[r][n] != 0.0) ln += w->m[r][n] * w->ln_activity[r];
+        w->ln_c[n] = ln;
+        int far = fabs(ln) > PDI_COMPONENTS_MAX_LOG || abs(w->charge[n]) >= PDI_COMPONENTS_CACHED_CHARGES;
         ideal[n] = w->debye > 0.0 && far ? -1.0 : exp(ln);
         w->c[n] = ideal[n];
     }
     if (!(w->debye > 0.0)) return;
-    for (int step = 0; step < PDI_COMPONENTS_STRENGTHS; step++) {
-        double fourth, sum = pdi_components_ions(w, ideal, &fourth);
-        double change = (sum - w->strength) / pdi_max(1.0 + fourth * w->slope, 0.5), size = fabs(change);
-        if (!(size > PDI_COMPONENTS_STRENGTH * w->strength)) break;
-        if (size < PDI_COMPONENTS_SETTLED * w->strength && !(size < 0.5 * last)) break;
+    for (int step = 0; step < PDI_COMPONENTS_STRENGTH_MAX_NEWTON; step++) {
+        double fourth, sum = pdi_components_compute_concentrations(w, ideal, &fourth);
+        double change = (sum - w->strength) / pdi_max(1.0 + fourth * w->ln_gamma_slope, 0.5), size = fabs(change);
+        if (!(size > PDI_COMPONENTS_STRENGTH_TOLERANCE * w->strength)) break;
+        if (size < PDI_COMPONENTS_STRENGTH_STALLED * w->strength && !(size < 0.5 * last)) break;
         last = size;
         w->strength = pdi_max(w->strength + change, 0.1 * w->strength);
     }
-    for (int n = 0; n < w->live; n++) w->x[n] -= w->davies * pdi_components_square(w->charge[n]);
+    for (int n = 0; n < w->members; n++) w->ln_c[n] -= w->ln_gamma * pdi_components_compute_square(w->charge[n]);
 }
 
 /* weight [rows][live] = derivatives of the members by y; scaled 1: over the basis concentrations. each [live]:
  * derivatives of their logarithms by the ionic strength of other solutes. */
-static void pdi_components_weights(const pdi_components_work *w, int scaled, pdi_components_rows weight, double *each)
+static void pdi_components_compute_member_derivatives(const pdi_components_work *w, int scaled,
+                                                      pdi_components_matrix weight, double *each)
 {
     double fourth = 0.0;
-    for (int n = 0; n < w->live; n++) {
-        double square = pdi_components_square(w->charge[n]);
-        fourth += 0.5 * square * square * w->c[n] * w->slope;
+    for (int n = 0; n < w->members; n++) {
+        double square = pdi_components_compute_square(w->charge[n]);
+        fourth += 0.5 * square * square * w->c[n] * w->ln_gamma_slope;
     }
-    for (int n = 0; n < w->live; n++)
-        each[n] = w->debye > 0.0 ? -pdi_components_square(w->charge[n]) * w->slope / (1.0 + fourth) : 0.0;
+    for (int n = 0; n < w->members; n++)
+        each[n] =
+            w->debye > 0.0 ? -pdi_components_compute_square(w->charge[n]) * w->ln_gamma_slope / (1.0 + fourth) : 0.0;
     for (int r = 0; r < w->rows; r++) {
-        double half = 0.0, over = scaled ? w->c[w->head[r]] : 1.0;
-        for (int n = 0; n < w->live; n++) {
+        double half = 0.0, over = scaled ? w->c[w->basis[r]] : 1.0;
+        for (int n = 0; n < w->members; n++) {
             weight[r][n] = w->m[r][n] != 0.0 ? w->m[r][n] * (w->c[n] / over) : 0.0;
-            half += 0.5 * pdi_components_square(w->charge[n]) * weight[r][n];
+            half += 0.5 * pdi_components_compute_square(w->charge[n]) * weight[r][n];
         }
-        for (int n = 0; n < w->live; n++) weight[r][n] += each[n] * half * w->c[n];
+        for (int n = 0; n < w->members; n++) weight[r][n] += each[n] * half * w->c[n];
     }
 }
 
 /* Solves a x = b, `rows` equations with `columns` right-hand sides, by pivoted Gauss-Jordan elimination; x in b.
  * Singular unknowns are 0. */
-static void pdi_components_linear(int rows, int columns, pdi_components_rows a, pdi_components_rows b)
+static void pdi_components_solve_linear(int rows, int columns, pdi_components_matrix a, pdi_components_matrix b)
 {
     int at[PD_SPECIES_MOST], used[PD_SPECIES_MOST];
     for (int r = 0; r < rows; r++) used[r] = 0;
@@ -264,7 +272,7 @@ static void pdi_components_linear(int rows, int columns, pdi_components_rows a, 
             for (int k = 0; k < columns; k++) b[r][k] -= factor * b[best][k];
         }
     }
-    pdi_components_rows x;
+    pdi_components_matrix x;
     for (int c = 0; c < rows; c++)
         for (int k = 0; k < columns; k++) x[c][k] = at[c] < 0 ? 0.0 : b[at[c]][k] / a[at[c]][c];
     for (int c = 0; c < rows; c++)
@@ -274,20 +282,21 @@ static void pdi_components_linear(int rows, int columns, pdi_components_rows a, 
 /* off [rows] = residuals ln(P/Q) of the mass balances (eq. 5b.9); side: P and Q. Returns the largest size;
  * *relative_error: the largest difference over the sum of the terms. Totals that no concentrations have get Q next to
  * 0. */
-static double pdi_components_off(const pdi_components_work *w, double (*side)[2], double *off, double *relative_error)
+static double pdi_components_compute_balance_residuals(const pdi_components_work *w, double (*side)[2], double *off,
+                                                       double *relative_error)
 {
     double worst = 0.0;
     *relative_error = 0.0;
     for (int r = 0; r < w->rows; r++) {
-        double plus = 0.0, minus = 0.0, terms = w->terms[r];
-        for (int n = 0; n < w->live; n++) {
+        double plus = 0.0, minus = 0.0, terms = w->term_size[r];
+        for (int n = 0; n < w->members; n++) {
             if (w->m[r][n] > 0.0) plus += w->m[r][n] * w->c[n];
             else minus -= w->m[r][n] * w->c[n];
         }
-        if (w->sum[r] > 0.0) minus += w->sum[r];
-        else if (minus > PDI_COMPONENTS_LEAST) plus -= w->sum[r];
-        else terms = PDI_COMPONENTS_LEAST / DBL_EPSILON;
-        minus = pdi_max(minus, PDI_COMPONENTS_LEAST);
+        if (w->balance[r] > 0.0) minus += w->balance[r];
+        else if (minus > PDI_COMPONENTS_MIN_CONCENTRATION) plus -= w->balance[r];
+        else terms = PDI_COMPONENTS_MIN_CONCENTRATION / DBL_EPSILON;
+        minus = pdi_max(minus, PDI_COMPONENTS_MIN_CONCENTRATION);
         plus = pdi_max(plus, DBL_MIN);
         off[r] = log(plus / minus);
         worst = pdi_max(worst, fabs(off[r]));
@@ -299,160 +308,164 @@ static double pdi_components_off(const pdi_components_work *w, double (*side)[2]
 }
 
 /* dy [rows] = Newton step for ln(P/Q) = 0, which is nearly linear in y at any distance (eq. 5b.9). */
-static void pdi_components_newton(const pdi_components_work *w, double (*side)[2], const double *off, double *dy)
+static void pdi_components_compute_newton_step(const pdi_components_work *w, double (*side)[2], const double *off,
+                                               double *dy)
 {
-    pdi_components_rows a, b, weight;
+    pdi_components_matrix a, b, weight;
     double each[PD_SPECIES_MOST];
-    pdi_components_weights(w, 0, weight, each);
+    pdi_components_compute_member_derivatives(w, 0, weight, each);
     for (int r = 0; r < w->rows; r++) {
         for (int k = 0; k < w->rows; k++) a[r][k] = 0.0;
-        for (int n = 0; n < w->live; n++) {
+        for (int n = 0; n < w->members; n++) {
             if (w->m[r][n] == 0.0) continue;
             double share = w->m[r][n] / side[r][w->m[r][n] < 0.0];
             for (int k = 0; k < w->rows; k++) a[r][k] += share * weight[k][n];
         }
         b[r][0] = -off[r];
     }
-    pdi_components_linear(w->rows, 1, a, b);
+    pdi_components_solve_linear(w->rows, 1, a, b);
     for (int r = 0; r < w->rows; r++)
-        dy[r] = pdi_min(pdi_max(b[r][0], -PDI_COMPONENTS_LONGEST), PDI_COMPONENTS_LONGEST);
+        dy[r] = pdi_min(pdi_max(b[r][0], -PDI_COMPONENTS_MAX_LOG_CHANGE), PDI_COMPONENTS_MAX_LOG_CHANGE);
 }
 
 /* Newton iterations for the members of the given totals, with line search. 0: not converged. */
-static int pdi_components_find(pdi_components_work *w)
+static int pdi_components_solve_members(pdi_components_work *w)
 {
     double side[PD_SPECIES_MOST][2], off[PD_SPECIES_MOST], dy[PD_SPECIES_MOST], start[PD_SPECIES_MOST], relative_error;
-    pdi_components_reduce(w);
-    pdi_components_members(w);
-    double worst = pdi_components_off(w, side, off, &relative_error);
-    for (int step = 0; step < PDI_COMPONENTS_STEPS; step++) {
-        if (!(relative_error > PDI_COMPONENTS_ROUND * DBL_EPSILON)) return 1;
-        if (pdi_components_stale(w)) {
-            pdi_components_reduce(w);
-            pdi_components_members(w);
-            worst = pdi_components_off(w, side, off, &relative_error);
+    pdi_components_update_basis(w);
+    pdi_components_compute_members(w);
+    double worst = pdi_components_compute_balance_residuals(w, side, off, &relative_error);
+    for (int step = 0; step < PDI_COMPONENTS_MAX_NEWTON; step++) {
+        if (!(relative_error > PDI_COMPONENTS_TOTAL_ROUNDING * DBL_EPSILON)) return 1;
+        if (pdi_components_is_basis_stale(w)) {
+            pdi_components_update_basis(w);
+            pdi_components_compute_members(w);
+            worst = pdi_components_compute_balance_residuals(w, side, off, &relative_error);
         }
         double before = worst, had = relative_error, share = 1.0;
-        pdi_components_newton(w, side, off, dy);
-        memcpy(start, w->y, sizeof start);
-        for (int halving = 0; halving <= PDI_COMPONENTS_HALVINGS; halving++, share *= 0.5) {
-            for (int r = 0; r < w->rows; r++) w->y[r] = start[r] + share * dy[r];
-            pdi_components_members(w);
-            worst = pdi_components_off(w, side, off, &relative_error);
+        pdi_components_compute_newton_step(w, side, off, dy);
+        memcpy(start, w->ln_activity, sizeof start);
+        for (int halving = 0; halving <= PDI_COMPONENTS_MAX_HALVINGS; halving++, share *= 0.5) {
+            for (int r = 0; r < w->rows; r++) w->ln_activity[r] = start[r] + share * dy[r];
+            pdi_components_compute_members(w);
+            worst = pdi_components_compute_balance_residuals(w, side, off, &relative_error);
             if (worst < before) break;
         }
-        if (!(worst < before)) return relative_error < PDI_COMPONENTS_NEAR || had < PDI_COMPONENTS_NEAR;
+        if (!(worst < before))
+            return relative_error < PDI_COMPONENTS_STALLED_TOLERANCE || had < PDI_COMPONENTS_STALLED_TOLERANCE;
     }
     return 0;
 }
 
 /* 1: a balance needs members that count negative and that are next to nothing: a step went too far, and no step leads
  * back. */
-static int pdi_components_gone(const pdi_components_work *w)
+static int pdi_components_has_vanished_members(const pdi_components_work *w)
 {
     for (int r = 0; r < w->rows; r++) {
         double minus = 0.0;
         int against = 0;
-        for (int n = 0; n < w->live; n++) {
+        for (int n = 0; n < w->members; n++) {
             if (!(w->m[r][n] < 0.0)) continue;
             minus -= w->m[r][n] * w->c[n];
             against = 1;
         }
-        if (against && !(minus > PDI_COMPONENTS_LEAST) && -w->sum[r] > PDI_COMPONENTS_NEAR * w->terms[r]) return 1;
+        if (against && !(minus > PDI_COMPONENTS_MIN_CONCENTRATION) &&
+            -w->balance[r] > PDI_COMPONENTS_STALLED_TOLERANCE * w->term_size[r])
+            return 1;
     }
     return 0;
 }
 
 /* Starts the solver state from concentrations c [solutes]. */
-static void pdi_components_begin(const pd_components *s, const double *c, pdi_components_work *w)
+static void pdi_components_init_work(const pd_components *s, const double *c, pdi_components_work *w)
 {
-    w->s = s;
+    w->system = s;
     w->rows = s->joined;
-    w->live = s->live;
+    w->members = s->live;
     w->debye = s->debye;
-    w->others = w->davies = w->slope = w->strength = 0.0;
+    w->other_strength = w->ln_gamma = w->ln_gamma_slope = w->strength = 0.0;
     for (int n = 0; n < s->live; n++) {
         w->charge[n] = s->charge[s->member[n]];
-        w->c[n] = pdi_max(c[s->member[n]], PDI_COMPONENTS_LEAST);
-        w->x[n] = log(w->c[n]);
+        w->c[n] = pdi_max(c[s->member[n]], PDI_COMPONENTS_MIN_CONCENTRATION);
+        w->ln_c[n] = log(w->c[n]);
     }
 }
 
 /* Ionic strength and activities of the present concentrations. */
-static void pdi_components_ionic(pdi_components_work *w)
+static void pdi_components_update_activities(pdi_components_work *w)
 {
     if (!(w->debye > 0.0)) return;
-    w->strength = w->others;
-    for (int n = 0; n < w->live; n++) w->strength += 0.5 * pdi_components_square(w->charge[n]) * w->c[n];
-    w->davies = pdi_activity_davies(w->debye, w->strength, &w->slope);
+    w->strength = w->other_strength;
+    for (int n = 0; n < w->members; n++) w->strength += 0.5 * pdi_components_compute_square(w->charge[n]) * w->c[n];
+    w->ln_gamma = pdi_activity_compute_davies(w->debye, w->strength, &w->ln_gamma_slope);
 }
 
 /* Solves once more from equal amounts of all solutes, where members have vanished. Totals that no concentrations have
  * end there again. */
-static void pdi_components_again(const pd_components *s, pdi_components_work *w)
+static void pdi_components_try_equal_amounts(const pd_components *s, pdi_components_work *w)
 {
     pdi_components_work anew = *w;
-    double c[PD_SPECIES_MOST], others = w->others;
+    double c[PD_SPECIES_MOST], others = w->other_strength;
     for (int i = 0; i < s->solutes; i++) c[i] = 1.0;
-    pdi_components_begin(s, c, &anew);
-    anew.others = others;
-    pdi_components_ionic(&anew);
-    if (pdi_components_find(&anew) && !pdi_components_gone(&anew)) *w = anew;
+    pdi_components_init_work(s, c, &anew);
+    anew.other_strength = others;
+    pdi_components_update_activities(&anew);
+    if (pdi_components_solve_members(&anew) && !pdi_components_has_vanished_members(&anew)) *w = anew;
 }
 
 PDI_FN pd_status pdi_components_solve(const pd_components *s, const double *total, double *c)
 {
     pdi_components_work w;
     double others = 0.0;
-    pdi_components_begin(s, c, &w);
+    pdi_components_init_work(s, c, &w);
     for (int k = 0; k < s->joined; k++) w.total[k] = total[k];
     for (int k = 0; k < s->count; k++)
         if (!(fabs(total[k]) < HUGE_VAL)) return PD_NOT_CONVERGED;
     for (int k = s->joined; k < s->count; k++)
-        others += 0.5 * pdi_components_square(s->charge[s->master[k]]) * pdi_max(total[k], 0.0);
-    w.others = others;
-    pdi_components_ionic(&w);
-    if (s->live && !pdi_components_find(&w)) {
+        others += 0.5 * pdi_components_compute_square(s->charge[s->master[k]]) * pdi_max(total[k], 0.0);
+    w.other_strength = others;
+    pdi_components_update_activities(&w);
+    if (s->live && !pdi_components_solve_members(&w)) {
         if (!(s->debye > 0.0)) return PD_NOT_CONVERGED;
-        pdi_components_begin(s, c, &w); /* ideal ones are near, and found from anywhere */
+        pdi_components_init_work(s, c, &w); /* ideal ones are near, and found from anywhere */
         w.debye = 0.0;
-        if (!pdi_components_find(&w)) return PD_NOT_CONVERGED;
+        if (!pdi_components_solve_members(&w)) return PD_NOT_CONVERGED;
         w.debye = s->debye;
-        w.others = others;
-        pdi_components_ionic(&w);
-        if (!pdi_components_find(&w)) return PD_NOT_CONVERGED;
+        w.other_strength = others;
+        pdi_components_update_activities(&w);
+        if (!pdi_components_solve_members(&w)) return PD_NOT_CONVERGED;
     }
-    if (s->live && pdi_components_gone(&w)) pdi_components_again(s, &w);
+    if (s->live && pdi_components_has_vanished_members(&w)) pdi_components_try_equal_amounts(s, &w);
     for (int n = 0; n < s->live; n++) c[s->member[n]] = w.c[n];
     for (int k = s->joined; k < s->count; k++) c[s->master[k]] = pdi_max(total[k], 0.0);
     return PD_OK;
 }
 
-PDI_FN void pdi_components_slopes(const pd_components *s, const double *c, double *derivatives)
+PDI_FN void pdi_components_compute_derivatives(const pd_components *s, const double *c, double *derivatives)
 {
     pdi_components_work w;
-    pdi_components_rows a, b, weight;
+    pdi_components_matrix a, b, weight;
     double each[PD_SPECIES_MOST];
-    int columns = pdi_components_columns(s);
+    int columns = pdi_components_count_columns(s);
     if (!s->live) return;
-    pdi_components_begin(s, c, &w);
+    pdi_components_init_work(s, c, &w);
     for (int k = 0; k < s->joined; k++) w.total[k] = 0.0;
     for (int k = s->joined; k < s->count; k++)
-        w.others += 0.5 * pdi_components_square(s->charge[s->master[k]]) * c[s->master[k]];
-    pdi_components_ionic(&w);
-    pdi_components_reduce(&w);
-    pdi_components_weights(&w, 1, weight, each);
+        w.other_strength += 0.5 * pdi_components_compute_square(s->charge[s->master[k]]) * c[s->master[k]];
+    pdi_components_update_activities(&w);
+    pdi_components_update_basis(&w);
+    pdi_components_compute_member_derivatives(&w, 1, weight, each);
     for (int r = 0; r < w.rows; r++) {
         for (int k = 0; k < w.rows; k++) {
             a[r][k] = 0.0;
-            for (int n = 0; n < w.live; n++) a[r][k] += w.m[r][n] * weight[k][n];
+            for (int n = 0; n < w.members; n++) a[r][k] += w.m[r][n] * weight[k][n];
             b[r][k] = w.inverse[r][k];
         }
         b[r][s->joined] = 0.0;
-        for (int n = 0; n < w.live; n++) b[r][s->joined] -= w.m[r][n] * each[n] * w.c[n];
+        for (int n = 0; n < w.members; n++) b[r][s->joined] -= w.m[r][n] * each[n] * w.c[n];
     }
-    pdi_components_linear(w.rows, columns, a, b);
-    for (int n = 0; n < w.live; n++)
+    pdi_components_solve_linear(w.rows, columns, a, b);
+    for (int n = 0; n < w.members; n++)
         for (int k = 0; k < columns; k++) {
             double sum = k < s->joined ? 0.0 : each[n] * w.c[n];
             for (int r = 0; r < w.rows; r++) sum += weight[r][n] * b[r][k];
@@ -460,18 +473,19 @@ PDI_FN void pdi_components_slopes(const pd_components *s, const double *c, doubl
         }
 }
 
-PDI_FN void pdi_components_derive(const pd_components *s, const double *c, float *derivatives)
+PDI_FN void pdi_components_compute_derivatives_single(const pd_components *s, const double *c, float *derivatives)
 {
     double exact[PD_COMPONENTS_SLOPES];
-    int count = s->live * pdi_components_columns(s);
-    pdi_components_slopes(s, c, exact);
+    int count = s->live * pdi_components_count_columns(s);
+    pdi_components_compute_derivatives(s, c, exact);
     for (int k = 0; k < count; k++) derivatives[k] = (float)exact[k];
 }
 
-PDI_FN void pdi_components_follow(const pd_components *s, const float *derivatives, const double *total, double *c)
+PDI_FN void pdi_components_apply_derivatives(const pd_components *s, const float *derivatives, const double *total,
+                                             double *c)
 {
-    int columns = pdi_components_columns(s);
-    double others = columns > s->joined ? pdi_components_others(s, total) : 0.0;
+    int columns = pdi_components_count_columns(s);
+    double others = columns > s->joined ? pdi_components_compute_other_strength(s, total) : 0.0;
     for (int n = 0; n < s->live; n++) {
         double sum = columns > s->joined ? (double)derivatives[s->joined] * others : 0.0;
         for (int k = 0; k < s->joined; k++) sum += (double)derivatives[k] * total[k];
@@ -482,7 +496,7 @@ PDI_FN void pdi_components_follow(const pd_components *s, const float *derivativ
 }
 
 /* c^n; *derivative: that by c. */
-static double pdi_components_power(double c, double n, double *derivative)
+static double pdi_components_compute_power(double c, double n, double *derivative)
 {
     if (n == 1.0) {
         *derivative = 1.0;
@@ -492,24 +506,24 @@ static double pdi_components_power(double c, double n, double *derivative)
     return pow(c, n);
 }
 
-PDI_FN double pdi_components_speed(const pd_components *s, const pd_kinetic *kinetic, const double *c,
-                                   double *derivatives, double *gross_rate)
+PDI_FN double pdi_components_compute_rate(const pd_components *s, const pd_kinetic *kinetic, const double *c,
+                                          double *derivatives, double *gross_rate)
 {
     double product[2], constant[2], power[PD_SPECIES_MOST], slope[PD_SPECIES_MOST], davies_slope;
-    double davies = pdi_components_davies(s, c, &davies_slope);
+    double davies = pdi_components_compute_davies(s, c, &davies_slope);
     constant[0] = kinetic->forward;
     constant[1] = kinetic->backward;
     for (int way = 0; way < 2 && s->debye > 0.0; way++) constant[way] *= exp(kinetic->salt[way] * davies);
     memcpy(product, constant, sizeof product);
     for (int i = 0; i < s->solutes; i++) {
         if (kinetic->nu[i] == 0.0) continue;
-        power[i] = pdi_components_power(c[i], fabs(kinetic->nu[i]), &slope[i]);
+        power[i] = pdi_components_compute_power(c[i], fabs(kinetic->nu[i]), &slope[i]);
         product[kinetic->nu[i] > 0.0] *= power[i];
     }
     for (int i = 0; i < s->solutes && derivatives; i++) {
         int way = kinetic->nu[i] > 0.0;
-        derivatives[i] = 0.5 * pdi_components_square(s->charge[i]) * davies_slope *
-                (kinetic->salt[0] * product[0] - kinetic->salt[1] * product[1]);
+        derivatives[i] = 0.5 * pdi_components_compute_square(s->charge[i]) * davies_slope *
+                         (kinetic->salt[0] * product[0] - kinetic->salt[1] * product[1]);
         if (kinetic->nu[i] == 0.0) continue;
         double rest = (way ? -constant[1] : constant[0]) * slope[i];
         for (int j = 0; j < s->solutes; j++)
@@ -522,7 +536,7 @@ PDI_FN double pdi_components_speed(const pd_components *s, const pd_kinetic *kin
 
 /* Extent [mol/m3] of a kinetic reaction that makes solutes of the solvent alone, in its equilibrium; 0: it needs other
  * solutes, or has no equilibrium. */
-static double pdi_components_dissociation(const pd_components *s, const pd_kinetic *kinetic)
+static double pdi_components_compute_dissociation(const pd_components *s, const pd_kinetic *kinetic)
 {
     double order[2] = {0.0, 0.0}, product[2];
     product[0] = kinetic->forward;
@@ -539,12 +553,12 @@ static double pdi_components_dissociation(const pd_components *s, const pd_kinet
     return way ? extent : -extent;
 }
 
-PDI_FN pd_status pdi_components_water(const pd_components *s, double *c)
+PDI_FN pd_status pdi_components_solve_pure_solvent(const pd_components *s, double *c)
 {
     double total[PD_SPECIES_MOST] = {0.0};
     for (int i = 0; i < PD_SPECIES_MOST; i++) c[i] = 1.0; /* from nothing no equilibrium is found */
     for (int r = 0; r < s->kinetics; r++) {
-        double extent = pdi_components_dissociation(s, &s->kinetic[r]);
+        double extent = pdi_components_compute_dissociation(s, &s->kinetic[r]);
         for (int k = 0; k < s->count; k++) total[k] += s->kinetic[r].gain[k] * extent;
     }
     pd_status status = pdi_components_solve(s, total, c);
@@ -558,54 +572,58 @@ PDI_FN pd_status pdi_components_water(const pd_components *s, double *c)
 typedef struct pdi_components_reactions {
     int rows;
     double nu[PD_REACTION_MOST][PD_SPECIES_MOST], ln_k[PD_REACTION_MOST];
-    int made[PD_REACTION_MOST]; /* solute; -1: none */
+    int product[PD_REACTION_MOST]; /* solute; -1: none */
     const char *name[PD_REACTION_MOST];
 } pdi_components_reactions;
 
 /* A candidate pivot: a solute that a reaction can make, and what decides on it. */
-typedef struct pdi_components_choice {
-    int row, solute, beside, rank;
+typedef struct pdi_components_pivot {
+    int row, solute, same_side, rank;
     double cost, ln_k;
-} pdi_components_choice;
+} pdi_components_pivot;
 
 /* 1: pivot a is better than b: in fewer rows, with the number 1, alone on its side of the reaction; then by name, so
  * that the order of species and reactions does not matter. */
-static int pdi_components_rather(const pdi_components_choice *a, const pdi_components_choice *b)
+static int pdi_components_is_better_pivot(const pdi_components_pivot *a, const pdi_components_pivot *b)
 {
     if (b->row < 0 || a->cost < b->cost || a->cost > b->cost) return b->row < 0 || a->cost < b->cost;
-    if (a->beside != b->beside) return a->beside < b->beside;
+    if (a->same_side != b->same_side) return a->same_side < b->same_side;
     if (a->rank != b->rank) return a->rank > b->rank;
     return fabs(a->ln_k) < fabs(b->ln_k);
 }
 
 /* Number of other solutes on the same side of reaction r as solute i. */
-static int pdi_components_beside(const pd_components *s, const pdi_components_reactions *e, int r, int i)
+static int pdi_components_count_same_side(const pd_components *s, const pdi_components_reactions *e, int r, int i)
 {
     int count = -1;
     for (int j = 0; j < s->solutes; j++)
-        if (fabs(e->nu[r][j]) > PDI_COMPONENTS_ZERO && (e->nu[r][j] > 0.0) == (e->nu[r][i] > 0.0)) count++;
+        if (fabs(e->nu[r][j]) > PDI_COMPONENTS_ROUNDING_ZERO && (e->nu[r][j] > 0.0) == (e->nu[r][i] > 0.0)) count++;
     return count;
 }
 
 /* Next pivot: a reaction and the solute that it makes; row -1: the reactions that are left are empty. */
-static pdi_components_choice pdi_components_choose(const pd_components *s, const pdi_components_reactions *e,
-                                                   const int *rank)
+static pdi_components_pivot pdi_components_find_pivot(const pd_components *s, const pdi_components_reactions *e,
+                                                      const int *rank)
 {
-    pdi_components_choice best = {-1, -1, 0, 0, 0.0, 0.0};
+    pdi_components_pivot best = {-1, -1, 0, 0, 0.0, 0.0};
     for (int r = 0; r < e->rows; r++) {
-        for (int i = 0; i < s->solutes && e->made[r] < 0; i++) {
-            if (!(fabs(e->nu[r][i]) > PDI_COMPONENTS_ZERO)) continue;
-            pdi_components_choice now = {r, i, pdi_components_beside(s, e, r, i), rank[i],
-                                         fabs(fabs(e->nu[r][i]) - 1.0), e->ln_k[r] / e->nu[r][i]};
-            for (int k = 0; k < e->rows; k++) now.cost += fabs(e->nu[k][i]) > PDI_COMPONENTS_ZERO ? 1.0 : 0.0;
-            if (pdi_components_rather(&now, &best)) best = now;
+        for (int i = 0; i < s->solutes && e->product[r] < 0; i++) {
+            if (!(fabs(e->nu[r][i]) > PDI_COMPONENTS_ROUNDING_ZERO)) continue;
+            pdi_components_pivot now = {r,
+                                        i,
+                                        pdi_components_count_same_side(s, e, r, i),
+                                        rank[i],
+                                        fabs(fabs(e->nu[r][i]) - 1.0),
+                                        e->ln_k[r] / e->nu[r][i]};
+            for (int k = 0; k < e->rows; k++) now.cost += fabs(e->nu[k][i]) > PDI_COMPONENTS_ROUNDING_ZERO ? 1.0 : 0.0;
+            if (pdi_components_is_better_pivot(&now, &best)) best = now;
         }
     }
     return best;
 }
 
 /* rank [solutes] = position of their names in alphabetical order. */
-static void pdi_components_rank(const pd_species *species, int count, const pd_components *s, int *rank)
+static void pdi_components_compute_name_ranks(const pd_species *species, int count, const pd_components *s, int *rank)
 {
     for (int i = 0; i < count; i++) {
         int before = 0;
@@ -619,9 +637,9 @@ static void pdi_components_rank(const pd_species *species, int count, const pd_c
 }
 
 /* Eliminates the solute that reaction r makes from all others. */
-static void pdi_components_eliminate(const pd_components *s, pdi_components_reactions *e, int r)
+static void pdi_components_remove_product(const pd_components *s, pdi_components_reactions *e, int r)
 {
-    int made = e->made[r];
+    int made = e->product[r];
     double scale = 1.0 / e->nu[r][made];
     for (int i = 0; i < s->solutes; i++) e->nu[r][i] *= scale;
     e->ln_k[r] *= scale;
@@ -630,22 +648,22 @@ static void pdi_components_eliminate(const pd_components *s, pdi_components_reac
         if (k == r || factor == 0.0) continue;
         for (int i = 0; i < s->solutes; i++) {
             e->nu[k][i] -= factor * e->nu[r][i];
-            if (fabs(e->nu[k][i]) < PDI_COMPONENTS_ZERO) e->nu[k][i] = 0.0;
+            if (fabs(e->nu[k][i]) < PDI_COMPONENTS_ROUNDING_ZERO) e->nu[k][i] = 0.0;
         }
         e->ln_k[k] -= factor * e->ln_k[r];
     }
 }
 
 /* Numbers the components, joined ones first, and fills m and ln K of (5b.8). */
-static void pdi_components_order(const pdi_components_reactions *e, pd_components *s)
+static void pdi_components_sort_components(const pdi_components_reactions *e, pd_components *s)
 {
     int row[PD_SPECIES_MOST], joined[PD_SPECIES_MOST];
     for (int i = 0; i < s->solutes; i++) {
         row[i] = -1;
         joined[i] = 0;
         for (int r = 0; r < e->rows; r++) {
-            if (e->made[r] == i) row[i] = r;
-            if (e->made[r] >= 0 && e->nu[r][i] != 0.0) joined[i] = 1;
+            if (e->product[r] == i) row[i] = r;
+            if (e->product[r] >= 0 && e->nu[r][i] != 0.0) joined[i] = 1;
         }
         if (joined[i]) s->member[s->live++] = i;
     }
@@ -668,8 +686,8 @@ static void pdi_components_order(const pdi_components_reactions *e, pd_component
 }
 
 /* Adds a reaction: a kinetic one to s, an equilibrium one to e. */
-static pd_status pdi_components_reaction(pd_ctx *ctx, const pd_species *species, int count, const pd_reaction *reaction,
-                                         pdi_components_reactions *e, pd_components *s)
+static pd_status pdi_components_add_reaction(pd_ctx *ctx, const pd_species *species, int count,
+                                             const pd_reaction *reaction, pdi_components_reactions *e, pd_components *s)
 {
     double nu[PD_SPECIES_MOST];
     memset(nu, 0, sizeof nu);
@@ -684,19 +702,19 @@ static pd_status pdi_components_reaction(pd_ctx *ctx, const pd_species *species,
         kinetic->forward = reaction->forward;
         kinetic->backward = reaction->backward;
         memcpy(kinetic->nu, nu, sizeof nu);
-        pdi_components_salt(s, kinetic);
+        pdi_components_compute_salt_effect(s, kinetic);
         return PD_OK;
     }
     memcpy(e->nu[e->rows], nu, sizeof nu);
     e->ln_k[e->rows] = reaction->ln_k;
     e->name[e->rows] = reaction->name;
-    e->made[e->rows++] = -1;
+    e->product[e->rows++] = -1;
     return PD_OK;
 }
 
 /* Inner part of the build. The caller clears s after an error. */
-static pd_status pdi_components_fill(pd_ctx *ctx, const pd_species *species, int count, const pd_reaction *reactions,
-                                     int reaction_count, pd_components *s)
+static pd_status pdi_components_try_build(pd_ctx *ctx, const pd_species *species, int count,
+                                          const pd_reaction *reactions, int reaction_count, pd_components *s)
 {
     pdi_components_reactions e;
     int rank[PD_SPECIES_MOST];
@@ -715,20 +733,20 @@ static pd_status pdi_components_fill(pd_ctx *ctx, const pd_species *species, int
     }
     if (!s->solutes) return pdi_fail(ctx, PD_ERR_ARGUMENT, "components", "there is no solute");
     for (int r = 0; r < reaction_count; r++)
-        PDI_TRY(pdi_components_reaction(ctx, species, count, &reactions[r], &e, s));
-    pdi_components_rank(species, count, s, rank);
+        PDI_TRY(pdi_components_add_reaction(ctx, species, count, &reactions[r], &e, s));
+    pdi_components_compute_name_ranks(species, count, s, rank);
     for (;;) {
-        pdi_components_choice next = pdi_components_choose(s, &e, rank);
+        pdi_components_pivot next = pdi_components_find_pivot(s, &e, rank);
         if (next.row < 0) break;
-        e.made[next.row] = next.solute;
-        pdi_components_eliminate(s, &e, next.row);
+        e.product[next.row] = next.solute;
+        pdi_components_remove_product(s, &e, next.row);
     }
     for (int r = 0; r < e.rows; r++)
-        if (e.made[r] < 0 && fabs(e.ln_k[r]) > PDI_COMPONENTS_ZERO)
+        if (e.product[r] < 0 && fabs(e.ln_k[r]) > PDI_COMPONENTS_ROUNDING_ZERO)
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "components", "'%s' is the sum of others, and its K is not the "
                             "product of theirs: leave one out", e.name[r]);
-    pdi_components_order(&e, s);
-    for (int r = 0; r < s->kinetics; r++) pdi_components_totals(s, s->kinetic[r].nu, s->kinetic[r].gain);
+    pdi_components_sort_components(&e, s);
+    for (int r = 0; r < s->kinetics; r++) pdi_components_compute_totals(s, s->kinetic[r].nu, s->kinetic[r].gain);
     return PD_OK;
 }
 
@@ -736,8 +754,8 @@ PDI_FN pd_status pdi_components_build(pd_ctx *ctx, const pd_species *species, in
                                       int reaction_count, pd_activity activity, double temperature, pd_components *s)
 {
     memset(s, 0, sizeof *s);
-    pd_status status = pdi_components_fill(ctx, species, count, reactions, reaction_count, s);
+    pd_status status = pdi_components_try_build(ctx, species, count, reactions, reaction_count, s);
     if (status < 0) memset(s, 0, sizeof *s);
-    else if (activity == PD_ACTIVITY_DAVIES) s->debye = pdi_activity_debye(temperature);
+    else if (activity == PD_ACTIVITY_DAVIES) s->debye = pdi_activity_compute_debye_hueckel(temperature);
     return status;
 }

@@ -46,35 +46,36 @@ PDI_FN pd_status pdi_components_build(pd_ctx *ctx, const pd_species *species, in
  * guess on entry. Totals that no concentrations have give the nearest, close to 0. PD_NOT_CONVERGED: c is unchanged. */
 PDI_FN pd_status pdi_components_solve(const pd_components *components, const double *total, double *c);
 /* Totals of the components T_k = sum_i m_ki c_i, total [count] [mol/m3], of concentrations c [solutes] (eq. 5b.8). */
-PDI_FN void pdi_components_totals(const pd_components *components, const double *c, double *total);
+PDI_FN void pdi_components_compute_totals(const pd_components *components, const double *c, double *total);
 /* Derivatives dc/dT of the members by the joined totals in equilibrium (eq. 5b.10), single precision: [live][joined + 1
  * with activities] [-]; the last column is by the ionic strength of all other solutes. */
-PDI_FN void pdi_components_derive(const pd_components *components, const double *c, float *derivatives);
+PDI_FN void pdi_components_compute_derivatives_single(const pd_components *components, const double *c,
+                                                      float *derivatives);
 /* Derivatives dc/dT of the members by the joined totals in equilibrium (eq. 5b.10): [live][joined + 1 with activities]
  * [-]; the last column is by the ionic strength of all other solutes. */
-PDI_FN void pdi_components_slopes(const pd_components *components, const double *c, double *derivatives);
+PDI_FN void pdi_components_compute_derivatives(const pd_components *components, const double *c, double *derivatives);
 /* Change of concentrations c [solutes] [mol/m3] for a change `total` [count] of the totals, by
- * pdi_components_derive. */
-PDI_FN void pdi_components_follow(const pd_components *components, const float *derivatives, const double *total,
-                                  double *c);
+ * pdi_components_compute_derivatives_single. */
+PDI_FN void pdi_components_apply_derivatives(const pd_components *components, const float *derivatives,
+                                             const double *total, double *c);
 /* Number of columns of the derivatives: joined components, and one for the ionic strength when activities are on. */
-static inline int pdi_components_columns(const pd_components *components)
+static inline int pdi_components_count_columns(const pd_components *components)
 {
     return components->joined + (components->debye > 0.0);
 }
 /* Rate [mol/m3/s] of a kinetic reaction by mass action with activities (eq. 5b.3). NULL allowed: derivatives [solutes]
  * [1/s] by c; *gross_rate, forward plus backward rate. */
-PDI_FN double pdi_components_speed(const pd_components *components, const pd_kinetic *kinetic, const double *c,
-                                   double *derivatives, double *gross_rate);
+PDI_FN double pdi_components_compute_rate(const pd_components *components, const pd_kinetic *kinetic, const double *c,
+                                          double *derivatives, double *gross_rate);
 /* c [PD_SPECIES_MOST] [mol/m3] = pure solvent: its own dissociation, kinetic reactions included, is in equilibrium.
  * PD_NOT_CONVERGED: c is 0. */
-PDI_FN pd_status pdi_components_water(const pd_components *components, double *c);
+PDI_FN pd_status pdi_components_solve_pure_solvent(const pd_components *components, double *c);
 /* Ionic strength [mol/m3] of concentrations c [solutes]; negative ones count as 0. */
-PDI_FN double pdi_components_strength(const pd_components *components, const double *c);
+PDI_FN double pdi_components_compute_ionic_strength(const pd_components *components, const double *c);
 /* ln gamma of a unit charge at concentrations c [solutes]; *slope: its derivative by the ionic strength [m3/mol]. */
-PDI_FN double pdi_components_davies(const pd_components *components, const double *c, double *slope);
+PDI_FN double pdi_components_compute_davies(const pd_components *components, const double *c, double *slope);
 /* ln gamma of a unit charge at concentrations c [solutes]; 0 for ideal solutes. */
-PDI_FN double pdi_components_activity(const pd_components *components, const double *c);
+PDI_FN double pdi_components_compute_ln_gamma(const pd_components *components, const double *c);
 #endif
 
 #endif

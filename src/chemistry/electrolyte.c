@@ -1,31 +1,32 @@
 /* electrolyte: see electrolyte.h */
 #include "chemistry/electrolyte.h"
-#include "core/bracket.h"
+#include "core/root_bracket.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-#define PDI_ELECTROLYTE_NEUTRAL 1e-6 /* [-] sum of charges over ionic strength below which a recipe is neutral */
-#define PDI_ELECTROLYTE_PH 1e-12 /* difference at which a given pH is met */
-#define PDI_ELECTROLYTE_FIRST 1e-9 /* [mol/m3] of acid or base that is tried first to meet a pH */
-#define PDI_ELECTROLYTE_LAST 2e4 /* [mol/m3] of acid or base that is tried last */
+/* [-] sum of charges over ionic strength below which a recipe is neutral */
+#define PDI_ELECTROLYTE_NEUTRAL_TOLERANCE 1e-6
+#define PDI_ELECTROLYTE_PH_TOLERANCE 1e-12 /* difference at which a given pH is met */
+#define PDI_ELECTROLYTE_MIN_ACID 1e-9      /* [mol/m3] of acid or base that is tried first to meet a pH */
+#define PDI_ELECTROLYTE_MAX_ACID 2e4       /* [mol/m3] of acid or base that is tried last */
 
-PDI_FN int pdi_electrolyte_find(const pd_electrolyte *e, const char *name)
+PDI_FN int pdi_electrolyte_find_species(const pd_electrolyte *e, const char *name)
 {
     for (int i = 0; i < e->count; i++)
         if (strcmp(e->species[i].name, name) == 0) return i;
     return -1;
 }
 
-PDI_FN double pdi_electrolyte_total(const pd_electrolyte *e, const double *c, int element)
+PDI_FN double pdi_electrolyte_compute_element_total(const pd_electrolyte *e, const double *c, int element)
 {
     double sum = 0.0;
-    for (int i = 0; i < e->count; i++) sum += c[i] * pdi_species_atoms(&e->species[i], element);
+    for (int i = 0; i < e->count; i++) sum += c[i] * pdi_species_count_atoms(&e->species[i], element);
     return sum;
 }
 
 /* Sum of charges [mol/m3] of concentrations c; *strength: ionic strength [mol/m3]. */
-static double pdi_electrolyte_charge(const pd_electrolyte *e, const double *c, double *strength)
+static double pdi_electrolyte_compute_charge(const pd_electrolyte *e, const double *c, double *strength)
 {
     double sum = 0.0;
     *strength = 0.0;
@@ -37,7 +38,7 @@ static double pdi_electrolyte_charge(const pd_electrolyte *e, const double *c, d
 }
 
 /* 1: the reaction is in equilibrium at c: it has a constant, and its minerals may form or are present. */
-static int pdi_electrolyte_holds(const pd_electrolyte *e, const pd_reaction *r, const double *c)
+static int pdi_electrolyte_is_in_equilibrium(const pd_electrolyte *e, const pd_reaction *r, const double *c)
 {
     if (!r->has_k) return 0;
     for (int i = 0; i < e->count && c && !e->precipitates; i++)
@@ -45,12 +46,13 @@ static int pdi_electrolyte_holds(const pd_electrolyte *e, const pd_reaction *r, 
     return 1;
 }
 
-PDI_FN pd_status pdi_electrolyte_build(pd_ctx *ctx, const pd_electrolyte *e, const double *c, pd_speciation *system)
+PDI_FN pd_status pdi_electrolyte_build_speciation(pd_ctx *ctx, const pd_electrolyte *e, const double *c,
+                                                  pd_speciation *system)
 {
     pd_reaction held[PD_REACTION_MOST];
     int count = 0;
     for (int r = 0; r < e->reactions; r++) {
-        if (!pdi_electrolyte_holds(e, &e->reaction[r], c)) continue;
+        if (!pdi_electrolyte_is_in_equilibrium(e, &e->reaction[r], c)) continue;
         held[count] = e->reaction[r];
         held[count++].kinetic = 0; /* its rates lead there, too */
     }
@@ -58,7 +60,7 @@ PDI_FN pd_status pdi_electrolyte_build(pd_ctx *ctx, const pd_electrolyte *e, con
 }
 
 /* Saturation indices log10(IAP/K) of minerals, from the reactions with one solid. */
-static void pdi_electrolyte_saturation(const pd_electrolyte *e, pd_electrolyte_state *s)
+static void pdi_electrolyte_compute_saturation(const pd_electrolyte *e, pd_electrolyte_state *s)
 {
     for (int i = 0; i < e->count; i++) s->saturation[i] = NAN;
     for (int r = 0; r < e->reactions; r++) {
@@ -81,7 +83,7 @@ static void pdi_electrolyte_saturation(const pd_electrolyte *e, pd_electrolyte_s
 }
 
 /* Removes species k, which no reaction names. */
-static void pdi_electrolyte_remove(pd_electrolyte *e, int k)
+static void pdi_electrolyte_remove_species(pd_electrolyte *e, int k)
 {
     e->count--;
     for (int i = k; i < e->count; i++) {
@@ -98,7 +100,7 @@ static void pdi_electrolyte_remove(pd_electrolyte *e, int k)
     if (e->counter > k) e->counter--;
 }
 
-PDI_FN void pdi_electrolyte_dissolved(pd_electrolyte *e, const int *stays)
+PDI_FN void pdi_electrolyte_remove_undissolved(pd_electrolyte *e, const int *stays)
 {
     int kept = 0;
     for (int r = 0; r < e->reactions; r++) {
@@ -113,15 +115,15 @@ PDI_FN void pdi_electrolyte_dissolved(pd_electrolyte *e, const int *stays)
     e->reactions = kept;
     for (int k = e->count - 1; k >= 0; k--)
         if (e->species[k].phase != PD_PHASE_SOLUTE && e->species[k].phase != PD_PHASE_SOLVENT && !stays[k])
-            pdi_electrolyte_remove(e, k);
+            pdi_electrolyte_remove_species(e, k);
 }
 
 pd_status pd_electrolyte_solve(pd_ctx *ctx, const pd_electrolyte *e, double *c, pd_electrolyte_state *s)
 {
     pd_speciation system;
-    int h = pdi_electrolyte_find(e, "H+");
+    int h = pdi_electrolyte_find_species(e, "H+");
     memset(s, 0, sizeof *s);
-    PDI_TRY(pdi_electrolyte_build(ctx, e, c, &system));
+    PDI_TRY(pdi_electrolyte_build_speciation(ctx, e, c, &system));
     pd_status status = pd_speciation_solve(&system, c, &s->result);
     if (status == PD_ERR_ARGUMENT)
         return pdi_fail(ctx, status, "electrolyte", "a concentration is negative or no number");
@@ -130,19 +132,19 @@ pd_status pd_electrolyte_solve(pd_ctx *ctx, const pd_electrolyte *e, double *c, 
                         "constant is off by powers of ten, or whose species all are absent");
     s->strength = s->result.strength;
     double strength;
-    s->charge = pdi_electrolyte_charge(e, c, &strength);
+    s->charge = pdi_electrolyte_compute_charge(e, c, &strength);
     s->ph = h >= 0 && c[h] > 0.0 ? -s->result.log_activity[h] : NAN;
-    pdi_electrolyte_saturation(e, s);
+    pdi_electrolyte_compute_saturation(e, s);
     return PD_OK;
 }
 
 /* c = recipe `from` with `acid` [mol/m3] of H+ and its counter ion, negative: OH- (eq. 5b.11); *ph: that of its
  * equilibrium. */
-static pd_status pdi_electrolyte_ph(pd_ctx *ctx, const pd_electrolyte *e, const double *from, double acid, double *c,
-                                    double *ph)
+static pd_status pdi_electrolyte_compute_ph(pd_ctx *ctx, const pd_electrolyte *e, const double *from, double acid,
+                                            double *c, double *ph)
 {
     pd_electrolyte_state s;
-    int ion = pdi_electrolyte_find(e, acid > 0.0 ? "H+" : "OH-");
+    int ion = pdi_electrolyte_find_species(e, acid > 0.0 ? "H+" : "OH-");
     double out[PD_SPECIES_MOST];
     memcpy(c, from, (size_t)e->count * sizeof *c);
     c[ion] += fabs(acid);
@@ -155,56 +157,56 @@ static pd_status pdi_electrolyte_ph(pd_ctx *ctx, const pd_electrolyte *e, const 
 }
 
 /* Brackets the amount of acid or base [mol/m3] that gives `ph`: a[0], a[1], with the pH differences f[0], f[1]. */
-static pd_status pdi_electrolyte_bracket(pd_ctx *ctx, const pd_electrolyte *e, double ph, const double *from, double *a,
-                                         double *f)
+static pd_status pdi_electrolyte_find_acid_bracket(pd_ctx *ctx, const pd_electrolyte *e, double ph, const double *from,
+                                                   double *a, double *f)
 {
     const pd_species *counter = &e->species[e->counter];
     double c[PD_SPECIES_MOST];
-    PDI_TRY(pdi_electrolyte_ph(ctx, e, from, 0.0, c, &f[0]));
+    PDI_TRY(pdi_electrolyte_compute_ph(ctx, e, from, 0.0, c, &f[0]));
     f[0] -= ph;
     a[0] = a[1] = 0.0;
     if (isnan(f[0]))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "electrolyte", "pH is set and no reaction makes H+, expected one such as "
                         "[reaction water] H2O = H+ + OH-");
     f[1] = f[0];
-    for (double sign = f[0] > 0.0 ? 1.0 : -1.0, size = PDI_ELECTROLYTE_FIRST; f[1] * sign > 0.0; size *= 4.0) {
+    for (double sign = f[0] > 0.0 ? 1.0 : -1.0, size = PDI_ELECTROLYTE_MIN_ACID; f[1] * sign > 0.0; size *= 4.0) {
         double most = from[e->counter] * counter->charge * sign; /* the ion is used up */
-        if (a[1] * sign >= PDI_ELECTROLYTE_LAST || (most > 0.0 && a[1] * sign >= most))
+        if (a[1] * sign >= PDI_ELECTROLYTE_MAX_ACID || (most > 0.0 && a[1] * sign >= most))
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "electrolyte", "pH %g cannot be reached with %s, of which there are "
                             "%g mol/m3: name another ion by 'counter'", ph, counter->name, from[e->counter]);
         a[0] = a[1];
         f[0] = f[1];
         a[1] = sign * (most > 0.0 ? pdi_min(size, most) : size);
-        PDI_TRY(pdi_electrolyte_ph(ctx, e, from, a[1], c, &f[1]));
+        PDI_TRY(pdi_electrolyte_compute_ph(ctx, e, from, a[1], c, &f[1]));
         f[1] -= ph;
     }
     return PD_OK;
 }
 
 /* Adds the acid or base to c that gives `ph`, by the Illinois method (eq. 5b.11). */
-static pd_status pdi_electrolyte_set(pd_ctx *ctx, const pd_electrolyte *e, double ph, double *c)
+static pd_status pdi_electrolyte_solve_ph(pd_ctx *ctx, const pd_electrolyte *e, double ph, double *c)
 {
     double from[PD_SPECIES_MOST], a[2], f[2];
     if (e->counter < 0)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "electrolyte", "pH is set, but no ion that comes with the acid or base "
                         "that sets it, expected counter = Cl- or another ion");
-    if (pdi_electrolyte_find(e, "H+") < 0 || pdi_electrolyte_find(e, "OH-") < 0)
+    if (pdi_electrolyte_find_species(e, "H+") < 0 || pdi_electrolyte_find_species(e, "OH-") < 0)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "electrolyte", "pH is set and there is no [species H+] or no "
                         "[species OH-], expected both");
     memcpy(from, c, (size_t)e->count * sizeof *c);
-    PDI_TRY(pdi_electrolyte_bracket(ctx, e, ph, from, a, f));
-    pdi_bracket s = {a[0], f[0], a[1], f[1], 0, 0};
+    PDI_TRY(pdi_electrolyte_find_acid_bracket(ctx, e, ph, from, a, f));
+    pdi_root_bracket s = {a[0], f[0], a[1], f[1], 0, 0};
     double acid = a[1], off = f[1], found;
-    while (fabs(off) > PDI_ELECTROLYTE_PH && pdi_bracket_next(&s, &acid)) {
-        PDI_TRY(pdi_electrolyte_ph(ctx, e, from, acid, c, &found));
+    while (fabs(off) > PDI_ELECTROLYTE_PH_TOLERANCE && pdi_root_bracket_get_next(&s, &acid)) {
+        PDI_TRY(pdi_electrolyte_compute_ph(ctx, e, from, acid, c, &found));
         off = found - ph;
-        pdi_bracket_take(&s, acid, off);
+        pdi_root_bracket_update(&s, acid, off);
     }
-    return pdi_electrolyte_ph(ctx, e, from, acid, c, &found);
+    return pdi_electrolyte_compute_ph(ctx, e, from, acid, c, &found);
 }
 
 /* Name of the most frequent ion, as a proposal in messages. */
-static const char *pdi_electrolyte_most(const pd_electrolyte *e, const double *c)
+static const char *pdi_electrolyte_find_main_ion(const pd_electrolyte *e, const double *c)
 {
     int best = -1;
     for (int i = 0; i < e->count; i++)
@@ -214,11 +216,13 @@ static const char *pdi_electrolyte_most(const pd_electrolyte *e, const double *c
 
 pd_status pd_electrolyte_close(pd_ctx *ctx, const pd_electrolyte *e, double ph, double *c)
 {
-    double strength, charge = pdi_electrolyte_charge(e, c, &strength);
-    if (e->balance < 0 && fabs(charge) > PDI_ELECTROLYTE_NEUTRAL * strength)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "electrolyte", "the charges sum to %+.4g mol/m3, %.3g %% of the ionic "
+    double strength, charge = pdi_electrolyte_compute_charge(e, c, &strength);
+    if (e->balance < 0 && fabs(charge) > PDI_ELECTROLYTE_NEUTRAL_TOLERANCE * strength)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "electrolyte",
+                        "the charges sum to %+.4g mol/m3, %.3g %% of the ionic "
                         "strength, expected 0: correct a concentration, or name the ion that makes up for it by "
-                        "balance = %s", charge, 100.0 * fabs(charge) / strength, pdi_electrolyte_most(e, c));
+                        "balance = %s",
+                        charge, 100.0 * fabs(charge) / strength, pdi_electrolyte_find_main_ion(e, c));
     if (e->balance >= 0) {
         double more = -charge / e->species[e->balance].charge;
         if (c[e->balance] + more < 0.0)
@@ -227,15 +231,15 @@ pd_status pd_electrolyte_close(pd_ctx *ctx, const pd_electrolyte *e, double ph, 
                             e->species[e->balance].name, c[e->balance]);
         c[e->balance] += more;
     }
-    return isnan(ph) ? PD_OK : pdi_electrolyte_set(ctx, e, ph, c);
+    return isnan(ph) ? PD_OK : pdi_electrolyte_solve_ph(ctx, e, ph, c);
 }
 
 pd_status pd_electrolyte_reagent(pd_ctx *ctx, const pd_electrolyte *e, const char *text, double *per)
 {
     pd_reaction r;
     double strength;
-    PDI_TRY(pdi_reaction_sum(ctx, "the reagent", text, e->species, e->count, &r));
-    double charge = pdi_electrolyte_charge(e, r.nu, &strength);
+    PDI_TRY(pdi_reaction_parse_sum(ctx, "the reagent", text, e->species, e->count, &r));
+    double charge = pdi_electrolyte_compute_charge(e, r.nu, &strength);
     if (charge != 0.0)
         return pdi_fail(ctx, PD_ERR_PARSE, "electrolyte", "the reagent '%.60s' has the charge %+g, expected a neutral "
                         "one such as Na+ + OH-", text, charge);

@@ -56,15 +56,16 @@ PD_API pd_status pd_electrolyte_solve(pd_ctx *ctx, const pd_electrolyte *e, doub
 PD_API pd_status pd_electrolyte_reagent(pd_ctx *ctx, const pd_electrolyte *e, const char *text, double *per);
 #ifdef PDI_INTERNAL
 /* Index of a species by name; -1: there is none. */
-PDI_FN int pdi_electrolyte_find(const pd_electrolyte *e, const char *name);
+PDI_FN int pdi_electrolyte_find_species(const pd_electrolyte *e, const char *name);
 /* Builds the speciation system for concentrations c: without minerals that are absent and may not form. c NULL: with
  * all minerals. PD_ERR_ARGUMENT: reactions contradict each other. */
-PDI_FN pd_status pdi_electrolyte_build(pd_ctx *ctx, const pd_electrolyte *e, const double *c, pd_speciation *system);
+PDI_FN pd_status pdi_electrolyte_build_speciation(pd_ctx *ctx, const pd_electrolyte *e, const double *c,
+                                                  pd_speciation *system);
 /* Removes solids and gases other than those with stays[species] = 1, and the reactions that name them. Indices of
  * species change. */
-PDI_FN void pdi_electrolyte_dissolved(pd_electrolyte *e, const int *stays);
+PDI_FN void pdi_electrolyte_remove_undissolved(pd_electrolyte *e, const int *stays);
 /* Total concentration of an element [mol/m3] (atomic number) over all species. */
-PDI_FN double pdi_electrolyte_total(const pd_electrolyte *e, const double *c, int element);
+PDI_FN double pdi_electrolyte_compute_element_total(const pd_electrolyte *e, const double *c, int element);
 #endif
 
 #endif

@@ -1,51 +1,53 @@
 /* mineral: see mineral.h */
 #include "chemistry/mineral.h"
-#include "core/bracket.h"
+#include "core/root_bracket.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
 
-#define PDI_MINERAL_LEAST 1e-200 /* [mol/m3] lower bound of concentrations in logarithms */
-#define PDI_MINERAL_LOST (-1e3) /* ln Omega - law where totals have no concentrations */
-#define PDI_MINERAL_ROUNDS 200 /* most sweeps over all minerals */
-#define PDI_MINERAL_SOLVES 500 /* most equilibria that are solved for the minerals of a volume */
-#define PDI_MINERAL_LOOSE 1e-4 /* |ln Omega - law| accepted when the equilibria are used up */
-#define PDI_MINERAL_REGULAR 1.0 /* |ln Omega - law| below which its derivative tells what rounding of amounts changes */
+#define PDI_MINERAL_MIN_CONCENTRATION 1e-200 /* [mol/m3] lower bound of concentrations in logarithms */
+#define PDI_MINERAL_INFEASIBLE (-1e3)        /* ln Omega - law where totals have no concentrations */
+#define PDI_MINERAL_MAX_SWEEPS 200           /* most sweeps over all minerals */
+#define PDI_MINERAL_MAX_SOLVES 500           /* most equilibria that are solved for the minerals of a volume */
+#define PDI_MINERAL_LOOSE_TOLERANCE 1e-4     /* |ln Omega - law| accepted when the equilibria are used up */
+/* |ln Omega - law| below which its derivative tells what rounding of amounts changes */
+#define PDI_MINERAL_REGULAR_RESIDUAL 1.0
 /* [-] a volume within this of its free volume is full, and a law off by more is not met */
-#define PDI_MINERAL_FULL 1e-9
-#define PDI_MINERAL_MARGIN 1e-12 /* [-] part of the free volume within which several minerals fill it */
-#define PDI_MINERAL_ROUND 16.0 /* rounding units of the totals within which amounts are equal */
-#define PDI_MINERAL_SHORTEST 1e-4 /* shortest fraction of a Newton step */
-#define PDI_MINERAL_BETTER 0.99 /* most of the residual that an accepted step leaves */
-#define PDI_MINERAL_NEAR 1e-11 /* residual below which PDI_MINERAL_HALF holds: what remains is rounding */
-#define PDI_MINERAL_HALF 0.5 /* most of such a residual that an accepted step leaves */
-#define PDI_MINERAL_FIRST 1e-3 /* [-] first step of a search without bounds, over the totals */
+#define PDI_MINERAL_FULL_TOLERANCE 1e-9
+#define PDI_MINERAL_FILL_TOLERANCE 1e-12 /* [-] part of the free volume within which several minerals fill it */
+#define PDI_MINERAL_ROUNDING 16.0        /* rounding units of the totals within which amounts are equal */
+#define PDI_MINERAL_MIN_FRACTION 1e-4    /* shortest fraction of a Newton step */
+#define PDI_MINERAL_MAX_LEFT 0.99        /* most of the residual that an accepted step leaves */
+/* residual below which PDI_MINERAL_MAX_LEFT_NEAR holds: what remains is rounding */
+#define PDI_MINERAL_NEAR_RESIDUAL 1e-11
+#define PDI_MINERAL_MAX_LEFT_NEAR 0.5 /* most of such a residual that an accepted step leaves */
+#define PDI_MINERAL_FIRST_STEP 1e-3   /* [-] first step of a search without bounds, over the totals */
 #define PDI_MINERAL_MOLAR 1e3 /* [mol/m3] one mol/L */
 
 /* ---- the system ---- */
 /* Number of solids in a reaction. */
-static int pdi_mineral_solids(const pd_species *species, int count, const pd_reaction *r)
+static int pdi_mineral_count_solids(const pd_species *species, int count, const pd_reaction *r)
 {
     int solids = 0;
     for (int i = 0; i < count; i++) solids += r->nu[i] != 0.0 && species[i].phase == PD_PHASE_SOLID;
     return solids;
 }
 
-PDI_FN int pdi_mineral_rest(const pd_species *species, int count, const pd_reaction *reactions, int reaction_count,
-                             pd_reaction *rest)
+PDI_FN int pdi_mineral_copy_solid_free_reactions(const pd_species *species, int count, const pd_reaction *reactions,
+                                                 int reaction_count, pd_reaction *rest)
 {
     int kept = 0;
     for (int r = 0; r < reaction_count; r++)
-        if (!pdi_mineral_solids(species, count, &reactions[r])) rest[kept++] = reactions[r];
+        if (!pdi_mineral_count_solids(species, count, &reactions[r])) rest[kept++] = reactions[r];
     return kept;
 }
 
 /* 1: a parameter is negative or not finite. */
-static int pdi_mineral_bad(double value) { return !(value >= 0.0) || !(value < 1e100); }
+static int pdi_mineral_is_invalid(double value) { return !(value >= 0.0) || !(value < 1e100); }
 
 /* Sets stoichiometry and ln K of mineral s, which dissolves by reaction r. */
-static void pdi_mineral_take(const pd_components *c, const pd_species *species, int count, const pd_reaction *r,
-                              pd_minerals *m, int s)
+static void pdi_mineral_set_reaction(const pd_components *c, const pd_species *species, int count, const pd_reaction *r,
+                                     pd_minerals *m, int s)
 {
     double one = -r->nu[m->of[s].species], sum = 0.0;
     for (int i = 0; i < count; i++) {
@@ -56,27 +58,27 @@ static void pdi_mineral_take(const pd_components *c, const pd_species *species, 
         sum += nu;
     }
     m->ln_k[s] = r->ln_k / one + sum * log(PDI_MINERAL_MOLAR);
-    pdi_components_totals(c, m->nu[s], m->gain[s]);
+    pdi_components_compute_totals(c, m->nu[s], m->gain[s]);
 }
 
 /* Checks all minerals and finds their reactions. */
-static pd_status pdi_mineral_fill(pd_ctx *ctx, const pd_components *c, const pd_species *species, int count,
-                                   const pd_reaction *reactions, int reaction_count, pd_minerals *m)
+static pd_status pdi_mineral_try_build(pd_ctx *ctx, const pd_components *c, const pd_species *species, int count,
+                                       const pd_reaction *reactions, int reaction_count, pd_minerals *m)
 {
     for (int s = 0; s < m->count; s++) {
         pd_mineral *of = &m->of[s];
         const char *name = species[of->species].name;
         int found = -1, several = 0;
-        if (pdi_mineral_bad(of->rate) || pdi_mineral_bad(of->surface) || pdi_mineral_bad(of->exponent) ||
-            pdi_mineral_bad(of->volume) || !(fabs(of->nucleation) < 1e100) || !(of->porosity >= 0.0) ||
-            !(of->porosity < 1.0))
+        if (pdi_mineral_is_invalid(of->rate) || pdi_mineral_is_invalid(of->surface) ||
+            pdi_mineral_is_invalid(of->exponent) || pdi_mineral_is_invalid(of->volume) ||
+            !(fabs(of->nucleation) < 1e100) || !(of->porosity >= 0.0) || !(of->porosity < 1.0))
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "minerals", "%s has the rate %g, surface %g, exponent %g, volume %g, "
                             "nucleation %g and porosity %g, expected finite values of at least 0, and a porosity below "
                             "1", name, of->rate, of->surface, of->exponent, of->volume, of->nucleation, of->porosity);
         if (!(of->exponent > 0.0)) of->exponent = 1.0;
         for (int r = 0; r < reaction_count; r++) {
             if (reactions[r].nu[of->species] == 0.0) continue;
-            several += found >= 0 || pdi_mineral_solids(species, count, &reactions[r]) > 1;
+            several += found >= 0 || pdi_mineral_count_solids(species, count, &reactions[r]) > 1;
             found = r;
         }
         if (found < 0 || several || !reactions[found].has_k)
@@ -87,7 +89,7 @@ static pd_status pdi_mineral_fill(pd_ctx *ctx, const pd_components *c, const pd_
             if (reactions[found].nu[i] != 0.0 && species[i].phase > PD_PHASE_SOLID)
                 return pdi_fail(ctx, PD_ERR_ARGUMENT, "minerals", "%s reacts with %s, expected solutes and water", name,
                                 species[i].name);
-        pdi_mineral_take(c, species, count, &reactions[found], m, s);
+        pdi_mineral_set_reaction(c, species, count, &reactions[found], m, s);
     }
     return PD_OK;
 }
@@ -107,41 +109,40 @@ PDI_FN pd_status pdi_mineral_build(pd_ctx *ctx, const pd_components *c, const pd
                             list[s].species);
         for (int t = 0; t < s; t++)
             if (list[t].species == list[s].species)
-                return pdi_fail(ctx, PD_ERR_ARGUMENT, "minerals", "%s is there twice",
-                                species[list[s].species].name);
+                return pdi_fail(ctx, PD_ERR_ARGUMENT, "minerals", "%s is there twice", species[list[s].species].name);
     }
     m->count = mineral_count;
-    return pdi_mineral_fill(ctx, c, species, count, reactions, reaction_count, m);
+    return pdi_mineral_try_build(ctx, c, species, count, reactions, reaction_count, m);
 }
 
 /* Volume of minerals n over that of the cell. */
-static double pdi_mineral_volume(const pd_minerals *m, const double *n)
+static double pdi_mineral_compute_volume(const pd_minerals *m, const double *n)
 {
     double sum = 0.0;
     for (int s = 0; s < m->count; s++) sum += m->of[s].volume * n[s];
     return sum;
 }
 
-PDI_FN double pdi_mineral_fraction(const pd_minerals *m, const double *n)
+PDI_FN double pdi_mineral_compute_volume_fraction(const pd_minerals *m, const double *n)
 {
-    return pdi_min(pdi_max(pdi_mineral_volume(m, n), 0.0), 1.0);
+    return pdi_min(pdi_max(pdi_mineral_compute_volume(m, n), 0.0), 1.0);
 }
 
-PDI_FN double pdi_mineral_index(const pd_components *c, const pd_minerals *m, int s, const double *conc)
+PDI_FN double pdi_mineral_compute_ln_omega(const pd_components *c, const pd_minerals *m, int s, const double *conc)
 {
-    double sum = m->square[s] * pdi_components_activity(c, conc) - m->ln_k[s], more = 0.0;
+    double sum = m->square[s] * pdi_components_compute_ln_gamma(c, conc) - m->ln_k[s], more = 0.0;
     int lacks = 0;
     for (int i = 0; i < c->solutes; i++) {
-        double size = m->nu[s][i] != 0.0 ? m->nu[s][i] * log(pdi_max(conc[i], PDI_MINERAL_LEAST)) : 0.0;
-        lacks |= m->nu[s][i] > 0.0 && !(conc[i] > 1.01 * PDI_MINERAL_LEAST);
+        double size = m->nu[s][i] != 0.0 ? m->nu[s][i] * log(pdi_max(conc[i], PDI_MINERAL_MIN_CONCENTRATION)) : 0.0;
+        lacks |= m->nu[s][i] > 0.0 && !(conc[i] > 1.01 * PDI_MINERAL_MIN_CONCENTRATION);
         if (m->nu[s][i] < 0.0) more += size;
         else sum += size;
     }
     return sum + (lacks ? pdi_min(more, 0.0) : more); /* no acid makes a mineral of ions that are not there */
 }
 
-PDI_FN void pdi_mineral_begin(const pd_components *c, const pd_minerals *m, const double *n, const double *conc,
-                               pd_mineral_start *start)
+PDI_FN void pdi_mineral_begin_step(const pd_components *c, const pd_minerals *m, const double *n, const double *conc,
+                                   pd_mineral_start *start)
 {
     start->limited = 0;
     start->near_ = NULL;
@@ -151,12 +152,13 @@ PDI_FN void pdi_mineral_begin(const pd_components *c, const pd_minerals *m, cons
         int free = !(of->rate > 0.0) && !(of->surface > 0.0), bare = !(n[s] > 0.0) && of->nucleation > 0.0;
         start->rate[s] = free ? HUGE_VAL : of->rate;
         start->grow[s] = of->rate > 0.0 || n[s] > 0.0 ? of->surface : 0.0;
-        if (bare && pdi_mineral_index(c, m, s, conc) < of->nucleation * log(10.0))
+        if (bare && pdi_mineral_compute_ln_omega(c, m, s, conc) < of->nucleation * log(10.0))
             start->rate[s] = start->grow[s] = 0.0;
     }
 }
 
-PDI_FN int pdi_mineral_resume(pd_mineral_start *start, int s, double first_amount, double step_ratio, double *amount)
+PDI_FN int pdi_mineral_try_resume(pd_mineral_start *start, int s, double first_amount, double step_ratio,
+                                  double *amount)
 {
     if (!(start->grow[s] > 0.0) || start->rate[s] + start->grow[s] * *amount > 0.0) return 0;
     *amount = pdi_max(first_amount, 0.0);
@@ -166,44 +168,45 @@ PDI_FN int pdi_mineral_resume(pd_mineral_start *start, int s, double first_amoun
 }
 
 /* 1: mineral s forms or dissolves in the step. */
-static int pdi_mineral_moves(const pd_mineral_start *start, int s)
+static int pdi_mineral_is_reactive(const pd_mineral_start *start, int s)
 {
     return start->rate[s] > 0.0 || start->grow[s] > 0.0;
 }
 
 /* Rate times step [mol/m3] of mineral s at the end amount n: what dissolves far below saturation. */
-static double pdi_mineral_reacts(const pd_mineral_start *start, int s, double n)
+static double pdi_mineral_compute_max_extent(const pd_mineral_start *start, int s, double n)
 {
     return (start->rate[s] + start->grow[s] * n) * start->dt;
 }
 
 /* Growth of mineral s in the step [mol/m3] at Omega^p - 1 = excess, of any sign; HUGE_VAL: unbounded. */
-static double pdi_mineral_growth(const pd_mineral_start *start, int s, double excess)
+static double pdi_mineral_compute_growth(const pd_mineral_start *start, int s, double excess)
 {
     double more = start->dt * start->grow[s] * excess;
     if (!(start->rate[s] < HUGE_VAL) || !(more < 1.0)) return HUGE_VAL;
-    return pdi_mineral_reacts(start, s, start->start[s]) * excess / (1.0 - more);
+    return pdi_mineral_compute_max_extent(start, s, start->start[s]) * excess / (1.0 - more);
 }
 
 /* Most that dissolves of mineral s in the step by its law [mol/m3]. */
-static double pdi_mineral_most_gone(const pd_mineral_start *start, int s)
+static double pdi_mineral_compute_max_dissolution(const pd_mineral_start *start, int s)
 {
-    double rate = start->rate[s] < HUGE_VAL ? -pdi_mineral_growth(start, s, -1.0) : HUGE_VAL;
+    double rate = start->rate[s] < HUGE_VAL ? -pdi_mineral_compute_growth(start, s, -1.0) : HUGE_VAL;
     return start->start[s] - pdi_max(start->start[s] - rate, 0.0);
 }
 
 /* Most that mineral s grows in the step [mol/m3], by its law and the free volume. Negative: there is too much of it. */
-static double pdi_mineral_most_grown(const pd_minerals *m, const pd_mineral_start *start, int s)
+static double pdi_mineral_compute_max_growth(const pd_minerals *m, const pd_mineral_start *start, int s)
 {
-    double rate = pdi_mineral_growth(start, s, 1.0), room = 1.0 - m->of[s].porosity - m->of[s].volume * start->start[s];
+    double rate = pdi_mineral_compute_growth(start, s, 1.0),
+           room = 1.0 - m->of[s].porosity - m->of[s].volume * start->start[s];
     for (int q = 0; q < m->count; q++)
-        if (q != s) room -= m->of[q].volume * (start->start[q] - pdi_mineral_most_gone(start, q));
+        if (q != s) room -= m->of[q].volume * (start->start[q] - pdi_mineral_compute_max_dissolution(start, q));
     if (!(m->of[s].volume > 0.0)) return rate;
     return pdi_min(rate, pdi_max(room / m->of[s].volume, start->initial[s] - start->start[s]));
 }
 
-PDI_FN int pdi_mineral_lacks(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
-                             const double *total)
+PDI_FN int pdi_mineral_is_infeasible(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
+                                     const double *total)
 {
     for (int k = 0; k < c->count; k++) {
         double most = total[k];
@@ -211,19 +214,20 @@ PDI_FN int pdi_mineral_lacks(const pd_components *c, const pd_minerals *m, const
         for (int i = 0; i < c->solutes; i++) signs |= c->m[k][i] < 0.0;
         for (int s = 0; s < m->count && !signs; s++) {
             double gain = m->gain[s][k];
-            if (gain > 0.0) most += gain * pdi_mineral_most_gone(start, s);
-            if (gain < 0.0) most -= gain * pdi_mineral_most_grown(m, start, s);
+            if (gain > 0.0) most += gain * pdi_mineral_compute_max_dissolution(start, s);
+            if (gain < 0.0) most -= gain * pdi_mineral_compute_max_growth(m, start, s);
         }
         if (!signs && most < 0.0) return 1;
     }
     return 0;
 }
 
-PDI_FN int pdi_mineral_turned(const pd_minerals *m, const double *n_before, const double *after)
+PDI_FN int pdi_mineral_has_switched(const pd_minerals *m, const double *n_before, const double *after)
 {
-    double before = pdi_mineral_fraction(m, n_before), now = pdi_mineral_fraction(m, after);
+    double before = pdi_mineral_compute_volume_fraction(m, n_before),
+           now = pdi_mineral_compute_volume_fraction(m, after);
     for (int s = 0; s < m->count; s++) {
-        double full = (1.0 - m->of[s].porosity) * (1.0 - PDI_MINERAL_FULL);
+        double full = (1.0 - m->of[s].porosity) * (1.0 - PDI_MINERAL_FULL_TOLERANCE);
         if (n_before[s] > 0.0 && !(after[s] > 0.0)) return 1;
         if (m->of[s].volume > 0.0 && before < full && now >= full) return 1;
     }
@@ -236,55 +240,58 @@ typedef struct pdi_mineral_work {
     const pd_components *c;
     const pd_minerals *m;
     const pd_mineral_start *start;
-    double base[PD_MINERAL_MOST];   /* [mol/m3] amounts that `total` belongs to */
+    double base_amount[PD_MINERAL_MOST]; /* [mol/m3] amounts that `total` belongs to */
     double total[PD_SPECIES_MOST];  /* [mol/m3] dissolved with these */
-    double grown[PD_MINERAL_MOST];  /* [mol/m3] amounts above `base`: beside much of a mineral they are far smaller */
-    double n[PD_MINERAL_MOST], at[PD_SPECIES_MOST]; /* n: base + grown, but for its rounding */
+    double growth[PD_MINERAL_MOST]; /* [mol/m3] amounts above `base`: beside much of a mineral they are far smaller */
+    double amount[PD_MINERAL_MOST], conc[PD_SPECIES_MOST]; /* n: base + grown, but for its rounding */
     double guess[PD_SPECIES_MOST];  /* [mol/m3] to begin from anew */
-    int failed;                     /* 1: the last amounts have no concentrations */
-    int left;                       /* number of equilibria that may still be solved */
+    int infeasible;                 /* 1: the last amounts have no concentrations */
+    int solves_left;                /* number of equilibria that may still be solved */
 } pdi_mineral_work;
 
 /* Residual of (5b.16): ln Omega of mineral s less that of its law at amount n, `over` above that of the start. */
-static double pdi_mineral_law(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start, int s,
-                              const double *conc, double n, double over)
+static double pdi_mineral_compute_law_residual(const pd_components *c, const pd_minerals *m,
+                                               const pd_mineral_start *start, int s, const double *conc, double n,
+                                               double over)
 {
-    double rate = pdi_mineral_reacts(start, s, n), off = pdi_mineral_index(c, m, s, conc);
+    double rate = pdi_mineral_compute_max_extent(start, s, n), off = pdi_mineral_compute_ln_omega(c, m, s, conc);
     if (!(rate > 0.0) && start->grow[s] > 0.0) return over < 0.0 ? HUGE_VAL : -HUGE_VAL; /* none has no surface */
     return rate < HUGE_VAL ? off - log1p(pdi_max(over / rate, -1.0)) / m->of[s].exponent : off;
 }
 
 /* Sets the growth of mineral s [mol/m3], and its amount. */
-static void pdi_mineral_set(pdi_mineral_work *w, int s, double grown)
+static void pdi_mineral_set_growth(pdi_mineral_work *w, int s, double grown)
 {
-    w->grown[s] = grown;
-    w->n[s] = pdi_max(w->base[s] + grown, 0.0);
+    w->growth[s] = grown;
+    w->amount[s] = pdi_max(w->base_amount[s] + grown, 0.0);
 }
 
 /* Amount of mineral s above that of the start of the step [mol/m3]. */
-static double pdi_mineral_over(const pdi_mineral_work *w, int s)
+static double pdi_mineral_get_excess(const pdi_mineral_work *w, int s)
 {
-    return w->n[s] > 0.0 ? w->grown[s] + (w->base[s] - w->start->start[s]) : -w->start->start[s];
+    return w->amount[s] > 0.0 ? w->growth[s] + (w->base_amount[s] - w->start->start[s]) : -w->start->start[s];
 }
 
 /* Residual of (5b.16) of mineral s with the concentrations for this growth; it falls with the growth. */
-static double pdi_mineral_off(pdi_mineral_work *w, int s, double grown)
+static double pdi_mineral_compute_growth_residual(pdi_mineral_work *w, int s, double grown)
 {
     double total[PD_SPECIES_MOST];
-    w->left--;
-    pdi_mineral_set(w, s, grown);
+    w->solves_left--;
+    pdi_mineral_set_growth(w, s, grown);
     for (int k = 0; k < w->c->count; k++) {
         total[k] = w->total[k];
-        for (int t = 0; t < w->m->count; t++) total[k] -= w->m->gain[t][k] * w->grown[t];
+        for (int t = 0; t < w->m->count; t++) total[k] -= w->m->gain[t][k] * w->growth[t];
     }
-    w->failed = pdi_components_solve(w->c, total, w->at) != PD_OK;
-    if (w->failed) memcpy(w->at, w->guess, sizeof w->at);
-    if (w->failed) return PDI_MINERAL_LOST;
-    return pdi_mineral_law(w->c, w->m, w->start, s, w->at, w->n[s], pdi_mineral_over(w, s));
+    w->infeasible = pdi_components_solve(w->c, total, w->conc) != PD_OK;
+    if (w->infeasible) memcpy(w->conc, w->guess, sizeof w->conc);
+    if (w->infeasible) return PDI_MINERAL_INFEASIBLE;
+    return pdi_mineral_compute_law_residual(w->c, w->m, w->start, s, w->conc, w->amount[s],
+                                            pdi_mineral_get_excess(w, s));
 }
 
 /* Bounds of the growth of mineral s: least, most by the totals (-HUGE_VAL, HUGE_VAL: none), room by the free volume. */
-static void pdi_mineral_bounds(const pdi_mineral_work *w, int s, double *least, double *most, double *room)
+static void pdi_mineral_compute_growth_bounds(const pdi_mineral_work *w, int s, double *least, double *most,
+                                              double *room)
 {
     double taken = 0.0;
     *least = -HUGE_VAL;
@@ -296,30 +303,31 @@ static void pdi_mineral_bounds(const pdi_mineral_work *w, int s, double *least, 
         if (signs || gain == 0.0) continue;
         for (int t = 0; t < w->m->count; t++) {
             if (w->m->gain[t][k] * gain < 0.0) signs = 1;
-            if (t != s) there -= w->m->gain[t][k] * w->grown[t];
+            if (t != s) there -= w->m->gain[t][k] * w->growth[t];
         }
         if (!signs && gain > 0.0) *most = pdi_min(*most, there / gain);
         if (!signs && gain < 0.0) *least = pdi_max(*least, there / gain);
     }
     if (!(*least < *most)) *least = -HUGE_VAL;
     for (int t = 0; t < w->m->count; t++)
-        if (t != s) taken += w->m->of[t].volume * w->n[t];
-    *room = w->start->limited ? w->start->limit[s] - w->base[s] : HUGE_VAL;
+        if (t != s) taken += w->m->of[t].volume * w->amount[t];
+    *room = w->start->limited ? w->start->limit[s] - w->base_amount[s] : HUGE_VAL;
     if (!(w->m->of[s].volume > 0.0) || w->start->limited) return;
     *room = pdi_max((1.0 - w->m->of[s].porosity - taken) / w->m->of[s].volume, 0.0);
-    *room = pdi_max(*room, w->start->initial[s]) - w->base[s]; /* what is there stays */
+    *room = pdi_max(*room, w->start->initial[s]) - w->base_amount[s]; /* what is there stays */
 }
 
 /* Brackets the growth of mineral s above x[0], where the residual f[0] is positive. 0: it is positive up to `room`. */
-static int pdi_mineral_bracket(pdi_mineral_work *w, int s, double most, double room, double *x, double *f)
+static int pdi_mineral_find_growth_bracket(pdi_mineral_work *w, int s, double most, double room, double *x, double *f)
 {
-    double index = w->m->of[s].exponent * pdi_mineral_index(w->c, w->m, s, w->at), size = 0.0;
-    double law = w->start->start[s] - w->base[s] + pdi_mineral_growth(w->start, s, expm1(pdi_min(index, 700.0)));
+    double index = w->m->of[s].exponent * pdi_mineral_compute_ln_omega(w->c, w->m, s, w->conc), size = 0.0;
+    double law =
+        w->start->start[s] - w->base_amount[s] + pdi_mineral_compute_growth(w->start, s, expm1(pdi_min(index, 700.0)));
     double top = pdi_min(pdi_min(room, most), law > x[0] ? law : HUGE_VAL);
     for (int k = 0; k < w->c->count; k++) size = pdi_max(size, fabs(w->total[k]));
-    for (double step = PDI_MINERAL_FIRST * (size + w->base[s] + x[0]);; step *= 4.0) {
+    for (double step = PDI_MINERAL_FIRST_STEP * (size + w->base_amount[s] + x[0]);; step *= 4.0) {
         x[1] = top < HUGE_VAL ? top : pdi_min(x[0] + step, room);
-        f[1] = pdi_mineral_off(w, s, x[1]);
+        f[1] = pdi_mineral_compute_growth_residual(w, s, x[1]);
         if (!(f[1] > 0.0)) return 1;
         if (x[1] >= room || top < HUGE_VAL || !(step < 1e100)) return 0;
         x[0] = x[1];
@@ -328,7 +336,7 @@ static int pdi_mineral_bracket(pdi_mineral_work *w, int s, double most, double r
 }
 
 /* Next point in the bracket of a growth: secant in ln((n - least)/(most - n)), in which the law is nearly linear. */
-static double pdi_mineral_between(const pdi_bracket *b, double least, double most, double next)
+static double pdi_mineral_interpolate_bracket(const pdi_root_bracket *b, double least, double most, double next)
 {
     double ends[2] = {b->a, b->b}, ratio[2], width = most - least;
     int below = least > -HUGE_VAL, above = most < HUGE_VAL;
@@ -338,7 +346,7 @@ static double pdi_mineral_between(const pdi_bracket *b, double least, double mos
         double high = above ? pdi_max(most - ends[k], DBL_EPSILON * fabs(most)) : 1.0;
         ratio[k] = log(low) - log(high);
     }
-    double at = exp(ratio[0] + pdi_bracket_fraction(b) * (ratio[1] - ratio[0])), x;
+    double at = exp(ratio[0] + pdi_root_bracket_compute_fraction(b) * (ratio[1] - ratio[0])), x;
     if (!below) x = most - 1.0 / at;
     else if (!above) x = least + at;
     else x = at < 1.0 ? least + width * (at / (1.0 + at)) : most - width / (1.0 + at);
@@ -346,50 +354,49 @@ static double pdi_mineral_between(const pdi_bracket *b, double least, double mos
 }
 
 /* Solves for the amount of mineral s with those of the others fixed. */
-static void pdi_mineral_one(pdi_mineral_work *w, int s)
+static void pdi_mineral_solve_one(pdi_mineral_work *w, int s)
 {
     double start = w->start->start[s], least, most, room, x[2], f[2];
-    double rate = w->start->rate[s] < HUGE_VAL ? -pdi_mineral_growth(w->start, s, -1.0) : HUGE_VAL;
-    if (!pdi_mineral_moves(w->start, s)) {
-        pdi_mineral_set(w, s, pdi_max(start, 0.0) - w->base[s]);
+    double rate = w->start->rate[s] < HUGE_VAL ? -pdi_mineral_compute_growth(w->start, s, -1.0) : HUGE_VAL;
+    if (!pdi_mineral_is_reactive(w->start, s)) {
+        pdi_mineral_set_growth(w, s, pdi_max(start, 0.0) - w->base_amount[s]);
         return;
     }
-    pdi_mineral_bounds(w, s, &least, &most, &room);
-    x[0] = start > rate ? pdi_min((start - w->base[s]) - rate, room) : pdi_min(-w->base[s], room);
+    pdi_mineral_compute_growth_bounds(w, s, &least, &most, &room);
+    x[0] = start > rate ? pdi_min((start - w->base_amount[s]) - rate, room) : pdi_min(-w->base_amount[s], room);
     if (start > rate && w->m->count == 1 &&
-        x[0] - most > PDI_MINERAL_ROUND * DBL_EPSILON * (fabs(x[0]) + fabs(most) + w->base[s])) {
-        w->left = 0; /* its speed leaves more of it than totals hold */
+        x[0] - most > PDI_MINERAL_ROUNDING * DBL_EPSILON * (fabs(x[0]) + fabs(most) + w->base_amount[s])) {
+        w->solves_left = 0; /* its speed leaves more of it than totals hold */
         return;
     }
     if (least > x[0] && least < room) x[0] = least; /* below it nothing is left that it needs to dissolve */
-    f[0] = pdi_mineral_off(w, s, x[0]);
+    f[0] = pdi_mineral_compute_growth_residual(w, s, x[0]);
     if (!(f[0] > 0.0) || x[0] >= room) return;
-    if (!pdi_mineral_bracket(w, s, most, room, x, f)) return;
-    pdi_bracket b = {x[0], f[0], x[1], f[1], 0, 0};
+    if (!pdi_mineral_find_growth_bracket(w, s, most, room, x, f)) return;
+    pdi_root_bracket b = {x[0], f[0], x[1], f[1], 0, 0};
     double next;
-    while (w->left > 0 && pdi_bracket_next(&b, &next)) {
-        next = pdi_mineral_between(&b, least, most, next);
-        double off = pdi_mineral_off(w, s, next);
-        if (fabs(off) < PDI_MINERAL_MET) return;
-        pdi_bracket_take(&b, next, off);
+    while (w->solves_left > 0 && pdi_root_bracket_get_next(&b, &next)) {
+        next = pdi_mineral_interpolate_bracket(&b, least, most, next);
+        double off = pdi_mineral_compute_growth_residual(w, s, next);
+        if (fabs(off) < PDI_MINERAL_TOLERANCE) return;
+        pdi_root_bracket_update(&b, next, off);
     }
-    pdi_mineral_off(w, s, fabs(b.at_a) < fabs(b.at_b) ? b.a : b.b);
+    pdi_mineral_compute_growth_residual(w, s, fabs(b.value_a) < fabs(b.value_b) ? b.a : b.b);
 }
 
 /* ---- derivatives ---- */
-/* slope [components] = derivatives of ln Omega of mineral s by the totals. table: those of the concentrations
- * (dc/dT). */
-static void pdi_mineral_slope(const pd_components *c, const pd_minerals *m, int s, const double *table,
-                              const double *conc, double *slope)
+/* slope [components] = derivatives of ln Omega of mineral s by the totals; table: dc/dT of the concentrations. */
+static void pdi_mineral_compute_omega_gradient(const pd_components *c, const pd_minerals *m, int s, const double *table,
+                                               const double *conc, double *slope)
 {
-    int columns = pdi_components_columns(c);
+    int columns = pdi_components_count_columns(c);
     double strength = 0.0, davies = 0.0, share[PD_SPECIES_MOST], others = 0.0;
     for (int i = 0; i < c->solutes; i++)
         strength += 0.5 * (double)(c->charge[i] * c->charge[i]) * pdi_max(conc[i], 0.0);
-    if (c->debye > 0.0) pdi_activity_davies(c->debye, strength, &davies);
+    if (c->debye > 0.0) pdi_activity_compute_davies(c->debye, strength, &davies);
     for (int i = 0; i < c->solutes; i++) {
         share[i] = m->square[s] * davies * 0.5 * (double)(c->charge[i] * c->charge[i]);
-        if (m->nu[s][i] != 0.0) share[i] += m->nu[s][i] / pdi_max(conc[i], PDI_MINERAL_LEAST);
+        if (m->nu[s][i] != 0.0) share[i] += m->nu[s][i] / pdi_max(conc[i], PDI_MINERAL_MIN_CONCENTRATION);
     }
     for (int k = 0; k < c->count; k++) slope[k] = k < c->joined ? 0.0 : share[c->master[k]];
     for (int n = 0; n < c->live; n++) {
@@ -401,17 +408,18 @@ static void pdi_mineral_slope(const pd_components *c, const pd_minerals *m, int 
 }
 
 /* 1: mineral s would grow and has no free volume. */
-static int pdi_mineral_full(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start, int s,
-                             const double *conc, const double *n)
+static int pdi_mineral_is_full(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start, int s,
+                               const double *conc, const double *n)
 {
     double full = start->limited ? start->limit[s] : 1.0 - m->of[s].porosity;
-    double found = start->limited ? n[s] : pdi_mineral_fraction(m, n);
-    if (!(m->of[s].volume > 0.0) || found < full * (1.0 - PDI_MINERAL_FULL)) return 0;
-    return pdi_mineral_law(c, m, start, s, conc, n[s], n[s] - start->start[s]) > PDI_MINERAL_FULL;
+    double found = start->limited ? n[s] : pdi_mineral_compute_volume_fraction(m, n);
+    if (!(m->of[s].volume > 0.0) || found < full * (1.0 - PDI_MINERAL_FULL_TOLERANCE)) return 0;
+    return pdi_mineral_compute_law_residual(c, m, start, s, conc, n[s], n[s] - start->start[s]) >
+           PDI_MINERAL_FULL_TOLERANCE;
 }
 
 /* Gauss-Jordan elimination of `count` equations, positive definite but for rounding; solutions in b. */
-static void pdi_mineral_eliminate(int count, int columns, double (*a)[PD_MINERAL_MOST], double (*b)[PD_SPECIES_MOST])
+static void pdi_mineral_solve_linear(int count, int columns, double (*a)[PD_MINERAL_MOST], double (*b)[PD_SPECIES_MOST])
 {
     for (int p = 0; p < count; p++) {
         if (!(fabs(a[p][p]) > 0.0) || !(fabs(a[p][p]) < HUGE_VAL)) continue;
@@ -427,146 +435,150 @@ static void pdi_mineral_eliminate(int count, int columns, double (*a)[PD_MINERAL
 }
 
 /* Derivative of the law of mineral s by its amount (L of theory 5b.6). */
-static double pdi_mineral_bend(const pd_minerals *m, const pd_mineral_start *start, int s, double n)
+static double pdi_mineral_compute_law_derivative(const pd_minerals *m, const pd_mineral_start *start, int s, double n)
 {
-    double rate = pdi_mineral_reacts(start, s, n), slope = 1.0;
+    double rate = pdi_mineral_compute_max_extent(start, s, n), slope = 1.0;
     if (!(rate < HUGE_VAL)) return 0.0;
-    if (start->grow[s] > 0.0) slope = pdi_mineral_reacts(start, s, start->start[s]) / rate;
+    if (start->grow[s] > 0.0) slope = pdi_mineral_compute_max_extent(start, s, start->start[s]) / rate;
     return slope / (m->of[s].exponent * pdi_max(rate + n - start->start[s], DBL_EPSILON * rate));
 }
 
 /* Newton matrix a [count][count] of the active minerals, W + L; slope [count]: d ln Omega/dT (theory 5b.6). */
-static void pdi_mineral_matrix(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
-                               const double *conc, const double *n, const int *active, int count,
-                               double (*a)[PD_MINERAL_MOST], double (*slope)[PD_SPECIES_MOST])
+static void pdi_mineral_assemble_matrix(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
+                                        const double *conc, const double *n, const int *active, int count,
+                                        double (*a)[PD_MINERAL_MOST], double (*slope)[PD_SPECIES_MOST])
 {
     double table[PD_COMPONENTS_SLOPES];
-    pdi_components_slopes(c, conc, table);
+    pdi_components_compute_derivatives(c, conc, table);
     for (int p = 0; p < count; p++) {
         int s = active[p];
-        pdi_mineral_slope(c, m, s, table, conc, slope[p]);
+        pdi_mineral_compute_omega_gradient(c, m, s, table, conc, slope[p]);
         for (int q = 0; q < count; q++) {
             a[p][q] = 0.0;
             for (int k = 0; k < c->count; k++) a[p][q] += slope[p][k] * m->gain[active[q]][k];
         }
-        a[p][p] += pdi_mineral_bend(m, start, s, n[s]);
+        a[p][p] += pdi_mineral_compute_law_derivative(m, start, s, n[s]);
     }
 }
 
 /* 1: the amount of mineral s changes in the step by less than rounding, so the derivative of ln Omega, unbounded where
  * nothing is dissolved, says nothing. */
-static int pdi_mineral_inert(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start, int s,
-                             const double *conc, double n)
+static int pdi_mineral_is_inert(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start, int s,
+                                const double *conc, double n)
 {
-    double rate = pdi_mineral_reacts(start, s, n);
+    double rate = pdi_mineral_compute_max_extent(start, s, n);
     if (!(rate < DBL_EPSILON * n)) return 0;
-    return rate * exp(m->of[s].exponent * pdi_mineral_index(c, m, s, conc)) < DBL_EPSILON * n;
+    return rate * exp(m->of[s].exponent * pdi_mineral_compute_ln_omega(c, m, s, conc)) < DBL_EPSILON * n;
 }
 
 /* Finds the minerals that are present and change, into active; returns their number. */
-static int pdi_mineral_active(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
-                              const double *conc, const double *n, int *active)
+static int pdi_mineral_find_active(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
+                                   const double *conc, const double *n, int *active)
 {
     int count = 0;
     for (int s = 0; s < m->count; s++) {
-        int there = n[s] > 0.0 && pdi_mineral_moves(start, s) && !pdi_mineral_inert(c, m, start, s, conc, n[s]);
-        if (there && !pdi_mineral_full(c, m, start, s, conc, n)) active[count++] = s;
+        int there =
+            n[s] > 0.0 && pdi_mineral_is_reactive(start, s) && !pdi_mineral_is_inert(c, m, start, s, conc, n[s]);
+        if (there && !pdi_mineral_is_full(c, m, start, s, conc, n)) active[count++] = s;
     }
     return count;
 }
 
-PDI_FN void pdi_mineral_derive(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
-                               const double *conc, const double *n, double *derivatives)
+PDI_FN void pdi_mineral_compute_derivatives(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
+                                            const double *conc, const double *n, double *derivatives)
 {
     double a[PD_MINERAL_MOST][PD_MINERAL_MOST];
     double slope[PD_MINERAL_MOST][PD_SPECIES_MOST];
-    int active[PD_MINERAL_MOST], count = pdi_mineral_active(c, m, start, conc, n, active);
+    int active[PD_MINERAL_MOST], count = pdi_mineral_find_active(c, m, start, conc, n, active);
     for (int k = 0; k < m->count * c->count; k++) derivatives[k] = 0.0;
     if (!count) return;
-    pdi_mineral_matrix(c, m, start, conc, n, active, count, a, slope);
-    pdi_mineral_eliminate(count, c->count, a, slope);
+    pdi_mineral_assemble_matrix(c, m, start, conc, n, active, count, a, slope);
+    pdi_mineral_solve_linear(count, c->count, a, slope);
     for (int p = 0; p < count; p++)
         for (int k = 0; k < c->count; k++) derivatives[active[p] * c->count + k] = slope[p][k];
 }
 
-PDI_FN void pdi_mineral_damp(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
-                             const double *conc, const double *n, double *change)
+PDI_FN void pdi_mineral_solve_linear_response(const pd_components *c, const pd_minerals *m,
+                                              const pd_mineral_start *start, const double *conc, const double *n,
+                                              double *change)
 {
     double a[PD_MINERAL_MOST][PD_MINERAL_MOST];
     double slope[PD_MINERAL_MOST][PD_SPECIES_MOST];
-    int active[PD_MINERAL_MOST], count = pdi_mineral_active(c, m, start, conc, n, active);
+    int active[PD_MINERAL_MOST], count = pdi_mineral_find_active(c, m, start, conc, n, active);
     if (!count) return;
-    pdi_mineral_matrix(c, m, start, conc, n, active, count, a, slope);
+    pdi_mineral_assemble_matrix(c, m, start, conc, n, active, count, a, slope);
     for (int p = 0; p < count; p++) {
         int s = active[p];
-        slope[p][0] = pdi_mineral_bend(m, start, s, n[s]) * change[s];
+        slope[p][0] = pdi_mineral_compute_law_derivative(m, start, s, n[s]) * change[s];
     }
-    pdi_mineral_eliminate(count, 1, a, slope);
+    pdi_mineral_solve_linear(count, 1, a, slope);
     for (int p = 0; p < count; p++) change[active[p]] = slope[p][0];
 }
 
 /* ---- all minerals ---- */
-/* Residuals off [minerals] of (5b.16) at the present amounts; returns the largest one that a change of amounts can
- * lower. */
-static double pdi_mineral_distance(pdi_mineral_work *w, double *off)
+/* Residuals off [minerals] of (5b.16) at the amounts; returns the largest that a change of amounts can lower. */
+static double pdi_mineral_compute_residuals(pdi_mineral_work *w, double *off)
 {
-    double worst = 0.0, first = pdi_mineral_off(w, 0, w->grown[0]);
-    if (w->failed) return HUGE_VAL;
+    double worst = 0.0, first = pdi_mineral_compute_growth_residual(w, 0, w->growth[0]);
+    if (w->infeasible) return HUGE_VAL;
     for (int s = 0; s < w->m->count; s++) {
-        off[s] = s ? pdi_mineral_law(w->c, w->m, w->start, s, w->at, w->n[s], pdi_mineral_over(w, s)) : first;
-        int full = off[s] > 0.0 && pdi_mineral_full(w->c, w->m, w->start, s, w->at, w->n);
-        if (full || !pdi_mineral_moves(w->start, s)) continue;
-        if (w->n[s] > 0.0 || off[s] > 0.0) worst = pdi_max(worst, fabs(off[s]));
+        off[s] = s ? pdi_mineral_compute_law_residual(w->c, w->m, w->start, s, w->conc, w->amount[s],
+                                                      pdi_mineral_get_excess(w, s))
+                   : first;
+        int full = off[s] > 0.0 && pdi_mineral_is_full(w->c, w->m, w->start, s, w->conc, w->amount);
+        if (full || !pdi_mineral_is_reactive(w->start, s)) continue;
+        if (w->amount[s] > 0.0 || off[s] > 0.0) worst = pdi_max(worst, fabs(off[s]));
     }
     return worst;
 }
 
 /* slope[][0]: from residuals to changes of the active minerals. Amounts that would be negative become 0, one by one. */
-static void pdi_mineral_changes(const pdi_mineral_work *w, const int *active, int count,
-                                double (*a)[PD_MINERAL_MOST], double (*slope)[PD_SPECIES_MOST])
+static void pdi_mineral_compute_bounded_changes(const pdi_mineral_work *w, const int *active, int count,
+                                                double (*a)[PD_MINERAL_MOST], double (*slope)[PD_SPECIES_MOST])
 {
     double matrix[PD_MINERAL_MOST][PD_MINERAL_MOST], change[PD_MINERAL_MOST][PD_SPECIES_MOST];
     int gone[PD_MINERAL_MOST] = {0};
     for (int turn = 0; turn <= count; turn++) {
         int worst = -1;
         for (int p = 0; p < count; p++) {
-            change[p][0] = gone[p] ? -w->n[active[p]] : slope[p][0];
+            change[p][0] = gone[p] ? -w->amount[active[p]] : slope[p][0];
             for (int q = 0; q < count; q++) {
                 matrix[p][q] = gone[p] || gone[q] ? (p == q ? 1.0 : 0.0) : a[p][q];
-                if (!gone[p] && gone[q]) change[p][0] += a[p][q] * w->n[active[q]];
+                if (!gone[p] && gone[q]) change[p][0] += a[p][q] * w->amount[active[q]];
             }
         }
-        pdi_mineral_eliminate(count, 1, matrix, change);
+        pdi_mineral_solve_linear(count, 1, matrix, change);
         for (int p = 0; p < count; p++)
-            if (!gone[p] && w->n[active[p]] + change[p][0] < 0.0 &&
-                (worst < 0 || change[p][0] / w->n[active[p]] < change[worst][0] / w->n[active[worst]])) worst = p;
+            if (!gone[p] && w->amount[active[p]] + change[p][0] < 0.0 &&
+                (worst < 0 || change[p][0] / w->amount[active[p]] < change[worst][0] / w->amount[active[worst]]))
+                worst = p;
         if (worst < 0) break;
         gone[worst] = 1;
     }
     for (int p = 0; p < count; p++) slope[p][0] = change[p][0];
 }
 
-/* 1: the changes slope[][0] of the active minerals are within rounding of amounts, or of the smallest total they
- * change. */
-static int pdi_mineral_rounded(const pdi_mineral_work *w, const int *active, int count,
-                               double (*slope)[PD_SPECIES_MOST])
+/* 1: the changes slope[][0] of active minerals are rounding of amounts, or of the least total they change. */
+static int pdi_mineral_is_rounding(const pdi_mineral_work *w, const int *active, int count,
+                                   double (*slope)[PD_SPECIES_MOST])
 {
     for (int p = 0; p < count; p++) {
         int s = active[p];
         double least = HUGE_VAL;
         for (int k = 0; k < w->c->count; k++)
             if (w->m->gain[s][k] != 0.0) least = pdi_min(least, fabs(w->total[k] / w->m->gain[s][k]));
-        if (!(fabs(slope[p][0]) <= 0.5 * DBL_EPSILON * pdi_max(fabs(w->grown[s]), least))) return 0;
+        if (!(fabs(slope[p][0]) <= 0.5 * DBL_EPSILON * pdi_max(fabs(w->growth[s]), least))) return 0;
     }
     return 1;
 }
 
 /* Growth of mineral s after `change`. If it is alone and the change exceeds half of what a limiting component has left,
  * the change is one of the logarithm of that rest. */
-static double pdi_mineral_changed(const pdi_mineral_work *w, int s, int alone, double had, double from, double change)
+static double pdi_mineral_compute_new_growth(const pdi_mineral_work *w, int s, int alone, double had, double from,
+                                             double change)
 {
-    double least, most, room, none = -w->base[s], grown = from + change;
-    pdi_mineral_bounds(w, s, &least, &most, &room);
+    double least, most, room, none = -w->base_amount[s], grown = from + change;
+    pdi_mineral_compute_growth_bounds(w, s, &least, &most, &room);
     double below = from - least, above = most - from, rest = pdi_min(below, above);
     if (!(had + change > 0.0)) grown = none;
     if (alone && rest > 0.0 && fabs(change) > 0.5 * rest) {
@@ -576,9 +588,8 @@ static double pdi_mineral_changed(const pdi_mineral_work *w, int s, int alone, d
     return pdi_min(pdi_max(grown, none), room);
 }
 
-/* A Newton step of all minerals that are present, with line search; *worst: residual after it, 0 when it is rounding.
- * 0: no progress. */
-static int pdi_mineral_newton(pdi_mineral_work *w, double *worst)
+/* A Newton step of all minerals present, with line search; *worst: residual after it, 0: rounding. 0: no progress. */
+static int pdi_mineral_try_newton_step(pdi_mineral_work *w, double *worst)
 {
     const pd_components *c = w->c;
     const pd_minerals *m = w->m;
@@ -586,180 +597,181 @@ static int pdi_mineral_newton(pdi_mineral_work *w, double *worst)
     double slope[PD_MINERAL_MOST][PD_SPECIES_MOST], off[PD_MINERAL_MOST];
     double from[PD_MINERAL_MOST], had[PD_MINERAL_MOST];
     int active[PD_MINERAL_MOST], count = 0;
-    *worst = pdi_mineral_distance(w, off);
+    *worst = pdi_mineral_compute_residuals(w, off);
     for (int s = 0; s < m->count; s++)
-        if (w->n[s] > 0.0 && pdi_mineral_moves(w->start, s) && !pdi_mineral_full(c, m, w->start, s, w->at, w->n))
+        if (w->amount[s] > 0.0 && pdi_mineral_is_reactive(w->start, s) &&
+            !pdi_mineral_is_full(c, m, w->start, s, w->conc, w->amount))
             active[count++] = s;
-    if (!count || !(*worst > PDI_MINERAL_MET) || w->failed || w->left <= 0) return 0;
-    pdi_mineral_matrix(c, m, w->start, w->at, w->n, active, count, a, slope);
+    if (!count || !(*worst > PDI_MINERAL_TOLERANCE) || w->infeasible || w->solves_left <= 0) return 0;
+    pdi_mineral_assemble_matrix(c, m, w->start, w->conc, w->amount, active, count, a, slope);
     for (int p = 0; p < count; p++) slope[p][0] = off[active[p]];
-    pdi_mineral_changes(w, active, count, a, slope);
-    if (pdi_mineral_rounded(w, active, count, slope)) {
-        if (*worst <= PDI_MINERAL_REGULAR) *worst = 0.0;
+    pdi_mineral_compute_bounded_changes(w, active, count, a, slope);
+    if (pdi_mineral_is_rounding(w, active, count, slope)) {
+        if (*worst <= PDI_MINERAL_REGULAR_RESIDUAL) *worst = 0.0;
         return 0;
     }
-    memcpy(from, w->grown, sizeof from);
-    memcpy(had, w->n, sizeof had);
-    for (double share = 1.0; share > PDI_MINERAL_SHORTEST; share *= 0.25) {
+    memcpy(from, w->growth, sizeof from);
+    memcpy(had, w->amount, sizeof had);
+    for (double share = 1.0; share > PDI_MINERAL_MIN_FRACTION; share *= 0.25) {
         for (int p = 0; p < count; p++) {
             int of = active[p];
             double change = share * slope[p][0];
-            pdi_mineral_set(w, of, pdi_mineral_changed(w, of, count == 1, had[of], from[of], change));
+            pdi_mineral_set_growth(w, of, pdi_mineral_compute_new_growth(w, of, count == 1, had[of], from[of], change));
         }
-        double now = pdi_mineral_distance(w, off);
-        if (now < (*worst > PDI_MINERAL_NEAR ? PDI_MINERAL_BETTER : PDI_MINERAL_HALF) * *worst) {
+        double now = pdi_mineral_compute_residuals(w, off);
+        if (now < (*worst > PDI_MINERAL_NEAR_RESIDUAL ? PDI_MINERAL_MAX_LEFT : PDI_MINERAL_MAX_LEFT_NEAR) * *worst) {
             *worst = now;
             return 1;
         }
     }
-    for (int s = 0; s < m->count; s++) pdi_mineral_set(w, s, from[s]);
-    pdi_mineral_off(w, 0, from[0]);
+    for (int s = 0; s < m->count; s++) pdi_mineral_set_growth(w, s, from[s]);
+    pdi_mineral_compute_growth_residual(w, 0, from[0]);
     return 0;
 }
 
-/* Amounts by laws and bounds: Newton for all, else one by one. If several meet their free volume, the first ones have
- * it. */
-static pd_status pdi_mineral_seek(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
-                                  const double *total, double *conc, double *n)
+/* Amounts by laws and bounds: Newton for all, else one by one. Of several that lack room, the first ones have it. */
+static pd_status pdi_mineral_solve_without_sharing(const pd_components *c, const pd_minerals *m,
+                                                   const pd_mineral_start *start, const double *total, double *conc,
+                                                   double *n)
 {
     pdi_mineral_work w;
     double size = 0.0, off[PD_MINERAL_MOST];
     w.c = c;
     w.m = m;
     w.start = start;
-    w.failed = 0;
-    w.left = PDI_MINERAL_SOLVES;
-    memset(w.at, 0, sizeof w.at);
-    memcpy(w.at, conc, (size_t)c->solutes * sizeof *conc);
-    memcpy(w.guess, w.at, sizeof w.guess);
+    w.infeasible = 0;
+    w.solves_left = PDI_MINERAL_MAX_SOLVES;
+    memset(w.conc, 0, sizeof w.conc);
+    memcpy(w.conc, conc, (size_t)c->solutes * sizeof *conc);
+    memcpy(w.guess, w.conc, sizeof w.guess);
     memcpy(w.total, total, (size_t)c->count * sizeof *total);
     for (int k = 0; k < c->count; k++) size = pdi_max(size, fabs(total[k]));
     for (int s = 0; s < m->count; s++) {
-        w.base[s] = w.n[s] = n[s];
-        w.grown[s] = 0.0;
+        w.base_amount[s] = w.amount[s] = n[s];
+        w.growth[s] = 0.0;
         size = pdi_max(size, n[s]);
     }
     for (int s = 0; s < m->count; s++) { /* a guess may be more than has room */
-        if (start->near_) pdi_mineral_set(&w, s, pdi_max(start->near_[s], 0.0) - n[s]);
+        if (start->near_) pdi_mineral_set_growth(&w, s, pdi_max(start->near_[s], 0.0) - n[s]);
         double least, most, room;
-        pdi_mineral_bounds(&w, s, &least, &most, &room);
-        if (room < 0.0) pdi_mineral_set(&w, s, room);
+        pdi_mineral_compute_growth_bounds(&w, s, &least, &most, &room);
+        if (room < 0.0) pdi_mineral_set_growth(&w, s, room);
     }
-    for (int round = 0; round < PDI_MINERAL_ROUNDS && w.left > 0; round++) {
+    for (int round = 0; round < PDI_MINERAL_MAX_SWEEPS && w.solves_left > 0; round++) {
         double moved = 0.0, worst;
-        while (pdi_mineral_newton(&w, &worst)) {}
-        if (!(worst > PDI_MINERAL_NEAR) || w.left <= 0) break;
-        for (int s = 0; s < m->count; s++) {
-            double before = w.grown[s];
-            pdi_mineral_one(&w, s);
-            moved = pdi_max(moved, fabs(w.grown[s] - before));
+        while (pdi_mineral_try_newton_step(&w, &worst)) {
         }
-        if (!(moved > PDI_MINERAL_ROUND * DBL_EPSILON * size)) break;
+        if (!(worst > PDI_MINERAL_NEAR_RESIDUAL) || w.solves_left <= 0) break;
+        for (int s = 0; s < m->count; s++) {
+            double before = w.growth[s];
+            pdi_mineral_solve_one(&w, s);
+            moved = pdi_max(moved, fabs(w.growth[s] - before));
+        }
+        if (!(moved > PDI_MINERAL_ROUNDING * DBL_EPSILON * size)) break;
     }
-    if (!(pdi_mineral_distance(&w, off) < (w.left > 0 ? HUGE_VAL : PDI_MINERAL_LOOSE))) return PD_NOT_CONVERGED;
-    memcpy(conc, w.at, (size_t)c->solutes * sizeof *conc);
-    memcpy(n, w.n, (size_t)m->count * sizeof *n);
+    if (!(pdi_mineral_compute_residuals(&w, off) < (w.solves_left > 0 ? HUGE_VAL : PDI_MINERAL_LOOSE_TOLERANCE)))
+        return PD_NOT_CONVERGED;
+    memcpy(conc, w.conc, (size_t)c->solutes * sizeof *conc);
+    memcpy(n, w.amount, (size_t)m->count * sizeof *n);
     return PD_OK;
 }
 
 /* ---- several minerals that share the free volume ---- */
 /* 1: a mineral is out of free volume while another one changes, too: how they share it is open. */
-static int pdi_mineral_divided(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
-                               const double *conc, const double *n)
+static int pdi_mineral_has_shared_volume(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
+                                         const double *conc, const double *n)
 {
-    double volume = pdi_mineral_volume(m, n);
+    double volume = pdi_mineral_compute_volume(m, n);
     int full = 0, moved = 0, count = 0;
     for (int s = 0; s < m->count; s++) {
-        if (!(m->of[s].volume > 0.0) || !pdi_mineral_moves(start, s)) continue;
+        if (!(m->of[s].volume > 0.0) || !pdi_mineral_is_reactive(start, s)) continue;
         count++;
-        moved |= fabs(n[s] - start->initial[s]) * m->of[s].volume > PDI_MINERAL_FULL * volume;
-        full |= pdi_mineral_full(c, m, start, s, conc, n);
-        full |= n[s] > start->initial[s] && volume > (1.0 - m->of[s].porosity) * (1.0 + PDI_MINERAL_FULL);
+        moved |= fabs(n[s] - start->initial[s]) * m->of[s].volume > PDI_MINERAL_FULL_TOLERANCE * volume;
+        full |= pdi_mineral_is_full(c, m, start, s, conc, n);
+        full |= n[s] > start->initial[s] && volume > (1.0 - m->of[s].porosity) * (1.0 + PDI_MINERAL_FULL_TOLERANCE);
     }
     return full && moved && count > 1;
 }
 
 /* Minerals that share the free volume of a cell. */
-typedef struct pdi_mineral_room {
+typedef struct pdi_mineral_shared_volume {
     const pd_components *c;
     const pd_minerals *m;
     pd_mineral_start start;      /* with limits */
     const double *total, *guess; /* of pdi_mineral_solve */
-    const double *amounts;
-    double free[PD_MINERAL_MOST]; /* [mol/m3] amounts if there were room */
-    int open[PD_MINERAL_MOST];    /* 1: it grows, and is not at its limit */
-    double at[PD_SPECIES_MOST], n[PD_MINERAL_MOST];
-} pdi_mineral_room;
+    const double *start_amounts;
+    double free_amount[PD_MINERAL_MOST]; /* [mol/m3] amounts if there were room */
+    int is_open[PD_MINERAL_MOST];        /* 1: it grows, and is not at its limit */
+    double conc[PD_SPECIES_MOST], amount[PD_MINERAL_MOST];
+} pdi_mineral_shared_volume;
 
 /* Solves for the amounts within the limits. 0: not found. */
-static int pdi_mineral_within(pdi_mineral_room *r)
+static int pdi_mineral_solve_within_limits(pdi_mineral_shared_volume *r)
 {
-    memset(r->at, 0, sizeof r->at);
-    memcpy(r->at, r->guess, (size_t)r->c->solutes * sizeof *r->at);
-    memcpy(r->n, r->amounts, (size_t)r->m->count * sizeof *r->n);
-    return pdi_mineral_seek(r->c, r->m, &r->start, r->total, r->at, r->n) == PD_OK;
+    memset(r->conc, 0, sizeof r->conc);
+    memcpy(r->conc, r->guess, (size_t)r->c->solutes * sizeof *r->conc);
+    memcpy(r->amount, r->start_amounts, (size_t)r->m->count * sizeof *r->amount);
+    return pdi_mineral_solve_without_sharing(r->c, r->m, &r->start, r->total, r->conc, r->amount) == PD_OK;
 }
 
 /* Amounts if open minerals grow by `share` of their free growth; *over: volume above `room`. 0: not found. */
-static int pdi_mineral_grown(pdi_mineral_room *r, double share, double room, double *over)
+static int pdi_mineral_solve_partial_growth(pdi_mineral_shared_volume *r, double share, double room, double *over)
 {
     for (int s = 0; s < r->m->count; s++)
-        if (r->open[s]) r->start.limit[s] = r->start.initial[s] + share * (r->free[s] - r->start.initial[s]);
-    int found = pdi_mineral_within(r);
-    *over = pdi_mineral_volume(r->m, r->n) - room;
+        if (r->is_open[s]) r->start.limit[s] = r->start.initial[s] + share * (r->free_amount[s] - r->start.initial[s]);
+    int found = pdi_mineral_solve_within_limits(r);
+    *over = pdi_mineral_compute_volume(r->m, r->amount) - room;
     return found;
 }
 
-/* Finds the share of their free growth at which the open minerals just fill `room`; high: the excess at share 1. 0:
- * none. */
-static int pdi_mineral_full_room(pdi_mineral_room *r, double room, double high)
+/* Finds the share of free growth at which the open minerals just fill `room`; high: excess at share 1. 0: none. */
+static int pdi_mineral_find_filling_growth(pdi_mineral_shared_volume *r, double room, double high)
 {
     double low, share = 0.0, x;
-    if (!pdi_mineral_grown(r, 0.0, room, &low)) return 0;
-    pdi_bracket b = {0.0, low, 1.0, high, 0, 0};
-    while (low < -PDI_MINERAL_MARGIN * room && pdi_bracket_next(&b, &x)) {
+    if (!pdi_mineral_solve_partial_growth(r, 0.0, room, &low)) return 0;
+    pdi_root_bracket b = {0.0, low, 1.0, high, 0, 0};
+    while (low < -PDI_MINERAL_FILL_TOLERANCE * room && pdi_root_bracket_get_next(&b, &x)) {
         double over;
-        if (!pdi_mineral_grown(r, x, room, &over)) return 0;
-        pdi_bracket_take(&b, x, over);
+        if (!pdi_mineral_solve_partial_growth(r, x, room, &over)) return 0;
+        pdi_root_bracket_update(&b, x, over);
         if (over > 0.0) continue;
         low = over;
         share = x;
     }
-    return pdi_mineral_grown(r, share, room, &low);
+    return pdi_mineral_solve_partial_growth(r, share, room, &low);
 }
 
 /* Smallest free volume of the open minerals, 1 - porosity; HUGE_VAL: none is open. */
-static double pdi_mineral_least_room(const pdi_mineral_room *r)
+static double pdi_mineral_get_min_free_volume(const pdi_mineral_shared_volume *r)
 {
     double room = HUGE_VAL;
     for (int s = 0; s < r->m->count; s++)
-        if (r->open[s]) room = pdi_min(room, 1.0 - r->m->of[s].porosity);
+        if (r->is_open[s]) room = pdi_min(room, 1.0 - r->m->of[s].porosity);
     return room;
 }
 
-/* Minerals that share the free volume grow by the same share of their free growth. Those with a lower porosity go on
- * without the others. 0: not found. */
-static int pdi_mineral_divide(pdi_mineral_room *r)
+/* Minerals share the free volume by equal shares of their free growth; lower porosities go on alone. 0: not found. */
+static int pdi_mineral_solve_shared_volume(pdi_mineral_shared_volume *r)
 {
     double room;
     r->start.limited = 1;
     for (int s = 0; s < r->m->count; s++) r->start.limit[s] = HUGE_VAL;
-    if (!pdi_mineral_within(r)) return 0;
+    if (!pdi_mineral_solve_within_limits(r)) return 0;
     for (int s = 0; s < r->m->count; s++) {
         if (!(r->m->of[s].volume > 0.0)) continue;
-        r->open[s] = r->n[s] > r->start.initial[s];
-        if (!r->open[s]) r->start.limit[s] = r->start.initial[s];
+        r->is_open[s] = r->amount[s] > r->start.initial[s];
+        if (!r->is_open[s]) r->start.limit[s] = r->start.initial[s];
     }
-    while ((room = pdi_mineral_least_room(r)) < HUGE_VAL) {
-        double over = pdi_mineral_volume(r->m, r->n) - room;
+    while ((room = pdi_mineral_get_min_free_volume(r)) < HUGE_VAL) {
+        double over = pdi_mineral_compute_volume(r->m, r->amount) - room;
         if (!(over > 0.0)) return 1;
-        for (int s = 0; s < r->m->count; s++) r->free[s] = pdi_max(r->n[s], r->start.initial[s]);
-        if (!pdi_mineral_full_room(r, room, over)) return 0;
+        for (int s = 0; s < r->m->count; s++) r->free_amount[s] = pdi_max(r->amount[s], r->start.initial[s]);
+        if (!pdi_mineral_find_filling_growth(r, room, over)) return 0;
         for (int s = 0; s < r->m->count; s++) {
-            if (r->open[s]) r->open[s] = 1.0 - r->m->of[s].porosity > room;
-            if (r->open[s]) r->start.limit[s] = HUGE_VAL;
+            if (r->is_open[s]) r->is_open[s] = 1.0 - r->m->of[s].porosity > room;
+            if (r->is_open[s]) r->start.limit[s] = HUGE_VAL;
         }
-        if (pdi_mineral_least_room(r) < HUGE_VAL && !pdi_mineral_within(r)) return 0;
+        if (pdi_mineral_get_min_free_volume(r) < HUGE_VAL && !pdi_mineral_solve_within_limits(r)) return 0;
     }
     return 1;
 }
@@ -767,22 +779,22 @@ static int pdi_mineral_divide(pdi_mineral_room *r)
 PDI_FN pd_status pdi_mineral_solve(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
                                     const double *total, double *conc, double *n)
 {
-    pdi_mineral_room r;
-    memcpy(r.at, conc, (size_t)c->solutes * sizeof *conc);
-    memcpy(r.n, n, (size_t)m->count * sizeof *n);
-    pd_status status = pdi_mineral_seek(c, m, start, total, r.at, r.n);
-    if (status == PD_OK && pdi_mineral_divided(c, m, start, r.at, r.n)) {
+    pdi_mineral_shared_volume r;
+    memcpy(r.conc, conc, (size_t)c->solutes * sizeof *conc);
+    memcpy(r.amount, n, (size_t)m->count * sizeof *n);
+    pd_status status = pdi_mineral_solve_without_sharing(c, m, start, total, r.conc, r.amount);
+    if (status == PD_OK && pdi_mineral_has_shared_volume(c, m, start, r.conc, r.amount)) {
         r.c = c;
         r.m = m;
         r.start = *start;
         r.total = total;
         r.guess = conc;
-        r.amounts = n;
-        memset(r.open, 0, sizeof r.open);
-        if (!pdi_mineral_divide(&r)) status = PD_NOT_CONVERGED;
+        r.start_amounts = n;
+        memset(r.is_open, 0, sizeof r.is_open);
+        if (!pdi_mineral_solve_shared_volume(&r)) status = PD_NOT_CONVERGED;
     }
     if (status != PD_OK) return status;
-    memcpy(conc, r.at, (size_t)c->solutes * sizeof *conc);
-    memcpy(n, r.n, (size_t)m->count * sizeof *n);
+    memcpy(conc, r.conc, (size_t)c->solutes * sizeof *conc);
+    memcpy(n, r.amount, (size_t)m->count * sizeof *n);
     return PD_OK;
 }

@@ -45,44 +45,46 @@ typedef struct pd_mineral_start {
 } pd_mineral_start;
 
 #ifdef PDI_INTERNAL
-#define PDI_MINERAL_MET 1e-13 /* largest |ln Omega - law| of an amount that counts as solved */
+#define PDI_MINERAL_TOLERANCE 1e-13 /* largest |ln Omega - law| of an amount that counts as solved */
 /* Prepares the minerals of a system: each has one reaction, with a constant and no other solid. PD_ERR_ARGUMENT: it has
  * none or several, or a number is negative or not finite. */
 PDI_FN pd_status pdi_mineral_build(pd_ctx *ctx, const pd_components *components, const pd_species *species, int count,
                                     const pd_reaction *reactions, int reaction_count, const pd_mineral *list,
                                     int mineral_count, pd_minerals *minerals);
 /* Copies the reactions without solids into `rest`, in order; returns their number. */
-PDI_FN int pdi_mineral_rest(const pd_species *species, int count, const pd_reaction *reactions, int reaction_count,
-                             pd_reaction *rest);
+PDI_FN int pdi_mineral_copy_solid_free_reactions(const pd_species *species, int count, const pd_reaction *reactions,
+                                                 int reaction_count, pd_reaction *rest);
 /* ln Omega = ln(IAP/K) of mineral s (eq. 5b.15) at concentrations conc [solutes] [mol/m3]. */
-PDI_FN double pdi_mineral_index(const pd_components *c, const pd_minerals *m, int s, const double *conc);
+PDI_FN double pdi_mineral_compute_ln_omega(const pd_components *c, const pd_minerals *m, int s, const double *conc);
 /* Sets the rate laws of a volume for a step that begins with amounts n [count] and concentrations conc. An absent
  * mineral below its nucleation threshold does not form. */
-PDI_FN void pdi_mineral_begin(const pd_components *c, const pd_minerals *m, const double *n,
-                               const double *conc, pd_mineral_start *start);
+PDI_FN void pdi_mineral_begin_step(const pd_components *c, const pd_minerals *m, const double *n, const double *conc,
+                                   pd_mineral_start *start);
 /* For a second stage that would begin with so little of mineral s that its surface were negative: 1, and the mineral
  * goes on from first_amount [mol/m3], by a step step_ratio times that of the stage (theory 5b.6). Else 0. */
-PDI_FN int pdi_mineral_resume(pd_mineral_start *start, int s, double first_amount, double step_ratio, double *amount);
+PDI_FN int pdi_mineral_try_resume(pd_mineral_start *start, int s, double first_amount, double step_ratio,
+                                  double *amount);
 /* 1: no concentrations have the dissolved totals, however fast minerals dissolve or grow by their laws and into the
  * free volume in the step. */
-PDI_FN int pdi_mineral_lacks(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
-                             const double *total);
+PDI_FN int pdi_mineral_is_infeasible(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
+                                     const double *total);
 /* 1: a mineral of the amounts n_before [count] [mol/m3] has disappeared in n_after, or one has filled its volume. */
-PDI_FN int pdi_mineral_turned(const pd_minerals *m, const double *before, const double *after);
+PDI_FN int pdi_mineral_has_switched(const pd_minerals *m, const double *before, const double *after);
 /* Backward Euler step of all minerals of a volume (eq. 5b.16): concentrations conc [solutes] and amounts n [count],
  * first guesses on entry; total: totals that are dissolved while n stays as it is. PD_NOT_CONVERGED: both are
  * unchanged. */
 PDI_FN pd_status pdi_mineral_solve(const pd_components *c, const pd_minerals *m,
                                     const pd_mineral_start *start, const double *total, double *conc, double *n);
 /* derivatives [count][components] [-] of the amounts n by the totals, dissolved and in minerals together. */
-PDI_FN void pdi_mineral_derive(const pd_components *c, const pd_minerals *m,
-                               const pd_mineral_start *start, const double *conc, const double *n, double *derivatives);
+PDI_FN void pdi_mineral_compute_derivatives(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
+                                            const double *conc, const double *n, double *derivatives);
 /* change [count] [mol/m3] that the rate laws ask for at fixed totals becomes the change of n with the feedback of
  * Omega: (W + L)^-1 L change (theory 5b.6). */
-PDI_FN void pdi_mineral_damp(const pd_components *c, const pd_minerals *m,
-                             const pd_mineral_start *start, const double *conc, const double *n, double *change);
+PDI_FN void pdi_mineral_solve_linear_response(const pd_components *c, const pd_minerals *m,
+                                              const pd_mineral_start *start, const double *conc, const double *n,
+                                              double *change);
 /* Volume fraction of minerals n [count] [mol/m3], 0 to 1. */
-PDI_FN double pdi_mineral_fraction(const pd_minerals *minerals, const double *n);
+PDI_FN double pdi_mineral_compute_volume_fraction(const pd_minerals *minerals, const double *n);
 #endif
 
 #endif

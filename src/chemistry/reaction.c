@@ -4,16 +4,16 @@
 #include <stdio.h>
 #include <string.h>
 
-#define PDI_REACTION_TERM 48 /* [byte] of a term of the text with its end */
-#define PDI_REACTION_SAME 1e-9 /* sums of stoichiometric numbers that differ by less are equal */
-#define PDI_REACTION_LARGEST 99.0 /* largest stoichiometric number, and exponent of a unit */
+#define PDI_REACTION_TERM_BYTES 48   /* [byte] of a term of the text with its end */
+#define PDI_REACTION_TOLERANCE 1e-9  /* sums of stoichiometric numbers that differ by less are equal */
+#define PDI_REACTION_MAX_NUMBER 99.0 /* largest stoichiometric number, and exponent of a unit */
 #define PDI_REACTION_LITRE 1e-3 /* [m3] one litre */
 
 /* 1: white space. */
-static int pdi_reaction_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; }
+static int pdi_reaction_is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; }
 
 /* Parses an unsigned decimal number at *at, which moves behind it; -1: none. */
-static double pdi_reaction_number(const char **at)
+static double pdi_reaction_parse_number(const char **at)
 {
     double value = 0.0, place = 0.0;
     const char *from = *at;
@@ -30,7 +30,7 @@ static double pdi_reaction_number(const char **at)
 
 /* Parses a unit of mol, mmol, L, m and s with whole exponents: *scale, its size in mol, m, s, and its exponents. 0:
  * invalid. */
-static int pdi_reaction_unit(const char *at, double *scale, double exponent[3])
+static int pdi_reaction_parse_unit(const char *at, double *scale, double exponent[3])
 {
     int divide = 0, factors = 0;
     *scale = 1.0;
@@ -46,14 +46,14 @@ static int pdi_reaction_unit(const char *at, double *scale, double exponent[3])
                        {"M", 3, 1.0, 1e3},     {"min", 2, 1.0, 60.0},  {"h", 2, 1.0, 3600.0}, {"dm", 1, 1.0, 0.1},
                        {"m", 1, 1.0, 1.0},     {"s", 2, 1.0, 1.0}};
         size_t s = 0, most = sizeof symbols / sizeof symbols[0];
-        while (pdi_reaction_blank(*at) || *at == '*') at++;
+        while (pdi_reaction_is_blank(*at) || *at == '*') at++;
         if (*at == '1' && at[1] == '/' && !factors) at++;
         if (*at == '/') {
             if (divide < 0) return 0;
             divide = 1;
             at++;
         }
-        while (pdi_reaction_blank(*at)) at++;
+        while (pdi_reaction_is_blank(*at)) at++;
         while (s < most && strncmp(at, symbols[s].name, strlen(symbols[s].name)) != 0) s++;
         if (s == most) return 0;
         at += strlen(symbols[s].name);
@@ -63,9 +63,9 @@ static int pdi_reaction_unit(const char *at, double *scale, double exponent[3])
             sign = -sign;
             at++;
         }
-        double power = pdi_reaction_number(&at);
+        double power = pdi_reaction_parse_number(&at);
         if (power < 0.0) power = 1.0;
-        if (power > PDI_REACTION_LARGEST) return 0;
+        if (power > PDI_REACTION_MAX_NUMBER) return 0;
         power *= sign;
         *scale *= pow(symbols[s].size, power);
         if (symbols[s].base == 3) {
@@ -80,25 +80,25 @@ static int pdi_reaction_unit(const char *at, double *scale, double exponent[3])
 }
 
 /* Formats the expected unit such as "mol2/L2/s": power `order` of a concentration, per second with rate 1. */
-static void pdi_reaction_expected(double order, double rate, char *text, size_t size)
+static void pdi_reaction_format_unit(double order, double rate, char *text, size_t size)
 {
     const char *end = rate > 0.0 ? "/s" : "";
     double n = fabs(order);
-    if (!(n > PDI_REACTION_SAME)) snprintf(text, size, "%s", rate > 0.0 ? "1/s" : "no unit");
-    else if (fabs(n - 1.0) < PDI_REACTION_SAME) snprintf(text, size, order > 0.0 ? "mol/L%s" : "L/mol%s", end);
+    if (!(n > PDI_REACTION_TOLERANCE)) snprintf(text, size, "%s", rate > 0.0 ? "1/s" : "no unit");
+    else if (fabs(n - 1.0) < PDI_REACTION_TOLERANCE) snprintf(text, size, order > 0.0 ? "mol/L%s" : "L/mol%s", end);
     else snprintf(text, size, order > 0.0 ? "mol%g/L%g%s" : "L%g/mol%g%s", n, n, end);
 }
 
 /* Checks that a unit is (mol/L)^order, per second with rate 1; *scale: its size in SI units. */
-static pd_status pdi_reaction_fits(pd_ctx *ctx, const char *name, const char *what, const char *unit, double order,
-                                   double rate, double *scale)
+static pd_status pdi_reaction_check_unit(pd_ctx *ctx, const char *name, const char *what, const char *unit,
+                                         double order, double rate, double *scale)
 {
-    char expected[PDI_REACTION_TERM];
+    char expected[PDI_REACTION_TERM_BYTES];
     double e[3];
-    if (pdi_reaction_unit(unit, scale, e) && fabs(e[0] - order) < PDI_REACTION_SAME &&
-        fabs(e[1] + 3.0 * order) < PDI_REACTION_SAME && fabs(e[2] + rate) < PDI_REACTION_SAME)
+    if (pdi_reaction_parse_unit(unit, scale, e) && fabs(e[0] - order) < PDI_REACTION_TOLERANCE &&
+        fabs(e[1] + 3.0 * order) < PDI_REACTION_TOLERANCE && fabs(e[2] + rate) < PDI_REACTION_TOLERANCE)
         return PD_OK;
-    pdi_reaction_expected(order, rate, expected, sizeof expected);
+    pdi_reaction_format_unit(order, rate, expected, sizeof expected);
     if (!unit || !*unit)
         return pdi_fail(ctx, PD_ERR_PARSE, "reaction", "%s of '%s' has no unit, expected %s%s", what, name, expected,
                         rate > 0.0 ? "" : ", or log10_K without unit");
@@ -107,14 +107,14 @@ static pd_status pdi_reaction_fits(pd_ctx *ctx, const char *name, const char *wh
 }
 
 /* Parses one term "2 OH-" on the left (side -1) or right (1) of a reaction. */
-static pd_status pdi_reaction_term(pd_ctx *ctx, const char *term, double side, const pd_species *species, int count,
-                                   pd_reaction *r)
+static pd_status pdi_reaction_parse_term(pd_ctx *ctx, const char *term, double side, const pd_species *species,
+                                         int count, pd_reaction *r)
 {
     const char *at = term;
-    double number = pdi_reaction_number(&at);
+    double number = pdi_reaction_parse_number(&at);
     if (number < 0.0) number = 1.0;
-    while (pdi_reaction_blank(*at)) at++;
-    if (!*at || !(number > 0.0) || number > PDI_REACTION_LARGEST)
+    while (pdi_reaction_is_blank(*at)) at++;
+    if (!*at || !(number > 0.0) || number > PDI_REACTION_MAX_NUMBER)
         return pdi_fail(ctx, PD_ERR_PARSE, "reaction", "'%s' has the term '%s', expected terms such as 2 OH-, with "
                         "blanks around + and =", r->name, term);
     for (int i = 0; i < count; i++) {
@@ -133,24 +133,24 @@ static pd_status pdi_reaction_term(pd_ctx *ctx, const char *term, double side, c
 }
 
 /* Parses both sides of a reaction from side -1 on, or with side 1 a sum alone. */
-static pd_status pdi_reaction_terms(pd_ctx *ctx, const char *text, const pd_species *species, int count, double side,
-                                    pd_reaction *r)
+static pd_status pdi_reaction_parse_terms(pd_ctx *ctx, const char *text, const pd_species *species, int count,
+                                          double side, pd_reaction *r)
 {
-    char term[PDI_REACTION_TERM];
+    char term[PDI_REACTION_TERM_BYTES];
     size_t size = 0;
     for (const char *at = text;; at++) {
-        int single = (at == text || pdi_reaction_blank(at[-1])) && (!*at || !at[1] || pdi_reaction_blank(at[1]));
+        int single = (at == text || pdi_reaction_is_blank(at[-1])) && (!*at || !at[1] || pdi_reaction_is_blank(at[1]));
         if (*at && !(single && (*at == '+' || *at == '='))) {
-            if (!size && pdi_reaction_blank(*at)) continue;
+            if (!size && pdi_reaction_is_blank(*at)) continue;
             if (size + 1 == sizeof term)
                 return pdi_fail(ctx, PD_ERR_PARSE, "reaction", "a term of '%s' is longer than %d bytes", r->name,
                                 (int)sizeof term - 1);
             term[size++] = *at;
             continue;
         }
-        while (size && pdi_reaction_blank(term[size - 1])) size--;
+        while (size && pdi_reaction_is_blank(term[size - 1])) size--;
         term[size] = 0;
-        PDI_TRY(pdi_reaction_term(ctx, term, side, species, count, r));
+        PDI_TRY(pdi_reaction_parse_term(ctx, term, side, species, count, r));
         size = 0;
         if (*at == '=' && side > 0.0)
             return pdi_fail(ctx, PD_ERR_PARSE, "reaction", "'%s' has two =, expected one", r->name);
@@ -164,19 +164,19 @@ static pd_status pdi_reaction_terms(pd_ctx *ctx, const char *text, const pd_spec
 }
 
 /* Checks that every element and the charge balance (eq. 5b.1). */
-static pd_status pdi_reaction_balance(pd_ctx *ctx, const pd_species *species, int count, const pd_reaction *r)
+static pd_status pdi_reaction_check_balance(pd_ctx *ctx, const pd_species *species, int count, const pd_reaction *r)
 {
     for (int i = 0; i < count; i++) {
         for (int k = 0; k < species[i].elements && r->nu[i] != 0.0; k++) {
             double left = 0.0, right = 0.0;
             char symbol[3];
             for (int j = 0; j < count; j++) {
-                double atoms = r->nu[j] * pdi_species_atoms(&species[j], species[i].element[k]);
+                double atoms = r->nu[j] * pdi_species_count_atoms(&species[j], species[i].element[k]);
                 if (atoms < 0.0) left -= atoms;
                 else right += atoms;
             }
-            if (fabs(left - right) < PDI_REACTION_SAME) continue;
-            pdi_species_symbol(species[i].element[k], symbol);
+            if (fabs(left - right) < PDI_REACTION_TOLERANCE) continue;
+            pdi_species_get_symbol(species[i].element[k], symbol);
             return pdi_fail(ctx, PD_ERR_PARSE, "reaction", "'%s' does not balance: %g %s on the left, %g on the right: "
                             "correct a factor, or add what is missing, such as H2O or H+", r->name, left, symbol,
                             right);
@@ -187,15 +187,15 @@ static pd_status pdi_reaction_balance(pd_ctx *ctx, const pd_species *species, in
         if (r->nu[i] < 0.0) left -= r->nu[i] * species[i].charge;
         else right += r->nu[i] * species[i].charge;
     }
-    if (fabs(left - right) < PDI_REACTION_SAME) return PD_OK;
+    if (fabs(left - right) < PDI_REACTION_TOLERANCE) return PD_OK;
     return pdi_fail(ctx, PD_ERR_PARSE, "reaction", "'%s' does not balance: the charge is %+g on the left, %+g on "
                     "the right: correct a factor, or add what is missing, such as H+, OH- or e-", r->name, left,
                     right);
 }
 
 /* Sets K and rate constants from desc, after a check of their units; kb = kf/K where one is missing (eq. 5b.3). */
-static pd_status pdi_reaction_constants(pd_ctx *ctx, const pd_reaction_desc *desc, const pd_species *species, int count,
-                                        pd_reaction *r)
+static pd_status pdi_reaction_set_constants(pd_ctx *ctx, const pd_reaction_desc *desc, const pd_species *species,
+                                            int count, pd_reaction *r)
 {
     double left = 0.0, right = 0.0, scale;
     for (int i = 0; i < count; i++) {
@@ -211,7 +211,7 @@ static pd_status pdi_reaction_constants(pd_ctx *ctx, const pd_reaction_desc *des
     if (r->has_k && desc->k_unit && strcmp(desc->k_unit, "log10") == 0) {
         r->ln_k = desc->k * log(10.0);
     } else if (r->has_k) {
-        PDI_TRY(pdi_reaction_fits(ctx, r->name, "K", desc->k_unit, right - left, 0.0, &scale));
+        PDI_TRY(pdi_reaction_check_unit(ctx, r->name, "K", desc->k_unit, right - left, 0.0, &scale));
         r->ln_k = log(desc->k) + log(scale) - (right - left) * log(1e3);
     }
     if (r->has_k && !(fabs(r->ln_k) < HUGE_VAL))
@@ -227,12 +227,13 @@ static pd_status pdi_reaction_constants(pd_ctx *ctx, const pd_reaction_desc *des
                         r->name);
     double both = r->ln_k + (right - left) * log(1e3); /* logarithm of forward over backward, in mol/m3 */
     if (desc->forward > 0.0) {
-        PDI_TRY(pdi_reaction_fits(ctx, r->name, "the forward rate", desc->forward_unit, 1.0 - left, 1.0, &scale));
+        PDI_TRY(pdi_reaction_check_unit(ctx, r->name, "the forward rate", desc->forward_unit, 1.0 - left, 1.0, &scale));
         r->forward = desc->forward * scale;
         if (r->has_k) r->backward = exp(log(r->forward) - both);
     }
     if (desc->backward > 0.0) {
-        PDI_TRY(pdi_reaction_fits(ctx, r->name, "the backward rate", desc->backward_unit, 1.0 - right, 1.0, &scale));
+        PDI_TRY(
+            pdi_reaction_check_unit(ctx, r->name, "the backward rate", desc->backward_unit, 1.0 - right, 1.0, &scale));
         r->backward = desc->backward * scale;
         if (r->has_k) r->forward = exp(log(r->backward) + both);
     }
@@ -241,8 +242,8 @@ static pd_status pdi_reaction_constants(pd_ctx *ctx, const pd_reaction_desc *des
 }
 
 /* Inner part of the reading. The caller clears r after an error. */
-static pd_status pdi_reaction_fill(pd_ctx *ctx, const pd_reaction_desc *desc, const pd_species *species, int count,
-                                   pd_reaction *r)
+static pd_status pdi_reaction_try_read(pd_ctx *ctx, const pd_reaction_desc *desc, const pd_species *species, int count,
+                                       pd_reaction *r)
 {
     const char *name = desc->name && *desc->name ? desc->name : desc->text;
     if (!desc->text)
@@ -250,24 +251,24 @@ static pd_status pdi_reaction_fill(pd_ctx *ctx, const pd_reaction_desc *desc, co
     snprintf(r->name, sizeof r->name, "%.*s", (int)sizeof r->name - 1, name);
     if (count < 1 || count > PD_SPECIES_MOST)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "reaction", "%d species, expected 1 to %d", count, PD_SPECIES_MOST);
-    PDI_TRY(pdi_reaction_terms(ctx, desc->text, species, count, -1.0, r));
-    PDI_TRY(pdi_reaction_balance(ctx, species, count, r));
-    return pdi_reaction_constants(ctx, desc, species, count, r);
+    PDI_TRY(pdi_reaction_parse_terms(ctx, desc->text, species, count, -1.0, r));
+    PDI_TRY(pdi_reaction_check_balance(ctx, species, count, r));
+    return pdi_reaction_set_constants(ctx, desc, species, count, r);
 }
 
-PDI_FN pd_status pdi_reaction_sum(pd_ctx *ctx, const char *name, const char *text, const pd_species *species, int count,
-                                  pd_reaction *r)
+PDI_FN pd_status pdi_reaction_parse_sum(pd_ctx *ctx, const char *name, const char *text, const pd_species *species,
+                                        int count, pd_reaction *r)
 {
     memset(r, 0, sizeof *r);
     snprintf(r->name, sizeof r->name, "%.*s", (int)sizeof r->name - 1, name);
-    return pdi_reaction_terms(ctx, text, species, count, 1.0, r);
+    return pdi_reaction_parse_terms(ctx, text, species, count, 1.0, r);
 }
 
 pd_status pd_reaction_read(pd_ctx *ctx, const pd_reaction_desc *desc, const pd_species *species, int count,
                            pd_reaction *r)
 {
     memset(r, 0, sizeof *r);
-    pd_status status = pdi_reaction_fill(ctx, desc, species, count, r);
+    pd_status status = pdi_reaction_try_read(ctx, desc, species, count, r);
     if (status < 0) memset(r, 0, sizeof *r);
     return status;
 }

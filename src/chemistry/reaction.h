@@ -41,8 +41,8 @@ PD_API double pd_reaction_speed(const pd_reaction *reaction, const pd_species *s
 #ifdef PDI_INTERNAL
 /* Parses a sum of species "Na+ + OH-" into the stoichiometric numbers nu of r. PD_ERR_PARSE: an unknown species. name:
  * for messages. */
-PDI_FN pd_status pdi_reaction_sum(pd_ctx *ctx, const char *name, const char *text, const pd_species *species, int count,
-                                  pd_reaction *r);
+PDI_FN pd_status pdi_reaction_parse_sum(pd_ctx *ctx, const char *name, const char *text, const pd_species *species,
+                                        int count, pd_reaction *r);
 #endif
 
 #endif

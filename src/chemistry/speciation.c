@@ -3,34 +3,35 @@
 #include <math.h>
 #include <string.h>
 
-#define PDI_SPECIATION_ROUNDS 600 /* most Newton steps for one set of present minerals */
-#define PDI_SPECIATION_CHANGES 100 /* most changes of the set of present minerals */
-#define PDI_SPECIATION_ZERO 1e-9 /* a combination of stoichiometric numbers below this is zero */
-#define PDI_SPECIATION_NEAR 1e-7 /* |ln(IAP/K)| from where one more Newton step reaches rounding */
-#define PDI_SPECIATION_ABOVE 1e-10 /* ln(IAP/K) above which a mineral precipitates */
-#define PDI_SPECIATION_SEED 1e-3 /* part of the reactants that a reaction uses at the start to make absent species */
-#define PDI_SPECIATION_WATER 1e-4 /* [mol/m3] extent at the start of a reaction of water alone */
-#define PDI_SPECIATION_LEFT 0.05 /* least part of a concentration that a step leaves */
-#define PDI_SPECIATION_TAKE 0.9 /* most of a concentration that one reaction takes in a step */
-#define PDI_SPECIATION_SWAP 2.0 /* a formed species above this many times a basis species replaces it */
-#define PDI_SPECIATION_HALVINGS 60 /* most halvings of a step */
-#define PDI_SPECIATION_TRIES 6 /* most halvings of a bounded step, before the Newton step is tried */
-#define PDI_SPECIATION_NEARER 0.1 /* part of a full step by which the residual has to fall */
+#define PDI_SPECIATION_MAX_NEWTON 600       /* most Newton steps for one set of present minerals */
+#define PDI_SPECIATION_MAX_CHANGES 100      /* most changes of the set of present minerals */
+#define PDI_SPECIATION_ROUNDING_ZERO 1e-9   /* a combination of stoichiometric numbers below this is zero */
+#define PDI_SPECIATION_NEAR_RESIDUAL 1e-7   /* |ln(IAP/K)| from where one more Newton step reaches rounding */
+#define PDI_SPECIATION_SUPERSATURATED 1e-10 /* ln(IAP/K) above which a mineral precipitates */
+/* part of the reactants that a reaction uses at the start to make absent species */
+#define PDI_SPECIATION_SEED_FRACTION 1e-3
+#define PDI_SPECIATION_SEED_WATER 1e-4         /* [mol/m3] extent at the start of a reaction of water alone */
+#define PDI_SPECIATION_MIN_LEFT 0.05           /* least part of a concentration that a step leaves */
+#define PDI_SPECIATION_MAX_TAKEN 0.9           /* most of a concentration that one reaction takes in a step */
+#define PDI_SPECIATION_SWAP_RATIO 2.0          /* a formed species above this many times a basis species replaces it */
+#define PDI_SPECIATION_MAX_HALVINGS 60         /* most halvings of a step */
+#define PDI_SPECIATION_MAX_BOUNDED_HALVINGS 6  /* most halvings of a bounded step, before the Newton step is tried */
+#define PDI_SPECIATION_SUFFICIENT_DECREASE 0.1 /* part of a full step by which the residual has to fall */
 #define PDI_SPECIATION_MOLAR 1e3 /* [mol/m3] one mol/L */
 
 /* State of a species in the active set. */
 typedef enum pdi_speciation_state {
-    PDI_SPECIATION_OUT = 0, /* zero, and no reaction can make it */
-    PDI_SPECIATION_ABSENT,  /* a mineral that is not present */
-    PDI_SPECIATION_FREE,    /* a solute, an unknown */
-    PDI_SPECIATION_HELD     /* activity 1: water, a mineral that is present */
+    PDI_SPECIATION_IMPOSSIBLE = 0, /* zero, and no reaction can make it */
+    PDI_SPECIATION_ABSENT,         /* a mineral that is not present */
+    PDI_SPECIATION_SOLUTE,         /* a solute, an unknown */
+    PDI_SPECIATION_UNIT_ACTIVITY   /* activity 1: water, a mineral that is present */
 } pdi_speciation_state;
 
 /* Solver state: reduced reactions, each of which makes one species, its pivot, of others that are no pivots. */
 typedef struct pdi_speciation_work {
-    const pd_speciation *s;
-    double n[PD_SPECIES_MOST]; /* [mol/m3] */
-    double x[PD_SPECIES_MOST]; /* ln of mol/L, of solutes */
+    const pd_speciation *system;
+    double amount[PD_SPECIES_MOST]; /* [mol/m3] */
+    double ln_c[PD_SPECIES_MOST];   /* ln of mol/L, of solutes */
     int state[PD_SPECIES_MOST];
     double row[PD_REACTION_MOST][PD_SPECIES_MOST], ln_k[PD_REACTION_MOST];
     int pivot[PD_REACTION_MOST]; /* -1: none */
@@ -38,34 +39,36 @@ typedef struct pdi_speciation_work {
 } pdi_speciation_work;
 
 /* Ionic strength [mol/m3]. */
-static double pdi_speciation_strength(const pdi_speciation_work *w)
+static double pdi_speciation_compute_ionic_strength(const pdi_speciation_work *w)
 {
     double sum = 0.0;
-    for (int i = 0; i < w->s->species; i++)
-        if (w->state[i] == PDI_SPECIATION_FREE) sum += 0.5 * w->s->charge[i] * w->s->charge[i] * w->n[i];
+    for (int i = 0; i < w->system->species; i++)
+        if (w->state[i] == PDI_SPECIATION_SOLUTE)
+            sum += 0.5 * w->system->charge[i] * w->system->charge[i] * w->amount[i];
     return sum;
 }
 
 /* ln of the activity of species i: x + z^2 davies of a solute, 0 of others. */
-static double pdi_speciation_ln(const pdi_speciation_work *w, int i, double davies)
+static double pdi_speciation_compute_ln_activity(const pdi_speciation_work *w, int i, double davies)
 {
-    return w->state[i] == PDI_SPECIATION_FREE ? w->x[i] + davies * w->s->charge[i] * w->s->charge[i] : 0.0;
+    return w->state[i] == PDI_SPECIATION_SOLUTE ? w->ln_c[i] + davies * w->system->charge[i] * w->system->charge[i]
+                                                : 0.0;
 }
 
 /* Residual ln(IAP/K) of reduced reaction r (eq. 5b.7). */
-static double pdi_speciation_off(const pdi_speciation_work *w, int r, double davies)
+static double pdi_speciation_compute_ln_ratio(const pdi_speciation_work *w, int r, double davies)
 {
     double sum = -w->ln_k[r];
-    for (int i = 0; i < w->s->species; i++)
-        if (w->row[r][i] != 0.0) sum += w->row[r][i] * pdi_speciation_ln(w, i, davies);
+    for (int i = 0; i < w->system->species; i++)
+        if (w->row[r][i] != 0.0) sum += w->row[r][i] * pdi_speciation_compute_ln_activity(w, i, davies);
     return sum;
 }
 
 /* Gauss-Jordan step: species i becomes a pivot, where it can. */
-static void pdi_speciation_eliminate(pdi_speciation_work *w, int i)
+static void pdi_speciation_set_pivot(pdi_speciation_work *w, int i)
 {
     int best = -1;
-    double size = PDI_SPECIATION_ZERO;
+    double size = PDI_SPECIATION_ROUNDING_ZERO;
     for (int r = 0; r < w->rows; r++) {
         if (w->pivot[r] >= 0 || !(fabs(w->row[r][i]) > size)) continue;
         best = r;
@@ -73,16 +76,16 @@ static void pdi_speciation_eliminate(pdi_speciation_work *w, int i)
     }
     if (best < 0) return;
     double scale = 1.0 / w->row[best][i];
-    for (int k = 0; k < w->s->species; k++) w->row[best][k] *= scale;
+    for (int k = 0; k < w->system->species; k++) w->row[best][k] *= scale;
     w->ln_k[best] *= scale;
     w->row[best][i] = 1.0;
     w->pivot[best] = i;
     for (int r = 0; r < w->rows; r++) {
         double factor = w->row[r][i];
         if (r == best || factor == 0.0) continue;
-        for (int k = 0; k < w->s->species; k++) {
+        for (int k = 0; k < w->system->species; k++) {
             w->row[r][k] -= factor * w->row[best][k];
-            if (fabs(w->row[r][k]) < PDI_SPECIATION_ZERO) w->row[r][k] = 0.0;
+            if (fabs(w->row[r][k]) < PDI_SPECIATION_ROUNDING_ZERO) w->row[r][k] = 0.0;
         }
         w->ln_k[r] -= factor * w->ln_k[best];
         w->row[r][i] = 0.0;
@@ -90,57 +93,57 @@ static void pdi_speciation_eliminate(pdi_speciation_work *w, int i)
 }
 
 /* Chooses the pivots: impossible species first, then absent minerals, then solutes from the rarest on. */
-static void pdi_speciation_reduce(pdi_speciation_work *w)
+static void pdi_speciation_update_pivots(pdi_speciation_work *w)
 {
     int order[PD_SPECIES_MOST], count = 0;
-    w->rows = w->s->reactions;
-    memcpy(w->row, w->s->nu, sizeof w->row);
-    memcpy(w->ln_k, w->s->ln_k, sizeof w->ln_k);
+    w->rows = w->system->reactions;
+    memcpy(w->row, w->system->nu, sizeof w->row);
+    memcpy(w->ln_k, w->system->ln_k, sizeof w->ln_k);
     for (int r = 0; r < w->rows; r++) w->pivot[r] = -1;
-    for (int i = 0; i < w->s->species; i++) {
+    for (int i = 0; i < w->system->species; i++) {
         int k = count;
-        if (w->state[i] == PDI_SPECIATION_HELD) continue;
+        if (w->state[i] == PDI_SPECIATION_UNIT_ACTIVITY) continue;
         for (; k > 0; k--) {
             int j = order[k - 1];
-            if (w->state[j] < w->state[i] || (w->state[j] == w->state[i] && !(w->x[j] > w->x[i]))) break;
+            if (w->state[j] < w->state[i] || (w->state[j] == w->state[i] && !(w->ln_c[j] > w->ln_c[i]))) break;
             order[k] = j;
         }
         order[k] = i;
         count++;
     }
-    for (int k = 0; k < count; k++) pdi_speciation_eliminate(w, order[k]);
+    for (int k = 0; k < count; k++) pdi_speciation_set_pivot(w, order[k]);
 }
 
 /* 1: reduced reaction r makes a solute. */
-static int pdi_speciation_runs(const pdi_speciation_work *w, int r)
+static int pdi_speciation_is_solute_reaction(const pdi_speciation_work *w, int r)
 {
-    return w->pivot[r] >= 0 && w->state[w->pivot[r]] == PDI_SPECIATION_FREE;
+    return w->pivot[r] >= 0 && w->state[w->pivot[r]] == PDI_SPECIATION_SOLUTE;
 }
 
 /* Adds the extent xi [mol/m3] of a reaction with the numbers nu to the amounts. */
-static void pdi_speciation_run(pdi_speciation_work *w, const double *nu, double xi)
+static void pdi_speciation_add_extent(pdi_speciation_work *w, const double *nu, double xi)
 {
-    for (int i = 0; i < w->s->species; i++) w->n[i] += nu[i] * xi;
+    for (int i = 0; i < w->system->species; i++) w->amount[i] += nu[i] * xi;
 }
 
 /* Adds small extents until every solute that reactions can make is present. */
-static void pdi_speciation_seed(pdi_speciation_work *w)
+static void pdi_speciation_add_traces(pdi_speciation_work *w)
 {
     for (int again = 1; again;) {
         again = 0;
-        for (int r = 0; r < w->s->reactions; r++) {
+        for (int r = 0; r < w->system->reactions; r++) {
             for (double sign = -1.0; sign < 2.0; sign += 2.0) {
                 double most = HUGE_VAL;
                 int makes = 0;
-                for (int i = 0; i < w->s->species; i++) {
-                    double nu = sign * w->s->nu[r][i];
-                    if (w->s->phase[i] == PD_PHASE_SOLVENT) continue;
-                    if (nu < 0.0) most = pdi_min(most, w->n[i] / -nu);
-                    if (nu > 0.0 && !(w->n[i] > 0.0) && w->s->phase[i] == PD_PHASE_SOLUTE) makes = 1;
+                for (int i = 0; i < w->system->species; i++) {
+                    double nu = sign * w->system->nu[r][i];
+                    if (w->system->phase[i] == PD_PHASE_SOLVENT) continue;
+                    if (nu < 0.0) most = pdi_min(most, w->amount[i] / -nu);
+                    if (nu > 0.0 && !(w->amount[i] > 0.0) && w->system->phase[i] == PD_PHASE_SOLUTE) makes = 1;
                 }
                 if (!makes || !(most > 0.0)) continue;
-                double xi = most < HUGE_VAL ? PDI_SPECIATION_SEED * most : PDI_SPECIATION_WATER;
-                pdi_speciation_run(w, w->s->nu[r], sign * xi);
+                double xi = most < HUGE_VAL ? PDI_SPECIATION_SEED_FRACTION * most : PDI_SPECIATION_SEED_WATER;
+                pdi_speciation_add_extent(w, w->system->nu[r], sign * xi);
                 again = again || xi > DBL_MIN;
             }
         }
@@ -148,19 +151,19 @@ static void pdi_speciation_seed(pdi_speciation_work *w)
 }
 
 /* Sets the state of every species from its amount. */
-static void pdi_speciation_begin(pdi_speciation_work *w)
+static void pdi_speciation_init_states(pdi_speciation_work *w)
 {
-    for (int i = 0; i < w->s->species; i++) {
-        int solute = w->s->phase[i] == PD_PHASE_SOLUTE, there = w->n[i] > 0.0;
-        w->x[i] = solute && there ? log(w->n[i] / PDI_SPECIATION_MOLAR) : 0.0;
-        if (solute) w->state[i] = there ? PDI_SPECIATION_FREE : PDI_SPECIATION_OUT;
-        else if (w->s->phase[i] == PD_PHASE_SOLVENT || there) w->state[i] = PDI_SPECIATION_HELD;
+    for (int i = 0; i < w->system->species; i++) {
+        int solute = w->system->phase[i] == PD_PHASE_SOLUTE, there = w->amount[i] > 0.0;
+        w->ln_c[i] = solute && there ? log(w->amount[i] / PDI_SPECIATION_MOLAR) : 0.0;
+        if (solute) w->state[i] = there ? PDI_SPECIATION_SOLUTE : PDI_SPECIATION_IMPOSSIBLE;
+        else if (w->system->phase[i] == PD_PHASE_SOLVENT || there) w->state[i] = PDI_SPECIATION_UNIT_ACTIVITY;
         else w->state[i] = PDI_SPECIATION_ABSENT;
     }
 }
 
 /* Solves a x = b of `rows` equations by pivoted elimination; x in b. 0: singular. */
-static int pdi_speciation_linear(int rows, double a[PD_REACTION_MOST][PD_REACTION_MOST], double *b)
+static int pdi_speciation_solve_linear(int rows, double a[PD_REACTION_MOST][PD_REACTION_MOST], double *b)
 {
     for (int c = 0; c < rows; c++) {
         int best = c;
@@ -190,90 +193,94 @@ static int pdi_speciation_linear(int rows, double a[PD_REACTION_MOST][PD_REACTIO
 
 /* dy [rows] = Newton step for the logarithms of the pivots of the reactions in `list` (eq. 5b.7), with the rank-one
  * term of Davies' equation. slope: its derivative. 0: singular. */
-static int pdi_speciation_newton(const pdi_speciation_work *w, const int *list, int rows, const double *off,
-                                 double slope, double *dy)
+static int pdi_speciation_compute_newton_step(const pdi_speciation_work *w, const int *list, int rows,
+                                              const double *off, double slope, double *dy)
 {
     double a[PD_REACTION_MOST][PD_REACTION_MOST], q[PD_REACTION_MOST];
     for (int r = 0; r < rows; r++) {
         q[r] = 0.0;
-        for (int i = 0; i < w->s->species; i++)
-            if (w->state[i] == PDI_SPECIATION_FREE) q[r] += w->row[list[r]][i] * w->s->charge[i] * w->s->charge[i];
+        for (int i = 0; i < w->system->species; i++)
+            if (w->state[i] == PDI_SPECIATION_SOLUTE)
+                q[r] += w->row[list[r]][i] * w->system->charge[i] * w->system->charge[i];
     }
     for (int r = 0; r < rows; r++) {
         for (int k = 0; k < rows; k++) {
             int p = w->pivot[list[k]];
-            double sum = 0.5 * slope * q[r] * q[k] * w->n[p];
-            for (int i = 0; i < w->s->species; i++)
-                if (w->state[i] == PDI_SPECIATION_FREE && w->row[list[r]][i] != 0.0 && w->row[list[k]][i] != 0.0 &&
+            double sum = 0.5 * slope * q[r] * q[k] * w->amount[p];
+            for (int i = 0; i < w->system->species; i++)
+                if (w->state[i] == PDI_SPECIATION_SOLUTE && w->row[list[r]][i] != 0.0 && w->row[list[k]][i] != 0.0 &&
                     i != w->pivot[list[r]])
-                    sum += w->row[list[r]][i] * w->row[list[k]][i] * (w->n[p] / w->n[i]);
+                    sum += w->row[list[r]][i] * w->row[list[k]][i] * (w->amount[p] / w->amount[i]);
             a[r][k] = sum + (r == k ? 1.0 : 0.0);
         }
         dy[r] = -off[r];
     }
-    if (!pdi_speciation_linear(rows, a, dy)) return 0;
+    if (!pdi_speciation_solve_linear(rows, a, dy)) return 0;
     for (int r = 0; r < rows; r++)
         if (!(fabs(dy[r]) < HUGE_VAL)) return 0;
     return 1;
 }
 
 /* Shortens dy so that no reaction takes more of a solute than there is. */
-static void pdi_speciation_bound(const pdi_speciation_work *w, const int *list, int rows, double *dy)
+static void pdi_speciation_limit_changes(const pdi_speciation_work *w, const int *list, int rows, double *dy)
 {
     for (int r = 0; r < rows; r++) {
         int p = w->pivot[list[r]];
         double room = HUGE_VAL;
-        for (int i = 0; i < w->s->species; i++)
-            if (w->state[i] == PDI_SPECIATION_FREE && w->row[list[r]][i] < 0.0)
-                room = pdi_min(room, PDI_SPECIATION_TAKE * w->n[i] / -w->row[list[r]][i]);
-        if (room < HUGE_VAL) dy[r] = pdi_min(dy[r], log((w->n[p] + room) / PDI_SPECIATION_MOLAR) - w->x[p]);
+        for (int i = 0; i < w->system->species; i++)
+            if (w->state[i] == PDI_SPECIATION_SOLUTE && w->row[list[r]][i] < 0.0)
+                room = pdi_min(room, PDI_SPECIATION_MAX_TAKEN * w->amount[i] / -w->row[list[r]][i]);
+        if (room < HUGE_VAL) dy[r] = pdi_min(dy[r], log((w->amount[p] + room) / PDI_SPECIATION_MOLAR) - w->ln_c[p]);
     }
 }
 
 /* Moves *w by t dy. 0: a solute would fall too far. */
-static int pdi_speciation_move(pdi_speciation_work *w, const int *list, int rows, const double *dy, double t)
+static int pdi_speciation_try_move(pdi_speciation_work *w, const int *list, int rows, const double *dy, double t)
 {
     double start[PD_SPECIES_MOST];
-    memcpy(start, w->n, sizeof start);
+    memcpy(start, w->amount, sizeof start);
     for (int r = 0; r < rows; r++) {
         int p = w->pivot[list[r]];
-        double made = PDI_SPECIATION_MOLAR * exp(w->x[p] + t * dy[r]) - start[p];
+        double made = PDI_SPECIATION_MOLAR * exp(w->ln_c[p] + t * dy[r]) - start[p];
         if (!(made < HUGE_VAL)) return 0;
-        w->x[p] += t * dy[r];
-        w->n[p] = PDI_SPECIATION_MOLAR * exp(w->x[p]);
-        for (int i = 0; i < w->s->species; i++)
-            if (i != p && w->row[list[r]][i] != 0.0) w->n[i] += w->row[list[r]][i] * made;
+        w->ln_c[p] += t * dy[r];
+        w->amount[p] = PDI_SPECIATION_MOLAR * exp(w->ln_c[p]);
+        for (int i = 0; i < w->system->species; i++)
+            if (i != p && w->row[list[r]][i] != 0.0) w->amount[i] += w->row[list[r]][i] * made;
     }
-    for (int i = 0; i < w->s->species; i++) {
+    for (int i = 0; i < w->system->species; i++) {
         int pivot = 0;
         for (int r = 0; r < rows; r++) pivot = pivot || w->pivot[list[r]] == i;
-        if (pivot || w->state[i] != PDI_SPECIATION_FREE) continue;
-        if (!(w->n[i] > PDI_SPECIATION_LEFT * start[i]) || !(w->n[i] < HUGE_VAL)) return 0;
-        if (w->n[i] != start[i]) w->x[i] = log(w->n[i] / PDI_SPECIATION_MOLAR);
+        if (pivot || w->state[i] != PDI_SPECIATION_SOLUTE) continue;
+        if (!(w->amount[i] > PDI_SPECIATION_MIN_LEFT * start[i]) || !(w->amount[i] < HUGE_VAL)) return 0;
+        if (w->amount[i] != start[i]) w->ln_c[i] = log(w->amount[i] / PDI_SPECIATION_MOLAR);
     }
     return 1;
 }
 
 /* Residuals off [rows] of the reactions in `list`; returns the largest. */
-static double pdi_speciation_worst(const pdi_speciation_work *w, const int *list, int rows, double *off)
+static double pdi_speciation_compute_residuals(const pdi_speciation_work *w, const int *list, int rows, double *off)
 {
     double slope, worst = 0.0;
-    double davies = w->s->debye > 0.0 ? pdi_activity_davies(w->s->debye, pdi_speciation_strength(w), &slope) : 0.0;
+    double davies =
+        w->system->debye > 0.0
+            ? pdi_activity_compute_davies(w->system->debye, pdi_speciation_compute_ionic_strength(w), &slope)
+            : 0.0;
     for (int r = 0; r < rows; r++) {
-        off[r] = pdi_speciation_off(w, list[r], davies);
+        off[r] = pdi_speciation_compute_ln_ratio(w, list[r], davies);
         worst = pdi_max(worst, fabs(off[r]));
     }
     return worst;
 }
 
 /* 1: a pivot is larger than a basis species that forms it: the pivots have to be chosen anew. */
-static int pdi_speciation_large(const pdi_speciation_work *w)
+static int pdi_speciation_is_pivot_stale(const pdi_speciation_work *w)
 {
     for (int r = 0; r < w->rows; r++) {
-        if (!pdi_speciation_runs(w, r)) continue;
-        for (int i = 0; i < w->s->species; i++)
-            if (w->row[r][i] != 0.0 && w->state[i] == PDI_SPECIATION_FREE && i != w->pivot[r] &&
-                w->n[w->pivot[r]] > PDI_SPECIATION_SWAP * w->n[i])
+        if (!pdi_speciation_is_solute_reaction(w, r)) continue;
+        for (int i = 0; i < w->system->species; i++)
+            if (w->row[r][i] != 0.0 && w->state[i] == PDI_SPECIATION_SOLUTE && i != w->pivot[r] &&
+                w->amount[w->pivot[r]] > PDI_SPECIATION_SWAP_RATIO * w->amount[i])
                 return 1;
     }
     return 0;
@@ -281,20 +288,20 @@ static int pdi_speciation_large(const pdi_speciation_work *w)
 
 /* Line search along dy, until the free energy falls along it or the residual falls. 0: neither does, *w is
  * unchanged. */
-static int pdi_speciation_search(pdi_speciation_work *w, const int *list, int rows, const double *dy,
-                                 const double *off, double worst, int halvings)
+static int pdi_speciation_try_line_search(pdi_speciation_work *w, const int *list, int rows, const double *dy,
+                                          const double *off, double worst, int halvings)
 {
     const pdi_speciation_work from = *w;
     double next[PD_REACTION_MOST], before = 0.0, t = 1.0;
-    for (int r = 0; r < rows; r++) before += off[r] * w->n[w->pivot[list[r]]] * dy[r];
-    if (before > 0.0 && worst > PDI_SPECIATION_NEAR) return 0;
+    for (int r = 0; r < rows; r++) before += off[r] * w->amount[w->pivot[list[r]]] * dy[r];
+    if (before > 0.0 && worst > PDI_SPECIATION_NEAR_RESIDUAL) return 0;
     for (int k = 0; k < halvings; k++, t *= 0.5) {
         double after = 0.0;
         *w = from;
-        if (!pdi_speciation_move(w, list, rows, dy, t)) continue;
-        double now = pdi_speciation_worst(w, list, rows, next);
-        for (int r = 0; r < rows; r++) after += next[r] * w->n[w->pivot[list[r]]] * dy[r];
-        if (worst <= PDI_SPECIATION_NEAR || now < (1.0 - PDI_SPECIATION_NEARER * t) * worst ||
+        if (!pdi_speciation_try_move(w, list, rows, dy, t)) continue;
+        double now = pdi_speciation_compute_residuals(w, list, rows, next);
+        for (int r = 0; r < rows; r++) after += next[r] * w->amount[w->pivot[list[r]]] * dy[r];
+        if (worst <= PDI_SPECIATION_NEAR_RESIDUAL || now < (1.0 - PDI_SPECIATION_SUFFICIENT_DECREASE * t) * worst ||
             after <= -0.5 * before)
             return 1;
     }
@@ -303,64 +310,65 @@ static int pdi_speciation_search(pdi_speciation_work *w, const int *list, int ro
 }
 
 /* Newton iterations for the solutes with the present minerals, whose amounts may become negative. */
-static pd_status pdi_speciation_face(pdi_speciation_work *w, int *iterations)
+static pd_status pdi_speciation_solve_solutes(pdi_speciation_work *w, int *iterations)
 {
     int list[PD_REACTION_MOST];
     double off[PD_REACTION_MOST], dy[PD_REACTION_MOST], bounded[PD_REACTION_MOST], size = 1.0;
-    for (int i = 0; i < w->s->species; i++)
-        if (w->s->phase[i] != PD_PHASE_SOLVENT) size += fabs(w->n[i]);
-    for (int round = 0; round < PDI_SPECIATION_ROUNDS; round++) {
+    for (int i = 0; i < w->system->species; i++)
+        if (w->system->phase[i] != PD_PHASE_SOLVENT) size += fabs(w->amount[i]);
+    for (int round = 0; round < PDI_SPECIATION_MAX_NEWTON; round++) {
         int rows = 0, near;
         double slope = 0.0;
-        if (pdi_speciation_large(w)) pdi_speciation_reduce(w);
+        if (pdi_speciation_is_pivot_stale(w)) pdi_speciation_update_pivots(w);
         for (int r = 0; r < w->rows; r++)
-            if (pdi_speciation_runs(w, r)) list[rows++] = r;
-        double worst = pdi_speciation_worst(w, list, rows, off);
-        near = worst <= PDI_SPECIATION_NEAR;
+            if (pdi_speciation_is_solute_reaction(w, r)) list[rows++] = r;
+        double worst = pdi_speciation_compute_residuals(w, list, rows, off);
+        near = worst <= PDI_SPECIATION_NEAR_RESIDUAL;
         if (!(worst > 0.0)) return PD_OK;
-        if (w->s->debye > 0.0) pdi_activity_davies(w->s->debye, pdi_speciation_strength(w), &slope);
-        if (!pdi_speciation_newton(w, list, rows, off, slope, dy)) return PD_NOT_CONVERGED;
+        if (w->system->debye > 0.0)
+            pdi_activity_compute_davies(w->system->debye, pdi_speciation_compute_ionic_strength(w), &slope);
+        if (!pdi_speciation_compute_newton_step(w, list, rows, off, slope, dy)) return PD_NOT_CONVERGED;
         memcpy(bounded, dy, sizeof bounded);
-        pdi_speciation_bound(w, list, rows, bounded);
-        if (!pdi_speciation_search(w, list, rows, bounded, off, worst, PDI_SPECIATION_TRIES) &&
-            !pdi_speciation_search(w, list, rows, dy, off, worst, PDI_SPECIATION_HALVINGS))
+        pdi_speciation_limit_changes(w, list, rows, bounded);
+        if (!pdi_speciation_try_line_search(w, list, rows, bounded, off, worst, PDI_SPECIATION_MAX_BOUNDED_HALVINGS) &&
+            !pdi_speciation_try_line_search(w, list, rows, dy, off, worst, PDI_SPECIATION_MAX_HALVINGS))
             return PD_NOT_CONVERGED;
         ++*iterations;
         if (near) return PD_OK;
-        for (int i = 0; i < w->s->species; i++)
-            if (w->s->phase[i] == PD_PHASE_SOLID && w->n[i] < -10.0 * size) return PD_OK; /* far beyond its end */
+        for (int i = 0; i < w->system->species; i++) /* far beyond its end */
+            if (w->system->phase[i] == PD_PHASE_SOLID && w->amount[i] < -10.0 * size) return PD_OK;
     }
     return PD_NOT_CONVERGED;
 }
 
 /* Mineral i becomes absent. */
-static void pdi_speciation_remove(pdi_speciation_work *w, int i)
+static void pdi_speciation_remove_mineral(pdi_speciation_work *w, int i)
 {
-    w->n[i] = 0.0;
+    w->amount[i] = 0.0;
     w->state[i] = PDI_SPECIATION_ABSENT;
 }
 
 /* Minerals that cannot be present together at any composition: the less stable one converts into the others as far as
  * it can. 1: one is gone; -1: nothing ends it; 0: there are none. */
-static int pdi_speciation_convert(pdi_speciation_work *w)
+static int pdi_speciation_try_convert_minerals(pdi_speciation_work *w)
 {
     for (int r = 0; r < w->rows; r++) {
         int first = -1;
         double most = HUGE_VAL, sign = w->ln_k[r] < 0.0 ? -1.0 : 1.0;
         if (w->pivot[r] >= 0) continue;
-        for (int i = 0; i < w->s->species; i++)
-            if (w->s->phase[i] == PD_PHASE_SOLID && sign * w->row[r][i] < 0.0 && w->n[i] / (-sign * w->row[r][i]) <
-            most) {
+        for (int i = 0; i < w->system->species; i++)
+            if (w->system->phase[i] == PD_PHASE_SOLID && sign * w->row[r][i] < 0.0 &&
+                w->amount[i] / (-sign * w->row[r][i]) < most) {
                 first = i;
-                most = w->n[i] / (-sign * w->row[r][i]);
+                most = w->amount[i] / (-sign * w->row[r][i]);
             }
         if (first < 0) {
-            for (int i = 0; i < w->s->species; i++)
+            for (int i = 0; i < w->system->species; i++)
                 if (w->row[r][i] != 0.0) return -1;
             continue; /* the sum of others */
         }
-        pdi_speciation_run(w, w->row[r], sign * most);
-        pdi_speciation_remove(w, first);
+        pdi_speciation_add_extent(w, w->row[r], sign * most);
+        pdi_speciation_remove_mineral(w, first);
         return 1;
     }
     return 0;
@@ -368,44 +376,49 @@ static int pdi_speciation_convert(pdi_speciation_work *w)
 
 /* Finds the mineral that is used up first on the way from n0 to the present amounts, and goes back to that point. -1:
  * none. */
-static int pdi_speciation_shrink(pdi_speciation_work *w, const double *n0)
+static int pdi_speciation_remove_exhausted_mineral(pdi_speciation_work *w, const double *n0)
 {
     int first = -1;
     double share = 1.0;
-    for (int i = 0; i < w->s->species; i++) {
-        if (w->state[i] != PDI_SPECIATION_HELD || w->s->phase[i] != PD_PHASE_SOLID || w->n[i] >= 0.0) continue;
-        double t = n0[i] / (n0[i] - w->n[i]);
+    for (int i = 0; i < w->system->species; i++) {
+        if (w->state[i] != PDI_SPECIATION_UNIT_ACTIVITY || w->system->phase[i] != PD_PHASE_SOLID || w->amount[i] >= 0.0)
+            continue;
+        double t = n0[i] / (n0[i] - w->amount[i]);
         if (first >= 0 && t >= share) continue;
         first = i;
         share = t;
     }
     if (first < 0) return -1;
-    for (int i = 0; i < w->s->species; i++) {
-        w->n[i] = n0[i] + share * (w->n[i] - n0[i]);
-        if (w->state[i] == PDI_SPECIATION_FREE && w->n[i] > 0.0) w->x[i] = log(w->n[i] / PDI_SPECIATION_MOLAR);
-        if (w->s->phase[i] == PD_PHASE_SOLID) w->n[i] = pdi_max(w->n[i], 0.0); /* rounding of one at its end */
+    for (int i = 0; i < w->system->species; i++) {
+        w->amount[i] = n0[i] + share * (w->amount[i] - n0[i]);
+        if (w->state[i] == PDI_SPECIATION_SOLUTE && w->amount[i] > 0.0)
+            w->ln_c[i] = log(w->amount[i] / PDI_SPECIATION_MOLAR);
+        /* rounding of one at its end */
+        if (w->system->phase[i] == PD_PHASE_SOLID) w->amount[i] = pdi_max(w->amount[i], 0.0);
     }
-    pdi_speciation_remove(w, first);
+    pdi_speciation_remove_mineral(w, first);
     return first;
 }
 
 /* Activities of the result; returns the most supersaturated absent mineral other than `spared`, -1: none. */
-static int pdi_speciation_judge(pdi_speciation_work *w, int spared, pd_speciation_result *result)
+static int pdi_speciation_find_supersaturated(pdi_speciation_work *w, int spared, pd_speciation_result *result)
 {
-    double slope, most = PDI_SPECIATION_ABOVE;
+    double slope, most = PDI_SPECIATION_SUPERSATURATED;
     int best = -1;
-    result->strength = pdi_speciation_strength(w);
-    double davies = w->s->debye > 0.0 ? pdi_activity_davies(w->s->debye, result->strength, &slope) : 0.0;
-    pdi_speciation_reduce(w);
+    result->strength = pdi_speciation_compute_ionic_strength(w);
+    double davies =
+        w->system->debye > 0.0 ? pdi_activity_compute_davies(w->system->debye, result->strength, &slope) : 0.0;
+    pdi_speciation_update_pivots(w);
     result->residual = 0.0;
-    for (int i = 0; i < w->s->species; i++)
-        result->log_activity[i] = w->state[i] == PDI_SPECIATION_OUT || w->state[i] == PDI_SPECIATION_ABSENT
-                                      ? -HUGE_VAL : pdi_speciation_ln(w, i, davies) / log(10.0);
+    for (int i = 0; i < w->system->species; i++)
+        result->log_activity[i] = w->state[i] == PDI_SPECIATION_IMPOSSIBLE || w->state[i] == PDI_SPECIATION_ABSENT
+                                      ? -HUGE_VAL
+                                      : pdi_speciation_compute_ln_activity(w, i, davies) / log(10.0);
     for (int r = 0; r < w->rows; r++) {
         int i = w->pivot[r];
-        if (i < 0 || w->state[i] == PDI_SPECIATION_OUT) continue;
-        double off = pdi_speciation_off(w, r, davies);
-        if (w->state[i] == PDI_SPECIATION_FREE) {
+        if (i < 0 || w->state[i] == PDI_SPECIATION_IMPOSSIBLE) continue;
+        double off = pdi_speciation_compute_ln_ratio(w, r, davies);
+        if (w->state[i] == PDI_SPECIATION_SOLUTE) {
             result->residual = pdi_max(result->residual, fabs(off));
             continue;
         }
@@ -424,40 +437,40 @@ pd_status pd_speciation_solve(const pd_speciation *s, double *c, pd_speciation_r
     int added = -1, spared = -1;
     memset(result, 0, sizeof *result);
     memset(&w, 0, sizeof w);
-    w.s = s;
+    w.system = s;
     for (int i = 0; i < s->species; i++) {
         if ((!(c[i] >= 0.0) && s->phase[i] != PD_PHASE_SOLVENT) || !(fabs(c[i]) < HUGE_VAL)) return PD_ERR_ARGUMENT;
-        w.n[i] = c[i];
+        w.amount[i] = c[i];
     }
-    pdi_speciation_seed(&w);
-    pdi_speciation_begin(&w);
-    for (; result->changes < PDI_SPECIATION_CHANGES; result->changes++) {
+    pdi_speciation_add_traces(&w);
+    pdi_speciation_init_states(&w);
+    for (; result->changes < PDI_SPECIATION_MAX_CHANGES; result->changes++) {
         double n0[PD_SPECIES_MOST];
-        pdi_speciation_reduce(&w);
-        int gone = pdi_speciation_convert(&w);
+        pdi_speciation_update_pivots(&w);
+        int gone = pdi_speciation_try_convert_minerals(&w);
         if (gone < 0) return PD_NOT_CONVERGED;
         if (gone) continue;
-        memcpy(n0, w.n, sizeof n0);
-        pd_status status = pdi_speciation_face(&w, &result->iterations);
+        memcpy(n0, w.amount, sizeof n0);
+        pd_status status = pdi_speciation_solve_solutes(&w, &result->iterations);
         if (status != PD_OK) return status;
-        int first = pdi_speciation_shrink(&w, n0);
+        int first = pdi_speciation_remove_exhausted_mineral(&w, n0);
         if (first >= 0) {
             if (first == added) spared = first; /* at its saturation, to rounding */
             continue;
         }
-        added = pdi_speciation_judge(&w, spared, result);
+        added = pdi_speciation_find_supersaturated(&w, spared, result);
         if (added < 0) {
-            memcpy(c, w.n, (size_t)s->species * sizeof *c);
+            memcpy(c, w.amount, (size_t)s->species * sizeof *c);
             return PD_OK;
         }
-        w.state[added] = PDI_SPECIATION_HELD;
+        w.state[added] = PDI_SPECIATION_UNIT_ACTIVITY;
     }
     return PD_NOT_CONVERGED;
 }
 
 /* Inner part of the build. The caller clears s after an error. */
-static pd_status pdi_speciation_fill(pd_ctx *ctx, const pd_species *species, int count, const pd_reaction *reactions,
-                                     int reaction_count, pd_speciation *s)
+static pd_status pdi_speciation_try_build(pd_ctx *ctx, const pd_species *species, int count,
+                                          const pd_reaction *reactions, int reaction_count, pd_speciation *s)
 {
     pdi_speciation_work w;
     if (count < 1 || count > PD_SPECIES_MOST || reaction_count < 0)
@@ -484,11 +497,11 @@ static pd_status pdi_speciation_fill(pd_ctx *ctx, const pd_species *species, int
         s->ln_k[s->reactions++] = reactions[r].ln_k;
     }
     memset(&w, 0, sizeof w);
-    w.s = s;
-    for (int i = 0; i < count; i++) w.state[i] = PDI_SPECIATION_FREE;
-    pdi_speciation_reduce(&w);
+    w.system = s;
+    for (int i = 0; i < count; i++) w.state[i] = PDI_SPECIATION_SOLUTE;
+    pdi_speciation_update_pivots(&w);
     for (int r = 0; r < w.rows; r++)
-        if (w.pivot[r] < 0 && fabs(w.ln_k[r]) > PDI_SPECIATION_NEAR)
+        if (w.pivot[r] < 0 && fabs(w.ln_k[r]) > PDI_SPECIATION_NEAR_RESIDUAL)
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "speciation", "a reaction is the sum of others, and its K is not the "
                             "product of theirs: leave one out");
     return PD_OK;
@@ -498,8 +511,8 @@ pd_status pd_speciation_build(pd_ctx *ctx, const pd_species *species, int count,
                               int reaction_count, pd_activity activity, double temperature, pd_speciation *s)
 {
     memset(s, 0, sizeof *s);
-    pd_status status = pdi_speciation_fill(ctx, species, count, reactions, reaction_count, s);
+    pd_status status = pdi_speciation_try_build(ctx, species, count, reactions, reaction_count, s);
     if (status < 0) memset(s, 0, sizeof *s);
-    else if (activity == PD_ACTIVITY_DAVIES) s->debye = pdi_activity_debye(temperature);
+    else if (activity == PD_ACTIVITY_DAVIES) s->debye = pdi_activity_compute_debye_hueckel(temperature);
     return status;
 }

@@ -42,9 +42,9 @@ typedef struct pd_species {
 PD_API pd_status pd_species_read(pd_ctx *ctx, const pd_species_desc *desc, pd_species *species);
 #ifdef PDI_INTERNAL
 /* Symbol of an atomic number, into text of 3 bytes. */
-PDI_FN void pdi_species_symbol(int element, char *text);
+PDI_FN void pdi_species_get_symbol(int element, char *text);
 /* Number of atoms of an element (atomic number) in one unit of the species. */
-PDI_FN int pdi_species_atoms(const pd_species *species, int element);
+PDI_FN int pdi_species_count_atoms(const pd_species *species, int element);
 #endif
 
 #endif

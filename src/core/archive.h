@@ -17,11 +17,11 @@ typedef struct pd_archive {
 } pd_archive;
 
 #ifdef PDI_INTERNAL
-/* PDI_KEEP(ctx, archive, "flow.p", flow->p, n): save or load n elements of *flow->p under a name. */
-#define PDI_KEEP(ctx, archive, item_name, array, count) \
+/* PDI_ARCHIVE_ARRAY(ctx, archive, "flow.p", flow->p, n): save or load n elements of *flow->p under a name. */
+#define PDI_ARCHIVE_ARRAY(ctx, archive, item_name, array, count) \
     (archive)->item((ctx), (archive)->user, (item_name), (array), sizeof *(array), (int64_t)(count))
-/* PDI_SAME(ctx, archive, "cells", 3): save a number, or check that the checkpoint holds the same one. */
-#define PDI_SAME(ctx, archive, item_name, value) \
+/* PDI_ARCHIVE_VERIFY(ctx, archive, "cells", 3): save a number, or check that the checkpoint holds the same one. */
+#define PDI_ARCHIVE_VERIFY(ctx, archive, item_name, value) \
     (archive)->check((ctx), (archive)->user, (item_name), (double)(value))
 #endif
 

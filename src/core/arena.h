@@ -1,20 +1,20 @@
 /* arena: scratch memory that solvers share which never run at the same time.
  *
  * Krylov bases, work vectors and preconditioners are needed during a solve only. A module describes these arrays in a
- * list function of their own (owner.h), which is not allocated: the arena lends the arrays for a solve, as a stack, and
- * takes them back at its end. Each solver reserves its size when it is built, and the largest one counts, so that a
- * time step allocates nothing.
+ * list function of their own (array_registry.h), which is not allocated: the arena lends the arrays for a solve, as a
+ * stack, and takes them back at its end. Each solver reserves its size when it is built, and the largest one counts, so
+ * that a time step allocates nothing.
  *
- *   pdi_arena_fit(ctx, arena, pdi_arena_bytes(pdi_steady_work_list, steady));      in the build
- *   PDI_TRY(pdi_arena_lend(ctx, arena, pdi_steady_work_list, steady));             in the solve
+ *   pdi_arena_reserve(ctx, arena, pdi_arena_count_bytes(pdi_steady_list_work, steady));      in the build
+ *   PDI_TRY(pdi_arena_acquire(ctx, arena, pdi_steady_list_work, steady));             in the solve
  *   ...
- *   status = pdi_arena_return(ctx, arena, pdi_steady_work_list, steady, status);
+ *   status = pdi_arena_release(ctx, arena, pdi_steady_list_work, steady, status);
  *
  * Two solvers that run at the same time find no room, or return in the wrong order: PD_ERR_INTERNAL.
  */
 #ifndef PD_ARENA_H
 #define PD_ARENA_H
-#include "core/owner.h"
+#include "core/array_registry.h"
 
 /* Most multigrids that can leave the memory of their coarse levels to others. */
 #define PD_ARENA_IDLE 16
@@ -36,18 +36,18 @@ PD_API void pd_arena_free(pd_ctx *ctx, pd_arena *arena);
 
 #ifdef PDI_INTERNAL
 /* Size [byte] that the arrays of a list take when they are lent. The object need not be built. */
-PDI_FN PDI_ONCE size_t pdi_arena_bytes(pdi_list_fn list, void *object);
+PDI_FN PDI_NOINLINE size_t pdi_arena_count_bytes(pdi_array_list_fn list, void *object);
 /* Reserve at least `bytes` of capacity. It never shrinks. PD_ERR_INTERNAL: something is lent. */
-PDI_FN PDI_ONCE pd_status pdi_arena_fit(pd_ctx *ctx, pd_arena *arena, size_t bytes);
+PDI_FN PDI_NOINLINE pd_status pdi_arena_reserve(pd_ctx *ctx, pd_arena *arena, size_t bytes);
 /* 1: the free part is large enough for the arrays of a list. */
-PDI_FN PDI_ONCE int pdi_arena_has(const pd_arena *arena, pdi_list_fn list, void *object);
-/* Point the arrays of a list into the arena. They are zeroed, except those of kind PDI_RAW. PD_ERR_INTERNAL: there is
- * no room. */
-PDI_FN PDI_ONCE pd_status pdi_arena_lend(pd_ctx *ctx, pd_arena *arena, pdi_list_fn list, void *object);
+PDI_FN PDI_NOINLINE int pdi_arena_fits(const pd_arena *arena, pdi_array_list_fn list, void *object);
+/* Point the arrays of a list into the arena. They are zeroed, except those of kind PDI_ARRAY_UNINIT. PD_ERR_INTERNAL:
+ * there is no room. */
+PDI_FN PDI_NOINLINE pd_status pdi_arena_acquire(pd_ctx *ctx, pd_arena *arena, pdi_array_list_fn list, void *object);
 /* Take the arrays back and set their pointers to NULL. Returns `status`; PD_ERR_INTERNAL where that is no error and the
  * arrays are not those that were lent last. */
-PDI_FN PDI_ONCE pd_status pdi_arena_return(pd_ctx *ctx, pd_arena *arena, pdi_list_fn list, void *object,
-                                           pd_status status);
+PDI_FN PDI_NOINLINE pd_status pdi_arena_release(pd_ctx *ctx, pd_arena *arena, pdi_array_list_fn list, void *object,
+                                                pd_status status);
 #endif
 
 #endif

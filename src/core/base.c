@@ -41,7 +41,7 @@ PDI_FN void pdi_append(char *text, size_t size, const char *format, ...)
 }
 
 /* 1: the text up to the next blank is NaN or infinite: nan, -nan, nan(...), inf, -inf, infinity, in any case. */
-static int pdi_base_unknown(const char *value)
+static int pdi_base_is_nonfinite(const char *value)
 {
     char word[4] = "";
     size_t size = strcspn(value, " "), sign = value[0] == '-' || value[0] == '+';
@@ -53,13 +53,13 @@ static int pdi_base_unknown(const char *value)
     return size == sign + 3 || value[sign + 3] == '(' || strcspn(value, " ") == sign + 8; /* infinity */
 }
 
-PDI_FN void pdi_known(char *figures)
+PDI_FN void pdi_remove_nonfinite(char *figures)
 {
     char *to = figures;
     for (const char *at = figures; *at;) {
         size_t size = strcspn(at + 1, " ") + 1;
         const char *value = (const char *)memchr(at, '=', size);
-        int leave = at[0] == ' ' && value && pdi_base_unknown(value + 1);
+        int leave = at[0] == ' ' && value && pdi_base_is_nonfinite(value + 1);
         if (!leave) memmove(to, at, size);
         if (!leave) to += size;
         at += size;
@@ -79,7 +79,7 @@ static void *pdi_base_realloc(pd_ctx *ctx, void *ptr, size_t old_size, size_t ne
 }
 
 /* The pointer stored at `slot`, read as bytes. */
-static void *pdi_base_slot(const void *slot)
+static void *pdi_base_load_pointer(const void *slot)
 {
     void *ptr;
     memcpy(&ptr, slot, sizeof ptr);
@@ -89,7 +89,7 @@ static void *pdi_base_slot(const void *slot)
 PDI_FN pd_status pdi_resize(pd_ctx *ctx, const char *where, size_t old_count, size_t new_count, size_t size,
                             void *slot)
 {
-    void *old = pdi_base_slot(slot);
+    void *old = pdi_base_load_pointer(slot);
     size_t old_bytes = old ? (old_count ? old_count : 1) * size : 0;
     if (new_count == 0) new_count = 1;
     if (new_count > (size_t)-1 / 2 / size)
@@ -111,7 +111,7 @@ PDI_FN pd_status pdi_resize(pd_ctx *ctx, const char *where, size_t old_count, si
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_poll(pd_ctx *ctx, const char *doing, int64_t count)
+PDI_FN pd_status pdi_check_cancel(pd_ctx *ctx, const char *doing, int64_t count)
 {
     if (!ctx->poll || !ctx->poll(ctx->poll_user, doing, count)) return PD_OK;
     return pdi_fail(ctx, PD_STOPPED, doing, "stopped by the caller");
@@ -126,7 +126,7 @@ PDI_FN pd_status pdi_alloc(pd_ctx *ctx, const char *where, size_t count, size_t 
 
 PDI_FN void pdi_free(pd_ctx *ctx, size_t count, size_t size, void *slot)
 {
-    void *ptr = pdi_base_slot(slot);
+    void *ptr = pdi_base_load_pointer(slot);
     if (!ptr) return;
     size_t bytes = (count ? count : 1) * size;
     pdi_base_realloc(ctx, ptr, bytes, 0);

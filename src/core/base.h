@@ -10,7 +10,7 @@
 #ifndef PD_BASE_H
 #define PD_BASE_H
 #include "core/config.h"
-#include "core/pace.h"
+#include "core/thread_contention.h"
 
 #define PD_STATUS_TABLE(X) \
     X(PD_OK, 0) /* done */ \
@@ -80,15 +80,15 @@ PDI_FN pd_status pdi_fail(pd_ctx *ctx, pd_status status, const char *where, cons
 PDI_FN void pdi_append(char *text, size_t size, const char *format, ...) PD_PRINTF_LIKE(3, 4);
 /* Remove all pairs " key=value" whose value is NaN or infinite from a line of results, in place: unknown results are
  * not printed. */
-PDI_FN void pdi_known(char *figures);
+PDI_FN void pdi_remove_nonfinite(char *figures);
 /* 1: out of memory, or cancelled by the caller. A retry with another step, guess or file cannot help. */
-static inline int pdi_is_final(pd_status status)
+static inline int pdi_is_fatal(pd_status status)
 {
     return status == PD_ERR_MEMORY || status == PD_ERR_LIMIT || status == PD_STOPPED;
 }
 /* 1: step underflow: a step dt [s], with `remaining` [s] to go from `time` [s], is below the rounding error of one of
  * them, so that such steps never reach the end. */
-static inline int pdi_stands_still(double time, double remaining, double dt)
+static inline int pdi_is_step_underflow(double time, double remaining, double dt)
 {
     double size = time < 0.0 ? -time : time;
     if (remaining > size) size = remaining;
@@ -96,7 +96,7 @@ static inline int pdi_stands_still(double time, double remaining, double dt)
 }
 /* Ask the cancellation callback. PD_STOPPED: the caller cancels. A step then leaves the state at its start, or at the
  * end of its last substep. */
-PDI_FN pd_status pdi_poll(pd_ctx *ctx, const char *doing, int64_t count);
+PDI_FN pd_status pdi_check_cancel(pd_ctx *ctx, const char *doing, int64_t count);
 /* slot is the address of a pointer of any type (read and written as bytes, as strict aliasing asks).
  * pdi_alloc: slot gets count * size zeroed bytes (count 0: one element, so that NULL always means failure). */
 PDI_FN pd_status pdi_alloc(pd_ctx *ctx, const char *where, size_t count, size_t size, void *slot);

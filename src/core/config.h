@@ -5,7 +5,7 @@
  *   PDCORR_STATIC          the same, private to this file: what it does not call is neither compiled nor linked
  *   PDCORR_NO_SCENE        leaves out the rooms scene and run
  *   PDCORR_NO_IO           leaves out files and pictures: io, scene, run
- *   PDCORR_NO_SOLID        leaves out mechanics: solid, couple/structure, scene, run
+ *   PDCORR_NO_SOLID        leaves out mechanics: solid, couple/solid_coupling, scene, run
  *   PDCORR_NO_CHEMISTRY    leaves out species and reactions: chemistry, react, scene, run
  *   PDCORR_NO_POTENTIAL    leaves out electrodes and the electric potential: potential, scene, run
  *   PDCORR_NO_PHYSICS      leaves out flow, chemistry, transport, react, solid, metal, potential, couple, scene, run;
@@ -28,10 +28,11 @@
 #define PD_VERSION_MINOR 1
 #define PD_VERSION_PATCH 0
 /* The value of a macro as a string literal. */
-#define PDI_TEXT_OF2(number) #number
-#define PDI_TEXT_OF(number) PDI_TEXT_OF2(number)
+#define PDI_STRINGIFY2(number) #number
+#define PDI_STRINGIFY(number) PDI_STRINGIFY2(number)
 #define PD_VERSION \
-    PDI_TEXT_OF(PD_VERSION_MAJOR) "." PDI_TEXT_OF(PD_VERSION_MINOR) "." PDI_TEXT_OF(PD_VERSION_PATCH) /* "0.1.0" */
+    PDI_STRINGIFY(PD_VERSION_MAJOR) \
+    "." PDI_STRINGIFY(PD_VERSION_MINOR) "." PDI_STRINGIFY(PD_VERSION_PATCH) /* "0.1.0" */
 
 #ifndef PD_DIM
 #error "pdcorr: define PD_DIM as 1, 2 or 3 before the header"
@@ -39,16 +40,16 @@
 #if PD_DIM < 1 || PD_DIM > 3
 #error "pdcorr: PD_DIM must be 1, 2 or 3"
 #endif
-/* PDI_MORE_AXES: end of the error message about more values than axes: which program has more dimensions. */
+/* PDI_AXES_HINT: end of the error message about more values than axes: which program has more dimensions. */
 #if PD_DIM == 1
 #define PDI_DIM_IS_1
-#define PDI_MORE_AXES ", one for each axis: pd2d and pd3d run scenes in 2D and 3D"
+#define PDI_AXES_HINT ", one for each axis: pd2d and pd3d run scenes in 2D and 3D"
 #elif PD_DIM == 2
 #define PDI_DIM_IS_2
-#define PDI_MORE_AXES ", one for each axis: pd3d runs scenes in 3D"
+#define PDI_AXES_HINT ", one for each axis: pd3d runs scenes in 3D"
 #else
 #define PDI_DIM_IS_3
-#define PDI_MORE_AXES ", one for each axis"
+#define PDI_AXES_HINT ", one for each axis"
 #endif
 
 #if defined(PDCORR_IMPLEMENTATION) && defined(PDCORR_STATIC)
@@ -113,9 +114,10 @@
 #define PDI_COLD
 #endif
 
-/* PDI_SMALL: WebAssembly: modules off the hot paths are optimised for size, since programs are sent over a network. */
+/* PDI_OPTIMISE_SIZE: WebAssembly: modules off the hot paths are optimised for size, since programs are sent over a
+ * network. */
 #if defined(__clang__) && defined(__wasm__)
-#define PDI_SMALL
+#define PDI_OPTIMISE_SIZE
 #pragma clang diagnostic ignored "-Wpragma-clang-attribute" /* a module may have no function in a dimension */
 #endif
 
@@ -123,7 +125,7 @@
 #ifdef PDI_COLD
 #define PDI_COLD_BEGIN _Pragma("GCC push_options") _Pragma("GCC optimize (\"Og\")")
 #define PDI_COLD_END _Pragma("GCC pop_options")
-#elif defined(PDI_SMALL)
+#elif defined(PDI_OPTIMISE_SIZE)
 #define PDI_COLD_BEGIN _Pragma("clang attribute push (__attribute__((minsize)), apply_to = function)")
 #define PDI_COLD_END _Pragma("clang attribute pop")
 #else
@@ -146,11 +148,11 @@
 #define PDI_INLINE static inline
 #endif
 
-/* PDI_SHARED: forced inlining, except where code is optimised for size: there all callers share one copy. */
-#ifdef PDI_SMALL
-#define PDI_SHARED static __attribute__((noinline))
+/* PDI_INLINE_HOT: forced inlining, except where code is optimised for size: there all callers share one copy. */
+#ifdef PDI_OPTIMISE_SIZE
+#define PDI_INLINE_HOT static __attribute__((noinline))
 #else
-#define PDI_SHARED PDI_INLINE
+#define PDI_INLINE_HOT PDI_INLINE
 #endif
 
 #ifdef PDI_INTERNAL
@@ -160,20 +162,21 @@ PDI_INLINE double pdi_max(double a, double b) { return a >= b || b != b ? a : b;
 PDI_INLINE double pdi_min(double a, double b) { return a <= b || b != b ? a : b; }
 #endif
 
-/* PDI_FEW: a function without vectorisation: the copy of an inner loop for trip counts below the vector length. */
+/* PDI_NO_VECTORISE: a function without vectorisation: the copy of an inner loop for trip counts below the vector
+ * length. */
 #ifdef PDI_COLD
-#define PDI_FEW static __attribute__((noinline, noclone, optimize("no-tree-vectorize")))
+#define PDI_NO_VECTORISE static __attribute__((noinline, noclone, optimize("no-tree-vectorize")))
 #else
-#define PDI_FEW static
+#define PDI_NO_VECTORISE static
 #endif
 
-/* PDI_ONCE: no inlining and no cloning: one copy for all callers, since the call costs nothing beside the work. */
+/* PDI_NOINLINE: no inlining and no cloning: one copy for all callers, since the call costs nothing beside the work. */
 #if defined(__clang__)
-#define PDI_ONCE __attribute__((noinline))
+#define PDI_NOINLINE __attribute__((noinline))
 #elif defined(__GNUC__)
-#define PDI_ONCE __attribute__((noinline, noclone))
+#define PDI_NOINLINE __attribute__((noinline, noclone))
 #else
-#define PDI_ONCE
+#define PDI_NOINLINE
 #endif
 
 #endif

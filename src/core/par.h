@@ -20,20 +20,20 @@
 #define PDI_PRAGMA(text) _Pragma(#text)
 /* Before a for loop: run it on nt threads (pdi_par_threads), static schedule. */
 #define PDI_PARALLEL_FOR(nt) PDI_PRAGMA(omp parallel for schedule(static) num_threads(nt))
-/* Several loops in one parallel region: PDI_PARALLEL(nt) before a block, PDI_FOR before each loop in it, without a
- * barrier at its end. */
+/* Several loops in one parallel region: PDI_PARALLEL(nt) before a block, PDI_FOR_NOWAIT before each loop in it, without
+ * a barrier at its end. */
 #define PDI_PARALLEL(nt) PDI_PRAGMA(omp parallel num_threads(nt))
-#define PDI_FOR PDI_PRAGMA(omp for schedule(static) nowait)
+#define PDI_FOR_NOWAIT PDI_PRAGMA(omp for schedule(static) nowait)
 #define PDI_BARRIER PDI_PRAGMA(omp barrier)
 #else
 #define PDI_PARALLEL_FOR(nt)
 #define PDI_PARALLEL(nt)
-#define PDI_FOR
+#define PDI_FOR_NOWAIT
 #define PDI_BARRIER
 #endif
-/* Call a function whose loops are marked PDI_FOR in a parallel region of nt threads. One thread calls it without a
- * region, whose start would cost a system call. */
-#define PDI_SHARE(nt, call) \
+/* Call a function whose loops are marked PDI_FOR_NOWAIT in a parallel region of nt threads. One thread calls it without
+ * a region, whose start would cost a system call. */
+#define PDI_PARALLEL_CALL(nt, call) \
     do { \
         if ((nt) == 1) call; \
         else { \
@@ -47,9 +47,9 @@ typedef struct pdi_par_team {
     int rank, size;
 } pdi_par_team;
 /* The team of the enclosing parallel region. */
-PDI_FN pdi_par_team pdi_par_here(void);
+PDI_FN pdi_par_team pdi_par_get_team(void);
 /* A team of one thread. */
-static inline pdi_par_team pdi_par_alone(void)
+static inline pdi_par_team pdi_par_single_team(void)
 {
     pdi_par_team team;
     team.rank = 0;
@@ -57,77 +57,77 @@ static inline pdi_par_team pdi_par_alone(void)
     return team;
 }
 /* Call a function with the argument `team` in a parallel region of nt threads. */
-#define PDI_TEAM(nt, call) \
+#define PDI_PARALLEL_TEAM_CALL(nt, call) \
     do { \
         if ((nt) == 1) { \
-            pdi_par_team team = pdi_par_alone(); \
+            pdi_par_team team = pdi_par_single_team(); \
             call; \
         } else { \
             PDI_PARALLEL(nt) \
             { \
-                pdi_par_team team = pdi_par_here(); \
+                pdi_par_team team = pdi_par_get_team(); \
                 call; \
             } \
         } \
     } while (0)
 /* Range of n items for one thread of a team: its first item, and one past its last item. */
-static inline int32_t pdi_par_first(pdi_par_team team, int32_t n)
+static inline int32_t pdi_par_range_begin(pdi_par_team team, int32_t n)
 {
     return (int32_t)((int64_t)n * team.rank / team.size);
 }
-static inline int32_t pdi_par_behind(pdi_par_team team, int32_t n)
+static inline int32_t pdi_par_range_end(pdi_par_team team, int32_t n)
 {
     return (int32_t)((int64_t)n * (team.rank + 1) / team.size);
 }
 /* Barrier of the team, with a memory flush. All threads have to call it. */
-PDI_FN void pdi_par_meet(pdi_par_team team);
+PDI_FN void pdi_par_barrier(pdi_par_team team);
 
 /* Number of threads for a loop of `work` scalar operations: 1 when starting threads would cost more, or when one thread
- * is faster because of other programs (pace.h). pdi_par_offered: without that last test. */
+ * is faster because of other programs (thread_contention.h). pdi_par_available_threads: without that last test. */
 PDI_FN int pdi_par_threads(const pd_ctx *ctx, int64_t work);
-PDI_FN int pdi_par_offered(const pd_ctx *ctx, int64_t work);
-/* A timed loop. pdi_par_begin returns its number of threads; pdi_par_end reports its time to the contention detector of
- * pace.h. The loop does `repeats` times `work` scalar operations in one region. Loops of equal kind, work and repeats
- * are expected to take the same time. */
+PDI_FN int pdi_par_available_threads(const pd_ctx *ctx, int64_t work);
+/* A timed loop. pdi_par_begin_timing returns its number of threads; pdi_par_end_timing reports its time to the
+ * contention detector of thread_contention.h. The loop does `repeats` times `work` scalar operations in one region.
+ * Loops of equal kind, work and repeats are expected to take the same time. */
 typedef struct pdi_par_timing {
     int threads;
     uint64_t key; /* identifies loops of equal duration */
     double work;  /* [-] scalar operations */
     double start; /* [s] */
 } pdi_par_timing;
-PDI_FN int pdi_par_begin(const pd_ctx *ctx, int64_t work, int repeats, uint64_t kind, pdi_par_timing *timing);
-PDI_FN void pdi_par_end(const pd_ctx *ctx, const pdi_par_timing *timing);
+PDI_FN int pdi_par_begin_timing(const pd_ctx *ctx, int64_t work, int repeats, uint64_t kind, pdi_par_timing *timing);
+PDI_FN void pdi_par_end_timing(const pd_ctx *ctx, const pdi_par_timing *timing);
 /* Dot product x.y over n elements, reproducible. */
 PDI_FN double pdi_par_dot(const pd_ctx *ctx, int64_t n, const double *x, const double *y);
 /* Vectors of a Krylov basis, up to PDI_PAR_GROUP at a time. Each is stored in double or in single precision, or as
  * 16-bit integers times a scale for each block; its other pointers are NULL. */
 #define PDI_PAR_GROUP 4
 /* Entries of a block of integers that share a scale. */
-#define PDI_PAR_SCALED 64
-typedef struct pdi_par_vectors {
-    const double *v[PDI_PAR_GROUP];
-    const float *single[PDI_PAR_GROUP];
-    const int16_t *integer[PDI_PAR_GROUP];
-    const float *scale[PDI_PAR_GROUP]; /* [n / PDI_PAR_SCALED] of the integers */
-} pdi_par_vectors;
+#define PDI_PAR_QUANTISED_BLOCK 64
+typedef struct pdi_par_vector_group {
+    const double *doubles[PDI_PAR_GROUP];
+    const float *floats[PDI_PAR_GROUP];
+    const int16_t *integers[PDI_PAR_GROUP];
+    const float *scales[PDI_PAR_GROUP]; /* [n / PDI_PAR_QUANTISED_BLOCK] of the integers */
+} pdi_par_vector_group;
 /* dots[m] = v[m].w for m < count <= PDI_PAR_GROUP, in one pass over w. */
-PDI_FN void pdi_par_dots(const pd_ctx *ctx, int64_t n, int count, const pdi_par_vectors *v, const double *w,
-                         double *dots);
+PDI_FN void pdi_par_multi_dot(const pd_ctx *ctx, int64_t n, int count, const pdi_par_vector_group *v, const double *w,
+                              double *dots);
 /* w += sum over m of a[m] v[m], in one pass over w. */
-PDI_FN void pdi_par_axpys(const pd_ctx *ctx, int64_t n, int count, const double *a, const pdi_par_vectors *v,
-                          double *w);
+PDI_FN void pdi_par_multi_axpy(const pd_ctx *ctx, int64_t n, int count, const double *a, const pdi_par_vector_group *v,
+                               double *w);
 /* Number of blocks of the sums over n elements, and the same two kernels for one block. */
-PDI_FN int64_t pdi_par_blocks(int64_t n);
-PDI_FN void pdi_par_block_dots(int64_t n, int64_t block, int count, const pdi_par_vectors *v, const double *w,
-                               double *products);
-PDI_FN void pdi_par_block_axpys(int64_t n, int64_t block, int count, const double *a, const pdi_par_vectors *v,
-                                double *w);
+PDI_FN int64_t pdi_par_count_blocks(int64_t n);
+PDI_FN void pdi_par_block_multi_dot(int64_t n, int64_t block, int count, const pdi_par_vector_group *v, const double *w,
+                                    double *products);
+PDI_FN void pdi_par_block_multi_axpy(int64_t n, int64_t block, int count, const double *a,
+                                     const pdi_par_vector_group *v, double *w);
 /* v = a v, compressed to 16-bit integers with a scale for each block, whose largest entry becomes INT16_MAX. v gets the
  * decompressed values. */
-PDI_FN void pdi_par_integers(const pd_ctx *ctx, int64_t n, double a, double *v, int16_t *integer, float *scale);
+PDI_FN void pdi_par_scale_quantise(const pd_ctx *ctx, int64_t n, double a, double *v, int16_t *integer, float *scale);
 /* v = a v, with a copy in double precision (`kept`), or in single precision, to which v is then rounded. The other
  * pointer is NULL. */
-PDI_FN void pdi_par_keep(const pd_ctx *ctx, int64_t n, double a, double *v, double *kept, float *single);
+PDI_FN void pdi_par_scale_store(const pd_ctx *ctx, int64_t n, double a, double *v, double *kept, float *single);
 /* max |x|; NaN if any element is NaN. */
 PDI_FN double pdi_par_max_abs(const pd_ctx *ctx, int64_t n, const double *x);
 /* y += a x; y = x; y = 0. */
@@ -137,14 +137,14 @@ PDI_FN void pdi_par_zero(const pd_ctx *ctx, int64_t n, double *y);
 /* Clock [s]: wall time with OpenMP, else processor time. */
 PDI_FN double pdi_par_clock(void);
 /* Compensated summation (Neumaier 1974): the total is sum + carry, carry being the accumulated rounding error. */
-typedef struct pdi_sum {
-    double sum, carry; /* [unit of the terms] */
-} pdi_sum;
-PDI_FN void pdi_sum_add(pdi_sum *s, double x);
-PDI_FN double pdi_sum_total(const pdi_sum *s);
+typedef struct pdi_compensated_sum {
+    double sum, compensation; /* [unit of the terms] */
+} pdi_compensated_sum;
+PDI_FN void pdi_compensated_sum_add(pdi_compensated_sum *s, double x);
+PDI_FN double pdi_compensated_sum_total(const pdi_compensated_sum *s);
 /* Sum of x[i] over all i with a[i] == wanted_a and b[i] == wanted_b, compensated. One thread. */
-PDI_FN double pdi_par_sum_of(int64_t n, const uint8_t *a, uint8_t wanted_a, const uint8_t *b, uint8_t wanted_b,
-                             const double *x);
+PDI_FN double pdi_par_sum_where(int64_t n, const uint8_t *a, uint8_t wanted_a, const uint8_t *b, uint8_t wanted_b,
+                                const double *x);
 #endif
 
 #endif

@@ -25,7 +25,7 @@ PDI_FN void pdi_rng_philox(const uint32_t *counter, const uint32_t *key, uint32_
 }
 
 /* Two numbers of 64 random bits by Philox. Key: the seed. Counter: low words the counter, high words the stream. */
-static void pdi_rng_block(uint64_t seed, uint64_t stream, uint64_t counter, uint64_t *pair)
+static void pdi_rng_u64_pair(uint64_t seed, uint64_t stream, uint64_t counter, uint64_t *pair)
 {
     uint32_t key[2], block[4], out[4];
     key[0] = (uint32_t)(seed & 0xFFFFFFFFu);
@@ -40,26 +40,26 @@ static void pdi_rng_block(uint64_t seed, uint64_t stream, uint64_t counter, uint
 }
 
 /* Uniform in (0, 1) from 64 random bits: (52 high bits + 1/2) 2^-52, symmetric about 1/2, never 0 or 1. */
-static double pdi_rng_open(uint64_t bits) { return ((double)(bits >> 12) + 0.5) * (1.0 / 4503599627370496.0); }
+static double pdi_rng_to_uniform(uint64_t bits) { return ((double)(bits >> 12) + 0.5) * (1.0 / 4503599627370496.0); }
 
 PDI_FN uint64_t pdi_rng_u64(uint64_t seed, uint64_t stream, uint64_t counter)
 {
     uint64_t pair[2];
-    pdi_rng_block(seed, stream, counter, pair);
+    pdi_rng_u64_pair(seed, stream, counter, pair);
     return pair[0];
 }
 
 PDI_FN double pdi_rng_uniform(uint64_t seed, uint64_t stream, uint64_t counter)
 {
-    return pdi_rng_open(pdi_rng_u64(seed, stream, counter));
+    return pdi_rng_to_uniform(pdi_rng_u64(seed, stream, counter));
 }
 
 PDI_FN void pdi_rng_normal(uint64_t seed, uint64_t stream, uint64_t counter, double *pair)
 {
     uint64_t bits[2];
-    pdi_rng_block(seed, stream, counter, bits);
-    double radius = sqrt(-2.0 * log(pdi_rng_open(bits[0])));
-    double angle = 6.283185307179586 * pdi_rng_open(bits[1]);
+    pdi_rng_u64_pair(seed, stream, counter, bits);
+    double radius = sqrt(-2.0 * log(pdi_rng_to_uniform(bits[0])));
+    double angle = 6.283185307179586 * pdi_rng_to_uniform(bits[1]);
     pair[0] = radius * cos(angle);
     pair[1] = radius * sin(angle);
 }

@@ -11,7 +11,7 @@ PDI_FN double pdi_vec_dot(const double *a, const double *b)
 
 PDI_FN double pdi_vec_norm(const double *a) { return sqrt(pdi_vec_dot(a, a)); }
 
-PDI_FN double pdi_vec_least(const double *a)
+PDI_FN double pdi_vec_min(const double *a)
 {
     double least = a[0];
     for (int d = 1; d < PD_DIM; d++) least = pdi_min(least, a[d]);
@@ -80,7 +80,7 @@ PDI_FN double pdi_vec_invert(const double *a, double *inverse)
     return 1.0 / (largest * opposite);
 }
 
-PDI_FN int pdi_vec_factor(int n, int stride, const double *least, double *a)
+PDI_FN int pdi_vec_cholesky(int n, int stride, const double *least, double *a)
 {
     for (int r = 0; r < n; r++)
         for (int c = 0; c <= r; c++) {
@@ -92,19 +92,19 @@ PDI_FN int pdi_vec_factor(int n, int stride, const double *least, double *a)
     return 1;
 }
 
-PDI_FN int pdi_vec_factor_any(int n, int stride, const double *least, double *a)
+PDI_FN int pdi_vec_cholesky_any_order(int n, int stride, const double *least, double *a)
 {
-    double column[PDI_VEC_ROWS];
-    if (!pdi_vec_factor(n, stride, least, a)) return 0;
+    double column[PDI_VEC_MAX_ROWS];
+    if (!pdi_vec_cholesky(n, stride, least, a)) return 0;
     for (int r = 0; r < n; r++) { /* were row r last, its pivot would be 1 / (A^-1)_rr */
         for (int c = 0; c < n; c++) column[c] = c == r ? 1.0 : 0.0;
-        pdi_vec_substitute(n, stride, a, column);
+        pdi_vec_cholesky_solve(n, stride, a, column);
         if (!(column[r] * least[r] < 1.0)) return 0;
     }
     return 1;
 }
 
-PDI_FN void pdi_vec_substitute(int n, int stride, const double *a, double *x)
+PDI_FN void pdi_vec_cholesky_solve(int n, int stride, const double *a, double *x)
 {
     for (int r = 0; r < n; r++) {
         for (int k = 0; k < r; k++) x[r] -= a[r * stride + k] * x[k];

@@ -7,22 +7,22 @@
 #define PDI_PI 3.14159265358979323846
 /* Faraday's constant [C/mol] and the gas constant [J/mol/K], exact (CODATA 2018). */
 #define PDI_FARADAY 96485.33212331001
-#define PDI_GAS 8.31446261815324
+#define PDI_GAS_CONSTANT 8.31446261815324
 
 /* Components of a symmetric tensor. */
 #if PD_DIM == 1
-#define PDI_SYM 1
+#define PDI_SYM_COMPONENTS 1
 #elif PD_DIM == 2
-#define PDI_SYM 3
+#define PDI_SYM_COMPONENTS 3
 #else
-#define PDI_SYM 6
+#define PDI_SYM_COMPONENTS 6
 #endif
 
 /* Of vectors [PD_DIM]. */
 PDI_FN double pdi_vec_dot(const double *a, const double *b);
 PDI_FN double pdi_vec_norm(const double *a);
 /* Smallest component, as of the grid spacings. */
-PDI_FN double pdi_vec_least(const double *a);
+PDI_FN double pdi_vec_min(const double *a);
 /* Solve the dense PD_DIM x PD_DIM system a x = b (row-major, pivoted). Returns the smallest pivot ratio; 0: singular,
  * x then untouched. */
 PDI_FN double pdi_vec_solve(const double *a, const double *b, double *x);
@@ -31,13 +31,13 @@ PDI_FN double pdi_vec_solve(const double *a, const double *b, double *x);
 PDI_FN double pdi_vec_invert(const double *a, double *inverse);
 /* Cholesky factorisation A = L L^T in place: n rows, `stride` apart; the lower triangle of A goes in and L comes out.
  * Returns 0 when pivot k is not above least[k] (not positive definite), else 1. */
-PDI_FN int pdi_vec_factor(int n, int stride, const double *least, double *a);
+PDI_FN int pdi_vec_cholesky(int n, int stride, const double *least, double *a);
 /* The same with a test that does not depend on the order of the rows: returns 0 also when the pivot of row k would not
- * be above least[k] if row k came last. n at most PDI_VEC_ROWS. */
-#define PDI_VEC_ROWS 16
-PDI_FN int pdi_vec_factor_any(int n, int stride, const double *least, double *a);
+ * be above least[k] if row k came last. n at most PDI_VEC_MAX_ROWS. */
+#define PDI_VEC_MAX_ROWS 16
+PDI_FN int pdi_vec_cholesky_any_order(int n, int stride, const double *least, double *a);
 /* Solve A x = b by forward and back substitution with such a factor: x = (L L^T)^-1 x in place. */
-PDI_FN void pdi_vec_substitute(int n, int stride, const double *a, double *x);
+PDI_FN void pdi_vec_cholesky_solve(int n, int stride, const double *a, double *x);
 #endif
 
 #endif

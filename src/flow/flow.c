@@ -1,26 +1,26 @@
 /* flow: see flow.h. Sweeps take blocks of neighbours along axis 0, bond by bond; rows blank out their closed bonds. */
 #include "flow/flow.h"
-#include "core/sets.h"
+#include "core/disjoint_sets.h"
 #include "core/par.h"
 #include "lattice/op.h"
 #include "flow/inflow.h"
-#include "flow/scales.h"
+#include "flow/flow_scales.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#define PDI_FLOW_BEYOND 1e-6 /* [cells] offset that puts a point on an inlet outside of the box */
+#define PDI_FLOW_OUTSIDE_OFFSET 1e-6 /* [cells] offset that puts a point on an inlet outside of the box */
 
-PDI_FN void pdi_flow_gradient(const pd_ctx *ctx, const pd_flow *flow, const double *p, double *grad)
+PDI_FN void pdi_flow_compute_pressure_gradient(const pd_ctx *ctx, const pd_flow *flow, const double *p, double *grad)
 {
     pd_op_gradient(ctx, flow->bonds, p, grad);
-    if (flow->even) pdi_reconstruct_gradient(ctx, &flow->slopes, p, grad);
-    if (flow->sharp.bonds) pdi_sharp_gradient(ctx, &flow->sharp, p, grad);
+    if (flow->even) pdi_reconstruct_set_gradient(ctx, &flow->slopes, p, grad);
+    if (flow->sharp.bonds) pdi_fourth_order_compute_pressure_gradient(ctx, &flow->sharp, p, grad);
     pd_ghosts_vector(&flow->bonds->ghosts, grad);
 }
 
 /* v = K v at `node`, with the tensor K of row r (eq. 4.2b), mirrored along the axes whose bits are set in `odd`. */
-static void pdi_flow_advect(const pd_flow *flow, int32_t r, int32_t node, int odd, double *v)
+static void pdi_flow_apply_advection_tensor(const pd_flow *flow, int32_t r, int32_t node, int odd, double *v)
 {
     const double *k = flow->bonds->advecting + (int64_t)r * PD_DIM * PD_DIM;
     int64_t total = flow->grid->total;
@@ -37,10 +37,10 @@ static void pdi_flow_advect(const pd_flow *flow, int32_t r, int32_t node, int od
 }
 
 /* 1: row r takes the pointwise divergence (4.2c). */
-static int pdi_flow_evened(const pd_flow *flow, int32_t r) { return flow->even && flow->bonds->smooth[r]; }
+static int pdi_flow_has_axis_divergence(const pd_flow *flow, int32_t r) { return flow->even && flow->bonds->smooth[r]; }
 
-PDI_FN void pdi_flow_advecting(const pd_ctx *ctx, const pd_flow *flow, const double *v, const double *second,
-                               double *advecting)
+PDI_FN void pdi_flow_compute_advecting_velocity(const pd_ctx *ctx, const pd_flow *flow, const double *v,
+                                                const double *second, double *advecting)
 {
     const pd_bonds *bonds = flow->bonds;
     const pd_ghosts *ghosts = &bonds->ghosts;
@@ -48,43 +48,45 @@ PDI_FN void pdi_flow_advecting(const pd_ctx *ctx, const pd_flow *flow, const dou
     int nt = pdi_par_threads(ctx, (int64_t)bonds->rows * PD_DIM * PD_DIM);
     (void)nt;
     pdi_par_copy(ctx, PD_DIM * total, v, advecting);
-    if (second) pdi_sharp_velocity(ctx, &flow->sharp, v, second, advecting);
-    if (flow->mirrors) pdi_inflow_twice(bonds, advecting);
-    if (flow->even && !second) pdi_isotropic_velocity(ctx, &flow->isotropic, v, advecting);
+    if (second) pdi_fourth_order_compute_advecting_velocity(ctx, &flow->sharp, v, second, advecting);
+    if (flow->mirrors) pdi_inflow_set_doubled_velocity(bonds, advecting);
+    if (flow->even && !second) pdi_isotropic_stencil_add_velocity_correction(ctx, &flow->isotropic, v, advecting);
     PDI_PARALLEL_FOR(nt)
     for (int32_t r = 0; r < bonds->rows; r++)
-        if (!pdi_flow_evened(flow, r)) pdi_flow_advect(flow, r, bonds->node[r], 0, advecting);
+        if (!pdi_flow_has_axis_divergence(flow, r))
+            pdi_flow_apply_advection_tensor(flow, r, bonds->node[r], 0, advecting);
     /* inlet ghosts lie behind the same walls as the node that they mirror */
     for (int32_t g = ghosts->count; g < ghosts->listed && !flow->mirrors; g++) {
         int32_t r = bonds->row[ghosts->source[g]];
-        if (r >= 0 && !pdi_flow_evened(flow, r))
-            pdi_flow_advect(flow, r, ghosts->node[g], ghosts->odd[g], advecting);
+        if (r >= 0 && !pdi_flow_has_axis_divergence(flow, r))
+            pdi_flow_apply_advection_tensor(flow, r, ghosts->node[g], ghosts->odd[g], advecting);
     }
-    if (flow->mirrors) pdi_inflow_enter(bonds, flow->sided, flow->entry, flow->even, advecting);
+    if (flow->mirrors) pdi_inflow_set_advecting_velocity(bonds, flow->sided, flow->entry, flow->even, advecting);
     pd_ghosts_vector(ghosts, advecting);
 }
 
 /* ---- divergence beside smooth surfaces ---- */
 /* Pointwise divergence (4.2c) at row r less the sum of its bond fluxes [1/s]. */
-static double pdi_flow_more(const pd_flow *flow, const double *u, const double *advecting, int32_t r, int is_state)
+static double pdi_flow_compute_divergence_excess(const pd_flow *flow, const double *u, const double *advecting,
+                                                 int32_t r, int is_state)
 {
     const pd_bonds *bonds = flow->bonds;
     const pd_stencil *s = bonds->stencil;
     int32_t node = bonds->node[r];
     int64_t total = flow->grid->total;
-    pdi_slope_place place = {bonds, r, is_state ? flow->wall : NULL, flow->wall_user};
+    pdi_isotropic_stencil_place place = {bonds, r, is_state ? flow->wall : NULL, flow->wall_user};
     double excess = 0.0;
-    for (int d = 0; d < PD_DIM; d++) excess += pdi_isotropic_slope(&place, d, u);
+    for (int d = 0; d < PD_DIM; d++) excess += pdi_isotropic_stencil_compute_derivative(&place, d, u);
     for (int k = 0; k < s->count; k++) {
-        if (!pdi_bond_open(bonds, r, k)) continue;
+        if (!pdi_bond_is_open(bonds, r, k)) continue;
         const double *v = advecting + node, *far = v + bonds->paths.shift[k];
         for (int d = 0; d < PD_DIM; d++) excess -= s->grad[k * PD_DIM + d] * (v[d * total] + far[d * total]);
     }
     return excess;
 }
 
-PDI_FN void pdi_flow_even(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *advecting,
-                          int is_state, double sign, double *rc)
+PDI_FN void pdi_flow_add_divergence_correction(const pd_ctx *ctx, const pd_flow *flow, const double *u,
+                                               const double *advecting, int is_state, double sign, double *rc)
 {
     const pd_bonds *bonds = flow->bonds;
     if (!flow->even) return;
@@ -92,7 +94,7 @@ PDI_FN void pdi_flow_even(const pd_ctx *ctx, const pd_flow *flow, const double *
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t r = 0; r < bonds->rows; r++)
-        flow->more[r] = flow->patch[r] < 0 ? 0.0 : pdi_flow_more(flow, u, advecting, r, is_state);
+        flow->more[r] = flow->patch[r] < 0 ? 0.0 : pdi_flow_compute_divergence_excess(flow, u, advecting, r, is_state);
     /* nothing passes the surface of a body in the sum */
     for (int32_t r = 0; r < 2 * bonds->rows; r++) flow->leak[r] = 0.0;
     for (int32_t r = 0; r < bonds->rows; r++) {
@@ -107,8 +109,8 @@ PDI_FN void pdi_flow_even(const pd_ctx *ctx, const pd_flow *flow, const double *
     }
 }
 
-PDI_FN void pdi_flow_bend(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *p, const double *grad,
-                          int is_state, double *ru)
+PDI_FN void pdi_flow_add_fitted_wall(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *p,
+                                     const double *grad, int is_state, double *ru)
 {
     const pd_bonds *bonds = flow->bonds;
     if (!flow->even) return;
@@ -118,14 +120,15 @@ PDI_FN void pdi_flow_bend(const pd_ctx *ctx, const pd_flow *flow, const double *
     for (int32_t q = 0; q < flow->slopes.count; q++) {
         int32_t r = flow->slopes.row[q], node = bonds->node[r];
         double wall[PD_DIM], pressure_part[PD_DIM], share = flow->isotropic.bonds ? flow->isotropy : 0.0;
-        if (!pdi_flow_bends(flow, r)) continue;
-        pdi_reconstruct_bend(&flow->slopes, r, u, wall);
-        pdi_reconstruct_miss(&flow->slopes, r, p, pressure_part);
+        if (!pdi_flow_has_fitted_wall(flow, r)) continue;
+        pdi_reconstruct_apply_wall_laplacian(&flow->slopes, r, u, wall);
+        pdi_reconstruct_compute_viscous_error(&flow->slopes, r, p, pressure_part);
         for (int d = 0; d < PD_DIM; d++) {
             int64_t at = (int64_t)d * flow->grid->total + node;
-            double force = is_state ? pdi_flow_force(flow, d, node) : 0.0;
+            double force = is_state ? pdi_flow_get_body_force(flow, d, node) : 0.0;
             wall[d] += bonds->wall_lap[r] * u[at];
-            if (share > 0.0) wall[d] += share * pdi_isotropic_row(&flow->isotropic, r, u + at - node);
+            if (share > 0.0)
+                wall[d] += share * pdi_isotropic_stencil_compute_row_correction(&flow->isotropic, r, u + at - node);
             ru[at] += bonds->wall_curv[r] * (grad[at] - force) - flow->nu * wall[d] + pressure_part[d];
         }
     }
@@ -133,21 +136,21 @@ PDI_FN void pdi_flow_bend(const pd_ctx *ctx, const pd_flow *flow, const double *
 
 PDI_COLD_BEGIN
 /* Merges the patch of row r with those of the rows at the far ends of its open bonds (disjoint sets). */
-static void pdi_flow_join(pd_flow *flow, int32_t r)
+static void pdi_flow_merge_patches(pd_flow *flow, int32_t r)
 {
     const pd_bonds *bonds = flow->bonds;
     int32_t *patch = flow->patch;
     for (int k = 0; k < bonds->stencil->count; k++) {
         int32_t j = bonds->node[r] + bonds->paths.shift[k];
-        if (!pdi_bond_open(bonds, r, k) || !pdi_grid_open(flow->grid->kind[j])) continue;
-        int32_t other = bonds->row[pdi_grid_image(flow->grid, j, NULL)];
+        if (!pdi_bond_is_open(bonds, r, k) || !pdi_grid_is_open(flow->grid->kind[j])) continue;
+        int32_t other = bonds->row[pdi_grid_find_source(flow->grid, j, NULL)];
         if (other < 0 || patch[other] < 0) continue;
-        pdi_sets_unite(patch, r, other);
+        pdi_disjoint_sets_merge(patch, r, other);
     }
 }
 
 /* Lists the arrays over rows. */
-static void pdi_flow_rim_list(pdi_owner *owner, void *object)
+static void pdi_flow_list_row_arrays(pdi_array_visitor *owner, void *object)
 {
     pd_flow *flow = (pd_flow *)object;
     PDI_ARRAY(owner, flow, patch, flow->rim, "1");
@@ -155,10 +158,10 @@ static void pdi_flow_rim_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, flow, leak, 2 * (int64_t)flow->rim, "1/s");
 }
 
-PDI_FN pd_status pdi_flow_patch(pd_ctx *ctx, pd_flow *flow)
+PDI_FN pd_status pdi_flow_find_surface_patches(pd_ctx *ctx, pd_flow *flow)
 {
     const pd_bonds *bonds = flow->bonds;
-    if (flow->sharp.bonds) pdi_sharp_update(&flow->sharp);
+    if (flow->sharp.bonds) pdi_fourth_order_mark_regular_nodes(&flow->sharp);
     int smooth = 0;
     for (int32_t r = 0; r < bonds->rows; r++) smooth = smooth || bonds->smooth[r];
     flow->even = smooth && !flow->grid->circumference;
@@ -167,56 +170,59 @@ PDI_FN pd_status pdi_flow_patch(pd_ctx *ctx, pd_flow *flow)
     const double *excess = flow->isotropic.bonds ? flow->isotropic.excess : NULL;
     if (flow->even) PDI_TRY(pdi_reconstruct_update(ctx, bonds, excess, flow->isotropy, &flow->slopes));
     if (flow->rim < bonds->capacity)
-        PDI_TRY(pdi_owner_renew(ctx, pdi_flow_rim_list, flow, &flow->rim, bonds->capacity));
+        PDI_TRY(pdi_array_registry_rebuild(ctx, pdi_flow_list_row_arrays, flow, &flow->rim, bonds->capacity));
     for (int32_t r = 0; r < bonds->rows; r++) flow->patch[r] = bonds->smooth[r] ? r : -1;
     for (int32_t r = 0; r < bonds->rows; r++)
-        if (flow->patch[r] >= 0) pdi_flow_join(flow, r);
+        if (flow->patch[r] >= 0) pdi_flow_merge_patches(flow, r);
     for (int32_t r = 0; r < bonds->rows; r++)
-        if (flow->patch[r] >= 0) flow->patch[r] = pdi_sets_root(flow->patch, r);
+        if (flow->patch[r] >= 0) flow->patch[r] = pdi_disjoint_sets_find_root(flow->patch, r);
     flow->patched = bonds->version;
     return PD_OK;
 }
 PDI_COLD_END
 
-PDI_FN void pdi_flow_ghosts(const pd_flow *flow, int is_state, double *v)
+PDI_FN void pdi_flow_update_velocity_ghosts(const pd_flow *flow, int is_state, double *v)
 {
     pd_ghosts_vector(&flow->bonds->ghosts, v);
-    if (flow->mirrors && flow->held) pdi_ghosts_held(&flow->bonds->ghosts, is_state ? flow->held : NULL, v);
+    if (flow->mirrors && flow->held)
+        pdi_ghosts_set_inlet_velocity(&flow->bonds->ghosts, is_state ? flow->held : NULL, v);
 }
 
-PDI_FN void pdi_flow_prepare(pd_ctx *ctx, pd_flow *flow)
+PDI_FN void pdi_flow_update_derived_fields(pd_ctx *ctx, pd_flow *flow)
 {
-    pdi_flow_ghosts(flow, 1, flow->u);
-    pdi_ghosts_pressure(&flow->bonds->ghosts, flow->p_out, flow->p);
-    pdi_flow_gradient(ctx, flow, flow->p, flow->grad);
+    pdi_flow_update_velocity_ghosts(flow, 1, flow->u);
+    pdi_ghosts_set_pressure(&flow->bonds->ghosts, flow->p_out, flow->p);
+    pdi_flow_compute_pressure_gradient(ctx, flow, flow->p, flow->grad);
     if (flow->sharp.bonds)
-        pdi_sharp_bend(ctx, &flow->sharp, flow->wall, flow->wall_user, flow->u, flow->sharp.bend);
-    pdi_flow_advecting(ctx, flow, flow->u, flow->sharp.bend, flow->advecting);
+        pdi_fourth_order_compute_second_differences(ctx, &flow->sharp, flow->wall, flow->wall_user, flow->u,
+                                                    flow->sharp.bend);
+    pdi_flow_compute_advecting_velocity(ctx, flow, flow->u, flow->sharp.bend, flow->advecting);
 }
 
-#define PDI_FLOW_BLOCK PDI_VECTOR /* nodes of a block: their values and sums stay in registers */
+#define PDI_FLOW_BLOCK PDI_VECTOR_LENGTH /* nodes of a block: their values and sums stay in registers */
 
 /* Twice the sums of a block. Convection is the skew-symmetric 1/2 g.(w_i + w_j) v_j (eq. 4.3), whose v_j is taken as
  * v_i + (v_j - v_i), so that convection and friction share the difference. */
-typedef struct pdi_flow_sums {
+typedef struct pdi_flow_block_sums {
     double momentum[PD_DIM][PDI_FLOW_BLOCK]; /* convective and viscous terms but for v_i times the fluxes */
     double flux[PDI_FLOW_BLOCK];             /* of `mass` */
     double stabiliser[PDI_FLOW_BLOCK];              /* fourth-order pressure difference (eq. 4.4) */
-} pdi_flow_sums;
+} pdi_flow_block_sums;
 
 /* Values of a block of nodes i .. i+count-1, which every bond reads again. */
-typedef struct pdi_flow_own {
-    double mass[PD_DIM][PDI_FLOW_BLOCK], u[PD_DIM][PDI_FLOW_BLOCK], grad[PD_DIM][PDI_FLOW_BLOCK], p[PDI_FLOW_BLOCK];
+typedef struct pdi_flow_block_values {
+    double advecting[PD_DIM][PDI_FLOW_BLOCK], u[PD_DIM][PDI_FLOW_BLOCK], grad[PD_DIM][PDI_FLOW_BLOCK],
+        p[PDI_FLOW_BLOCK];
     double open[PDI_FLOW_BLOCK]; /* 1 or 0: the bond in hand is open or closed */
-} pdi_flow_own;
+} pdi_flow_block_values;
 
 /* Copies the values of `count` nodes from i. */
-PDI_INLINE void pdi_flow_own_load(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int count,
-                                  pdi_flow_own *PD_RESTRICT own)
+PDI_INLINE void pdi_flow_copy_block(const pd_flow *flow, const pdi_flow_operands *t, int32_t i, int count,
+                                    pdi_flow_block_values *PD_RESTRICT own)
 {
     for (int d = 0; d < PD_DIM; d++) {
         int64_t at = (int64_t)d * flow->grid->total + i;
-        for (int b = 0; b < count; b++) own->mass[d][b] = t->mass[at + b];
+        for (int b = 0; b < count; b++) own->advecting[d][b] = t->advecting[at + b];
         for (int b = 0; b < count; b++) own->u[d][b] = t->u[at + b];
         for (int b = 0; b < count; b++) own->grad[d][b] = t->grad[at + b];
     }
@@ -224,19 +230,21 @@ PDI_INLINE void pdi_flow_own_load(const pd_flow *flow, const pdi_flow_terms *t, 
 }
 
 /* Adds bond k of nodes i .. i+count-1. open: 1 or 0 for each, NULL: all open. pressure 0: no pressure flux. */
-PDI_INLINE void pdi_flow_bond(const pd_flow *flow, const pdi_flow_terms *t, const pdi_flow_own *PD_RESTRICT own,
-                              int32_t i, int k, int count, const double *PD_RESTRICT open, double pressure,
-                              pdi_flow_sums *PD_RESTRICT sums)
+PDI_INLINE void pdi_flow_add_bond(const pd_flow *flow, const pdi_flow_operands *t,
+                                  const pdi_flow_block_values *PD_RESTRICT own, int32_t i, int k, int count,
+                                  const double *PD_RESTRICT open, double pressure,
+                                  pdi_flow_block_sums *PD_RESTRICT sums)
 {
     const pd_stencil *s = flow->bonds->stencil;
     int64_t total = flow->grid->total, far = (int64_t)i + flow->bonds->paths.shift[k];
-    const double *mass = t->mass + far, *u = t->u + far, *p = t->p + far, *grad = t->grad + far;
-    const double *g = s->grad + k * PD_DIM, *xi = s->xi + k * PD_DIM, *a = pdi_bond_lap(flow->bonds, i) + k;
-    double twice_nu = 2.0 * flow->nu, share = pdi_bond_flux(flow->bonds, i, k);
+    const double *mass = t->advecting + far, *u = t->u + far, *p = t->p + far, *grad = t->grad + far;
+    const double *g = s->grad + k * PD_DIM, *xi = s->xi + k * PD_DIM;
+    const double *a = pdi_bond_get_laplacian_weights(flow->bonds, i) + k;
+    double twice_nu = 2.0 * flow->nu, share = pdi_bond_get_flux_factor(flow->bonds, i, k);
     for (int b = 0; b < count; b++) {
-        double flux = pdi_flow_convected(g, &own->mass[0][b], PDI_FLOW_BLOCK, mass + b, total);
+        double flux = pdi_flow_compute_convective_flux(g, &own->advecting[0][b], PDI_FLOW_BLOCK, mass + b, total);
         double stabiliser =
-            pdi_flow_stabiliser(xi, p[b] - own->p[b], &own->grad[0][b], PDI_FLOW_BLOCK, grad + b, total);
+            pdi_flow_compute_stabilisation(xi, p[b] - own->p[b], &own->grad[0][b], PDI_FLOW_BLOCK, grad + b, total);
         if (PD_DIM == 2) flux *= share; /* the circumference half way against that at the node; planar: 1 */
         double gain = flux - twice_nu * (flow->isotropic.bonds ? *a + flow->isotropy * flow->isotropic.excess[k] : *a);
         stabiliser *= *a;
@@ -252,53 +260,53 @@ PDI_INLINE void pdi_flow_bond(const pd_flow *flow, const pdi_flow_terms *t, cons
 }
 
 /* Adds all bonds of nodes with full families. Inlined with a constant for `count`. */
-PDI_INLINE void pdi_flow_whole(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int count,
-                               pdi_flow_own *PD_RESTRICT own, pdi_flow_sums *PD_RESTRICT sums)
+PDI_INLINE void pdi_flow_add_full_family(const pd_flow *flow, const pdi_flow_operands *t, int32_t i, int count,
+                                         pdi_flow_block_values *PD_RESTRICT own, pdi_flow_block_sums *PD_RESTRICT sums)
 {
-    pdi_flow_own_load(flow, t, i, count, own);
-    for (int k = 0; k < flow->bonds->stencil->count; k++)
-        pdi_flow_bond(flow, t, own, i, k, count, NULL, 1.0, sums);
+    pdi_flow_copy_block(flow, t, i, count, own);
+    for (int k = 0; k < flow->bonds->stencil->count; k++) pdi_flow_add_bond(flow, t, own, i, k, count, NULL, 1.0, sums);
 }
 
 /* Adds the open bonds of the rows from r; r = -1: full families. Bonds to inlets carry no pressure flux. */
-PDI_SHARED void pdi_flow_cut(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int32_t r, int count,
-                             pdi_flow_own *PD_RESTRICT own, pdi_flow_sums *PD_RESTRICT sums)
+PDI_INLINE_HOT void pdi_flow_add_open_bonds(const pd_flow *flow, const pdi_flow_operands *t, int32_t i, int32_t r,
+                                            int count, pdi_flow_block_values *PD_RESTRICT own,
+                                            pdi_flow_block_sums *PD_RESTRICT sums)
 {
     const pd_bonds *bonds = flow->bonds;
-    pdi_bond_gate gate = {NULL, 0, 0, 0};
-    pdi_flow_own_load(flow, t, i, count, own);
+    pdi_bond_mask_block gate = {NULL, 0, 0, 0};
+    pdi_flow_copy_block(flow, t, i, count, own);
     for (int k = 0; k < bonds->stencil->count; k++) {
-        pdi_openness which = pdi_bond_gate_open(bonds, r, k, count, &gate, own->open);
-        if (which == PDI_OPEN_NONE) continue;
+        pdi_bond_openness which = pdi_bond_find_nodes_open(bonds, r, k, count, &gate, own->open);
+        if (which == PDI_BOND_OPEN_NONE) continue;
         double pressure = r >= bonds->plain && flow->grid->kind[i + bonds->paths.shift[k]] == PD_INLET ? 0.0 : 1.0;
-        for (int b = 0; b < count && which == PDI_OPEN_ALL; b++) own->open[b] = 1.0;
-        pdi_flow_bond(flow, t, own, i, k, count, own->open, pressure, sums);
+        for (int b = 0; b < count && which == PDI_BOND_OPEN_ALL; b++) own->open[b] = 1.0;
+        pdi_flow_add_bond(flow, t, own, i, k, count, own->open, pressure, sums);
     }
 }
 
 /* Not inlined: for blocks shorter than a vector. */
-PDI_FEW void pdi_flow_few(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int32_t row, int count,
-                          pdi_flow_own *own, pdi_flow_sums *sums)
+PDI_NO_VECTORISE void pdi_flow_add_short_block(const pd_flow *flow, const pdi_flow_operands *t, int32_t i, int32_t row,
+                                               int count, pdi_flow_block_values *own, pdi_flow_block_sums *sums)
 {
-    pdi_flow_cut(flow, t, i, row, count, own, sums);
+    pdi_flow_add_open_bonds(flow, t, i, row, count, own, sums);
 }
 
 /* Residuals of `count` nodes from i: rows from `row`, or full families (-1). Wall friction enters by wall_lap,
  * curvature at the wall, nu u'' = G - f, by wall_curv (eq. 3.3, 3.4); `turn`: lap u_r - u_r/r^2 (3.10). */
-static void pdi_flow_block(const pd_flow *flow, const pdi_flow_terms *t, int32_t i, int32_t row, int count, double *ru,
-                           double *rc)
+static void pdi_flow_assemble_block(const pd_flow *flow, const pdi_flow_operands *t, int32_t i, int32_t row, int count,
+                                    double *ru, double *rc)
 {
     const pd_bonds *bonds = flow->bonds;
     const double *hoop = bonds->axisym.hoop;
     int64_t total = flow->grid->total;
     enum { whole = PDI_FLOW_BLOCK };
-    pdi_flow_own own;
-    pdi_flow_sums sums;
+    pdi_flow_block_values own;
+    pdi_flow_block_sums sums;
     memset(&sums, 0, sizeof sums);
-    if (count == whole && row < 0) pdi_flow_whole(flow, t, i, whole, &own, &sums);
-    else if (count == whole) pdi_flow_cut(flow, t, i, row, whole, &own, &sums);
-    else pdi_flow_few(flow, t, i, row, count, &own, &sums);
-    double weight = pdi_flow_weight(flow);
+    if (count == whole && row < 0) pdi_flow_add_full_family(flow, t, i, whole, &own, &sums);
+    else if (count == whole) pdi_flow_add_open_bonds(flow, t, i, row, whole, &own, &sums);
+    else pdi_flow_add_short_block(flow, t, i, row, count, &own, &sums);
+    double weight = pdi_flow_get_pressure_flux_weight(flow);
     for (int b = 0; b < count; b++) rc[i + b] = sums.flux[b] - 0.5 * weight * sums.stabiliser[b];
     for (int d = 0; d < PD_DIM; d++) {
         double force = t->force ? t->force[d] : 0.0;
@@ -317,165 +325,167 @@ static void pdi_flow_block(const pd_flow *flow, const pdi_flow_terms *t, int32_t
     }
 }
 
-typedef struct pdi_flow_sweep {
+typedef struct pdi_flow_sweep_args {
     const pd_flow *flow;
-    const pdi_flow_terms *terms;
+    const pdi_flow_operands *terms;
     double *ru, *rc; /* [m/s2] [1/s] */
-} pdi_flow_sweep;
+} pdi_flow_sweep_args;
 
 /* Sweep callback: a range of nodes. */
-static void pdi_flow_run(const void *user, int32_t i, int32_t row, int32_t count)
+static void pdi_flow_assemble_range(const void *user, int32_t i, int32_t row, int32_t count)
 {
-    const pdi_flow_sweep *s = (const pdi_flow_sweep *)user;
-    pdi_flow_block(s->flow, s->terms, i, row, count, s->ru, s->rc);
+    const pdi_flow_sweep_args *s = (const pdi_flow_sweep_args *)user;
+    pdi_flow_assemble_block(s->flow, s->terms, i, row, count, s->ru, s->rc);
 }
 
-PDI_FN void pdi_flow_terms_apply(const pd_ctx *ctx, const pd_flow *flow, const pdi_flow_terms *t, double *ru,
-                                 double *rc)
+PDI_FN void pdi_flow_assemble_bond_sums(const pd_ctx *ctx, const pd_flow *flow, const pdi_flow_operands *t, double *ru,
+                                        double *rc)
 {
-    pdi_flow_sweep s;
+    pdi_flow_sweep_args s;
     s.flow = flow;
     s.terms = t;
     s.ru = ru;
     s.rc = rc;
     int64_t work = flow->grid->fluid_count * flow->bonds->stencil->count * 4;
-    pdi_traverse_sweep(ctx, flow->bonds, work, PDI_FLOW_BLOCK, pdi_flow_run, &s);
-    pdi_isotropic_rows(ctx, &flow->isotropic, flow->isotropy * flow->nu, t->u, ru);
+    pdi_node_loop_by_ranges(ctx, flow->bonds, work, PDI_FLOW_BLOCK, pdi_flow_assemble_range, &s);
+    pdi_isotropic_stencil_add_row_corrections(ctx, &flow->isotropic, flow->isotropy * flow->nu, t->u, ru);
 }
 
-PDI_FN void pdi_flow_push(const pd_ctx *ctx, const pd_flow *flow, double *ru)
+PDI_FN void pdi_flow_add_body_force(const pd_ctx *ctx, const pd_flow *flow, double *ru)
 {
     const pd_bonds *bonds = flow->bonds;
-    int32_t total = flow->grid->total;
-    int nt = pdi_par_threads(ctx, (int64_t)total * PD_DIM);
+    int64_t total = flow->grid->total;
+    int nt = pdi_par_threads(ctx, total * PD_DIM);
     (void)nt;
     if (!flow->body) return;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < total; i++) {
         if (flow->grid->kind[i] != PD_FLUID) continue;
         double bend = bonds->row[i] >= 0 ? bonds->wall_curv[bonds->row[i]] : 0.0;
-        for (int d = 0; d < PD_DIM; d++)
-            ru[(int64_t)d * total + i] -= (1.0 - bend) * flow->body[(int64_t)d * total + i];
+        for (int d = 0; d < PD_DIM; d++) ru[d * total + i] -= (1.0 - bend) * flow->body[d * total + i];
     }
 }
 
-PDI_FN void pdi_flow_sharpen(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *advecting,
-                             const double *grad, double *ru)
+PDI_FN void pdi_flow_add_fourth_order(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *advecting,
+                                      const double *grad, double *ru)
 {
     const pd_sharp *sharp = &flow->sharp;
-    pdi_sharp_field state, step;
-    pdi_sharp_drive drive;
+    pdi_fourth_order_field state, step;
+    pdi_fourth_order_wall_terms drive;
     memset(&drive, 0, sizeof drive);
     if (!sharp->bonds) return;
     drive.grad = grad;
     state.advecting = flow->advecting;
     state.v = flow->u;
-    state.bend = sharp->bend;
+    state.second = sharp->bend;
     if (u == flow->u) {
         drive.force = flow->force;
         drive.body = flow->body;
-        drive.motion = flow->wall_motion;
-        pdi_sharp_momentum(ctx, sharp, &state, &state, flow->nu, ru);
-        pdi_sharp_friction(ctx, sharp, &state, &drive, flow->nu, ru);
+        drive.wall_motion = flow->wall_motion;
+        pdi_fourth_order_add_momentum(ctx, sharp, &state, &state, flow->nu, ru);
+        pdi_fourth_order_add_wall_friction(ctx, sharp, &state, &drive, flow->nu, ru);
         return;
     }
     step.advecting = advecting;
     step.v = u;
-    step.bend = sharp->bend_step;
-    pdi_sharp_momentum(ctx, sharp, &state, &step, flow->nu, ru);
-    pdi_sharp_momentum(ctx, sharp, &step, &state, 0.0, ru);
-    pdi_sharp_friction(ctx, sharp, &step, &drive, flow->nu, ru);
+    step.second = sharp->bend_step;
+    pdi_fourth_order_add_momentum(ctx, sharp, &state, &step, flow->nu, ru);
+    pdi_fourth_order_add_momentum(ctx, sharp, &step, &state, 0.0, ru);
+    pdi_fourth_order_add_wall_friction(ctx, sharp, &step, &drive, flow->nu, ru);
 }
 
-PDI_FN void pdi_flow_residual(pd_ctx *ctx, pd_flow *flow, double *ru, double *rc)
+PDI_FN void pdi_flow_assemble_residual(pd_ctx *ctx, pd_flow *flow, double *ru, double *rc)
 {
-    pdi_flow_terms t;
+    pdi_flow_operands t;
     memset(&t, 0, sizeof t);
-    pdi_flow_prepare(ctx, flow);
-    t.mass = flow->advecting;
+    pdi_flow_update_derived_fields(ctx, flow);
+    t.advecting = flow->advecting;
     t.u = flow->u;
     t.p = flow->p;
     t.grad = flow->grad;
     t.force = flow->force;
     t.wall_motion = flow->wall_motion;
-    pdi_flow_terms_apply(ctx, flow, &t, ru, rc);
+    pdi_flow_assemble_bond_sums(ctx, flow, &t, ru, rc);
     if (flow->impulse) pdi_par_axpy(ctx, flow->grid->total, 1.0, flow->impulse_flux, rc);
-    pdi_flow_push(ctx, flow, ru);
-    pdi_flow_bend(ctx, flow, flow->u, flow->p, flow->grad, 1, ru);
-    pdi_flow_even(ctx, flow, flow->u, flow->advecting, 1, 1.0, rc);
-    pdi_flow_sharpen(ctx, flow, flow->u, flow->advecting, flow->grad, ru);
+    pdi_flow_add_body_force(ctx, flow, ru);
+    pdi_flow_add_fitted_wall(ctx, flow, flow->u, flow->p, flow->grad, 1, ru);
+    pdi_flow_add_divergence_correction(ctx, flow, flow->u, flow->advecting, 1, 1.0, rc);
+    pdi_flow_add_fourth_order(ctx, flow, flow->u, flow->advecting, flow->grad, ru);
     flow->evaluations++;
 }
 
-PDI_FN double pdi_flow_bond_flux(const pd_flow *flow, int32_t i, int k)
+PDI_FN double pdi_flow_compute_bond_flux(const pd_flow *flow, int32_t i, int k)
 {
     const pd_stencil *s = flow->bonds->stencil;
     int32_t total = flow->grid->total, j = i + flow->bonds->paths.shift[k];
-    double share = pdi_bond_flux(flow->bonds, i, k), a = pdi_bond_lap(flow->bonds, i)[k];
+    double share = pdi_bond_get_flux_factor(flow->bonds, i, k), a = pdi_bond_get_laplacian_weights(flow->bonds, i)[k];
     const double *w = flow->advecting, *g = s->grad + k * PD_DIM;
-    double flux = share * pdi_flow_convected(g, w + i, total, w + j, total);
+    double flux = share * pdi_flow_compute_convective_flux(g, w + i, total, w + j, total);
     if (flow->potential) flux -= a * (flow->potential[j] - flow->potential[i]);
     if (flow->grid->kind[i] == PD_INLET || flow->grid->kind[j] == PD_INLET) return flux;
     const double *p = flow->impulse ? flow->impulse : flow->p, *grad = flow->impulse ? flow->impulse_grad : flow->grad;
-    double stabiliser = pdi_flow_stabiliser(s->xi + k * PD_DIM, p[j] - p[i], grad + i, total, grad + j, total);
+    double stabiliser =
+        pdi_flow_compute_stabilisation(s->xi + k * PD_DIM, p[j] - p[i], grad + i, total, grad + j, total);
     return flux - (flow->impulse ? 1.0 : flow->stabilisation) * a * (0.5 * stabiliser);
 }
 
 /* Callback: flux of a bond. */
-static double pdi_flow_section_bond(const void *user, int32_t i, int k)
+static double pdi_flow_compute_section_bond(const void *user, int32_t i, int k)
 {
-    return pdi_flow_bond_flux((const pd_flow *)user, i, k);
+    return pdi_flow_compute_bond_flux((const pd_flow *)user, i, k);
 }
 
 double pd_flow_section(pd_ctx *ctx, pd_flow *flow, int axis, int index)
 {
-    pdi_flow_prepare(ctx, flow);
-    return pdi_traverse_section(flow->bonds, axis, index, pdi_flow_section_bond, flow) * flow->bonds->stencil->volume;
+    pdi_flow_update_derived_fields(ctx, flow);
+    return pdi_node_loop_sum_plane_flux(flow->bonds, axis, index, pdi_flow_compute_section_bond, flow) *
+           flow->bonds->stencil->volume;
 }
 
 PDI_COLD_BEGIN
 /* Volume flux [m^d/s] into the box by the velocity of the inlet ghost beside node i, behind the face `up` of axis d. */
-static double pdi_flow_pushed(const pd_flow *flow, int32_t i, int d, int up)
+static double pdi_flow_compute_inlet_face_flux(const pd_flow *flow, int32_t i, int d, int up)
 {
     const pd_grid *grid = flow->grid;
     int32_t ghost = up ? i + grid->stride[d] : i - grid->stride[d];
     if (grid->kind[ghost] != PD_INLET) return 0.0;
     const double *v = flow->u + (int64_t)d * grid->total;
     double u = flow->mirrors ? 0.5 * (v[ghost] + v[i]) : v[ghost], half = 0.5 * grid->h[d];
-    double around = pdi_grid_around(grid, i, d < PD_DIM - 1 ? 0.0 : up ? half : -half);
+    double around = pdi_grid_circumference_at(grid, i, d < PD_DIM - 1 ? 0.0 : up ? half : -half);
     return (up ? -u : u) * around * flow->bonds->stencil->volume / grid->h[d];
 }
 
 /* Volume flux [m^d/s] into the box through node i by its bonds to an inlet of developed flow, end `up` of axis d. */
-static double pdi_flow_developed(const pd_flow *flow, int32_t i, int d, int up)
+static double pdi_flow_compute_developed_inflow(const pd_flow *flow, int32_t i, int d, int up)
 {
     const pd_grid *grid = flow->grid;
-    int position = pdi_grid_along(grid, i, d), shift = up ? 2 * (grid->n[d] - position) - 1 : -2 * position - 1;
+    int position = pdi_grid_index_along(grid, i, d), shift = up ? 2 * (grid->n[d] - position) - 1 : -2 * position - 1;
     int32_t ghost = i + shift * grid->stride[d];
     if (abs(shift) > 2 * grid->ghost || grid->kind[ghost] != PD_INLET) return 0.0;
     const double *v = flow->advecting + (int64_t)d * grid->total;
-    return (up ? -1.0 : 1.0) * pdi_inflow_weight(flow->bonds, i, d, up) * (v[i] + v[ghost]);
+    return (up ? -1.0 : 1.0) * pdi_inflow_compute_flux_weight(flow->bonds, i, d, up) * (v[i] + v[ghost]);
 }
 
-PDI_FN double pdi_flow_entering(pd_ctx *ctx, pd_flow *flow, double *net_inlet, double *gross_inlet)
+PDI_FN double pdi_flow_integrate_inflow(pd_ctx *ctx, pd_flow *flow, double *net_inlet, double *gross_inlet)
 {
     const pd_bonds *bonds = flow->bonds;
     const pd_grid *grid = flow->grid;
     const pd_stencil *s = bonds->stencil;
     double entering = 0.0;
     *net_inlet = *gross_inlet = 0.0;
-    pdi_flow_prepare(ctx, flow);
+    pdi_flow_update_derived_fields(ctx, flow);
     for (int32_t i = 0; i < grid->total; i++) {
         int32_t row = bonds->row[i];
         if (grid->kind[i] != PD_FLUID || row < bonds->plain) continue;
         double volume = s->volume * pdi_grid_circumference(grid, i);
         for (int k = 0; k < s->count; k++)
-            if (grid->kind[i + bonds->paths.shift[k]] == PD_INLET && pdi_bond_open(bonds, row, k))
-                entering -= volume * pdi_flow_bond_flux(flow, i, k);
+            if (grid->kind[i + bonds->paths.shift[k]] == PD_INLET && pdi_bond_is_open(bonds, row, k))
+                entering -= volume * pdi_flow_compute_bond_flux(flow, i, k);
         for (int side = 0; side < 2 * PD_DIM; side++) {
-            int faces = side / 2 == PD_DIM - 1 && pdi_inflow_rings(bonds);
-            double part = flow->mirrors && flow->developed >> side & 1 && !faces ?
-                pdi_flow_developed(flow, i, side / 2, side % 2) : pdi_flow_pushed(flow, i, side / 2, side % 2);
+            int faces = side / 2 == PD_DIM - 1 && pdi_inflow_has_radial_balance(bonds);
+            double part = flow->mirrors && flow->developed >> side & 1 && !faces
+                              ? pdi_flow_compute_developed_inflow(flow, i, side / 2, side % 2)
+                              : pdi_flow_compute_inlet_face_flux(flow, i, side / 2, side % 2);
             *net_inlet += part;
             *gross_inlet += fabs(part);
         }
@@ -484,7 +494,7 @@ PDI_FN double pdi_flow_entering(pd_ctx *ctx, pd_flow *flow, double *net_inlet, d
 }
 
 /* Lists the arrays over inlet ghosts. */
-static void pdi_flow_inlet_list(pdi_owner *owner, void *object)
+static void pdi_flow_list_inlet_arrays(pdi_array_visitor *owner, void *object)
 {
     pd_flow *flow = (pd_flow *)object;
     PDI_ARRAY(owner, flow, held, PD_DIM * (int64_t)flow->inlets, "m/s");
@@ -493,37 +503,36 @@ static void pdi_flow_inlet_list(pdi_owner *owner, void *object)
 }
 
 /* Reallocates the arrays over inlet ghosts when their number has changed: solid behind an inlet may dissolve. */
-static pd_status pdi_flow_hold(pd_ctx *ctx, pd_flow *flow)
+static pd_status pdi_flow_build_inlet_arrays(pd_ctx *ctx, pd_flow *flow)
 {
     const pd_ghosts *ghosts = &flow->bonds->ghosts;
     int32_t inlets = ghosts->listed - ghosts->count;
     if (!flow->inlet || inlets == flow->inlets) return PD_OK;
-    return pdi_owner_renew(ctx, pdi_flow_inlet_list, flow, &flow->inlets, inlets);
+    return pdi_array_registry_rebuild(ctx, pdi_flow_list_inlet_arrays, flow, &flow->inlets, inlets);
 }
 
 /* Evaluates the inlet velocity at all inlet ghosts, images included. *change: raised to the largest change [m/s]. */
-static pd_status pdi_flow_inlets(pd_ctx *ctx, pd_flow *flow, double *change)
+static pd_status pdi_flow_update_inlets(pd_ctx *ctx, pd_flow *flow, double *change)
 {
     const pd_grid *grid = flow->grid;
     const pd_ghosts *ghosts = &flow->bonds->ghosts;
-    PDI_TRY(pdi_flow_hold(ctx, flow));
-    if (flow->mirrors) pdi_inflow_find(flow->bonds, flow->developed, flow->sided, flow->entry);
+    PDI_TRY(pdi_flow_build_inlet_arrays(ctx, flow));
+    if (flow->mirrors) pdi_inflow_compute_ratios(flow->bonds, flow->developed, flow->sided, flow->entry);
     for (int32_t k = 0; k < flow->inlets; k++) {
         int i[PD_DIM];
         double x[PD_DIM], u[PD_DIM];
         int32_t node = ghosts->node[ghosts->count + k];
         pdi_grid_index(grid, node, i);
-        int flip = pdi_grid_fold(grid, i);
+        int flip = pdi_grid_fold_index(grid, i);
         pd_grid_position(grid, pd_grid_node(grid, i), x);
         for (int d = 0; d < PD_DIM && flow->mirrors; d++) {
-            if (i[d] < 0) x[d] = grid->lo[d] - PDI_FLOW_BEYOND * grid->h[d];
-            if (i[d] >= grid->n[d]) x[d] = grid->hi[d] + PDI_FLOW_BEYOND * grid->h[d];
+            if (i[d] < 0) x[d] = grid->lo[d] - PDI_FLOW_OUTSIDE_OFFSET * grid->h[d];
+            if (i[d] >= grid->n[d]) x[d] = grid->hi[d] + PDI_FLOW_OUTSIDE_OFFSET * grid->h[d];
         }
         flow->inlet(flow->inlet_user, x, u);
         for (int d = 0; d < PD_DIM; d++) {
             if (!(fabs(u[d]) < 1e100))
-                return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "the inlet velocity at (%g, ...) m is %g m/s", x[0],
-                                u[d]);
+                return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "the inlet velocity at (%g, ...) m is %g m/s", *x, u[d]);
             double *value = &flow->held[d * flow->inlets + k], fresh = flip >> d & 1 ? -u[d] : u[d];
             *change = pdi_max(*change, fabs(fresh - *value));
             *value = flow->u[(int64_t)d * grid->total + node] = fresh;
@@ -532,117 +541,111 @@ static pd_status pdi_flow_inlets(pd_ctx *ctx, pd_flow *flow, double *change)
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_flow_mirror(pd_ctx *ctx, pd_flow *flow)
+PDI_FN pd_status pdi_flow_set_inlets_on_side(pd_ctx *ctx, pd_flow *flow)
 {
     double moved = 0.0;
     flow->mirrors = flow->inlet != NULL;
-    return pdi_flow_inlets(ctx, flow, &moved);
+    return pdi_flow_update_inlets(ctx, flow, &moved);
 }
 
-/* User data of pdi_flow_wall: the velocity callback and the largest component so far. */
-typedef struct pdi_flow_walls {
+/* User data of pdi_flow_get_wall_velocity: the velocity callback and the largest component so far. */
+typedef struct pdi_flow_wall_data {
     const pd_flow *flow;
-    double fastest; /* [m/s] */
-} pdi_flow_walls;
+    double max_speed; /* [m/s] */
+} pdi_flow_wall_data;
 
 /* Velocity u of the wall at x; records the largest component. */
-static void pdi_flow_wall(void *user, const double *x, double *u)
+static void pdi_flow_get_wall_velocity(void *user, const double *x, double *u)
 {
-    pdi_flow_walls *walls = (pdi_flow_walls *)user;
+    pdi_flow_wall_data *walls = (pdi_flow_wall_data *)user;
     walls->flow->wall(walls->flow->wall_user, x, u);
-    for (int d = 0; d < PD_DIM; d++) walls->fastest = pdi_max(walls->fastest, fabs(u[d]));
+    for (int d = 0; d < PD_DIM; d++) walls->max_speed = pdi_max(walls->max_speed, fabs(u[d]));
 }
 
 /* motion [PD_DIM] [1/m/s] = wall terms of row r beside moving walls (eq. 3.3), with their acceleration (eq. 4.17b). */
-static void pdi_flow_move_wall(pd_flow *flow, int32_t r, double half_step, pdi_flow_walls *walls, double *motion)
+static void pdi_flow_compute_wall_motion(pd_flow *flow, int32_t r, double half_step, pdi_flow_wall_data *walls,
+                                         double *motion)
 {
     const pd_bonds *bonds = flow->bonds;
     double curved[2][PD_DIM];
-    pdi_bond_wall_motion(bonds, r, pdi_flow_wall, walls, motion, NULL);
+    pdi_bond_sum_wall_velocity(bonds, r, pdi_flow_get_wall_velocity, walls, motion, NULL);
     if (!flow->clock || !(half_step > 0.0)) return;
     for (int k = 0; k < 2; k++) {
         double unread[PD_DIM];
         *flow->clock = flow->time + (k ? half_step : -half_step);
-        pdi_bond_wall_motion(bonds, r, flow->wall, flow->wall_user, unread, curved[k]);
+        pdi_bond_sum_wall_velocity(bonds, r, flow->wall, flow->wall_user, unread, curved[k]);
     }
     *flow->clock = flow->time;
     for (int d = 0; d < PD_DIM; d++) motion[d] += (curved[1][d] - curved[0][d]) / (2.0 * half_step * flow->nu);
 }
 
-/* ---- scales of the problem (eq. 4.5b) ---- */
-/* Mean speed [m/s] of a plane channel of width L driven by `force` [m/s2]: 12 nu U/L^2 + U^2/L = force (eq. 4.5b). */
-static double pdi_flow_forced_speed(const pd_flow *flow, double force)
-{
-    double friction = 6.0 * flow->nu / flow->length;
-    return force * flow->length / (friction + sqrt(friction * friction + force * flow->length));
-}
-
 /* Weight tau of the pressure flux (eq. 4.5), and blending of the isotropic friction (eq. 4.1f), from U. */
-static void pdi_flow_stabilise(pd_flow *flow)
+static void pdi_flow_update_stabilisation(pd_flow *flow)
 {
     double rate = 0.0;
-    for (int d = 0; d < PD_DIM; d++)
-        rate += (flow->nu / flow->grid->h[d] + 0.5 * flow->speed) / flow->grid->h[d];
+    for (int d = 0; d < PD_DIM; d++) rate += (flow->nu / flow->grid->h[d] + 0.5 * flow->speed) / flow->grid->h[d];
     flow->stabilisation = 1.0 / rate;
-    flow->isotropy = pdi_isotropic_share(&flow->isotropic, flow->speed / flow->nu);
+    flow->isotropy = pdi_isotropic_stencil_compute_blending(&flow->isotropic, flow->speed / flow->nu);
 }
 
 /* Estimates L and U (eq. 4.5b); forces off periodic axes count where nothing else drives. walls: wall speed [m/s]. */
-static void pdi_flow_scale(pd_flow *flow, double walls)
+static void pdi_flow_estimate_scales(pd_flow *flow, double walls)
 {
     double force = 0.0, around = 0.0;
-    flow->length = pdi_scales_fluid(flow->grid);
+    flow->length = pdi_flow_scales_compute_length(flow->grid);
     for (int d = 0; d < PD_DIM; d++) {
         double largest = fabs(flow->force[d]);
         for (int32_t node = 0; node < flow->grid->total && flow->body; node++)
-            if (flow->grid->kind[node] == PD_FLUID) largest = pdi_max(largest, fabs(pdi_flow_force(flow, d, node)));
+            if (flow->grid->kind[node] == PD_FLUID)
+                largest = pdi_max(largest, fabs(pdi_flow_get_body_force(flow, d, node)));
         force = pdi_max(force, largest);
         if (flow->grid->side[2 * d] == PD_SIDE_PERIODIC) around = pdi_max(around, largest);
     }
-    flow->speed = pdi_max(pdi_max(pdi_scales_entry(flow->grid, flow->u), walls), pdi_flow_forced_speed(flow, around));
-    if (!(flow->speed > 0.0)) flow->speed = pdi_flow_forced_speed(flow, force);
+    flow->speed = pdi_max(pdi_max(pdi_flow_scales_compute_inlet_speed(flow->grid, flow->u), walls),
+                          pdi_flow_scales_compute_forced_speed(flow->nu, flow->length, around));
+    if (!(flow->speed > 0.0)) flow->speed = pdi_flow_scales_compute_forced_speed(flow->nu, flow->length, force);
     if (!(flow->speed > 0.0)) flow->speed = flow->nu / flow->length; /* nothing moves */
 }
 
-PDI_FN void pdi_flow_start(pd_flow *flow)
+PDI_FN void pdi_flow_update_speed_scale(pd_flow *flow)
 {
     const pd_grid *grid = flow->grid;
     for (int32_t i = 0; i < grid->total; i++) {
         if (grid->kind[i] != PD_FLUID) continue;
-        for (int d = 0; d < PD_DIM; d++)
-            flow->speed = pdi_max(flow->speed, fabs(flow->u[(int64_t)d * grid->total + i]));
+        for (int64_t d = 0; d < PD_DIM; d++) flow->speed = pdi_max(flow->speed, fabs(flow->u[d * grid->total + i]));
     }
-    pdi_flow_stabilise(flow);
+    pdi_flow_update_stabilisation(flow);
 }
 
 /* Updates the wall terms of all rows. *max_speed: of walls [m/s]; *change: raised to the largest change [m/s]. */
-static pd_status pdi_flow_move_walls(pd_ctx *ctx, pd_flow *flow, double half_step, double *change, double *max_speed)
+static pd_status pdi_flow_update_wall_motion(pd_ctx *ctx, pd_flow *flow, double half_step, double *change,
+                                             double *max_speed)
 {
     const pd_bonds *bonds = flow->bonds;
     double motion[PD_DIM], largest = 0.0;
-    pdi_flow_walls walls;
+    pdi_flow_wall_data walls;
     walls.flow = flow;
-    walls.fastest = 0.0;
+    walls.max_speed = 0.0;
     for (int32_t r = 0; r < bonds->rows && flow->wall; r++) {
-        pdi_flow_move_wall(flow, r, half_step, &walls, motion);
+        pdi_flow_compute_wall_motion(flow, r, half_step, &walls, motion);
         for (int d = 0; d < PD_DIM; d++) {
             double *value = &flow->wall_motion[(int64_t)d * flow->grid->total + bonds->node[r]];
             if (!(fabs(motion[d]) < 1e100)) {
-                char place[PDI_GRID_PLACE];
+                char place[PDI_GRID_POSITION_LENGTH];
                 return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "the velocity of the wall beside %s m is no finite one",
-                                pdi_grid_place(flow->grid, bonds->node[r], place));
+                                pdi_grid_format_position(flow->grid, bonds->node[r], place));
             }
             if (bonds->wall_lap[r] > 0.0) largest = pdi_max(largest, fabs(motion[d] - *value) / bonds->wall_lap[r]);
             *value = motion[d];
         }
     }
     *change = pdi_max(*change, largest);
-    *max_speed = walls.fastest;
+    *max_speed = walls.max_speed;
     return PD_OK;
 }
 
 /* Evaluates the body force at fluid nodes and metal (it may dissolve). *change: raised to its largest change [m/s2]. */
-static pd_status pdi_flow_body(pd_ctx *ctx, pd_flow *flow, double *change)
+static pd_status pdi_flow_update_body_force(pd_ctx *ctx, pd_flow *flow, double *change)
 {
     const pd_grid *grid = flow->grid;
     for (int32_t node = 0; node < grid->total && flow->body; node++) {
@@ -661,52 +664,54 @@ static pd_status pdi_flow_body(pd_ctx *ctx, pd_flow *flow, double *change)
     return PD_OK;
 }
 
-/* Sets all boundary data and the body force to those of time t. *walls: largest wall speed [m/s]. See pdi_flow_at. */
-static pd_status pdi_flow_data(pd_ctx *ctx, pd_flow *flow, double t, double half_step, double *change, double *walls)
+/* Sets all boundary data and the body force to time t (pdi_flow_set_time). *walls: largest wall speed [m/s]. */
+static pd_status pdi_flow_update_boundary_data(pd_ctx *ctx, pd_flow *flow, double t, double half_step, double *change,
+                                               double *walls)
 {
     double velocity = 0.0, force = 0.0;
     flow->time = t;
     if (flow->clock) *flow->clock = t;
-    PDI_TRY(pdi_flow_inlets(ctx, flow, &velocity));
-    PDI_TRY(pdi_flow_move_walls(ctx, flow, half_step, &velocity, walls));
-    PDI_TRY(pdi_flow_body(ctx, flow, &force));
-    if (change) *change = pdi_max(velocity / flow->speed, force / pdi_flow_momentum(flow, flow->speed, flow->length));
+    PDI_TRY(pdi_flow_update_inlets(ctx, flow, &velocity));
+    PDI_TRY(pdi_flow_update_wall_motion(ctx, flow, half_step, &velocity, walls));
+    PDI_TRY(pdi_flow_update_body_force(ctx, flow, &force));
+    if (change)
+        *change = pdi_max(velocity / flow->speed, force / pdi_flow_get_momentum_scale(flow, flow->speed, flow->length));
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_flow_at(pd_ctx *ctx, pd_flow *flow, double t, double half_step, double *change)
+PDI_FN pd_status pdi_flow_set_time(pd_ctx *ctx, pd_flow *flow, double t, double half_step, double *change)
 {
     double walls;
     if (change) *change = 0.0;
     if (!flow->clock) return PD_OK;
-    PDI_TRY(pdi_flow_data(ctx, flow, t, half_step, change, &walls));
-    double speed = pdi_max(pdi_scales_entry(flow->grid, flow->u), walls);
+    PDI_TRY(pdi_flow_update_boundary_data(ctx, flow, t, half_step, change, &walls));
+    double speed = pdi_max(pdi_flow_scales_compute_inlet_speed(flow->grid, flow->u), walls);
     if (!(speed > flow->speed)) return PD_OK;
     flow->speed = speed; /* the problem has become a faster one */
-    pdi_flow_stabilise(flow);
+    pdi_flow_update_stabilisation(flow);
     return PD_OK;
 }
 
-PDI_FN void pdi_flow_list(pdi_owner *owner, void *object)
+PDI_FN void pdi_flow_list(pdi_array_visitor *owner, void *object)
 {
     pd_flow *flow = (pd_flow *)object;
     int64_t total = flow->grid ? flow->grid->total : 0;
-    PDI_STATE(owner, flow, u, PD_DIM * total, "m/s");
-    PDI_STATE(owner, flow, p, total, "m2/s2");
+    PDI_ARRAY_STATE(owner, flow, u, PD_DIM * total, "m/s");
+    PDI_ARRAY_STATE(owner, flow, p, total, "m2/s2");
     PDI_ARRAY(owner, flow, grad, PD_DIM * total, "m/s2");
     PDI_ARRAY(owner, flow, advecting, PD_DIM * total, "m/s");
     if (flow->wall) PDI_ARRAY(owner, flow, wall_motion, PD_DIM * total, "1/m/s");
     if (flow->push) PDI_ARRAY(owner, flow, body, PD_DIM * total, "m/s2");
-    PDI_VALUE(owner, flow, evaluations, "1");
-    PDI_VALUE(owner, flow, speed, "m/s");
-    PDI_VALUE(owner, flow, stabilisation, "s");
-    PDI_VALUE(owner, flow, isotropy, "1");
-    if (flow->clock) PDI_VALUE(owner, flow, time, "s");
+    PDI_SCALAR_STATE(owner, flow, evaluations, "1");
+    PDI_SCALAR_STATE(owner, flow, speed, "m/s");
+    PDI_SCALAR_STATE(owner, flow, stabilisation, "s");
+    PDI_SCALAR_STATE(owner, flow, isotropy, "1");
+    if (flow->clock) PDI_SCALAR_STATE(owner, flow, time, "s");
 }
 
 /* Inner part of the build: checks desc and fills the fields. The caller frees after an error. */
-static pd_status pdi_flow_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow_desc *desc,
-                               pd_flow *flow)
+static pd_status pdi_flow_try_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow_desc *desc,
+                                    pd_flow *flow)
 {
     memset(flow, 0, sizeof *flow);
     if (!(desc->rho > 0.0) || !(desc->mu > 0.0) || !(desc->speed >= 0.0) || !(desc->length >= 0.0))
@@ -731,15 +736,15 @@ static pd_status pdi_flow_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds 
     flow->push_user = desc->body_user;
     flow->clock = desc->clock;
     flow->order = desc->order;
-    if (flow->order != 4) pdi_isotropic_build(bonds, &flow->isotropic);
+    if (flow->order != 4) pdi_isotropic_stencil_build(bonds, &flow->isotropic);
     for (int d = 0; d < PD_DIM; d++) flow->force[d] = desc->force[d];
-    PDI_TRY(pdi_owner_build(ctx, pdi_flow_list, flow));
+    PDI_TRY(pdi_array_registry_build(ctx, pdi_flow_list, flow));
     for (int32_t node = 0; node < grid->total; node++)
         if (grid->kind[node] == PD_FLUID) flow->p[node] = flow->p_out;
     double walls;
-    PDI_TRY(pdi_flow_data(ctx, flow, 0.0, 0.0, NULL, &walls));
-    pdi_flow_scale(flow, walls);
-    pdi_flow_stabilise(flow);
+    PDI_TRY(pdi_flow_update_boundary_data(ctx, flow, 0.0, 0.0, NULL, &walls));
+    pdi_flow_estimate_scales(flow, walls);
+    pdi_flow_update_stabilisation(flow);
     flow->reference_speed = desc->speed > 0.0 ? desc->speed : flow->speed;
     flow->reference_length = desc->length > 0.0 ? desc->length : flow->length;
     return PD_OK;
@@ -748,7 +753,7 @@ static pd_status pdi_flow_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds 
 pd_status pd_flow_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow_desc *desc,
                         pd_flow *flow)
 {
-    pd_status status = pdi_flow_make(ctx, grid, bonds, desc, flow);
+    pd_status status = pdi_flow_try_build(ctx, grid, bonds, desc, flow);
     if (status < 0) pd_flow_free(ctx, flow);
     return status;
 }
@@ -762,7 +767,8 @@ pd_status pd_flow_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd_
         int found = 0;
         for (int k = 0; k < bonds->stencil->count; k++) {
             int32_t j = changed[c] + bonds->paths.shift[k];
-            if (flow->grid->kind[j] != PD_FLUID || pdi_path_closed_group(&bonds->paths, changed[c], k) >= 0) continue;
+            if (flow->grid->kind[j] != PD_FLUID || pdi_bond_path_find_closed_group(&bonds->paths, changed[c], k) >= 0)
+                continue;
             sum += flow->p[j];
             found++;
         }
@@ -770,25 +776,25 @@ pd_status pd_flow_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd_
         for (int d = 0; d < PD_DIM; d++) flow->u[(int64_t)d * flow->grid->total + changed[c]] = 0.0;
     }
     double walls;
-    return pdi_flow_data(ctx, flow, flow->time, 0.0, NULL, &walls);
+    return pdi_flow_update_boundary_data(ctx, flow, flow->time, 0.0, NULL, &walls);
 }
 
 PDI_COLD_BEGIN
 PDI_FN pd_status pdi_flow_store(pd_ctx *ctx, pd_flow *flow, pd_archive *archive)
 {
-    PDI_TRY(pdi_owner_store(ctx, pdi_flow_list, flow, archive));
-    if (archive->reading) PDI_TRY(pdi_flow_at(ctx, flow, flow->time, 0.0, NULL));
-    if (archive->reading) pdi_flow_prepare(ctx, flow);
+    PDI_TRY(pdi_array_registry_store(ctx, pdi_flow_list, flow, archive));
+    if (archive->reading) PDI_TRY(pdi_flow_set_time(ctx, flow, flow->time, 0.0, NULL));
+    if (archive->reading) pdi_flow_update_derived_fields(ctx, flow);
     return PD_OK;
 }
 
 void pd_flow_free(pd_ctx *ctx, pd_flow *flow)
 {
-    pdi_owner_free(ctx, pdi_flow_list, flow);
-    pdi_owner_free(ctx, pdi_flow_inlet_list, flow);
-    pdi_owner_free(ctx, pdi_flow_rim_list, flow);
+    pdi_array_registry_free(ctx, pdi_flow_list, flow);
+    pdi_array_registry_free(ctx, pdi_flow_list_inlet_arrays, flow);
+    pdi_array_registry_free(ctx, pdi_flow_list_row_arrays, flow);
     pdi_reconstruct_free(ctx, &flow->slopes);
-    pdi_sharp_free(ctx, &flow->sharp);
+    pdi_fourth_order_free(ctx, &flow->sharp);
     memset(flow, 0, sizeof *flow);
 }
 PDI_COLD_END

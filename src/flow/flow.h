@@ -6,11 +6,11 @@
  */
 #ifndef PD_FLOW_H
 #define PD_FLOW_H
-#include "core/owner.h"
-#include "flow/isotropic.h"
-#include "flow/sharp.h"
+#include "core/array_registry.h"
+#include "flow/isotropic_stencil.h"
+#include "flow/fourth_order.h"
 #include "lattice/reconstruct.h"
-#include "lattice/traverse.h"
+#include "lattice/node_loop.h"
 #include <math.h>
 
 #define PD_FLOW_PAYING (-1)
@@ -66,8 +66,8 @@ typedef struct pd_flow {
     double *held;           /* [PD_DIM][inlets] [m/s] prescribed (Dirichlet) velocity, in the order of the ghosts */
     uint8_t *sided;         /* [inlets] 1: tangential velocity would contribute to the inflow by bonds (eq. 4.5d) */
     double *entry;          /* [inlets] [-] factor k on the normal velocity (eq. 4.5d); -1: the tensor of the row */
-    double *wall_motion;    /* [PD_DIM][total] [1/m/s] Laplacian terms of moving walls (pdi_bond_wall_motion), with
-                             * their acceleration (eq. 4.17b); NULL: walls at rest */
+    double *wall_motion; /* [PD_DIM][total] [1/m/s] Laplacian terms of moving walls (pdi_bond_sum_wall_velocity), with
+                          * their acceleration (eq. 4.17b); NULL: walls at rest */
     double *u;              /* [PD_DIM][total] [m/s] */
     double *p;              /* [total] [m2/s2] kinematic pressure */
     double *grad;           /* [PD_DIM][total] [m/s2] gradient of p */
@@ -103,15 +103,15 @@ PD_API pd_status pd_flow_update(pd_ctx *ctx, const int32_t *changed, int32_t cou
 #ifdef PDI_INTERNAL
 /* Updates all that follows from the u and p that the caller has put in: velocity ghosts, pressure ghosts, pressure
  * gradient and advecting velocity. Transport needs no more of a given flow. */
-PDI_FN void pdi_flow_prepare(pd_ctx *ctx, pd_flow *flow);
+PDI_FN void pdi_flow_update_derived_fields(pd_ctx *ctx, pd_flow *flow);
 /* Sets inlet velocities, wall velocities and the body force to those of time t [s]. Without a clock nothing happens.
  * half_step [s]: wall acceleration is the mean over t +- half_step (eq. 4.17b); 0: none, as in steady flow. change,
  * NULL allowed, gets [-] the largest change: of velocities over U, of forces over U^2/L. Fails for a non-finite
  * value. */
-PDI_FN pd_status pdi_flow_at(pd_ctx *ctx, pd_flow *flow, double t, double half_step, double *change);
+PDI_FN pd_status pdi_flow_set_time(pd_ctx *ctx, pd_flow *flow, double t, double half_step, double *change);
 /* Residuals of the present state: momentum ru [PD_DIM][total] [m/s2] and continuity rc [total] [1/s], 0 outside of
- * fluid nodes (eq. 4.1, 4.2). Updates the derived fields first (pdi_flow_prepare). */
-PDI_FN void pdi_flow_residual(pd_ctx *ctx, pd_flow *flow, double *ru, double *rc);
+ * fluid nodes (eq. 4.1, 4.2). Updates the derived fields first (pdi_flow_update_derived_fields). */
+PDI_FN void pdi_flow_assemble_residual(pd_ctx *ctx, pd_flow *flow, double *ru, double *rc);
 #endif
 /* Volume flux [m^d/s; planar 2D: per unit depth, axisymmetric: m3/s] of all bonds that cross the plane between cells
  * `index - 1` and `index` of `axis` (index 1 .. n-1): the quantity that the scheme conserves. */
@@ -119,7 +119,7 @@ PD_API double pd_flow_section(pd_ctx *ctx, pd_flow *flow, int axis, int index);
 #ifdef PDI_INTERNAL
 /* Volume flux [m^d/s] through a section from the node velocities of the layer `index` of `axis`: sum of u_axis times
  * the face of a cell. */
-static inline double pdi_flow_section_nodes(const pd_flow *flow, int axis, int index)
+static inline double pdi_flow_integrate_nodal_section(const pd_flow *flow, int axis, int index)
 {
     const pd_grid *grid = flow->grid;
     double sum = 0.0, face = flow->bonds->stencil->volume / grid->h[axis];
@@ -137,86 +137,89 @@ PD_API void pd_flow_free(pd_ctx *ctx, pd_flow *flow);
 
 #ifdef PDI_INTERNAL
 /* Lists the arrays of a pd_flow (`object`) that it has from the start, for allocation, checkpoint and freeing. */
-PDI_FN void pdi_flow_list(pdi_owner *owner, void *object);
+PDI_FN void pdi_flow_list(pdi_array_visitor *owner, void *object);
 /* Input fields of one evaluation of momentum and continuity. */
-typedef struct pdi_flow_terms {
-    const double *mass;    /* [m/s] advecting velocity: it convects u, and its divergence is the continuity term */
+typedef struct pdi_flow_operands {
+    const double *advecting; /* [m/s] advecting velocity: it convects u, and its divergence is the continuity term */
     const double *u;       /* [m/s] */
     const double *p;       /* [m2/s2] */
     const double *grad;    /* gradient of p [m/s2] */
     const double *force;   /* [PD_DIM] [m/s2], or NULL */
     const double *wall_motion; /* [1/m/s] of moving walls, or NULL */
-} pdi_flow_terms;
+} pdi_flow_operands;
 /* advecting [PD_DIM][total] [m/s] = the velocity that makes the bond fluxes: K v at nodes with cut families (K: tensor
  * of eq. 4.2b), v elsewhere. v with its inlet ghosts is given, other ghosts are filled. second: second differences of v
  * for the fourth-order correction (eq. 4.6c); NULL: second order. */
-PDI_FN void pdi_flow_advecting(const pd_ctx *ctx, const pd_flow *flow, const double *v, const double *second,
-                               double *advecting);
+PDI_FN void pdi_flow_compute_advecting_velocity(const pd_ctx *ctx, const pd_flow *flow, const double *v,
+                                                const double *second, double *advecting);
 /* Weight [s] of the present pressure in the stabilising pressure flux: tau of eq. 4.4, or that of a stage in time. */
-static inline double pdi_flow_weight(const pd_flow *flow) { return flow->impulse ? flow->now : flow->stabilisation; }
+static inline double pdi_flow_get_pressure_flux_weight(const pd_flow *flow)
+{
+    return flow->impulse ? flow->now : flow->stabilisation;
+}
 /* From here on inlets hold their velocity on the side of the box: ghosts are odd about it (eq. 4.5c). */
-PDI_FN pd_status pdi_flow_mirror(pd_ctx *ctx, pd_flow *flow);
+PDI_FN pd_status pdi_flow_set_inlets_on_side(pd_ctx *ctx, pd_flow *flow);
 /* Fills the ghosts of a velocity v [PD_DIM][total] [m/s]. is_state 0: v is a Newton increment, 0 at inlets. */
-PDI_FN void pdi_flow_ghosts(const pd_flow *flow, int is_state, double *v);
+PDI_FN void pdi_flow_update_velocity_ghosts(const pd_flow *flow, int is_state, double *v);
 /* grad [PD_DIM][total] [m/s2] = pressure gradient G p at fluid nodes, mirror images and outlet ghosts (eq. 3.5, beside
  * smooth surfaces 3.5b). */
-PDI_FN void pdi_flow_gradient(const pd_ctx *ctx, const pd_flow *flow, const double *p, double *grad);
+PDI_FN void pdi_flow_compute_pressure_gradient(const pd_ctx *ctx, const pd_flow *flow, const double *p, double *grad);
 /* ru, rc = momentum [m/s2] and continuity [1/s] sums over all open bonds (eq. 4.1, 4.2): convection, friction, pressure
  * gradient, pressure flux. Ghosts must be filled. Fourth order and fitted walls are added by other functions. */
-PDI_FN void pdi_flow_terms_apply(const pd_ctx *ctx, const pd_flow *flow, const pdi_flow_terms *t, double *ru,
-                                 double *rc);
+PDI_FN void pdi_flow_assemble_bond_sums(const pd_ctx *ctx, const pd_flow *flow, const pdi_flow_operands *t, double *ru,
+                                        double *rc);
 /* Subtracts the position-dependent body force from the momentum residual ru [PD_DIM][total] [m/s2]. Beside walls it is
  * scaled as the pressure gradient is (eq. 3.4). */
-PDI_FN void pdi_flow_push(const pd_ctx *ctx, const pd_flow *flow, double *ru);
+PDI_FN void pdi_flow_add_body_force(const pd_ctx *ctx, const pd_flow *flow, double *ru);
 /* Body force per mass [m/s2] along axis d at a fluid node: the uniform one and that of the callback. */
-static inline double pdi_flow_force(const pd_flow *flow, int d, int32_t node)
+static inline double pdi_flow_get_body_force(const pd_flow *flow, int d, int32_t node)
 {
     return flow->force[d] + (flow->body ? flow->body[(int64_t)d * flow->grid->total + node] : 0.0);
 }
 /* Groups the rows (nodes with cut families) beside smooth surfaces into connected patches, over which the divergence
  * (4.2c) is made conservative. Call after the geometry has changed. */
-PDI_FN pd_status pdi_flow_patch(pd_ctx *ctx, pd_flow *flow);
+PDI_FN pd_status pdi_flow_find_surface_patches(pd_ctx *ctx, pd_flow *flow);
 /* 1: row r takes the wall terms of the quadratic fit (3.4b) in place of the parabola of (3.3) and (3.4). Rows beside a
  * moving surface keep the parabola. */
-static inline int pdi_flow_bends(const pd_flow *flow, int32_t r)
+static inline int pdi_flow_has_fitted_wall(const pd_flow *flow, int32_t r)
 {
-    if (!flow->even || !pdi_reconstruct_bent(&flow->slopes, r)) return 0;
+    if (!flow->even || !pdi_reconstruct_has_velocity_fit(&flow->slopes, r)) return 0;
     for (int d = 0; d < PD_DIM && flow->wall_motion; d++)
         if (fabs(flow->wall_motion[(int64_t)d * flow->grid->total + flow->bonds->node[r]]) > 0.0) return 0;
     return 1;
 }
 /* ru += the difference between the fitted wall terms (3.4b, 3.4c) and those of (3.3), (3.4), for velocity u, pressure p
  * and its gradient. is_state 1: the body force counts; 0: a Newton increment. */
-PDI_FN void pdi_flow_bend(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *p, const double *grad,
-                          int is_state, double *ru);
+PDI_FN void pdi_flow_add_fitted_wall(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *p,
+                                     const double *grad, int is_state, double *ru);
 /* rc += sign times the difference between the pointwise divergence (4.2c) and the bond fluxes of `advecting`, beside
  * smooth surfaces. Its mean over each patch is 0, so no volume passes the body. is_state 0: u is a Newton increment. */
-PDI_FN void pdi_flow_even(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *advecting,
-                          int is_state, double sign, double *rc);
+PDI_FN void pdi_flow_add_divergence_correction(const pd_ctx *ctx, const pd_flow *flow, const double *u,
+                                               const double *advecting, int is_state, double sign, double *rc);
 /* ru += the fourth-order correction of momentum (eq. 4.6e to 4.6g). u == flow->u: of the state; else its derivative
  * along the increment u, whose advecting velocity and pressure gradient are given. */
-PDI_FN void pdi_flow_sharpen(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *advecting,
-                             const double *grad, double *ru);
+PDI_FN void pdi_flow_add_fourth_order(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *advecting,
+                                      const double *grad, double *ru);
 /* Writes the state to a checkpoint, or reads it and then updates all derived fields. */
 PDI_FN pd_status pdi_flow_store(pd_ctx *ctx, pd_flow *flow, pd_archive *archive);
 /* Raises the velocity scale U to the largest velocity component present: the start of a flow in time. Updates tau. */
-PDI_FN void pdi_flow_start(pd_flow *flow);
+PDI_FN void pdi_flow_update_speed_scale(pd_flow *flow);
 /* Scale of the momentum residual, U^2/L + nu U/L^2 [m/s2] (eq. 4.7). That of continuity is U/L. */
-static inline double pdi_flow_momentum(const pd_flow *flow, double speed, double length)
+static inline double pdi_flow_get_momentum_scale(const pd_flow *flow, double speed, double length)
 {
     return speed / length * (speed + flow->nu / length);
 }
 /* ---- volume flux of a bond (eq. 4.4): share g.(w_i + w_j) - tau/2 a stabiliser. It is linear: that of a step is its
  * derivative, in single precision for the products of solvers ---- */
 /* Dot product g.w at one end of a bond; components of w are `stride` apart. */
-PDI_INLINE double pdi_flow_along(const double *g, const double *w, int64_t stride)
+PDI_INLINE double pdi_flow_dot(const double *g, const double *w, int64_t stride)
 {
     double sum = g[0] * w[0];
     for (int d = 1; d < PD_DIM; d++) sum += g[d] * w[d * stride];
     return sum;
 }
 /* Dot product g.w at one end of a bond in single precision; components of w are `stride` apart. */
-PDI_INLINE float pdi_flow_along_single(const float *g, const float *w, int64_t stride)
+PDI_INLINE float pdi_flow_dot_single(const float *g, const float *w, int64_t stride)
 {
     float sum = g[0] * w[0];
     for (int d = 1; d < PD_DIM; d++) sum += g[d] * w[d * stride];
@@ -224,8 +227,8 @@ PDI_INLINE float pdi_flow_along_single(const float *g, const float *w, int64_t s
 }
 /* g.(w_i + w_j): volume flux per volume [1/s] that the advecting velocity w carries through the bond (eq. 4.2, 4.3).
  * near, far: w at the two ends. */
-PDI_INLINE double pdi_flow_convected(const double *g, const double *near, int64_t near_stride, const double *far,
-                                   int64_t far_stride)
+PDI_INLINE double pdi_flow_compute_convective_flux(const double *g, const double *near, int64_t near_stride,
+                                                   const double *far, int64_t far_stride)
 {
     double sum = 0.0;
     for (int d = 0; d < PD_DIM; d++) sum += g[d] * (near[d * near_stride] + far[d * far_stride]);
@@ -233,16 +236,16 @@ PDI_INLINE double pdi_flow_convected(const double *g, const double *near, int64_
 }
 /* Pressure stabilisation of a bond, 2 (p_j - p_i) - xi.(G_i + G_j) (eq. 4.4): pressure difference less that of the
  * gradients, of fourth order. step: p_j - p_i; near, far: gradients at the two ends. */
-PDI_INLINE double pdi_flow_stabiliser(const double *xi, double step, const double *near, int64_t near_stride,
-                                      const double *far, int64_t far_stride)
+PDI_INLINE double pdi_flow_compute_stabilisation(const double *xi, double step, const double *near, int64_t near_stride,
+                                                 const double *far, int64_t far_stride)
 {
     double stabiliser = 2.0 * step;
     for (int d = 0; d < PD_DIM; d++) stabiliser -= xi[d] * (near[d * near_stride] + far[d * far_stride]);
     return stabiliser;
 }
 /* Pressure stabilisation of a bond, 2 (p_j - p_i) - xi.(G_i + G_j) (eq. 4.4), in single precision. step: p_j - p_i. */
-PDI_INLINE float pdi_flow_stabiliser_single(const float *xi, float step, const float *near, int64_t near_stride,
-                                            const float *far, int64_t far_stride)
+PDI_INLINE float pdi_flow_compute_stabilisation_single(const float *xi, float step, const float *near,
+                                                       int64_t near_stride, const float *far, int64_t far_stride)
 {
     float stabiliser = 2.0f * step;
     for (int d = 0; d < PD_DIM; d++) stabiliser -= xi[d] * (near[d * near_stride] + far[d * far_stride]);
@@ -250,10 +253,10 @@ PDI_INLINE float pdi_flow_stabiliser_single(const float *xi, float step, const f
 }
 /* Volume flux per volume [1/s] through bond k from node i to its far end, with pressure flux and divergence-free
  * correction (eq. 4.4, 4.10b). Bonds to inlets carry no pressure flux. It is what advects solutes. */
-PDI_FN double pdi_flow_bond_flux(const pd_flow *flow, int32_t i, int k);
+PDI_FN double pdi_flow_compute_bond_flux(const pd_flow *flow, int32_t i, int k);
 /* Returns the volume per time [m3/s; planar 2D: m2/s] that the bonds to inlets carry into the box. *net_inlet: what the
  * inlet velocities give on the faces of the cells beside them; *gross_inlet: the sum of the sizes of these. */
-PDI_FN double pdi_flow_entering(pd_ctx *ctx, pd_flow *flow, double *net_inlet, double *gross_inlet);
+PDI_FN double pdi_flow_integrate_inflow(pd_ctx *ctx, pd_flow *flow, double *net_inlet, double *gross_inlet);
 #endif
 
 #endif

@@ -4,14 +4,14 @@
 #include "core/vec.h"
 #include "core/par.h"
 #include "lattice/surface.h"
-#include "lattice/wetted.h"
+#include "lattice/cut_cell.h"
 #include <math.h>
 #include <string.h>
 
-#define PDI_FORCE_STEP 1e-3 /* [cells] a point closer to a surface lies on it */
+#define PDI_FORCE_SURFACE_OFFSET 1e-3 /* [cells] a point closer to a surface lies on it */
 
 /* Sets the radial force to 0: around an axis it cancels. */
-static void pdi_force_cancel(const pd_grid *grid, double *force)
+static void pdi_force_remove_radial(const pd_grid *grid, double *force)
 {
     if (grid->circumference) force[PD_DIM - 1] = 0.0;
 }
@@ -22,41 +22,41 @@ typedef struct pdi_force_query {
     const pd_flow *flow;
     const double *lo, *hi;
     int shape;
-    int32_t last; /* row whose friction axes are cached in `axes` */
-    int axes;
-    pdi_sum sum[2 * PD_DIM];
+    int32_t last_row; /* row whose friction axes are cached in `axes` */
+    int last_axes;
+    pdi_compensated_sum sum[2 * PD_DIM];
 } pdi_force_query;
 
 /* 1: the closed cell at the end of a bond, or behind a face, is on the shape of the query. side: 1 for sides of the
  * box. */
-static int pdi_force_owned(const pdi_force_query *q, int32_t closed, int side)
+static int pdi_force_is_on_shape(const pdi_force_query *q, int32_t closed, int side)
 {
     double x[PD_DIM];
     if (q->shape == PD_FORCE_ALL) return 1;
     if (side || q->shape == PD_FORCE_SIDES) return side && q->shape == PD_FORCE_SIDES;
     pd_grid_position(q->flow->grid, closed, x);
-    return pdi_grid_level(q->flow->grid, q->shape, x) <= pdi_shape_tie(q->flow->grid->h, x);
+    return pdi_grid_signed_distance(q->flow->grid, q->shape, x) <= pdi_shape_tolerance(q->flow->grid->h, x);
 }
 
 /* Fraction of the closed bonds of row r, by their areas, that end on the shape of the query. */
-static double pdi_force_share(const pdi_force_query *q, int32_t r)
+static double pdi_force_compute_shape_fraction(const pdi_force_query *q, int32_t r)
 {
     const pd_bonds *bonds = q->flow->bonds;
     double all = 0.0, owned = 0.0;
     for (int k = 0; k < bonds->stencil->count; k++) {
         double size = pdi_vec_norm(bonds->stencil->grad + k * PD_DIM);
-        pdi_bond_end end;
-        if (pdi_bond_open(bonds, r, k)) continue;
-        pdi_bond_find_end(bonds, r, k, &end);
+        pdi_bond_wall_end end;
+        if (pdi_bond_is_open(bonds, r, k)) continue;
+        pdi_bond_find_wall_end(bonds, r, k, &end);
         all += size;
-        if (pdi_force_owned(q, end.cell, end.side)) owned += size;
+        if (pdi_force_is_on_shape(q, end.closed_cell, end.is_box_side)) owned += size;
     }
     return all > 0.0 ? owned / all : 0.0;
 }
 
 /* rub [PD_DIM] = wall friction of row r over rho: V (nu (W u - motion) - Q (G P - f)), or -V nu times the fit (3.4b),
  * as the momentum residual has it (eq. 4.27). For one shape: the parts of its bonds, or its fraction. */
-static void pdi_force_rub(const pdi_force_query *q, int32_t r, double *rub)
+static void pdi_force_compute_row_friction(const pdi_force_query *q, int32_t r, double *rub)
 {
     const pd_flow *flow = q->flow;
     const pd_bonds *bonds = flow->bonds;
@@ -64,11 +64,12 @@ static void pdi_force_rub(const pdi_force_query *q, int32_t r, double *rub)
     int32_t node = bonds->node[r];
     double lap = 0.0, curv = 0.0, motion[PD_DIM], miss[PD_DIM];
     double volume = bonds->stencil->volume * pdi_grid_circumference(flow->grid, node);
-    int bends = pdi_flow_bends(flow, r);
-    if (bends || (flow->sharp.bonds && pdi_sharp_rub(&flow->sharp, r, flow->u, flow->sharp.bend, rub))) {
-        double share = pdi_force_share(q, r);
-        if (bends) pdi_reconstruct_bend(&flow->slopes, r, flow->u, rub);
-        if (bends) pdi_reconstruct_miss(&flow->slopes, r, flow->p, miss);
+    int bends = pdi_flow_has_fitted_wall(flow, r);
+    if (bends || (flow->sharp.bonds &&
+                  pdi_fourth_order_compute_wall_laplacian(&flow->sharp, r, flow->u, flow->sharp.bend, rub))) {
+        double share = pdi_force_compute_shape_fraction(q, r);
+        if (bends) pdi_reconstruct_apply_wall_laplacian(&flow->slopes, r, flow->u, rub);
+        if (bends) pdi_reconstruct_compute_viscous_error(&flow->slopes, r, flow->p, miss);
         for (int d = 0; d < PD_DIM; d++)
             rub[d] = volume * share * ((bends ? miss[d] : 0.0) - flow->nu * rub[d]);
         return;
@@ -80,35 +81,35 @@ static void pdi_force_rub(const pdi_force_query *q, int32_t r, double *rub)
         curv = bonds->wall_curv[r];
     }
     for (int k = 0; k < bonds->stencil->count && q->shape != PD_FORCE_ALL; k++) {
-        pdi_bond_end end;
+        pdi_bond_wall_end end;
         double u[PD_DIM];
-        if (pdi_bond_open(bonds, r, k)) continue;
-        pdi_bond_find_end(bonds, r, k, &end);
-        if (!pdi_force_owned(q, end.cell, end.side)) continue;
-        lap += end.lap;
-        curv += end.curv;
+        if (pdi_bond_is_open(bonds, r, k)) continue;
+        pdi_bond_find_wall_end(bonds, r, k, &end);
+        if (!pdi_force_is_on_shape(q, end.closed_cell, end.is_box_side)) continue;
+        lap += end.wall_lap;
+        curv += end.wall_curv;
         if (!flow->wall) continue;
-        flow->wall(flow->wall_user, end.x, u);
-        for (int d = 0; d < PD_DIM; d++) motion[d] += end.lap * u[d];
+        flow->wall(flow->wall_user, end.surface_point, u);
+        for (int d = 0; d < PD_DIM; d++) motion[d] += end.wall_lap * u[d];
     }
     for (int d = 0; d < PD_DIM; d++) {
         int64_t at = (int64_t)d * total + node;
         rub[d] = volume * (flow->nu * (lap * flow->u[at] - motion[d]) -
-                           curv * (flow->grad[at] - pdi_flow_force(flow, d, node)));
+                           curv * (flow->grad[at] - pdi_flow_get_body_force(flow, d, node)));
     }
 }
 
 /* ---- bodies with a smooth surface that ends nowhere ---- */
 
-#define PDI_FORCE_AXES ((1 << PD_DIM) - 1)
+#define PDI_FORCE_ALL_AXES ((1 << PD_DIM) - 1)
 
 /* Axis across which the end of a closed bond lies behind a flat side of the box; -1: none, or behind an edge of the
  * box. */
-static int pdi_force_side_axis(const pd_grid *grid, const pdi_bond_end *end)
+static int pdi_force_find_side_axis(const pd_grid *grid, const pdi_bond_wall_end *end)
 {
     int i[PD_DIM], axis = -1;
-    pdi_grid_index(grid, end->cell, i);
-    for (int d = 0; d < PD_DIM && end->side; d++) {
+    pdi_grid_index(grid, end->closed_cell, i);
+    for (int d = 0; d < PD_DIM && end->is_box_side; d++) {
         if (i[d] >= 0 && i[d] < grid->n[d]) continue;
         if (axis >= 0) return -1;
         axis = d;
@@ -116,24 +117,24 @@ static int pdi_force_side_axis(const pd_grid *grid, const pdi_bond_end *end)
     return axis;
 }
 
-/* Bits of the axes of the flat sides that row r touches; PDI_FORCE_AXES: it touches other surfaces, or none. */
-static int pdi_force_flat(const pd_flow *flow, int32_t r)
+/* Bits of the axes of the flat sides that row r touches; PDI_FORCE_ALL_AXES: it touches other surfaces, or none. */
+static int pdi_force_find_flat_axes(const pd_flow *flow, int32_t r)
 {
     const pd_bonds *bonds = flow->bonds;
     int axes = 0;
     for (int k = 0; k < bonds->stencil->count; k++) {
-        pdi_bond_end end;
-        if (pdi_bond_open(bonds, r, k)) continue;
-        pdi_bond_find_end(bonds, r, k, &end);
-        int axis = pdi_force_side_axis(flow->grid, &end);
-        if (axis < 0) return PDI_FORCE_AXES;
+        pdi_bond_wall_end end;
+        if (pdi_bond_is_open(bonds, r, k)) continue;
+        pdi_bond_find_wall_end(bonds, r, k, &end);
+        int axis = pdi_force_find_side_axis(flow->grid, &end);
+        if (axis < 0) return PDI_FORCE_ALL_AXES;
         axes |= 1 << axis;
     }
-    return axes ? axes : PDI_FORCE_AXES;
+    return axes ? axes : PDI_FORCE_ALL_AXES;
 }
 
 /* Moves x to the side along the axes where it is outside of the box; returns the bits of these axes. */
-static int pdi_force_beyond(const pd_grid *grid, double *x)
+static int pdi_force_project_into_box(const pd_grid *grid, double *x)
 {
     int axes = 0;
     for (int d = 0; d < PD_DIM; d++) {
@@ -146,7 +147,7 @@ static int pdi_force_beyond(const pd_grid *grid, double *x)
 
 /* Bits of the axes along which the patch of row r exchanges momentum with something else: a side of the box, a flat
  * surface or one outside of the query. A flat side is met along its normal only. */
-static int pdi_force_bars(const pdi_force_query *q, int32_t r)
+static int pdi_force_find_coupled_axes(const pdi_force_query *q, int32_t r)
 {
     const pd_bonds *bonds = q->flow->bonds;
     const pd_grid *grid = q->flow->grid;
@@ -154,162 +155,166 @@ static int pdi_force_bars(const pdi_force_query *q, int32_t r)
     for (int k = 0; k < bonds->stencil->count; k++) {
         int32_t far = bonds->node[r] + bonds->paths.shift[k];
         int flip = 0;
-        if (!pdi_bond_open(bonds, r, k)) {
-            pdi_bond_end end;
-            pdi_bond_find_end(bonds, r, k, &end);
-            pdi_grid_fold_position(grid, end.at);
-            bars |= pdi_force_beyond(grid, end.at);
-            int owned = pdi_force_owned(q, end.cell, end.side), axis = owned ? -1 : pdi_force_side_axis(grid, &end);
-            if (owned ? !pdi_grid_between(grid, q->lo, q->hi, end.at) : axis < 0) return PDI_FORCE_AXES;
+        if (!pdi_bond_is_open(bonds, r, k)) {
+            pdi_bond_wall_end end;
+            pdi_bond_find_wall_end(bonds, r, k, &end);
+            pdi_grid_fold_position(grid, end.end_point);
+            bars |= pdi_force_project_into_box(grid, end.end_point);
+            int owned = pdi_force_is_on_shape(q, end.closed_cell, end.is_box_side),
+                axis = owned ? -1 : pdi_force_find_side_axis(grid, &end);
+            if (owned ? !pdi_grid_is_between(grid, q->lo, q->hi, end.end_point) : axis < 0) return PDI_FORCE_ALL_AXES;
             if (!owned) bars |= 1 << axis;
             continue;
         }
-        int32_t row = bonds->row[pdi_grid_image(grid, far, &flip)];
-        if (grid->kind[far] == PD_INLET || grid->kind[far] == PD_OUTLET) return PDI_FORCE_AXES;
-        if (row >= 0 && !bonds->smooth[row]) bars |= pdi_force_flat(q->flow, row);
+        int32_t row = bonds->row[pdi_grid_find_source(grid, far, &flip)];
+        if (grid->kind[far] == PD_INLET || grid->kind[far] == PD_OUTLET) return PDI_FORCE_ALL_AXES;
+        if (row >= 0 && !bonds->smooth[row]) bars |= pdi_force_find_flat_axes(q->flow, row);
         bars |= flip;
     }
     return bars;
 }
 
 /* 1: the flow has patches of rows, of the present geometry. */
-static int pdi_force_patched(const pd_flow *flow) { return flow->patch && flow->patched == flow->bonds->version; }
+static int pdi_force_has_patches(const pd_flow *flow) { return flow->patch && flow->patched == flow->bonds->version; }
 
 /* Collects for each patch of rows the axes along which it exchanges momentum with other surfaces, as bits in `leak`. */
-static void pdi_force_bar(const pdi_force_query *q)
+static void pdi_force_mark_coupled_axes(const pdi_force_query *q)
 {
     const pd_flow *flow = q->flow;
     const pd_bonds *bonds = flow->bonds;
-    if (!pdi_force_patched(flow)) return;
+    if (!pdi_force_has_patches(flow)) return;
     for (int32_t r = 0; r < bonds->rows; r++) flow->leak[r] = 0.0;
     for (int32_t r = 0; r < bonds->rows; r++)
         if (flow->patch[r] >= 0)
-            flow->leak[flow->patch[r]] = (int)flow->leak[flow->patch[r]] | pdi_force_bars(q, r);
+            flow->leak[flow->patch[r]] = (int)flow->leak[flow->patch[r]] | pdi_force_find_coupled_axes(q, r);
 }
 
 /* Bits of the axes along which the body beside row r exchanges no momentum with other surfaces. */
-static int pdi_force_free(const pd_flow *flow, int32_t r)
+static int pdi_force_get_isolated_axes(const pd_flow *flow, int32_t r)
 {
-    if (!pdi_force_patched(flow) || flow->patch[r] < 0) return 0;
-    return PDI_FORCE_AXES & ~(int)flow->leak[flow->patch[r]];
+    if (!pdi_force_has_patches(flow) || flow->patch[r] < 0) return 0;
+    return PDI_FORCE_ALL_AXES & ~(int)flow->leak[flow->patch[r]];
 }
 
 /* 1: the surface beside row r is smooth and has no edge. */
-static int pdi_force_smooth(const pd_flow *flow, int32_t r)
+static int pdi_force_is_smooth_row(const pd_flow *flow, int32_t r)
 {
     const pd_bonds *bonds = flow->bonds;
     if (!bonds->smooth[r]) return 0;
     for (int k = 0; k < bonds->stencil->count; k++) {
-        pdi_bond_end end;
+        pdi_bond_wall_end end;
         double mean;
-        if (pdi_bond_open(bonds, r, k)) continue;
-        pdi_bond_find_end(bonds, r, k, &end);
-        if (end.smooth && !pdi_near_wall_curved(bonds, end.cell, end.x, &mean)) return 0;
+        if (pdi_bond_is_open(bonds, r, k)) continue;
+        pdi_bond_find_wall_end(bonds, r, k, &end);
+        if (end.is_smooth && !pdi_near_wall_compute_curvature(bonds, end.closed_cell, end.surface_point, &mean))
+            return 0;
     }
     return 1;
 }
 
 /* Bits of the axes along which row r gives the friction of its surface. Beside a smooth surface that goes on elsewhere
  * the surface pieces give it: rows are right only in the mean over many, and not where a box ends. */
-static int pdi_force_rows(const pd_flow *flow, int32_t r)
+static int pdi_force_find_friction_axes(const pd_flow *flow, int32_t r)
 {
-    int free = flow->bonds->smooth[r] && !flow->grid->circumference ? pdi_force_free(flow, r) : PDI_FORCE_AXES;
-    return free == PDI_FORCE_AXES || !pdi_force_smooth(flow, r) ? PDI_FORCE_AXES : free;
+    int free = flow->bonds->smooth[r] && !flow->grid->circumference ? pdi_force_get_isolated_axes(flow, r)
+                                                                    : PDI_FORCE_ALL_AXES;
+    return free == PDI_FORCE_ALL_AXES || !pdi_force_is_smooth_row(flow, r) ? PDI_FORCE_ALL_AXES : free;
 }
 
 /* Row of a fluid node. For a node without one, that of a neighbour beside a smooth surface; -1: none. */
-static int32_t pdi_force_row(const pd_flow *flow, int32_t node)
+static int32_t pdi_force_find_row(const pd_flow *flow, int32_t node)
 {
     const pd_bonds *bonds = flow->bonds;
-    int32_t row = bonds->row[pdi_grid_image(flow->grid, node, NULL)];
+    int32_t row = bonds->row[pdi_grid_find_source(flow->grid, node, NULL)];
     if (row >= 0) return row;
     for (int k = 0; k < bonds->stencil->count && (row < 0 || !bonds->smooth[row]); k++)
-        row = bonds->row[pdi_grid_image(flow->grid, node + bonds->paths.shift[k], NULL)];
+        row = bonds->row[pdi_grid_find_source(flow->grid, node + bonds->paths.shift[k], NULL)];
     return row;
 }
 
-/* The axes of pdi_force_rows for row r, cached: pieces often ask for the same row again. */
-static int pdi_force_rows_of(pdi_force_query *q, int32_t r)
+/* The axes of pdi_force_find_friction_axes for row r, cached: pieces often ask for the same row again. */
+static int pdi_force_get_friction_axes(pdi_force_query *q, int32_t r)
 {
-    if (r < 0) return PDI_FORCE_AXES;
-    if (r != q->last) q->axes = pdi_force_rows(q->flow, r);
-    q->last = r;
-    return q->axes;
+    if (r < 0) return PDI_FORCE_ALL_AXES;
+    if (r != q->last_row) q->last_axes = pdi_force_find_friction_axes(q->flow, r);
+    q->last_row = r;
+    return q->last_axes;
 }
 
 /* Fluid node that is the mirror image of the far end of a closed bond on a flat side, whose axis is *axis; -1: none. */
-static int32_t pdi_force_image(const pd_flow *flow, int32_t r, int k, int *axis)
+static int32_t pdi_force_find_mirror_node(const pd_flow *flow, int32_t r, int k, int *axis)
 {
     const pd_grid *grid = flow->grid;
-    pdi_bond_end end;
+    pdi_bond_wall_end end;
     int i[PD_DIM];
-    pdi_bond_find_end(flow->bonds, r, k, &end);
-    *axis = pdi_force_side_axis(grid, &end);
+    pdi_bond_find_wall_end(flow->bonds, r, k, &end);
+    *axis = pdi_force_find_side_axis(grid, &end);
     if (*axis < 0) return -1;
     pdi_grid_index(grid, flow->bonds->node[r] + flow->bonds->paths.shift[k], i);
     i[*axis] = i[*axis] < 0 ? -1 - i[*axis] : 2 * grid->n[*axis] - 1 - i[*axis];
-    if (!pdi_grid_inside(grid, i)) return -1;
+    if (!pdi_grid_is_inside(grid, i)) return -1;
     int32_t image = pd_grid_node(grid, i);
     return grid->kind[image] == PD_FLUID ? image : -1;
 }
 
 /* Adds the pressure force at row r of an isolated body, by the discrete momentum balance: V (G P - sum_open (P_i + P_j)
  * g). Bond terms are antisymmetric, so the sum over the body is the flux through a box around it. */
-static void pdi_force_take(pdi_force_query *q, int32_t r)
+static void pdi_force_add_row_pressure(pdi_force_query *q, int32_t r)
 {
     const pd_flow *flow = q->flow;
     const pd_bonds *bonds = flow->bonds;
     const pd_stencil *s = bonds->stencil;
     int32_t node = bonds->node[r];
-    int axes = pdi_force_free(flow, r);
+    int axes = pdi_force_get_isolated_axes(flow, r);
     double take[PD_DIM];
     for (int d = 0; d < PD_DIM; d++) take[d] = flow->grad[(int64_t)d * flow->grid->total + node];
     for (int k = 0; k < s->count; k++) {
-        int axis = -1, open = pdi_bond_open(bonds, r, k);
-        int32_t far = open ? node + bonds->paths.shift[k] : pdi_force_image(flow, r, k, &axis);
+        int axis = -1, open = pdi_bond_is_open(bonds, r, k);
+        int32_t far = open ? node + bonds->paths.shift[k] : pdi_force_find_mirror_node(flow, r, k, &axis);
         if (far < 0) continue;
-        double p = pdi_bond_flux(bonds, node, k) * (flow->p[node] + flow->p[far]);
+        double p = pdi_bond_get_flux_factor(bonds, node, k) * (flow->p[node] + flow->p[far]);
         for (int d = 0; d < PD_DIM; d++)
             if (d != axis) take[d] -= p * s->grad[k * PD_DIM + d];
     }
     double volume = s->volume * pdi_grid_circumference(flow->grid, node);
     for (int d = 0; d < PD_DIM; d++)
-        if (axes >> d & 1) pdi_sum_add(&q->sum[PD_DIM + d], flow->rho * volume * take[d]);
+        if (axes >> d & 1) pdi_compensated_sum_add(&q->sum[PD_DIM + d], flow->rho * volume * take[d]);
 }
 
 /* ---- cell by cell ---- */
 
-#define PDI_FORCE_WAYS 4 /* half cells along the normal within which a surface piece looks for fluid */
-#define PDI_FORCE_GROUPS 8 /* most groups of surface pieces in a cell */
-#define PDI_FORCE_INTO 0.05 /* [cells] a point this far behind a piece is inside of its body */
+#define PDI_FORCE_MAX_HALF_CELLS 4  /* half cells along the normal within which a surface piece looks for fluid */
+#define PDI_FORCE_MAX_GROUPS 8      /* most groups of surface pieces in a cell */
+#define PDI_FORCE_INSIDE_DEPTH 0.05 /* [cells] a point this far behind a piece is inside of its body */
 
 /* A group of pieces of one surface in a cell that see the same fluid node; without room for more groups, all the
  * rest. */
-typedef struct pdi_force_rubbed {
-    int32_t node, closed; /* as of the piece */
+typedef struct pdi_force_piece_group {
+    int32_t node, wall_cell; /* as of the piece */
     int axes;      /* those along which friction is that of the surface */
-    double size, x[PD_DIM], into[PD_DIM]; /* area, and sums over it of place and normal */
-} pdi_force_rubbed;
+    double area, position_sum[PD_DIM], normal_sum[PD_DIM]; /* area, and sums over it of place and normal */
+} pdi_force_piece_group;
 
 /* Sums over the surface pieces in a cell. */
-typedef struct pdi_force_cell {
+typedef struct pdi_force_cell_sums {
     pdi_force_query *query;
-    double all, asked;     /* area of all pieces, and of those on the shape of the query */
-    double drive[PD_DIM];  /* area times gradient of the pressure less body force, where rows have the friction */
-    double hand[PD_DIM];   /* area times that gradient, of bodies whose rows take pressure */
+    double total_area, shape_area; /* area of all pieces, and of those on the shape of the query */
+    /* area times gradient of the pressure less body force, where rows have the friction */
+    double row_friction_drive[PD_DIM];
+    double row_pressure_drive[PD_DIM]; /* area times that gradient, of bodies whose rows take pressure */
     int count;
-    pdi_force_rubbed rubbed[PDI_FORCE_GROUPS];
-} pdi_force_cell;
+    pdi_force_piece_group group[PDI_FORCE_MAX_GROUPS];
+} pdi_force_cell_sums;
 
 /* Fluid node beside a surface piece with the unit normal `into` the wall: its cell, or the next one along the normal.
  * -1: none. */
-static int32_t pdi_force_beside(const pd_grid *grid, const double *x, const double *into)
+static int32_t pdi_force_find_fluid_node(const pd_grid *grid, const double *x, const double *into)
 {
-    for (int half = 0; half <= PDI_FORCE_WAYS; half++) {
+    for (int half = 0; half <= PDI_FORCE_MAX_HALF_CELLS; half++) {
         int i[PD_DIM], inside = 1;
         for (int d = 0; d < PD_DIM; d++) {
             /* a face belongs to the cell in front of it */
-            double at = x[d] - (0.5 * half + PDI_FORCE_STEP) * grid->h[d] * into[d];
+            double at = x[d] - (0.5 * half + PDI_FORCE_SURFACE_OFFSET) * grid->h[d] * into[d];
             i[d] = (int)floor((at - grid->lo[d]) / grid->h[d]);
             inside = inside && i[d] >= -grid->ghost && i[d] < grid->n[d] + grid->ghost;
         }
@@ -320,130 +325,135 @@ static int32_t pdi_force_beside(const pd_grid *grid, const double *x, const doub
 }
 
 /* 1: a surface piece is on the shape of the query. On a smooth surface: the shape that is nearest, or contains it. */
-static int pdi_force_has(const pdi_force_query *q, const pdi_wetted_piece *piece, const double *into)
+static int pdi_force_is_piece_on_shape(const pdi_force_query *q, const pdi_cut_cell_facet *piece, const double *into)
 {
     const pd_grid *grid = q->flow->grid;
     double x[PD_DIM], least = HUGE_VAL;
-    if (piece->closed >= 0 || q->shape < 0) return pdi_force_owned(q, piece->closed, piece->side);
-    for (int d = 0; d < PD_DIM; d++) x[d] = piece->x[d] + PDI_FORCE_INTO * grid->h[d] * into[d];
-    if (grid->wall >= 0) least = pdi_grid_level(grid, grid->wall, x);
-    if (grid->solid >= 0) least = pdi_min(least, pdi_grid_level(grid, grid->solid, x));
-    return pdi_grid_level(grid, q->shape, x) <= pdi_max(least, 0.0) + pdi_shape_tie(grid->h, x);
+    if (piece->closed_node >= 0 || q->shape < 0)
+        return pdi_force_is_on_shape(q, piece->closed_node, piece->is_box_side);
+    for (int d = 0; d < PD_DIM; d++) x[d] = piece->centroid[d] + PDI_FORCE_INSIDE_DEPTH * grid->h[d] * into[d];
+    if (grid->wall >= 0) least = pdi_grid_signed_distance(grid, grid->wall, x);
+    if (grid->solid >= 0) least = pdi_min(least, pdi_grid_signed_distance(grid, grid->solid, x));
+    return pdi_grid_signed_distance(grid, q->shape, x) <= pdi_max(least, 0.0) + pdi_shape_tolerance(grid->h, x);
 }
 
 /* 1: the piece belongs to this group: same node, same surface, normals within 60 degrees. */
-static int pdi_force_joins(const pdi_force_rubbed *rubbed, const pdi_wetted_piece *piece, int32_t node, int axes)
+static int pdi_force_is_same_group(const pdi_force_piece_group *rubbed, const pdi_cut_cell_facet *piece, int32_t node,
+                                   int axes)
 {
-    double both = pdi_vec_norm(rubbed->into) * pdi_vec_norm(piece->area);
-    return rubbed->node == node && rubbed->axes == axes && rubbed->closed == piece->closed &&
-           pdi_vec_dot(rubbed->into, piece->area) > 0.5 * both;
+    double both = pdi_vec_norm(rubbed->normal_sum) * pdi_vec_norm(piece->area);
+    return rubbed->node == node && rubbed->axes == axes && rubbed->wall_cell == piece->closed_node &&
+           pdi_vec_dot(rubbed->normal_sum, piece->area) > 0.5 * both;
 }
 
 /* Adds a piece to the group of its fluid node for the friction. */
-static void pdi_force_gather(pdi_force_cell *cell, const pdi_wetted_piece *piece, int32_t node, int axes, double size)
+static void pdi_force_add_to_group(pdi_force_cell_sums *cell, const pdi_cut_cell_facet *piece, int32_t node, int axes,
+                                   double size)
 {
     int k = 0;
-    while (k < cell->count && !pdi_force_joins(&cell->rubbed[k], piece, node, axes)) k++;
-    if (k == PDI_FORCE_GROUPS) k--;
-    pdi_force_rubbed *rubbed = &cell->rubbed[k];
+    while (k < cell->count && !pdi_force_is_same_group(&cell->group[k], piece, node, axes)) k++;
+    if (k == PDI_FORCE_MAX_GROUPS) k--;
+    pdi_force_piece_group *rubbed = &cell->group[k];
     if (k == cell->count) {
         cell->count++;
         memset(rubbed, 0, sizeof *rubbed);
         rubbed->node = node;
         rubbed->axes = axes;
-        rubbed->closed = piece->closed;
+        rubbed->wall_cell = piece->closed_node;
     }
-    rubbed->size += size;
+    rubbed->area += size;
     for (int d = 0; d < PD_DIM; d++) {
-        rubbed->x[d] += size * piece->x[d];
-        rubbed->into[d] += piece->area[d];
+        rubbed->position_sum[d] += size * piece->centroid[d];
+        rubbed->normal_sum[d] += piece->area[d];
     }
 }
 
 /* Adds the friction of a group: wall shear by least squares, or at an edge by a parabola from the node. */
-static void pdi_force_rub_pieces(pdi_force_query *q, const pdi_force_rubbed *rubbed)
+static void pdi_force_add_group_friction(pdi_force_query *q, const pdi_force_piece_group *rubbed)
 {
     const pd_flow *flow = q->flow;
     const pd_grid *grid = flow->grid;
     double x[PD_DIM], at[PD_DIM], slope[PD_DIM], into[PD_DIM], wall[PD_DIM], d = 0.0, along = 0.0;
-    double length = pdi_vec_norm(rubbed->into);
-    for (int a = 0; a < PD_DIM; a++) x[a] = rubbed->x[a] / rubbed->size;
-    if (!pdi_near_wall_shear(flow, rubbed->node, x, slope)) {
+    double length = pdi_vec_norm(rubbed->normal_sum);
+    for (int a = 0; a < PD_DIM; a++) x[a] = rubbed->position_sum[a] / rubbed->area;
+    if (!pdi_near_wall_compute_shear(flow, rubbed->node, x, slope)) {
         if (!(length > 0.0)) return;
         pd_grid_position(grid, rubbed->node, at);
         for (int a = 0; a < PD_DIM; a++) {
-            into[a] = rubbed->into[a] / length;
+            into[a] = rubbed->normal_sum[a] / length;
             d += (x[a] - at[a]) * into[a];
         }
         memset(wall, 0, sizeof wall);
         if (flow->wall) flow->wall(flow->wall_user, x, wall);
-        d = pdi_max(d, 0.5 * pdi_vec_least(grid->h));
+        d = pdi_max(d, 0.5 * pdi_vec_min(grid->h));
         for (int a = 0; a < PD_DIM; a++) {
             int64_t of = (int64_t)a * grid->total + rubbed->node;
-            int32_t image = pdi_grid_image(grid, rubbed->node, NULL);
-            double bend = (flow->grad[of] - pdi_flow_force(flow, a, image)) / flow->nu;
+            int32_t image = pdi_grid_find_source(grid, rubbed->node, NULL);
+            double bend = (flow->grad[of] - pdi_flow_get_body_force(flow, a, image)) / flow->nu;
             slope[a] = (flow->u[of] - wall[a]) / d - 0.5 * d * bend;
             along += slope[a] * into[a];
         }
         for (int a = 0; a < PD_DIM; a++) slope[a] -= along * into[a];
     }
     for (int a = 0; a < PD_DIM; a++)
-        if (rubbed->axes >> a & 1) pdi_sum_add(&q->sum[a], flow->rho * flow->nu * slope[a] * rubbed->size);
+        if (rubbed->axes >> a & 1) pdi_compensated_sum_add(&q->sum[a], flow->rho * flow->nu * slope[a] * rubbed->area);
 }
 
 /* Callback for each surface piece of a cell: adds its area, its pressure force, and its friction group. */
-static void pdi_force_piece(void *user, const pdi_wetted_piece *piece)
+static void pdi_force_add_piece(void *user, const pdi_cut_cell_facet *piece)
 {
-    pdi_force_cell *cell = (pdi_force_cell *)user;
+    pdi_force_cell_sums *cell = (pdi_force_cell_sums *)user;
     pdi_force_query *q = cell->query;
     const pd_flow *flow = q->flow;
     const pd_grid *grid = flow->grid;
     double size = pdi_vec_norm(piece->area), into[PD_DIM], x[PD_DIM];
     if (!(size > 0.0)) return;
     for (int d = 0; d < PD_DIM; d++) into[d] = piece->area[d] / size;
-    int32_t node = pdi_force_beside(grid, piece->x, into);
+    int32_t node = pdi_force_find_fluid_node(grid, piece->centroid, into);
     if (node < 0) return;
-    int32_t row = pdi_force_row(flow, node), image = pdi_grid_image(grid, node, NULL);
-    int asked = pdi_force_has(q, piece, into), rows = pdi_force_rows_of(q, row);
-    int free = row < 0 || !flow->bonds->smooth[row] ? 0 : pdi_force_free(flow, row);
+    int32_t row = pdi_force_find_row(flow, node), image = pdi_grid_find_source(grid, node, NULL);
+    int asked = pdi_force_is_piece_on_shape(q, piece, into), rows = pdi_force_get_friction_axes(q, row);
+    int free = row < 0 || !flow->bonds->smooth[row] ? 0 : pdi_force_get_isolated_axes(flow, row);
     double p = flow->p[node];
     pd_grid_position(grid, node, x);
-    cell->all += size;
-    cell->asked += asked ? size : 0.0;
-    if (asked && rows != PDI_FORCE_AXES) pdi_force_gather(cell, piece, node, PDI_FORCE_AXES & ~rows, size);
+    cell->total_area += size;
+    cell->shape_area += asked ? size : 0.0;
+    if (asked && rows != PDI_FORCE_ALL_AXES)
+        pdi_force_add_to_group(cell, piece, node, PDI_FORCE_ALL_AXES & ~rows, size);
     for (int d = 0; d < PD_DIM; d++) {
         double slope = flow->grad[(int64_t)d * grid->total + node];
-        p += slope * (piece->x[d] - x[d]);
-        if (rows >> d & 1) cell->drive[d] += size * (slope - pdi_flow_force(flow, d, image));
-        if (free >> d & 1) cell->hand[d] += size * slope;
+        p += slope * (piece->centroid[d] - x[d]);
+        if (rows >> d & 1) cell->row_friction_drive[d] += size * (slope - pdi_flow_get_body_force(flow, d, image));
+        if (free >> d & 1) cell->row_pressure_drive[d] += size * slope;
     }
     for (int d = 0; d < PD_DIM && asked; d++)
-        if (!(free >> d & 1)) pdi_sum_add(&q->sum[PD_DIM + d], flow->rho * p * piece->area[d]);
+        if (!(free >> d & 1)) pdi_compensated_sum_add(&q->sum[PD_DIM + d], flow->rho * p * piece->area[d]);
 }
 
 /* Adds pressure and friction of the surface in the cell of `node`. Rows count the friction and forces of complete
  * cells: the difference to the cut cell is corrected by the momentum balance. */
-static void pdi_force_press(pdi_force_query *q, int32_t node)
+static void pdi_force_integrate_cell(pdi_force_query *q, int32_t node)
 {
     const pd_flow *flow = q->flow;
     const pd_grid *grid = flow->grid;
-    pdi_force_cell cell;
+    pdi_force_cell_sums cell;
     memset(&cell, 0, sizeof cell);
     cell.query = q;
-    double open = pdi_wetted_cell(grid, node, q->lo, q->hi, pdi_force_piece, &cell);
-    if (!(cell.asked > 0.0)) return;
+    double open = pdi_cut_cell_integrate(grid, node, q->lo, q->hi, pdi_force_add_piece, &cell);
+    if (!(cell.shape_area > 0.0)) return;
     double whole = flow->bonds->stencil->volume * pdi_grid_circumference(grid, node);
-    double excess = open - (grid->kind[node] == PD_FLUID ? whole * pdi_wetted_overlap(grid, node, q->lo, q->hi) : 0.0);
-    for (int k = 0; k < cell.count; k++) pdi_force_rub_pieces(q, &cell.rubbed[k]);
-    excess *= flow->rho * (cell.asked / cell.all) / cell.all;
+    double excess =
+        open - (grid->kind[node] == PD_FLUID ? whole * pdi_cut_cell_overlap_fraction(grid, node, q->lo, q->hi) : 0.0);
+    for (int k = 0; k < cell.count; k++) pdi_force_add_group_friction(q, &cell.group[k]);
+    excess *= flow->rho * (cell.shape_area / cell.total_area) / cell.total_area;
     for (int d = 0; d < PD_DIM; d++) {
-        pdi_sum_add(&q->sum[d], -excess * cell.drive[d]);
-        pdi_sum_add(&q->sum[PD_DIM + d], excess * cell.hand[d]);
+        pdi_compensated_sum_add(&q->sum[d], -excess * cell.row_friction_drive[d]);
+        pdi_compensated_sum_add(&q->sum[PD_DIM + d], excess * cell.row_pressure_drive[d]);
     }
 }
 
 /* Adds pressure and friction for all cells of the box; cells farther from smooth surfaces than their size have none. */
-static void pdi_force_cells_press(pdi_force_query *q)
+static void pdi_force_integrate_cells(pdi_force_query *q)
 {
     const pd_grid *grid = q->flow->grid;
     double half = 0.5 * pdi_vec_norm(grid->h), clear = 0.0;
@@ -452,10 +462,10 @@ static void pdi_force_cells_press(pdi_force_query *q)
         clear -= grid->h[0];
         pdi_grid_index(grid, node, i);
         if (i[0] <= 0) clear = 0.0;
-        if (!pdi_grid_inside(grid, i)) continue;
+        if (!pdi_grid_is_inside(grid, i)) continue;
         int beside = grid->kind[node] == PD_FLUID && q->flow->bonds->row[node] >= 0;
-        if (!(clear > half)) clear = pdi_wetted_clear(grid, node);
-        if (beside || clear <= half) pdi_force_press(q, node);
+        if (!(clear > half)) clear = pdi_cut_cell_surface_distance(grid, node);
+        if (beside || clear <= half) pdi_force_integrate_cell(q, node);
     }
 }
 
@@ -468,71 +478,72 @@ void pd_force_surface(pd_ctx *ctx, pd_flow *flow, int shape, const double *lo, c
     q.lo = lo;
     q.hi = hi;
     q.shape = shape;
-    q.last = -1;
-    pdi_flow_prepare(ctx, flow);
-    pdi_force_bar(&q);
+    q.last_row = -1;
+    pdi_flow_update_derived_fields(ctx, flow);
+    pdi_force_mark_coupled_axes(&q);
     for (int32_t r = 0; r < flow->bonds->rows; r++) {
-        double rub[PD_DIM], share = pdi_wetted_overlap(flow->grid, flow->bonds->node[r], lo, hi);
-        if (flow->bonds->smooth[r] && pdi_force_free(flow, r)) pdi_force_take(&q, r);
-        int axes = share > 0.0 ? pdi_force_rows_of(&q, r) : 0;
+        double rub[PD_DIM], share = pdi_cut_cell_overlap_fraction(flow->grid, flow->bonds->node[r], lo, hi);
+        if (flow->bonds->smooth[r] && pdi_force_get_isolated_axes(flow, r)) pdi_force_add_row_pressure(&q, r);
+        int axes = share > 0.0 ? pdi_force_get_friction_axes(&q, r) : 0;
         if (!axes) continue;
-        pdi_force_rub(&q, r, rub);
+        pdi_force_compute_row_friction(&q, r, rub);
         for (int d = 0; d < PD_DIM; d++)
-            if (axes >> d & 1) pdi_sum_add(&q.sum[d], flow->rho * share * rub[d]);
+            if (axes >> d & 1) pdi_compensated_sum_add(&q.sum[d], flow->rho * share * rub[d]);
     }
-    pdi_force_cells_press(&q);
+    pdi_force_integrate_cells(&q);
     for (int d = 0; d < PD_DIM; d++) {
-        double f = pdi_sum_total(&q.sum[d]), p = pdi_sum_total(&q.sum[PD_DIM + d]);
+        double f = pdi_compensated_sum_total(&q.sum[d]), p = pdi_compensated_sum_total(&q.sum[PD_DIM + d]);
         force[d] = f + p;
         if (friction) friction[d] = f;
         if (pressure) pressure[d] = p;
     }
-    pdi_force_cancel(flow->grid, force);
-    if (friction) pdi_force_cancel(flow->grid, friction);
-    if (pressure) pdi_force_cancel(flow->grid, pressure);
+    pdi_force_remove_radial(flow->grid, force);
+    if (friction) pdi_force_remove_radial(flow->grid, friction);
+    if (pressure) pdi_force_remove_radial(flow->grid, pressure);
 }
 
 /* ---- around the body ---- */
 
 /* Field f interpolated at the face between node - stride and node by a cubic. */
-static double pdi_force_mid(const double *f, int32_t node, int32_t stride)
+static double pdi_force_interpolate_face(const double *f, int32_t node, int32_t stride)
 {
     return (9.0 * (f[node] + f[node - stride]) - (f[node + stride] + f[node - 2 * stride])) / 16.0;
 }
 
 /* Derivative of field f across the face between node - stride and node, times the spacing, by a cubic. */
-static double pdi_force_slope(const double *f, int32_t node, int32_t stride)
+static double pdi_force_compute_face_derivative(const double *f, int32_t node, int32_t stride)
 {
     return (27.0 * (f[node] - f[node - stride]) - (f[node + stride] - f[node - 2 * stride])) / 24.0;
 }
 
 /* pass [PD_DIM] = momentum flux over rho through the face before `node` along +axis: u u_n + P n - nu du/dn. */
-static void pdi_force_pass(const pd_flow *flow, int32_t node, int axis, double *pass)
+static void pdi_force_compute_momentum_flux(const pd_flow *flow, int32_t node, int axis, double *pass)
 {
     const pd_grid *grid = flow->grid;
     int32_t stride = grid->stride[axis];
-    double speed = pdi_force_mid(flow->u + (int64_t)axis * grid->total, node, stride);
+    double speed = pdi_force_interpolate_face(flow->u + (int64_t)axis * grid->total, node, stride);
     for (int d = 0; d < PD_DIM; d++) {
         const double *u = flow->u + (int64_t)d * grid->total;
-        pass[d] = speed * pdi_force_mid(u, node, stride) - flow->nu * pdi_force_slope(u, node, stride) / grid->h[axis];
+        pass[d] = speed * pdi_force_interpolate_face(u, node, stride) -
+                  flow->nu * pdi_force_compute_face_derivative(u, node, stride) / grid->h[axis];
     }
-    pass[axis] += pdi_force_mid(flow->p, node, stride);
+    pass[axis] += pdi_force_interpolate_face(flow->p, node, stride);
 }
 
 /* 1: the low side of axis d is the axis of symmetry, which nothing passes. */
-static int pdi_force_axis(const pd_grid *grid, int d)
+static int pdi_force_is_symmetry_axis(const pd_grid *grid, int d)
 {
     return grid->circumference && d == PD_DIM - 1 && grid->side[2 * d] == PD_SIDE_MIRROR;
 }
 
 /* first, last [PD_DIM] = cell range of the box lo .. hi. PD_ERR_GEOMETRY: not two cells inside of the lattice. */
-static pd_status pdi_force_cells(pd_ctx *ctx, const pd_grid *grid, const double *lo, const double *hi, int *first,
-                                 int *last)
+static pd_status pdi_force_find_box_cells(pd_ctx *ctx, const pd_grid *grid, const double *lo, const double *hi,
+                                          int *first, int *last)
 {
     for (int d = 0; d < PD_DIM; d++) {
         double low = floor((lo[d] - grid->lo[d]) / grid->h[d] + 0.5);
         double high = floor((hi[d] - grid->lo[d]) / grid->h[d] + 0.5);
-        int axis = pdi_force_axis(grid, d);
+        int axis = pdi_force_is_symmetry_axis(grid, d);
         if (axis) low = 0.0;
         if ((!axis && !(low >= 2.0)) || !(high <= grid->n[d] - 2.0) || !(high > low))
             return pdi_fail(ctx, PD_ERR_GEOMETRY, "force",
@@ -545,13 +556,13 @@ static pd_status pdi_force_cells(pd_ctx *ctx, const pd_grid *grid, const double 
 }
 
 /* Adds the momentum flux out of the box through both faces across `axis`. */
-static pd_status pdi_force_sides(pd_ctx *ctx, const pd_flow *flow, const int *first, const int *last, int axis,
-                                 pdi_sum *sum)
+static pd_status pdi_force_integrate_box_sides(pd_ctx *ctx, const pd_flow *flow, const int *first, const int *last,
+                                               int axis, pdi_compensated_sum *sum)
 {
     const pd_grid *grid = flow->grid;
     double face = flow->bonds->stencil->volume / grid->h[axis];
     int32_t stride = grid->stride[axis];
-    for (int side = pdi_force_axis(grid, axis) ? 1 : 0; side < 2; side++) {
+    for (int side = pdi_force_is_symmetry_axis(grid, axis) ? 1 : 0; side < 2; side++) {
         int i[PD_DIM], more = 1;
         memcpy(i, first, sizeof i);
         i[axis] = side ? last[axis] + 1 : first[axis];
@@ -562,9 +573,10 @@ static pd_status pdi_force_sides(pd_ctx *ctx, const pd_flow *flow, const int *fi
                 if (grid->kind[node + k * stride] != PD_FLUID)
                     return pdi_fail(ctx, PD_ERR_GEOMETRY, "force",
                                     "a side of the box, axis %d, comes within two cells of a closed node", axis);
-            double area = face * pdi_grid_around(grid, node, axis == PD_DIM - 1 ? -0.5 * grid->h[axis] : 0.0);
-            pdi_force_pass(flow, node, axis, pass);
-            for (int d = 0; d < PD_DIM; d++) pdi_sum_add(&sum[d], (side ? -1.0 : 1.0) * flow->rho * area * pass[d]);
+            double area = face * pdi_grid_circumference_at(grid, node, axis == PD_DIM - 1 ? -0.5 * grid->h[axis] : 0.0);
+            pdi_force_compute_momentum_flux(flow, node, axis, pass);
+            for (int d = 0; d < PD_DIM; d++)
+                pdi_compensated_sum_add(&sum[d], (side ? -1.0 : 1.0) * flow->rho * area * pass[d]);
             more = 0;
             for (int d = 0; d < PD_DIM && !more; d++) {
                 if (d == axis) continue;
@@ -579,30 +591,29 @@ static pd_status pdi_force_sides(pd_ctx *ctx, const pd_flow *flow, const int *fi
 pd_status pd_force_balance(pd_ctx *ctx, pd_flow *flow, const double *lo, const double *hi, double *force)
 {
     const pd_grid *grid = flow->grid;
-    pdi_sum sum[PD_DIM];
+    pdi_compensated_sum sum[PD_DIM];
     int first[PD_DIM], last[PD_DIM];
     double fluid = 0.0;
     memset(sum, 0, sizeof sum);
     memset(first, 0, sizeof first);
     memset(last, 0, sizeof last);
     for (int d = 0; d < PD_DIM; d++) force[d] = 0.0;
-    PDI_TRY(pdi_force_cells(ctx, grid, lo, hi, first, last));
-    pdi_flow_prepare(ctx, flow);
-    for (int axis = 0; axis < PD_DIM; axis++) PDI_TRY(pdi_force_sides(ctx, flow, first, last, axis, sum));
+    PDI_TRY(pdi_force_find_box_cells(ctx, grid, lo, hi, first, last));
+    pdi_flow_update_derived_fields(ctx, flow);
+    for (int axis = 0; axis < PD_DIM; axis++) PDI_TRY(pdi_force_integrate_box_sides(ctx, flow, first, last, axis, sum));
     for (int32_t node = 0; node < grid->total; node++) {
         int i[PD_DIM], within = 1;
         pdi_grid_index(grid, node, i);
         for (int d = 0; d < PD_DIM; d++) within = within && i[d] >= first[d] && i[d] <= last[d];
-        if (within) fluid += pdi_wetted_cell(grid, node, grid->lo, grid->hi, NULL, NULL);
+        if (within) fluid += pdi_cut_cell_integrate(grid, node, grid->lo, grid->hi, NULL, NULL);
         if (!within || grid->kind[node] != PD_FLUID) continue;
         for (int d = 0; d < PD_DIM && flow->body; d++)
-            pdi_sum_add(&sum[d], flow->rho * flow->body[(int64_t)d * grid->total + node] *
-                                     pdi_grid_circumference(grid, node) * flow->bonds->stencil->volume);
+            pdi_compensated_sum_add(&sum[d], flow->rho * flow->body[(int64_t)d * grid->total + node] *
+                                                 pdi_grid_circumference(grid, node) * flow->bonds->stencil->volume);
     }
-    for (int d = 0; d < PD_DIM; d++)
-        force[d] = pdi_sum_total(&sum[d]) + flow->rho * flow->force[d] * fluid;
-    pdi_force_cancel(grid, force);
+    for (int d = 0; d < PD_DIM; d++) force[d] = pdi_compensated_sum_total(&sum[d]) + flow->rho * flow->force[d] * fluid;
+    pdi_force_remove_radial(grid, force);
     return PD_OK;
 }
 
-#undef PDI_FORCE_STEP
+#undef PDI_FORCE_SURFACE_OFFSET

@@ -1,79 +1,79 @@
 /* gas: see gas.h
  *
- * Design: sweeps work on up to PDI_PIECE neighbours along axis 0 at once, bond by bond. Closed lanes see the state of
+ * Design: sweeps work on up to PDI_CHUNK neighbours along axis 0 at once, bond by bond. Closed lanes see the state of
  * the node at the far end too, so that all numbers stay finite, and count for nothing. The pressure of the node is
  * taken off every flux of its momentum; that changes nothing, since its faces close, and gas at rest stays at rest to
  * the last bit.
  */
 #include "flow/gas.h"
-#include "flow/gas_opening.h"
+#include "flow/gas_open_boundary.h"
 #include "flow/gas_wall.h"
 #include "core/par.h"
 #include "lattice/op.h"
 #include <math.h>
 #include <string.h>
 
-#define PDI_GAS_V 1 /* index of the first velocity or momentum component in a state */
-#define PDI_GAS_P (PD_DIM + 1) /* index of the pressure or energy in a state */
-#define PDI_GAS_HALVINGS 20 /* most halvings of a step before the run fails */
-#define PDI_GAS_ROUNDS 8 /* most rounds in which nodes fall back to first order within a stage */
-#define PDI_GAS_HUGE 1e200 /* values beyond this count as infinite */
+#define PDI_GAS_VELOCITY 1            /* index of the first velocity or momentum component in a state */
+#define PDI_GAS_PRESSURE (PD_DIM + 1) /* index of the pressure or energy in a state */
+#define PDI_GAS_MAX_HALVINGS 20       /* most halvings of a step before the run fails */
+#define PDI_GAS_MAX_FALLBACK_ROUNDS 8 /* most rounds in which nodes fall back to first order within a stage */
+#define PDI_GAS_INFINITE 1e200        /* values beyond this count as infinite */
 
 /* Primitive states on both sides of a face, the middle of a bond, for a block of nodes. */
-typedef struct pdi_gas_face {
-    double left[PD_GAS_FIELDS][PDI_PIECE], right[PD_GAS_FIELDS][PDI_PIECE];
-    double u_left[PDI_PIECE], u_right[PDI_PIECE]; /* [m/s] v.n */
-    double s_left[PDI_PIECE], s_right[PDI_PIECE]; /* [m/s] speeds of the outer waves */
-} pdi_gas_face;
+typedef struct pdi_gas_face_states {
+    double left[PD_GAS_FIELDS][PDI_CHUNK], right[PD_GAS_FIELDS][PDI_CHUNK];
+    double u_left[PDI_CHUNK], u_right[PDI_CHUNK]; /* [m/s] v.n */
+    double s_left[PDI_CHUNK], s_right[PDI_CHUNK]; /* [m/s] speeds of the outer waves */
+} pdi_gas_face_states;
 
 /* Kernel over `count` consecutive nodes from i, which are the rows from `row` (-1: full families). */
-typedef void (*pdi_gas_lanes_fn)(const pd_gas *gas, int32_t i, int32_t row, int count);
+typedef void (*pdi_gas_kernel_fn)(const pd_gas *gas, int32_t i, int32_t row, int count);
 
 /* Arguments of a sweep. */
-typedef struct pdi_gas_sweeping {
+typedef struct pdi_gas_sweep_args {
     const pd_gas *gas;
-    pdi_gas_lanes_fn lanes;
-} pdi_gas_sweeping;
+    pdi_gas_kernel_fn kernel;
+} pdi_gas_sweep_args;
 
 /* Sweep callback: runs the kernel on a range of nodes. */
-static void pdi_gas_run(const void *user, int32_t i, int32_t row, int32_t count)
+static void pdi_gas_apply_kernel_range(const void *user, int32_t i, int32_t row, int32_t count)
 {
-    const pdi_gas_sweeping *s = (const pdi_gas_sweeping *)user;
-    s->lanes(s->gas, i, row, count);
+    const pdi_gas_sweep_args *s = (const pdi_gas_sweep_args *)user;
+    s->kernel(s->gas, i, row, count);
 }
 
 /* Runs a kernel over all fluid nodes. */
-static void pdi_gas_sweep(const pd_ctx *ctx, const pd_gas *gas, pdi_gas_lanes_fn lanes)
+static void pdi_gas_apply_kernel(const pd_ctx *ctx, const pd_gas *gas, pdi_gas_kernel_fn lanes)
 {
-    pdi_gas_sweeping s;
+    pdi_gas_sweep_args s;
     s.gas = gas;
-    s.lanes = lanes;
-    pdi_traverse_sweep(ctx, gas->bonds, gas->grid->fluid_count * gas->bonds->stencil->count * 16, PDI_PIECE,
-                       pdi_gas_run, &s);
+    s.kernel = lanes;
+    pdi_node_loop_by_ranges(ctx, gas->bonds, gas->grid->fluid_count * gas->bonds->stencil->count * 16, PDI_CHUNK,
+                            pdi_gas_apply_kernel_range, &s);
 }
 
 /* ---- states ---- */
 /* Primitive state q = (rho, v, p) of the conserved one u = (rho, rho v, rho E). 0: density or pressure is not positive
  * and finite. */
-static int pdi_gas_primitive(double gamma, const double *u, double *q)
+static int pdi_gas_compute_primitive(double gamma, const double *u, double *q)
 {
     double kinetic = 0.0;
     q[0] = u[0];
     for (int d = 0; d < PD_DIM; d++) {
-        q[PDI_GAS_V + d] = u[PDI_GAS_V + d] / u[0];
-        kinetic += 0.5 * u[PDI_GAS_V + d] * q[PDI_GAS_V + d];
+        q[PDI_GAS_VELOCITY + d] = u[PDI_GAS_VELOCITY + d] / u[0];
+        kinetic += 0.5 * u[PDI_GAS_VELOCITY + d] * q[PDI_GAS_VELOCITY + d];
     }
-    double p = q[PDI_GAS_P] = (gamma - 1.0) * (u[PDI_GAS_P] - kinetic);
-    return u[0] > 0.0 && u[0] < PDI_GAS_HUGE && p > 0.0 && p < PDI_GAS_HUGE && kinetic < PDI_GAS_HUGE;
+    double p = q[PDI_GAS_PRESSURE] = (gamma - 1.0) * (u[PDI_GAS_PRESSURE] - kinetic);
+    return u[0] > 0.0 && u[0] < PDI_GAS_INFINITE && p > 0.0 && p < PDI_GAS_INFINITE && kinetic < PDI_GAS_INFINITE;
 }
 
 /* Primitive state of node i. 0: not admissible. */
-static int pdi_gas_convert(const pd_gas *gas, int32_t i)
+static int pdi_gas_update_primitive(const pd_gas *gas, int32_t i)
 {
     int64_t total = gas->grid->total;
     double u[PD_GAS_FIELDS], q[PD_GAS_FIELDS];
     for (int c = 0; c < PD_GAS_FIELDS; c++) u[c] = gas->state[c * total + i];
-    int good = pdi_gas_primitive(gas->desc.gamma, u, q);
+    int good = pdi_gas_compute_primitive(gas->desc.gamma, u, q);
     for (int c = 0; c < PD_GAS_FIELDS; c++) gas->primitive[c * total + i] = q[c];
     return good;
 }
@@ -82,7 +82,7 @@ static int pdi_gas_convert(const pd_gas *gas, int32_t i)
 static int pdi_gas_has_state(uint8_t kind) { return kind == PD_FLUID || kind == PD_INLET; }
 
 /* Primitive states of all fluid nodes and inlets. Returns the first node that is not admissible, or -1. */
-static int32_t pdi_gas_convert_all(const pd_ctx *ctx, const pd_gas *gas)
+static int32_t pdi_gas_update_primitives(const pd_ctx *ctx, const pd_gas *gas)
 {
     const uint8_t *kind = gas->grid->kind;
     int32_t total = gas->grid->total, bad = -1;
@@ -91,23 +91,23 @@ static int32_t pdi_gas_convert_all(const pd_ctx *ctx, const pd_gas *gas)
     /* the mark of a bad node is a density of -1, which no admissible one has */
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < total; i++)
-        if (pdi_gas_has_state(kind[i]) && !pdi_gas_convert(gas, i)) gas->primitive[i] = -1.0;
+        if (pdi_gas_has_state(kind[i]) && !pdi_gas_update_primitive(gas, i)) gas->primitive[i] = -1.0;
     for (int32_t i = 0; i < total && bad < 0; i++)
         if (pdi_gas_has_state(kind[i]) && !(gas->primitive[i] > 0.0)) bad = i;
     return bad;
 }
 
 /* Fills the ghosts of the primitive states, or with_slopes 1 of their gradients. */
-PDI_ONCE static void pdi_gas_ghosts(const pd_gas *gas, int with_slopes)
+PDI_NOINLINE static void pdi_gas_update_ghosts(const pd_gas *gas, int with_slopes)
 {
     const pd_ghosts *g = &gas->bonds->ghosts;
     int64_t total = gas->grid->total;
     for (int32_t k = 0; k < g->count; k++) {
         int32_t to = g->node[k], from = g->source[k];
         int flip, odd;
-        pdi_gas_opening_signs(g, k, &flip, &odd);
+        pdi_gas_open_boundary_get_ghost_signs(g, k, &flip, &odd);
         for (int c = 0; c < PD_GAS_FIELDS; c++) {
-            int sign = c >= PDI_GAS_V && c < PDI_GAS_P ? odd >> (c - PDI_GAS_V) & 1 : 0;
+            int sign = c >= PDI_GAS_VELOCITY && c < PDI_GAS_PRESSURE ? odd >> (c - PDI_GAS_VELOCITY) & 1 : 0;
             double *q = gas->primitive + c * total;
             if (!with_slopes) q[to] = sign ? -q[from] : q[from];
             for (int d = 0; d < PD_DIM && with_slopes; d++) {
@@ -121,27 +121,27 @@ PDI_ONCE static void pdi_gas_ghosts(const pd_gas *gas, int with_slopes)
 /* Kernel: factors that limit the gradients of density and pressure, into fields of rate: half a bond must not change
  * the value by more than the distance to the nearer one of the extremes of the family (eq. 4.23). At an extremum it is
  * 0. */
-static void pdi_gas_room_lanes(const pd_gas *gas, int32_t i, int32_t row, int count)
+static void pdi_gas_limit_gradients_kernel(const pd_gas *gas, int32_t i, int32_t row, int count)
 {
     const pd_bonds *bonds = gas->bonds;
     int64_t total = gas->grid->total;
-    double least[PDI_PIECE], most[PDI_PIECE], steep[PDI_PIECE], along[PDI_PIECE], open[PDI_PIECE];
-    for (int c = 0; c < PD_GAS_FIELDS; c += PDI_GAS_P) {
+    double least[PDI_CHUNK], most[PDI_CHUNK], steep[PDI_CHUNK], along[PDI_CHUNK], open[PDI_CHUNK];
+    for (int c = 0; c < PD_GAS_FIELDS; c += PDI_GAS_PRESSURE) {
         const double *q = gas->primitive + c * total + i, *slope = gas->slope + (int64_t)c * PD_DIM * total + i;
         for (int b = 0; b < count; b++) {
             least[b] = most[b] = q[b];
             steep[b] = 0.0;
         }
-        pdi_bond_gate gate = {NULL, 0, 0, 0};
+        pdi_bond_mask_block gate = {NULL, 0, 0, 0};
         for (int k = 0; k < bonds->stencil->count; k++) {
-            pdi_openness lanes = pdi_bond_gate_open(bonds, row, k, count, &gate, open);
+            pdi_bond_openness lanes = pdi_bond_find_nodes_open(bonds, row, k, count, &gate, open);
             const double *far = q + bonds->paths.shift[k], *xi = bonds->stencil->xi + k * PD_DIM;
-            if (lanes == PDI_OPEN_NONE) continue;
+            if (lanes == PDI_BOND_OPEN_NONE) continue;
             for (int b = 0; b < count; b++) along[b] = 0.0;
             for (int d = 0; d < PD_DIM; d++)
                 for (int b = 0; b < count; b++) along[b] += 0.5 * xi[d] * slope[d * total + b];
             for (int b = 0; b < count; b++) {
-                int passes = lanes == PDI_OPEN_ALL || open[b] > 0.0;
+                int passes = lanes == PDI_BOND_OPEN_ALL || open[b] > 0.0;
                 double value = passes ? far[b] : q[b], size = passes ? fabs(along[b]) : 0.0;
                 least[b] = value < least[b] ? value : least[b];
                 most[b] = value > most[b] ? value : most[b];
@@ -156,30 +156,30 @@ static void pdi_gas_room_lanes(const pd_gas *gas, int32_t i, int32_t row, int co
 }
 
 /* Fills ghosts and limited gradients of admissible primitive states. */
-static void pdi_gas_fill(const pd_ctx *ctx, const pd_gas *gas)
+static void pdi_gas_compute_gradients(const pd_ctx *ctx, const pd_gas *gas)
 {
     const uint8_t *kind = gas->grid->kind;
     int64_t total = gas->grid->total;
     int nt = pdi_par_threads(ctx, total * 8);
     (void)nt;
-    pdi_gas_ghosts(gas, 0);
+    pdi_gas_update_ghosts(gas, 0);
     if (!gas->slope) return;
-    pdi_gas_opening_extend(gas->bonds, PD_GAS_FIELDS, PDI_GAS_V, gas->primitive);
+    pdi_gas_open_boundary_extrapolate_ghosts(gas->bonds, PD_GAS_FIELDS, PDI_GAS_VELOCITY, gas->primitive);
     for (int c = 0; c < PD_GAS_FIELDS; c++)
         pd_op_gradient(ctx, gas->bonds, gas->primitive + c * total, gas->slope + (int64_t)c * PD_DIM * total);
-    pdi_gas_sweep(ctx, gas, pdi_gas_room_lanes);
-    pdi_gas_ghosts(gas, 0);
+    pdi_gas_apply_kernel(ctx, gas, pdi_gas_limit_gradients_kernel);
+    pdi_gas_update_ghosts(gas, 0);
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++)
-        for (int c = 0; c < PD_GAS_FIELDS && kind[i] == PD_FLUID; c += PDI_GAS_P)
+        for (int c = 0; c < PD_GAS_FIELDS && kind[i] == PD_FLUID; c += PDI_GAS_PRESSURE)
             for (int d = 0; d < PD_DIM; d++)
                 gas->slope[((int64_t)c * PD_DIM + d) * total + i] *= gas->rate[c * total + i];
-    pdi_gas_ghosts(gas, 1);
+    pdi_gas_update_ghosts(gas, 1);
 }
 
 /* ---- faces ---- */
 /* Slope limiter: harmonic mean 2ab/(a + b), 0 for different signs (van Leer 1974; H of eq. 4.22). */
-static inline double pdi_gas_limited(double a, double b)
+static inline double pdi_gas_limit_van_leer(double a, double b)
 {
     double product = a * b, positive = product > 0.0 ? product : 0.0, sum = product > 0.0 ? a + b : 1.0;
     return 2.0 * positive / sum;
@@ -187,14 +187,15 @@ static inline double pdi_gas_limited(double a, double b)
 
 /* States on both sides of the middle of bond k by limited linear reconstruction (eq. 4.22). They lie between those of
  * its ends. open: 1.0 or 0.0 for each node, NULL: all open. */
-static void pdi_gas_reconstruct(const pd_gas *gas, int32_t i, int k, int count, const double *open, pdi_gas_face *f)
+static void pdi_gas_interpolate_face(const pd_gas *gas, int32_t i, int k, int count, const double *open,
+                                     pdi_gas_face_states *f)
 {
     const double *xi = gas->bonds->stencil->xi + k * PD_DIM;
     int64_t total = gas->grid->total, shift = gas->bonds->paths.shift[k];
     for (int c = 0; c < PD_GAS_FIELDS; c++) {
         const double *near = gas->primitive + c * total + i;
         const double *slope = gas->slope ? gas->slope + (int64_t)c * PD_DIM * total + i : NULL;
-        double *left = f->left[c], *right = f->right[c], step[PDI_PIECE], here[PDI_PIECE], there[PDI_PIECE];
+        double *left = f->left[c], *right = f->right[c], step[PDI_CHUNK], here[PDI_CHUNK], there[PDI_CHUNK];
         for (int b = 0; b < count; b++) {
             left[b] = near[b];
             step[b] = open && !(open[b] > 0.0) ? 0.0 : near[b + shift] - near[b];
@@ -208,18 +209,18 @@ static void pdi_gas_reconstruct(const pd_gas *gas, int32_t i, int k, int count, 
                 there[b] += 2.0 * xi[d] * slope[d * total + b + shift];
             }
         for (int b = 0; b < count; b++) {
-            left[b] += 0.5 * pdi_gas_limited(here[b] - step[b], step[b]);
-            right[b] -= 0.5 * pdi_gas_limited(there[b] - step[b], step[b]);
+            left[b] += 0.5 * pdi_gas_limit_van_leer(here[b] - step[b], step[b]);
+            right[b] -= 0.5 * pdi_gas_limit_van_leer(there[b] - step[b], step[b]);
         }
     }
 }
 
 /* Weight eta of the velocity jump in the mean speed of sound (eq. 4.21): at least that of Roe's mean. */
-static double pdi_gas_spread(double gamma) { return gamma > 2.0 ? 0.5 * (gamma - 1.0) : 0.5; }
+static double pdi_gas_compute_jump_weight(double gamma) { return gamma > 2.0 ? 0.5 * (gamma - 1.0) : 0.5; }
 
 /* Slowest wave of a face [m/s] (eq. 4.21, Einfeldt 1988). The fastest one is that of the mirrored face, negative. */
-static inline double pdi_gas_slowest(double gamma, double spread, double rho_l, double u_l, double p_l, double rho_r,
-                                     double u_r, double p_r)
+static inline double pdi_gas_compute_slowest_wave(double gamma, double spread, double rho_l, double u_l, double p_l,
+                                                  double rho_r, double u_r, double p_r)
 {
     double root = sqrt(rho_r / rho_l), share = 1.0 / (1.0 + root), rest = root * share, jump = u_r - u_l;
     double square_l = gamma * p_l / rho_l, square_r = gamma * p_r / rho_r;
@@ -230,30 +231,34 @@ static inline double pdi_gas_slowest(double gamma, double spread, double rho_l, 
 }
 
 /* Normal velocities and outer wave speeds of a face with the normal n. */
-static void pdi_gas_waves(const pd_gas *gas, const double *n, int count, pdi_gas_face *f)
+static void pdi_gas_compute_wave_speeds(const pd_gas *gas, const double *n, int count, pdi_gas_face_states *f)
 {
-    double gamma = gas->desc.gamma, spread = pdi_gas_spread(gamma);
+    double gamma = gas->desc.gamma, spread = pdi_gas_compute_jump_weight(gamma);
     for (int b = 0; b < count; b++) f->u_left[b] = f->u_right[b] = 0.0;
     for (int d = 0; d < PD_DIM; d++)
         for (int b = 0; b < count; b++) {
-            f->u_left[b] += n[d] * f->left[PDI_GAS_V + d][b];
-            f->u_right[b] += n[d] * f->right[PDI_GAS_V + d][b];
+            f->u_left[b] += n[d] * f->left[PDI_GAS_VELOCITY + d][b];
+            f->u_right[b] += n[d] * f->right[PDI_GAS_VELOCITY + d][b];
         }
     for (int b = 0; b < count; b++) {
-        double rho_l = f->left[0][b], rho_r = f->right[0][b], p_l = f->left[PDI_GAS_P][b], p_r = f->right[PDI_GAS_P][b];
-        f->s_left[b] = pdi_gas_slowest(gamma, spread, rho_l, f->u_left[b], p_l, rho_r, f->u_right[b], p_r);
-        f->s_right[b] = -pdi_gas_slowest(gamma, spread, rho_r, -f->u_right[b], p_r, rho_l, -f->u_left[b], p_l);
+        double rho_l = f->left[0][b], rho_r = f->right[0][b], p_l = f->left[PDI_GAS_PRESSURE][b],
+               p_r = f->right[PDI_GAS_PRESSURE][b];
+        f->s_left[b] = pdi_gas_compute_slowest_wave(gamma, spread, rho_l, f->u_left[b], p_l, rho_r, f->u_right[b], p_r);
+        f->s_right[b] =
+            -pdi_gas_compute_slowest_wave(gamma, spread, rho_r, -f->u_right[b], p_r, rho_l, -f->u_left[b], p_l);
     }
 }
 
 /* Adds `weight` times the HLLC flux through faces with the normal n, less the pressure p of the nodes (eq. 4.19,
  * 4.20). */
-PDI_ONCE static void pdi_gas_hllc(const pd_gas *gas, const double *n, double weight, const double *p, int count,
-                                  const double *open, const pdi_gas_face *f, double (*sum)[PDI_PIECE])
+PDI_NOINLINE static void pdi_gas_add_hllc_flux(const pd_gas *gas, const double *n, double weight, const double *p,
+                                               int count, const double *open, const pdi_gas_face_states *f,
+                                               double (*sum)[PDI_CHUNK])
 {
     double inner = 1.0 / (gas->desc.gamma - 1.0);
     for (int b = 0; b < count; b++) {
-        double rho_l = f->left[0][b], rho_r = f->right[0][b], p_l = f->left[PDI_GAS_P][b], p_r = f->right[PDI_GAS_P][b];
+        double rho_l = f->left[0][b], rho_r = f->right[0][b], p_l = f->left[PDI_GAS_PRESSURE][b],
+               p_r = f->right[PDI_GAS_PRESSURE][b];
         double mass_l = rho_l * (f->s_left[b] - f->u_left[b]), mass_r = rho_r * (f->s_right[b] - f->u_right[b]);
         double contact = (p_r - p_l + mass_l * f->u_left[b] - mass_r * f->u_right[b]) / (mass_l - mass_r);
         int from_left = contact >= 0.0;
@@ -264,20 +269,20 @@ PDI_ONCE static void pdi_gas_hllc(const pd_gas *gas, const double *n, double wei
         double star = rho * ((wave - u) / (wave - contact)), mass = rho * u + passing * (star - rho);
         double push = pressure - p[b] + passing * star * (contact - u);
         for (int d = 0; d < PD_DIM; d++) {
-            double v = from_left ? f->left[PDI_GAS_V + d][b] : f->right[PDI_GAS_V + d][b];
+            double v = from_left ? f->left[PDI_GAS_VELOCITY + d][b] : f->right[PDI_GAS_VELOCITY + d][b];
             kinetic += 0.5 * v * v;
-            sum[PDI_GAS_V + d][b] += scale * (mass * v + push * n[d]);
+            sum[PDI_GAS_VELOCITY + d][b] += scale * (mass * v + push * n[d]);
         }
         double energy = kinetic + inner * pressure / rho; /* per mass */
         double gain = (contact - u) * (contact + pressure / (rho * (wave - u)));
         sum[0][b] += scale * mass;
-        sum[PDI_GAS_P][b] += scale * (mass * energy + pressure * u + passing * star * gain);
+        sum[PDI_GAS_PRESSURE][b] += scale * (mass * energy + pressure * u + passing * star * gain);
     }
 }
 
 /* Outflow velocity *u at slip wall w of row r, and its normal n (eq. 4.24). The wall is the middle of a bond to the
  * mirror image, with the same reconstruction. Returns the weight 2 |wall_face| [1/m]; 0: there is no such wall. */
-static double pdi_gas_wall(const pd_gas *gas, int32_t i, int32_t r, int w, double *n, double *u)
+static double pdi_gas_compute_slip_wall(const pd_gas *gas, int32_t i, int32_t r, int w, double *n, double *u)
 {
     int64_t total = gas->grid->total, place = (int64_t)r * PD_DIM + w;
     const double *face = gas->wall_face + place * PD_DIM;
@@ -287,51 +292,51 @@ static double pdi_gas_wall(const pd_gas *gas, int32_t i, int32_t r, int w, doubl
     if (!(square > 0.0)) return 0.0;
     for (int d = 0; d < PD_DIM; d++) {
         n[d] = face[d] / sqrt(square);
-        *u += n[d] * gas->primitive[(PDI_GAS_V + d) * total + i];
+        *u += n[d] * gas->primitive[(PDI_GAS_VELOCITY + d) * total + i];
     }
     if (gas->slope) {
         for (int c = 0; c < PD_DIM; c++)
             for (int d = 0; d < PD_DIM; d++)
-                slope += n[c] * n[d] * gas->slope[((int64_t)(PDI_GAS_V + c) * PD_DIM + d) * total + i];
-        *u += 0.5 * pdi_gas_limited(4.0 * gas->wall_gap[place] * slope + 2.0 * *u, -2.0 * *u);
+                slope += n[c] * n[d] * gas->slope[((int64_t)(PDI_GAS_VELOCITY + c) * PD_DIM + d) * total + i];
+        *u += 0.5 * pdi_gas_limit_van_leer(4.0 * gas->wall_gap[place] * slope + 2.0 * *u, -2.0 * *u);
     }
     return 2.0 * sqrt(square);
 }
 
 /* Slowest wave [m/s] between node i and its mirror image, for the velocity u towards the wall. */
-static double pdi_gas_wall_wave(const pd_gas *gas, int32_t i, double u)
+static double pdi_gas_compute_slip_wall_wave(const pd_gas *gas, int32_t i, double u)
 {
     double gamma = gas->desc.gamma, rho = gas->primitive[i];
-    double p = gas->primitive[(int64_t)PDI_GAS_P * gas->grid->total + i];
-    return pdi_gas_slowest(gamma, pdi_gas_spread(gamma), rho, u, p, rho, -u, p);
+    double p = gas->primitive[(int64_t)PDI_GAS_PRESSURE * gas->grid->total + i];
+    return pdi_gas_compute_slowest_wave(gamma, pdi_gas_compute_jump_weight(gamma), rho, u, p, rho, -u, p);
 }
 
 /* ---- sums over bonds ---- */
 /* Kernel: time derivatives of the state by bonds and slip walls (eq. 4.19, 4.24). */
-static void pdi_gas_rate_lanes(const pd_gas *gas, int32_t i, int32_t row, int count)
+static void pdi_gas_compute_rates_kernel(const pd_gas *gas, int32_t i, int32_t row, int count)
 {
     const pd_bonds *bonds = gas->bonds;
     int64_t total = gas->grid->total;
-    const double *p = gas->primitive + PDI_GAS_P * total + i;
-    double sum[PD_GAS_FIELDS][PDI_PIECE], open[PDI_PIECE], n[PD_DIM];
-    pdi_gas_face face;
+    const double *p = gas->primitive + PDI_GAS_PRESSURE * total + i;
+    double sum[PD_GAS_FIELDS][PDI_CHUNK], open[PDI_CHUNK], n[PD_DIM];
+    pdi_gas_face_states face;
     memset(sum, 0, sizeof sum);
-    pdi_bond_gate gate = {NULL, 0, 0, 0};
+    pdi_bond_mask_block gate = {NULL, 0, 0, 0};
     for (int k = 0; k < bonds->stencil->count; k++) {
-        pdi_openness lanes = pdi_bond_gate_open(bonds, row, k, count, &gate, open);
-        const double *some = lanes == PDI_OPEN_SOME ? open : NULL;
-        if (lanes == PDI_OPEN_NONE) continue;
-        double weight = pdi_gas_wall_bond(bonds->stencil, k, n);
-        pdi_gas_reconstruct(gas, i, k, count, some, &face);
-        pdi_gas_waves(gas, n, count, &face);
-        pdi_gas_hllc(gas, n, weight, p, count, some, &face, sum);
+        pdi_bond_openness lanes = pdi_bond_find_nodes_open(bonds, row, k, count, &gate, open);
+        const double *some = lanes == PDI_BOND_OPEN_SOME ? open : NULL;
+        if (lanes == PDI_BOND_OPEN_NONE) continue;
+        double weight = pdi_gas_wall_get_bond_face(bonds->stencil, k, n);
+        pdi_gas_interpolate_face(gas, i, k, count, some, &face);
+        pdi_gas_compute_wave_speeds(gas, n, count, &face);
+        pdi_gas_add_hllc_flux(gas, n, weight, p, count, some, &face, sum);
     }
     for (int b = 0; b < count * PD_DIM && row >= 0; b++) {
         int lane = b / PD_DIM;
-        double u, weight = pdi_gas_wall(gas, i + lane, row + lane, b % PD_DIM, n, &u);
+        double u, weight = pdi_gas_compute_slip_wall(gas, i + lane, row + lane, b % PD_DIM, n, &u);
         if (!(weight > 0.0)) continue;
-        double push = gas->primitive[i + lane] * u * (u - pdi_gas_wall_wave(gas, i + lane, u));
-        for (int d = 0; d < PD_DIM; d++) sum[PDI_GAS_V + d][lane] += weight * push * n[d];
+        double push = gas->primitive[i + lane] * u * (u - pdi_gas_compute_slip_wall_wave(gas, i + lane, u));
+        for (int d = 0; d < PD_DIM; d++) sum[PDI_GAS_VELOCITY + d][lane] += weight * push * n[d];
     }
     for (int c = 0; c < PD_GAS_FIELDS; c++)
         for (int b = 0; b < count; b++) gas->rate[c * total + i + b] = -sum[c][b];
@@ -339,114 +344,115 @@ static void pdi_gas_rate_lanes(const pd_gas *gas, int32_t i, int32_t row, int co
 
 /* ---- open sides ---- */
 /* Adds twice the sum of g times the fluxes of the bonds of node i through open sides. */
-static void pdi_gas_bonds_through(const pd_gas *gas, int32_t i, double (*sum)[PDI_PIECE])
+static void pdi_gas_add_open_side_bonds(const pd_gas *gas, int32_t i, double (*sum)[PDI_CHUNK])
 {
-    const double *p = gas->primitive + PDI_GAS_P * (int64_t)gas->grid->total + i;
-    pdi_gas_face face;
+    const double *p = gas->primitive + PDI_GAS_PRESSURE * (int64_t)gas->grid->total + i;
+    pdi_gas_face_states face;
     for (int k = 0; k < gas->bonds->stencil->count; k++) {
         double n[PD_DIM];
-        if (!pdi_gas_opening_passed(gas->bonds, i, k)) continue;
-        double weight = pdi_gas_wall_bond(gas->bonds->stencil, k, n);
-        pdi_gas_reconstruct(gas, i, k, 1, NULL, &face);
-        pdi_gas_waves(gas, n, 1, &face);
-        pdi_gas_hllc(gas, n, weight, p, 1, NULL, &face, sum);
+        if (!pdi_gas_open_boundary_is_crossed_by_bond(gas->bonds, i, k)) continue;
+        double weight = pdi_gas_wall_get_bond_face(gas->bonds->stencil, k, n);
+        pdi_gas_interpolate_face(gas, i, k, 1, NULL, &face);
+        pdi_gas_compute_wave_speeds(gas, n, 1, &face);
+        pdi_gas_add_hllc_flux(gas, n, weight, p, 1, NULL, &face, sum);
     }
 }
 
 /* Adds twice the flux through the faces of node i on open sides, between its state there and the one beyond (eq.
  * 4.24b). */
-static void pdi_gas_faces_through(const pd_gas *gas, int32_t i, const pdi_gas_opening *t,
-                                  double (*sum)[PDI_PIECE])
+static void pdi_gas_add_open_side_faces(const pd_gas *gas, int32_t i, const pdi_gas_open_boundary_faces *t,
+                                        double (*sum)[PDI_CHUNK])
 {
     int64_t total = gas->grid->total;
     for (int side = 0; side < 2 * PD_DIM; side++) {
         double size = pdi_vec_norm(t->area[side]), n[PD_DIM];
-        int32_t beyond = t->beyond[side] < 0 ? i : t->beyond[side];
-        pdi_gas_face face;
+        int32_t beyond = t->outer_ghost[side] < 0 ? i : t->outer_ghost[side];
+        pdi_gas_face_states face;
         if (!(size > 0.0)) continue;
         for (int d = 0; d < PD_DIM; d++) n[d] = t->area[side][d] / size;
         for (int c = 0; c < PD_GAS_FIELDS; c++) {
             face.left[c][0] = gas->primitive[c * total + i];
             face.right[c][0] = gas->primitive[c * total + beyond];
             for (int d = 0; d < PD_DIM && gas->slope && (PD_DIM > 1 || beyond != i); d++)
-                face.left[c][0] += t->middle[side] / size * n[d] * gas->slope[((int64_t)c * PD_DIM + d) * total + i];
+                face.left[c][0] +=
+                    t->half_length[side] / size * n[d] * gas->slope[((int64_t)c * PD_DIM + d) * total + i];
         }
-        pdi_gas_waves(gas, n, 1, &face);
-        pdi_gas_hllc(gas, n, 2.0 * size, gas->primitive + PDI_GAS_P * total + i, 1, NULL, &face, sum);
+        pdi_gas_compute_wave_speeds(gas, n, 1, &face);
+        pdi_gas_add_hllc_flux(gas, n, 2.0 * size, gas->primitive + PDI_GAS_PRESSURE * total + i, 1, NULL, &face, sum);
     }
 }
 
 /* Replaces the bonds through open sides by faces in the rates. passes [4]: mass and energy [kg/s], [J/s] (1D: per m2;
  * 2D: per m) that go out, and that come in. */
-static void pdi_gas_open(const pd_gas *gas, double *passes)
+static void pdi_gas_update_open_side_rates(const pd_gas *gas, double *passes)
 {
     int64_t total = gas->grid->total;
     for (int k = 0; k < 4; k++) passes[k] = 0.0;
     for (int32_t o = 0; o < gas->opens; o++) {
-        double sum[PD_GAS_FIELDS][PDI_PIECE] = {{0.0}}, bonds[PD_GAS_FIELDS][PDI_PIECE] = {{0.0}};
+        double sum[PD_GAS_FIELDS][PDI_CHUNK] = {{0.0}}, bonds[PD_GAS_FIELDS][PDI_CHUNK] = {{0.0}};
         int32_t i = gas->open[o];
-        pdi_gas_opening t;
-        pdi_gas_opening_find(gas->bonds, i, &t);
-        pdi_gas_bonds_through(gas, i, bonds);
-        pdi_gas_faces_through(gas, i, &t, sum);
+        pdi_gas_open_boundary_faces t;
+        pdi_gas_open_boundary_compute_faces(gas->bonds, i, &t);
+        pdi_gas_add_open_side_bonds(gas, i, bonds);
+        pdi_gas_add_open_side_faces(gas, i, &t, sum);
         for (int c = 0; c < PD_GAS_FIELDS; c++) gas->rate[c * total + i] += bonds[c][0] - sum[c][0];
         for (int k = 0; k < 2; k++) {
-            double passing = sum[k ? PDI_GAS_P : 0][0] * gas->bonds->stencil->volume;
+            double passing = sum[k ? PDI_GAS_PRESSURE : 0][0] * gas->bonds->stencil->volume;
             passes[passing > 0.0 ? k : 2 + k] += fabs(passing);
         }
     }
 }
 
 /* Kernel: sums of wave speeds [1/s] of the step limit (eq. 4.26), into the first field of rate. */
-static void pdi_gas_limit_lanes(const pd_gas *gas, int32_t i, int32_t row, int count)
+static void pdi_gas_compute_limit_kernel(const pd_gas *gas, int32_t i, int32_t row, int count)
 {
     const pd_bonds *bonds = gas->bonds;
-    double sum[PDI_PIECE], open[PDI_PIECE], n[PD_DIM];
+    double sum[PDI_CHUNK], open[PDI_CHUNK], n[PD_DIM];
     pd_gas nodes = *gas;
-    pdi_gas_face face;
+    pdi_gas_face_states face;
     nodes.slope = NULL;
     for (int b = 0; b < count; b++) sum[b] = 0.0;
-    pdi_bond_gate gate = {NULL, 0, 0, 0};
+    pdi_bond_mask_block gate = {NULL, 0, 0, 0};
     for (int k = 0; k < bonds->stencil->count; k++) {
-        pdi_openness lanes = pdi_bond_gate_open(bonds, row, k, count, &gate, open);
-        if (lanes == PDI_OPEN_NONE) continue;
-        double weight = pdi_gas_wall_bond(bonds->stencil, k, n);
-        pdi_gas_reconstruct(&nodes, i, k, count, lanes == PDI_OPEN_SOME ? open : NULL, &face);
-        pdi_gas_waves(gas, n, count, &face);
+        pdi_bond_openness lanes = pdi_bond_find_nodes_open(bonds, row, k, count, &gate, open);
+        if (lanes == PDI_BOND_OPEN_NONE) continue;
+        double weight = pdi_gas_wall_get_bond_face(bonds->stencil, k, n);
+        pdi_gas_interpolate_face(&nodes, i, k, count, lanes == PDI_BOND_OPEN_SOME ? open : NULL, &face);
+        pdi_gas_compute_wave_speeds(gas, n, count, &face);
         for (int b = 0; b < count; b++) {
             double back = face.s_left[b] < 0.0 ? -weight * face.s_left[b] : 0.0;
-            sum[b] += lanes == PDI_OPEN_SOME ? open[b] * back : back;
+            sum[b] += lanes == PDI_BOND_OPEN_SOME ? open[b] * back : back;
         }
     }
     for (int b = 0; b < count * PD_DIM && row >= 0; b++) {
         int lane = b / PD_DIM;
-        double u, weight = pdi_gas_wall(&nodes, i + lane, row + lane, b % PD_DIM, n, &u);
-        if (weight > 0.0) sum[lane] -= weight * pdi_gas_wall_wave(gas, i + lane, u);
+        double u, weight = pdi_gas_compute_slip_wall(&nodes, i + lane, row + lane, b % PD_DIM, n, &u);
+        if (weight > 0.0) sum[lane] -= weight * pdi_gas_compute_slip_wall_wave(gas, i + lane, u);
     }
     memcpy(gas->rate + i, sum, (size_t)count * sizeof(double));
 }
 
 /* ---- steps ---- */
 /* Fails with a message about an inadmissible state. */
-static pd_status pdi_gas_refuse(pd_ctx *ctx, const pd_gas *gas, int32_t node)
+static pd_status pdi_gas_fail_inadmissible(pd_ctx *ctx, const pd_gas *gas, int32_t node)
 {
     int64_t total = gas->grid->total;
-    char place[PDI_GRID_PLACE];
+    char place[PDI_GRID_POSITION_LENGTH];
     return pdi_fail(ctx, PD_ERR_STATE, "gas",
                     "node %d at %s m has rho = %g kg/m3 and rho E = %g J/m3 at t = %g s: density and pressure "
                     "must be positive and finite",
-                    (int)node, pdi_grid_place(gas->grid, node, place), gas->state[node],
-                    gas->state[PDI_GAS_P * total + node], gas->time);
+                    (int)node, pdi_grid_format_position(gas->grid, node, place), gas->state[node],
+                    gas->state[PDI_GAS_PRESSURE * total + node], gas->time);
 }
 
 pd_status pd_gas_limit(pd_ctx *ctx, pd_gas *gas, double *limit)
 {
     double fastest = 0.0;
-    int32_t bad = pdi_gas_convert_all(ctx, gas);
+    int32_t bad = pdi_gas_update_primitives(ctx, gas);
     *limit = 0.0;
-    if (bad >= 0) return pdi_gas_refuse(ctx, gas, bad);
-    pdi_gas_ghosts(gas, 0);
-    pdi_gas_sweep(ctx, gas, pdi_gas_limit_lanes);
+    if (bad >= 0) return pdi_gas_fail_inadmissible(ctx, gas, bad);
+    pdi_gas_update_ghosts(gas, 0);
+    pdi_gas_apply_kernel(ctx, gas, pdi_gas_compute_limit_kernel);
     for (int32_t i = 0; i < gas->grid->total; i++)
         if (gas->grid->kind[i] == PD_FLUID) fastest = pdi_max(fastest, gas->rate[i]);
     *limit = fastest > 0.0 ? 1.0 / fastest : HUGE_VAL;
@@ -454,24 +460,24 @@ pd_status pd_gas_limit(pd_ctx *ctx, pd_gas *gas, double *limit)
 }
 
 /* A Runge-Kutta stage (Shu and Osher 1988): state = old_share start + (1 - old_share) (state + dt rate). */
-typedef struct pdi_gas_stage {
-    double old_share, dt;
-} pdi_gas_stage;
+typedef struct pdi_gas_rk_stage {
+    double start_weight, dt;
+} pdi_gas_rk_stage;
 
 /* State u of node i after the stage. A state without rate keeps its bits. */
-static void pdi_gas_next(const pd_gas *gas, const pdi_gas_stage *g, int32_t i, double *u)
+static void pdi_gas_compute_stage_state(const pd_gas *gas, const pdi_gas_rk_stage *g, int32_t i, double *u)
 {
     int64_t total = gas->grid->total;
     for (int c = 0; c < PD_GAS_FIELDS; c++) {
         double start = gas->start[c * total + i];
         double change = (gas->state[c * total + i] - start) + g->dt * gas->rate[c * total + i];
-        u[c] = start + (1.0 - g->old_share) * change;
+        u[c] = start + (1.0 - g->start_weight) * change;
     }
 }
 
 /* Flags the nodes that the stage would leave inadmissible: 1 now, 2 in an earlier round. *last: one of them. Returns
  * their number, or -1 when a node was flagged before, so that first order has not helped. */
-static int64_t pdi_gas_flag(const pd_ctx *ctx, pd_gas *gas, const pdi_gas_stage *g, int32_t *last)
+static int64_t pdi_gas_mark_inadmissible(const pd_ctx *ctx, pd_gas *gas, const pdi_gas_rk_stage *g, int32_t *last)
 {
     const uint8_t *kind = gas->grid->kind;
     int32_t total = gas->grid->total;
@@ -482,8 +488,8 @@ static int64_t pdi_gas_flag(const pd_ctx *ctx, pd_gas *gas, const pdi_gas_stage 
     for (int32_t i = 0; i < total; i++) {
         double u[PD_GAS_FIELDS], q[PD_GAS_FIELDS];
         if (kind[i] != PD_FLUID) continue;
-        pdi_gas_next(gas, g, i, u);
-        int good = pdi_gas_primitive(gas->desc.gamma, u, q);
+        pdi_gas_compute_stage_state(gas, g, i, u);
+        int good = pdi_gas_compute_primitive(gas->desc.gamma, u, q);
         gas->flag[i] = (uint8_t)(gas->flag[i] ? 2 + !good : !good);
     }
     for (int32_t i = 0; i < total; i++) {
@@ -497,7 +503,7 @@ static int64_t pdi_gas_flag(const pd_ctx *ctx, pd_gas *gas, const pdi_gas_stage 
 
 /* First order at flagged nodes: zero gradients there and at the far ends of their bonds; images count for their
  * sources. */
-static void pdi_gas_flatten(pd_gas *gas)
+static void pdi_gas_set_first_order(pd_gas *gas)
 {
     const pd_bonds *bonds = gas->bonds;
     const pd_grid *grid = gas->grid;
@@ -507,16 +513,16 @@ static void pdi_gas_flatten(pd_gas *gas)
         gas->lowered++;
         for (int k = -1; k < bonds->stencil->count; k++) {
             int32_t j = k < 0 ? i : i + bonds->paths.shift[k];
-            if (grid->kind[j] == PD_IMAGE || grid->kind[j] == PD_OUTLET) j = pdi_grid_image(grid, j, NULL);
+            if (grid->kind[j] == PD_IMAGE || grid->kind[j] == PD_OUTLET) j = pdi_grid_find_source(grid, j, NULL);
             for (int c = 0; c < PD_GAS_FIELDS * PD_DIM; c++) gas->slope[c * total + j] = 0.0;
         }
     }
-    pdi_gas_ghosts(gas, 1);
+    pdi_gas_update_ghosts(gas, 1);
 }
 
-/* Does a stage. 1: done; passes [4]: flow rates through open sides (pdi_gas_open). 0: *lost is a node whose density or
- * pressure would not stay positive; the state is that before the stage. */
-static int pdi_gas_advance(const pd_ctx *ctx, pd_gas *gas, const pdi_gas_stage *g, int32_t *lost, double *passes)
+/* Does a stage. 1: done; passes [4]: flow rates through open sides (pdi_gas_update_open_side_rates). 0: *lost is a node
+ * whose density or pressure would not stay positive; the state is that before the stage. */
+static int pdi_gas_try_stage(const pd_ctx *ctx, pd_gas *gas, const pdi_gas_rk_stage *g, int32_t *lost, double *passes)
 {
     const uint8_t *kind = gas->grid->kind;
     int32_t total = gas->grid->total;
@@ -524,20 +530,20 @@ static int pdi_gas_advance(const pd_ctx *ctx, pd_gas *gas, const pdi_gas_stage *
     int nt = pdi_par_threads(ctx, (int64_t)total * 8);
     (void)nt;
     memset(gas->flag, 0, (size_t)total);
-    pdi_gas_fill(ctx, gas);
+    pdi_gas_compute_gradients(ctx, gas);
     for (int round = 0;; round++) {
-        pdi_gas_sweep(ctx, gas, pdi_gas_rate_lanes);
-        pdi_gas_open(gas, passes);
-        found = pdi_gas_flag(ctx, gas, g, lost);
-        if (found <= 0 || !gas->slope || round == PDI_GAS_ROUNDS) break;
-        pdi_gas_flatten(gas);
+        pdi_gas_apply_kernel(ctx, gas, pdi_gas_compute_rates_kernel);
+        pdi_gas_update_open_side_rates(gas, passes);
+        found = pdi_gas_mark_inadmissible(ctx, gas, g, lost);
+        if (found <= 0 || !gas->slope || round == PDI_GAS_MAX_FALLBACK_ROUNDS) break;
+        pdi_gas_set_first_order(gas);
     }
     if (found != 0) return 0;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < total; i++) {
         double u[PD_GAS_FIELDS];
         if (kind[i] != PD_FLUID) continue;
-        pdi_gas_next(gas, g, i, u);
+        pdi_gas_compute_stage_state(gas, g, i, u);
         for (int c = 0; c < PD_GAS_FIELDS; c++) gas->state[(int64_t)c * total + i] = u[c];
     }
     return 1;
@@ -550,16 +556,16 @@ pd_status pd_gas_step(pd_ctx *ctx, pd_gas *gas, double dt)
     double passes[3][4];
     int64_t size = (int64_t)PD_GAS_FIELDS * gas->grid->total;
     if (!(dt > 0.0)) return pdi_fail(ctx, PD_ERR_ARGUMENT, "gas", "the step is %g s, expected a positive one", dt);
-    int32_t bad = pdi_gas_convert_all(ctx, gas);
-    if (bad >= 0) return pdi_gas_refuse(ctx, gas, bad);
+    int32_t bad = pdi_gas_update_primitives(ctx, gas);
+    if (bad >= 0) return pdi_gas_fail_inadmissible(ctx, gas, bad);
     pdi_par_copy(ctx, size, gas->state, gas->start);
     for (int stage = 0; stage < 3; stage++) {
-        pdi_gas_stage g;
-        g.old_share = old_share[stage];
+        pdi_gas_rk_stage g;
+        g.start_weight = old_share[stage];
         g.dt = dt;
-        int done = pdi_gas_advance(ctx, gas, &g, &bad, passes[stage]);
+        int done = pdi_gas_try_stage(ctx, gas, &g, &bad, passes[stage]);
         if (!done) pdi_par_copy(ctx, size, gas->start, gas->state);
-        pdi_gas_convert_all(ctx, gas);
+        pdi_gas_update_primitives(ctx, gas);
         if (done) continue;
         return pdi_fail(ctx, PD_RETRY, "gas", "density or pressure of node %d turns non-positive in a step of %g s at "
                         "t = %g s", (int)bad, dt, gas->time);
@@ -578,7 +584,7 @@ pd_status pd_gas_step(pd_ctx *ctx, pd_gas *gas, double dt)
 
 PDI_COLD_BEGIN
 /* Process callback: the step is cfl times the step limit. */
-static pd_status pdi_gas_longest(pd_ctx *ctx, void *self, pd_step *s)
+static pd_status pdi_gas_limit_step(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_gas *gas = (pd_gas *)self;
     PDI_TRY(pd_gas_limit(ctx, gas, &s->dt));
@@ -601,10 +607,10 @@ static pd_status pdi_gas_accept(pd_ctx *ctx, void *self, pd_step *s)
 }
 
 /* Process callback: halves a rejected step; fails after too many. */
-static pd_status pdi_gas_again(pd_ctx *ctx, void *self, pd_step *s)
+static pd_status pdi_gas_reject_step(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_gas *gas = (pd_gas *)self;
-    if (s->trial == PDI_GAS_HALVINGS)
+    if (s->trial == PDI_GAS_MAX_HALVINGS)
         return pdi_fail(ctx, PD_ERR_STATE, "gas", "steps down to %g s at t = %g s leave the admissible range", s->dt,
                         s->time);
     s->dt *= 0.5;
@@ -613,7 +619,7 @@ static pd_status pdi_gas_again(pd_ctx *ctx, void *self, pd_step *s)
 }
 
 /* Process callback: fails, since steps have become too short for the time to advance. */
-static pd_status pdi_gas_stuck(pd_ctx *ctx, void *self, const pd_step *s)
+static pd_status pdi_gas_fail_step_underflow(pd_ctx *ctx, void *self, const pd_step *s)
 {
     (void)self;
     return pdi_fail(ctx, PD_ERR_STATE, "gas",
@@ -625,20 +631,20 @@ static pd_status pdi_gas_stuck(pd_ctx *ctx, void *self, const pd_step *s)
 static pd_status pdi_gas_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     pd_gas *gas = (pd_gas *)self;
-    PDI_TRY(pdi_owner_store(ctx, pdi_gas_list, gas, archive));
-    int32_t bad = archive->reading ? pdi_gas_convert_all(ctx, gas) : -1;
-    return bad < 0 ? PD_OK : pdi_gas_refuse(ctx, gas, bad);
+    PDI_TRY(pdi_array_registry_store(ctx, pdi_gas_list, gas, archive));
+    int32_t bad = archive->reading ? pdi_gas_update_primitives(ctx, gas) : -1;
+    return bad < 0 ? PD_OK : pdi_gas_fail_inadmissible(ctx, gas, bad);
 }
 
 static const pd_element pdi_gas_element[2] = {{"mass", "kg"}, {"energy", "J"}};
 
 /* Process callback: adds mass (k = 0) or energy (k = 1) to the balance. */
-static void pdi_gas_balance(pd_ctx *ctx, void *self, int k, pd_amounts *a)
+static void pdi_gas_add_balance(pd_ctx *ctx, void *self, int k, pd_amounts *a)
 {
     const pd_gas *gas = (const pd_gas *)self;
     double stock[PD_GAS_FIELDS];
-    pdi_gas_stock(ctx, gas, stock);
-    a->dissolved += stock[k ? PDI_GAS_P : 0];
+    pdi_gas_integrate_state(ctx, gas, stock);
+    a->dissolved += stock[k ? PDI_GAS_PRESSURE : 0];
     a->out += gas->out[k];
     a->in += gas->in[k];
 }
@@ -654,32 +660,32 @@ pd_process pd_gas_process(pd_gas *gas)
     p.elements = 2;
     p.inner = 1;
     p.steps = &gas->steps;
-    p.longest = pdi_process_longest;
-    p.limit = pdi_gas_longest;
+    p.longest = pdi_physics_limit_max_step;
+    p.limit = pdi_gas_limit_step;
     p.attempt = pdi_gas_attempt;
     p.accept = pdi_gas_accept;
-    p.reject = pdi_gas_again;
-    p.stuck = pdi_gas_stuck;
+    p.reject = pdi_gas_reject_step;
+    p.stuck = pdi_gas_fail_step_underflow;
     p.store = pdi_gas_store;
-    p.balance = pdi_gas_balance;
+    p.balance = pdi_gas_add_balance;
     return p;
 }
 
-PDI_FN void pdi_gas_stock(pd_ctx *ctx, const pd_gas *gas, double *stock)
+PDI_FN void pdi_gas_integrate_state(pd_ctx *ctx, const pd_gas *gas, double *stock)
 {
     const pd_grid *grid = gas->grid;
     (void)ctx;
     for (int c = 0; c < PD_GAS_FIELDS; c++) {
-        pdi_sum sum = {0.0, 0.0};
+        pdi_compensated_sum sum = {0.0, 0.0};
         for (int32_t i = 0; i < grid->total; i++)
-            if (grid->kind[i] == PD_FLUID) pdi_sum_add(&sum, gas->state[(int64_t)c * grid->total + i]);
-        stock[c] = pdi_sum_total(&sum) * gas->bonds->stencil->volume;
+            if (grid->kind[i] == PD_FLUID) pdi_compensated_sum_add(&sum, gas->state[(int64_t)c * grid->total + i]);
+        stock[c] = pdi_compensated_sum_total(&sum) * gas->bonds->stencil->volume;
     }
 }
 
 /* ---- build ---- */
 /* Lists the fluid nodes with bonds through open sides. */
-static pd_status pdi_gas_find_open(pd_ctx *ctx, pd_gas *gas)
+static pd_status pdi_gas_find_open_side_nodes(pd_ctx *ctx, pd_gas *gas)
 {
     const pd_bonds *bonds = gas->bonds;
     int32_t total = gas->grid->total;
@@ -689,7 +695,7 @@ static pd_status pdi_gas_find_open(pd_ctx *ctx, pd_gas *gas)
             int open = 0;
             if (gas->grid->kind[i] != PD_FLUID) continue;
             for (int k = 0; k < bonds->stencil->count && !open; k++)
-                open = pdi_gas_opening_behind(gas->grid->kind[i + bonds->paths.shift[k]]);
+                open = pdi_gas_open_boundary_is_open_kind(gas->grid->kind[i + bonds->paths.shift[k]]);
             if (open && fill) gas->open[found] = i;
             found += open;
         }
@@ -700,7 +706,7 @@ static pd_status pdi_gas_find_open(pd_ctx *ctx, pd_gas *gas)
 }
 
 /* Sets the initial state of a node by the callback, mirrored for an inlet behind a mirror side. */
-static pd_status pdi_gas_start(pd_ctx *ctx, const pd_gas *gas, int32_t node)
+static pd_status pdi_gas_init_node(pd_ctx *ctx, const pd_gas *gas, int32_t node)
 {
     const pd_grid *grid = gas->grid;
     int64_t total = grid->total;
@@ -708,27 +714,27 @@ static pd_status pdi_gas_start(pd_ctx *ctx, const pd_gas *gas, int32_t node)
     int i[PD_DIM];
     for (int d = 0; d < PD_DIM; d++) v[d] = 0.0;
     pdi_grid_index(grid, node, i);
-    int odd = pdi_grid_fold(grid, i);
+    int odd = pdi_grid_fold_index(grid, i);
     pd_grid_position(grid, pd_grid_node(grid, i), x);
     gas->desc.initial(gas->desc.initial_user, x, &rho, v, &p);
     gas->state[node] = rho;
     for (int d = 0; d < PD_DIM; d++) {
         kinetic += 0.5 * rho * v[d] * v[d];
-        gas->state[(PDI_GAS_V + d) * total + node] = odd >> d & 1 ? -rho * v[d] : rho * v[d];
+        gas->state[(PDI_GAS_VELOCITY + d) * total + node] = odd >> d & 1 ? -rho * v[d] : rho * v[d];
     }
-    gas->state[PDI_GAS_P * total + node] = p / (gas->desc.gamma - 1.0) + kinetic;
-    if (pdi_gas_convert(gas, node)) return PD_OK;
+    gas->state[PDI_GAS_PRESSURE * total + node] = p / (gas->desc.gamma - 1.0) + kinetic;
+    if (pdi_gas_update_primitive(gas, node)) return PD_OK;
     return pdi_fail(ctx, PD_ERR_ARGUMENT, "gas",
                     "the initial state at (%g, ...) m has rho = %g kg/m3, v = (%g, ...) m/s and p = %g Pa: density and "
                     "pressure must be positive and finite",
                     x[0], rho, v[0], p);
 }
 
-PDI_FN void pdi_gas_list(pdi_owner *owner, void *object)
+PDI_FN void pdi_gas_list(pdi_array_visitor *owner, void *object)
 {
     pd_gas *gas = (pd_gas *)object;
     int64_t total = gas->grid ? gas->grid->total : 0;
-    PDI_STATE(owner, gas, state, PD_GAS_FIELDS * total, "");
+    PDI_ARRAY_STATE(owner, gas, state, PD_GAS_FIELDS * total, "");
     PDI_ARRAY(owner, gas, primitive, PD_GAS_FIELDS * total, "");
     PDI_ARRAY(owner, gas, start, PD_GAS_FIELDS * total, "");
     PDI_ARRAY(owner, gas, rate, PD_GAS_FIELDS * total, "");
@@ -736,18 +742,18 @@ PDI_FN void pdi_gas_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, gas, wall_gap, (int64_t)gas->rows * PD_DIM, "m");
     PDI_ARRAY(owner, gas, flag, total, "1");
     if (gas->desc.order == PD_GAS_SECOND) PDI_ARRAY(owner, gas, slope, PD_GAS_FIELDS * PD_DIM * total, "");
-    PDI_ROOM(owner, gas, open, gas->opens, "1");
-    PDI_VALUE(owner, gas, out, "");
-    PDI_VALUE(owner, gas, in, "");
-    PDI_VALUE(owner, gas, time, "s");
-    PDI_VALUE(owner, gas, steps, "1");
-    PDI_VALUE(owner, gas, rejected, "1");
-    PDI_VALUE(owner, gas, lowered, "1");
+    PDI_ARRAY_GROWING(owner, gas, open, gas->opens, "1");
+    PDI_SCALAR_STATE(owner, gas, out, "");
+    PDI_SCALAR_STATE(owner, gas, in, "");
+    PDI_SCALAR_STATE(owner, gas, time, "s");
+    PDI_SCALAR_STATE(owner, gas, steps, "1");
+    PDI_SCALAR_STATE(owner, gas, rejected, "1");
+    PDI_SCALAR_STATE(owner, gas, lowered, "1");
 }
 
 /* Inner part of the build. The caller frees after an error. */
-static pd_status pdi_gas_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_gas_desc *desc,
-                              pd_gas *gas)
+static pd_status pdi_gas_try_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_gas_desc *desc,
+                                   pd_gas *gas)
 {
     int64_t total = grid->total;
     memset(gas, 0, sizeof *gas);
@@ -763,24 +769,24 @@ static pd_status pdi_gas_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *
     gas->grid = grid;
     gas->bonds = bonds;
     gas->rows = bonds->rows;
-    PDI_TRY(pdi_owner_build(ctx, pdi_gas_list, gas));
-    PDI_TRY(pdi_gas_find_open(ctx, gas));
+    PDI_TRY(pdi_array_registry_build(ctx, pdi_gas_list, gas));
+    PDI_TRY(pdi_gas_find_open_side_nodes(ctx, gas));
     PDI_TRY(pdi_gas_wall_build(ctx, bonds, gas->rows, gas->wall_face, gas->wall_gap));
     for (int32_t node = 0; node < total && desc->initial; node++)
-        if (pdi_gas_has_state(grid->kind[node])) PDI_TRY(pdi_gas_start(ctx, gas, node));
+        if (pdi_gas_has_state(grid->kind[node])) PDI_TRY(pdi_gas_init_node(ctx, gas, node));
     return PD_OK;
 }
 
 pd_status pd_gas_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_gas_desc *desc, pd_gas *gas)
 {
-    pd_status status = pdi_gas_make(ctx, grid, bonds, desc, gas);
+    pd_status status = pdi_gas_try_build(ctx, grid, bonds, desc, gas);
     if (status < 0) pd_gas_free(ctx, gas);
     return status;
 }
 
 void pd_gas_free(pd_ctx *ctx, pd_gas *gas)
 {
-    pdi_owner_free(ctx, pdi_gas_list, gas);
+    pdi_array_registry_free(ctx, pdi_gas_list, gas);
     memset(gas, 0, sizeof *gas);
 }
 PDI_COLD_END

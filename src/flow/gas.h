@@ -9,9 +9,9 @@
  */
 #ifndef PD_GAS_H
 #define PD_GAS_H
-#include "core/owner.h"
-#include "lattice/traverse.h"
-#include "solve/process.h"
+#include "core/array_registry.h"
+#include "lattice/node_loop.h"
+#include "solve/physics.h"
 
 /* Fields of a state: the density, PD_DIM components of the momentum (or velocity), the energy (or pressure). */
 #define PD_GAS_FIELDS (PD_DIM + 2)
@@ -80,13 +80,13 @@ PD_API pd_status pd_gas_step(pd_ctx *ctx, pd_gas *gas, double dt);
 PD_API pd_process pd_gas_process(pd_gas *gas);
 #ifdef PDI_INTERNAL
 /* stock [PD_GAS_FIELDS] = mass [kg], momentum [kg m/s], energy [J] of all fluid nodes (1D: per m2; 2D: per m). */
-PDI_FN void pdi_gas_stock(pd_ctx *ctx, const pd_gas *gas, double *stock);
+PDI_FN void pdi_gas_integrate_state(pd_ctx *ctx, const pd_gas *gas, double *stock);
 #endif
 PD_API void pd_gas_free(pd_ctx *ctx, pd_gas *gas);
 
 #ifdef PDI_INTERNAL
 /* Lists the arrays of a pd_gas (`object`). */
-PDI_FN void pdi_gas_list(pdi_owner *owner, void *object);
+PDI_FN void pdi_gas_list(pdi_array_visitor *owner, void *object);
 #endif
 
 #endif

@@ -5,39 +5,40 @@
 #include <string.h>
 
 /* [-] walls whose normals have a smaller cosine meet in an edge; other surfaces are smooth */
-#define PDI_GAS_WALL_EDGE 0.5
-#define PDI_GAS_WALL_CHANNEL 0.9 /* [-] walls whose normals have a cosine below minus this are those of a channel */
-#define PDI_GAS_WALL_SOLID_ANGLE 0.3 /* [-] three walls whose unit normals span a larger volume meet in a corner */
+#define PDI_GAS_WALL_EDGE_COSINE 0.5
+/* [-] walls whose normals have a cosine below minus this are those of a channel */
+#define PDI_GAS_WALL_CHANNEL_COSINE 0.9
+#define PDI_GAS_WALL_CORNER_VOLUME 0.3 /* [-] three walls whose unit normals span a larger volume meet in a corner */
 #define PDI_GAS_WALL_STEP 1e-3 /* [cells] step of finite differences that find edges */
-#define PDI_GAS_WALL_NOTHING 1e-9 /* [-] parts of an area and differences of cosines that are rounding */
+#define PDI_GAS_WALL_ROUNDING 1e-9 /* [-] parts of an area and differences of cosines that are rounding */
 
 PDI_COLD_BEGIN
 /* Different walls that the closed bonds of a row meet: points [m] and normals towards the gas. */
-typedef struct pdi_gas_wall_places {
+typedef struct pdi_gas_wall_hits {
     int count;
-    int *met;               /* [count] bonds */
-    double *place, *normal; /* [count][PD_DIM] */
-} pdi_gas_wall_places;
+    int *hit_count;         /* [count] bonds */
+    double *point, *normal; /* [count][PD_DIM] */
+} pdi_gas_wall_hits;
 
 /* 1: the walls a and b face each other across a concave edge. */
-static int pdi_gas_wall_concave(const pdi_gas_wall_places *w, int a, int b)
+static int pdi_gas_wall_is_concave_pair(const pdi_gas_wall_hits *w, int a, int b)
 {
     const double *na = w->normal + a * PD_DIM, *nb = w->normal + b * PD_DIM;
     double dot = pdi_vec_dot(na, nb), front_a = 0.0, front_b = 0.0;
     for (int d = 0; d < PD_DIM; d++) {
-        double offset = w->place[b * PD_DIM + d] - w->place[a * PD_DIM + d];
+        double offset = w->point[b * PD_DIM + d] - w->point[a * PD_DIM + d];
         front_a += offset * na[d];
         front_b -= offset * nb[d];
     }
-    return dot < PDI_GAS_WALL_EDGE && dot > -PDI_GAS_WALL_CHANNEL && front_a > 0.0 && front_b > 0.0;
+    return dot < PDI_GAS_WALL_EDGE_COSINE && dot > -PDI_GAS_WALL_CHANNEL_COSINE && front_a > 0.0 && front_b > 0.0;
 }
 
 /* Volume that the normals of walls a, b, c span, 1 when they are orthogonal; 0 in 1D and 2D. */
-static double pdi_gas_wall_volume(const pdi_gas_wall_places *w, int a, int b, int c)
+static double pdi_gas_wall_compute_normal_volume(const pdi_gas_wall_hits *w, int a, int b, int c)
 {
     const double *na = w->normal + a * PD_DIM, *nb = w->normal + b * PD_DIM, *nc = w->normal + c * PD_DIM;
     double volume = 0.0;
-    if (PD_DIM < 3 || !pdi_gas_wall_concave(w, a, c) || !pdi_gas_wall_concave(w, b, c)) return 0.0;
+    if (PD_DIM < 3 || !pdi_gas_wall_is_concave_pair(w, a, c) || !pdi_gas_wall_is_concave_pair(w, b, c)) return 0.0;
     for (int d = 0; d < PD_DIM; d++) {
         int e = (d + 1) % PD_DIM, f = (d + 2) % PD_DIM;
         volume += na[d] * (nb[e] * nc[f] - nb[f] * nc[e]);
@@ -47,25 +48,25 @@ static double pdi_gas_wall_volume(const pdi_gas_wall_places *w, int a, int b, in
 
 /* Finds the walls of a concave edge or corner, those farthest from parallel. Returns their number: 0, or 2 to PD_DIM. 0
  * where several choices are equal, as between a ball and a floor. */
-static int pdi_gas_wall_corner(const pdi_gas_wall_places *w, int *wall)
+static int pdi_gas_wall_find_corner(const pdi_gas_wall_hits *w, int *wall)
 {
-    double least = 1.0, widest = PDI_GAS_WALL_SOLID_ANGLE;
+    double least = 1.0, widest = PDI_GAS_WALL_CORNER_VOLUME;
     int found = 0, alike = 0;
     for (int a = 0; a < w->count; a++)
         for (int b = a + 1; b < w->count; b++) {
             double dot = pdi_vec_dot(w->normal + a * PD_DIM, w->normal + b * PD_DIM);
-            if (!pdi_gas_wall_concave(w, a, b)) continue;
-            if (found < 3 && dot < least + PDI_GAS_WALL_NOTHING) {
-                alike = dot > least - PDI_GAS_WALL_NOTHING;
+            if (!pdi_gas_wall_is_concave_pair(w, a, b)) continue;
+            if (found < 3 && dot < least + PDI_GAS_WALL_ROUNDING) {
+                alike = dot > least - PDI_GAS_WALL_ROUNDING;
                 least = pdi_min(least, dot);
                 wall[0] = a;
                 wall[1] = b;
                 found = 2;
             }
             for (int c = b + 1; c < w->count && PD_DIM == 3; c++) {
-                double volume = pdi_gas_wall_volume(w, a, b, c);
-                if (!(volume > widest - PDI_GAS_WALL_NOTHING)) continue;
-                alike = found == 3 && volume < widest + PDI_GAS_WALL_NOTHING;
+                double volume = pdi_gas_wall_compute_normal_volume(w, a, b, c);
+                if (!(volume > widest - PDI_GAS_WALL_ROUNDING)) continue;
+                alike = found == 3 && volume < widest + PDI_GAS_WALL_ROUNDING;
                 widest = pdi_max(widest, volume);
                 wall[0] = a;
                 wall[1] = b;
@@ -78,7 +79,7 @@ static int pdi_gas_wall_corner(const pdi_gas_wall_places *w, int *wall)
 
 /* Splits the area vector `face` among the walls of a corner, into face [walls][PD_DIM]; the remainder goes with them.
  * 0: one of them would have a negative area. */
-static int pdi_gas_wall_part(const pdi_gas_wall_places *w, const int *wall, int walls, double *face)
+static int pdi_gas_wall_split_area(const pdi_gas_wall_hits *w, const int *wall, int walls, double *face)
 {
     double gram[PD_DIM * PD_DIM], inverse[PD_DIM * PD_DIM], part[3] = {0.0}, rest[PD_DIM];
     double size = pdi_vec_norm(face), sum = 0.0;
@@ -92,8 +93,8 @@ static int pdi_gas_wall_part(const pdi_gas_wall_places *w, const int *wall, int 
     for (int a = 0; a < walls; a++) {
         for (int b = 0; b < walls; b++)
             part[a] -= inverse[a * PD_DIM + b] * pdi_vec_dot(w->normal + wall[b] * PD_DIM, face);
-        if (part[a] < -PDI_GAS_WALL_NOTHING * size) return 0;
-        if (part[a] < PDI_GAS_WALL_NOTHING * size) part[a] = 0.0;
+        if (part[a] < -PDI_GAS_WALL_ROUNDING * size) return 0;
+        if (part[a] < PDI_GAS_WALL_ROUNDING * size) part[a] = 0.0;
         sum += part[a];
     }
     if (!(sum > 0.0)) return 0;
@@ -108,35 +109,35 @@ static int pdi_gas_wall_part(const pdi_gas_wall_places *w, const int *wall, int 
 }
 
 /* Point x where closed bond k of row r meets a wall, and its normal n. 0: on an edge, which has none. */
-static int pdi_gas_wall_plane(const pd_bonds *bonds, int32_t r, int k, double *x, double *n)
+static int pdi_gas_wall_find_plane(const pd_bonds *bonds, int32_t r, int k, double *x, double *n)
 {
     double distance, slope[PD_DIM], most = 0.0;
-    int32_t closed = pdi_bond_surface(bonds, r, k, x, n);
+    int32_t closed = pdi_bond_find_surface_point(bonds, r, k, x, n);
     if (closed < 0) return 0;
-    if (pdi_bond_smooth(bonds, closed, x) < HUGE_VAL)
-        return pdi_surface_rise(bonds, closed, x, PDI_GAS_WALL_STEP, &distance, slope);
+    if (pdi_bond_surface_distance(bonds, closed, x) < HUGE_VAL)
+        return pdi_surface_compute_normal(bonds, closed, x, PDI_GAS_WALL_STEP, &distance, slope);
     for (int d = 0; d < PD_DIM; d++) most = pdi_max(most, fabs(n[d]));
-    return most > 1.0 - PDI_GAS_WALL_NOTHING;
+    return most > 1.0 - PDI_GAS_WALL_ROUNDING;
 }
 
 /* Distance [m] of wall `at` with the area vector `face`: weighted mean over the bonds that meet it, rather than another
  * wall of the corner. Opposite bonds that are both closed take no part. */
-static double pdi_gas_wall_gap(const pd_bonds *bonds, int32_t r, const pdi_gas_wall_places *w, const int *wall,
-                               int walls, int at, const double *face)
+static double pdi_gas_wall_compute_distance(const pd_bonds *bonds, int32_t r, const pdi_gas_wall_hits *w,
+                                            const int *wall, int walls, int at, const double *face)
 {
     const pd_stencil *s = bonds->stencil;
     double weights = 0.0, along = 0.0, size = pdi_vec_norm(face);
     for (int k = 0; k < s->count && size > 0.0; k++) {
         double n[PD_DIM], x[PD_DIM], normal[PD_DIM];
         int fits = 1;
-        if (pdi_bond_open(bonds, r, k) || !pdi_bond_open(bonds, r, s->count - 1 - k)) continue;
-        if (walls && !pdi_gas_wall_plane(bonds, r, k, x, normal)) continue;
+        if (pdi_bond_is_open(bonds, r, k) || !pdi_bond_is_open(bonds, r, s->count - 1 - k)) continue;
+        if (walls && !pdi_gas_wall_find_plane(bonds, r, k, x, normal)) continue;
         for (int a = 0; a < walls; a++)
             fits = fits && pdi_vec_dot(normal, w->normal + wall[a] * PD_DIM) <=
-                               pdi_vec_dot(normal, w->normal + wall[at] * PD_DIM) + PDI_GAS_WALL_NOTHING;
+                               pdi_vec_dot(normal, w->normal + wall[at] * PD_DIM) + PDI_GAS_WALL_ROUNDING;
         if (!fits) continue;
-        int group = pdi_path_closed_group(&bonds->paths, bonds->node[r], k);
-        double weight = pdi_gas_wall_bond(s, k, n);
+        int group = pdi_bond_path_find_closed_group(&bonds->paths, bonds->node[r], k);
+        double weight = pdi_gas_wall_get_bond_face(s, k, n);
         weights += weight;
         along += weight * s->group_entry[group] * pdi_vec_dot(s->xi + k * PD_DIM, face);
     }
@@ -145,56 +146,58 @@ static double pdi_gas_wall_gap(const pd_bonds *bonds, int32_t r, const pdi_gas_w
 
 /* Adds a wall at point x with normal n, unless it faces away from the gas. Of parallel walls the nearest counts, at the
  * mean of its points, since a single point at an edge does not tell on which side the other wall is. */
-static void pdi_gas_wall_place(pdi_gas_wall_places *w, const double *face, const double *x, const double *n,
-                               double slack)
+static void pdi_gas_wall_add_wall(pdi_gas_wall_hits *w, const double *face, const double *x, const double *n,
+                                  double slack)
 {
     int at = 0;
     double size = pdi_vec_norm(face);
-    if (pdi_vec_dot(n, face) > PDI_GAS_WALL_NOTHING * size) return;
-    while (at < w->count && !(pdi_vec_dot(n, w->normal + at * PD_DIM) > 1.0 - PDI_GAS_WALL_NOTHING)) at++;
-    double *place = w->place + at * PD_DIM;
+    if (pdi_vec_dot(n, face) > PDI_GAS_WALL_ROUNDING * size) return;
+    while (at < w->count && !(pdi_vec_dot(n, w->normal + at * PD_DIM) > 1.0 - PDI_GAS_WALL_ROUNDING)) at++;
+    double *place = w->point + at * PD_DIM;
     double nearer = at < w->count ? pdi_vec_dot(n, x) - pdi_vec_dot(n, place) : HUGE_VAL;
     if (nearer < -slack) return;
-    if (nearer > slack) w->met[at] = 0;
-    w->met[at]++;
-    for (int d = 0; d < PD_DIM; d++) place[d] = w->met[at] > 1 ? place[d] + (x[d] - place[d]) / w->met[at] : x[d];
+    if (nearer > slack) w->hit_count[at] = 0;
+    w->hit_count[at]++;
+    for (int d = 0; d < PD_DIM; d++)
+        place[d] = w->hit_count[at] > 1 ? place[d] + (x[d] - place[d]) / w->hit_count[at] : x[d];
     memcpy(w->normal + at * PD_DIM, n, PD_DIM * sizeof *n);
     if (at == w->count) w->count++;
 }
 
 /* Slip walls of row r: one, or those of a concave edge or corner. Opposite bonds that are both closed cancel. */
-static void pdi_gas_wall_row(const pd_bonds *bonds, int32_t r, pdi_gas_wall_places *w, double *face, double *gap)
+static void pdi_gas_wall_build_row(const pd_bonds *bonds, int32_t r, pdi_gas_wall_hits *w, double *face, double *gap)
 {
     const pd_stencil *s = bonds->stencil;
     int wall[3] = {0, 0, 0}, walls = 0;
     for (int i = 0; i < PD_DIM * PD_DIM; i++) face[i] = 0.0;
     for (int k = 0; k < s->count; k++)
-        for (int d = 0; d < PD_DIM && !pdi_bond_open(bonds, r, k) && pdi_bond_open(bonds, r, s->count - 1 - k); d++)
+        for (int d = 0; d < PD_DIM && !pdi_bond_is_open(bonds, r, k) && pdi_bond_is_open(bonds, r, s->count - 1 - k);
+             d++)
             face[d] += s->grad[k * PD_DIM + d];
     w->count = 0;
     for (int k = 0; k < s->count && PD_DIM > 1; k++) {
         double x[PD_DIM], n[PD_DIM];
-        if (pdi_bond_open(bonds, r, k) || !pdi_gas_wall_plane(bonds, r, k, x, n)) continue;
-        pdi_gas_wall_place(w, face, x, n, PDI_GAS_WALL_NOTHING * pdi_vec_least(bonds->grid->h));
+        if (pdi_bond_is_open(bonds, r, k) || !pdi_gas_wall_find_plane(bonds, r, k, x, n)) continue;
+        pdi_gas_wall_add_wall(w, face, x, n, PDI_GAS_WALL_ROUNDING * pdi_vec_min(bonds->grid->h));
     }
-    if (w->count > 1) walls = pdi_gas_wall_corner(w, wall);
-    if (walls && !pdi_gas_wall_part(w, wall, walls, face)) walls = 0;
+    if (w->count > 1) walls = pdi_gas_wall_find_corner(w, wall);
+    if (walls && !pdi_gas_wall_split_area(w, wall, walls, face)) walls = 0;
     for (int a = 0; a < PD_DIM; a++)
-        gap[a] = pdi_gas_wall_gap(bonds, r, w, wall, walls, a < walls ? a : 0, face + a * PD_DIM);
+        gap[a] = pdi_gas_wall_compute_distance(bonds, r, w, wall, walls, a < walls ? a : 0, face + a * PD_DIM);
 }
 
 PDI_FN pd_status pdi_gas_wall_build(pd_ctx *ctx, const pd_bonds *bonds, int32_t rows, double *face, double *gap)
 {
-    pdi_gas_wall_places w;
+    pdi_gas_wall_hits w;
     int count = bonds->stencil->count;
     memset(&w, 0, sizeof w);
-    pd_status status = PDI_NEW(ctx, "gas", count, w.met);
-    if (status >= 0) status = PDI_NEW(ctx, "gas", count * PD_DIM, w.place);
+    pd_status status = PDI_NEW(ctx, "gas", count, w.hit_count);
+    if (status >= 0) status = PDI_NEW(ctx, "gas", count * PD_DIM, w.point);
     if (status >= 0) status = PDI_NEW(ctx, "gas", count * PD_DIM, w.normal);
     for (int32_t r = 0; r < rows && status >= 0; r++)
-        pdi_gas_wall_row(bonds, r, &w, face + (int64_t)r * PD_DIM * PD_DIM, gap + (int64_t)r * PD_DIM);
-    PDI_DELETE(ctx, count, w.met);
-    PDI_DELETE(ctx, count * PD_DIM, w.place);
+        pdi_gas_wall_build_row(bonds, r, &w, face + (int64_t)r * PD_DIM * PD_DIM, gap + (int64_t)r * PD_DIM);
+    PDI_DELETE(ctx, count, w.hit_count);
+    PDI_DELETE(ctx, count * PD_DIM, w.point);
     PDI_DELETE(ctx, count * PD_DIM, w.normal);
     return status;
 }

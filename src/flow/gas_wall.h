@@ -7,7 +7,7 @@
 #include "core/vec.h"
 
 /* Weight 2 |g| [1/m] of bond k as a face, and its unit normal n. */
-static inline double pdi_gas_wall_bond(const pd_stencil *s, int k, double *n)
+static inline double pdi_gas_wall_get_bond_face(const pd_stencil *s, int k, double *n)
 {
     double size = pdi_vec_norm(s->grad + k * PD_DIM);
     for (int d = 0; d < PD_DIM; d++) n[d] = s->grad[k * PD_DIM + d] / size;

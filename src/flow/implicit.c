@@ -1,52 +1,55 @@
 /* implicit: see implicit.h */
 #include "flow/implicit.h"
-#include "flow/impulse.h"
+#include "flow/pressure_impulse.h"
 #include "core/par.h"
 #include "solve/sdirk.h"
 #include <math.h>
 #include <string.h>
 
-#define PDI_IMPLICIT_GROWTH 3.0 /* [-] a step is at most this many times the one before */
-#define PDI_IMPLICIT_SHRINK 0.2 /* [-] a repeated step is at least this part of the one that failed */
-#define PDI_IMPLICIT_STAGE 1e-3 /* [-] default tolerance of the stages over that of a step */
-#define PDI_IMPLICIT_SMALLEST 1e-12 /* [-] shortest step over the first one: below it the run fails */
+#define PDI_IMPLICIT_MAX_GROWTH 3.0       /* [-] a step is at most this many times the one before */
+#define PDI_IMPLICIT_MIN_SHRINK 0.2       /* [-] a repeated step is at least this part of the one that failed */
+#define PDI_IMPLICIT_STAGE_TOLERANCE 1e-3 /* [-] default tolerance of the stages over that of a step */
+#define PDI_IMPLICIT_MIN_STEP 1e-12       /* [-] shortest step over the first one: below it the run fails */
 /* Weight of the pressure flux beside the pressure impulse of a start (eq. 4.15b). What it leaves of the divergence is
  * this part of the error that the lattice makes in the impulse. */
-#define PDI_IMPLICIT_IMPULSE 1e-2
+#define PDI_IMPLICIT_START_IMPULSE 1e-2
 
 PDI_COLD_BEGIN
-PDI_FN void pdi_implicit_list(pdi_owner *owner, void *object)
+PDI_FN void pdi_implicit_list(pdi_array_visitor *owner, void *object)
 {
     pd_implicit *implicit = (pd_implicit *)object;
     int64_t total = implicit->flow ? implicit->flow->grid->total : 0;
     PDI_ARRAY(owner, implicit, start, (PD_DIM + 2) * total, "");
-    PDI_STATE(owner, implicit, target, PD_DIM * total, "m/s");
-    PDI_STATE(owner, implicit, impulse, total, "m2/s");
+    PDI_ARRAY_STATE(owner, implicit, target, PD_DIM * total, "m/s");
+    PDI_ARRAY_STATE(owner, implicit, impulse, total, "m2/s");
     PDI_ARRAY(owner, implicit, impulse_grad, PD_DIM * total, "m/s");
     PDI_ARRAY(owner, implicit, impulse_flux, total, "1/s");
-    PDI_VALUE(owner, implicit, time, "s");
-    PDI_VALUE(owner, implicit, dt, "s");
-    PDI_VALUE(owner, implicit, error, "1");
-    PDI_VALUE(owner, implicit, fresh, "1");
-    PDI_VALUE(owner, implicit, last, "s");
-    PDI_VALUE(owner, implicit, steps, "1");
-    PDI_VALUE(owner, implicit, rejected, "1");
-    PDI_VALUE(owner, implicit, evaluations, "1");
+    PDI_SCALAR_STATE(owner, implicit, time, "s");
+    PDI_SCALAR_STATE(owner, implicit, dt, "s");
+    PDI_SCALAR_STATE(owner, implicit, error, "1");
+    PDI_SCALAR_STATE(owner, implicit, fresh, "1");
+    PDI_SCALAR_STATE(owner, implicit, last, "s");
+    PDI_SCALAR_STATE(owner, implicit, steps, "1");
+    PDI_SCALAR_STATE(owner, implicit, rejected, "1");
+    PDI_SCALAR_STATE(owner, implicit, evaluations, "1");
 }
 
 /* Lists the scratch arrays of a step, beside those of the steady solver. */
-static void pdi_implicit_work_list(pdi_owner *owner, void *object)
+static void pdi_implicit_list_work(pdi_array_visitor *owner, void *object)
 {
     pd_implicit *implicit = (pd_implicit *)object;
     int64_t total = implicit->flow ? implicit->flow->grid->total : 0;
     PDI_ARRAY(owner, implicit, slope, PD_DIM * total, "m/s");
 }
 
-PDI_FN size_t pdi_implicit_room(pd_implicit *im) { return pdi_arena_bytes(pdi_implicit_work_list, im); }
+PDI_FN size_t pdi_implicit_count_work_bytes(pd_implicit *im)
+{
+    return pdi_arena_count_bytes(pdi_implicit_list_work, im);
+}
 
 /* Inner part of the build: checks desc, sets defaults, allocates. The caller frees after an error. */
-static pd_status pdi_implicit_make(pd_ctx *ctx, pd_flow *flow, pd_steady *steady, const pd_implicit_desc *desc,
-                                   pd_implicit *im)
+static pd_status pdi_implicit_try_build(pd_ctx *ctx, pd_flow *flow, pd_steady *steady, const pd_implicit_desc *desc,
+                                        pd_implicit *im)
 {
     memset(im, 0, sizeof *im);
     im->desc = *desc;
@@ -55,15 +58,15 @@ static pd_status pdi_implicit_make(pd_ctx *ctx, pd_flow *flow, pd_steady *steady
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "implicit",
                         "tolerance %g, rtol %g, first %g s, largest %g s: expected finite values of at least 0",
                         desc->tolerance, desc->rtol, desc->first, desc->largest);
-    pdi_flow_start(flow);
+    pdi_flow_update_speed_scale(flow);
     if (!(im->desc.rtol > 0.0)) im->desc.rtol = 1e-4;
-    if (!(im->desc.tolerance > 0.0)) im->desc.tolerance = PDI_IMPLICIT_STAGE * im->desc.rtol;
+    if (!(im->desc.tolerance > 0.0)) im->desc.tolerance = PDI_IMPLICIT_STAGE_TOLERANCE * im->desc.rtol;
     if (!(im->desc.first > 0.0))
         im->desc.first = 1e-3 / (flow->speed / flow->length + flow->nu / (flow->length * flow->length));
     im->flow = flow;
     im->steady = steady;
-    PDI_TRY(pdi_steady_timed(ctx, steady, pdi_implicit_room(im)));
-    PDI_TRY(pdi_owner_build(ctx, pdi_implicit_list, im));
+    PDI_TRY(pdi_steady_build_stages(ctx, steady, pdi_implicit_count_work_bytes(im)));
+    PDI_TRY(pdi_array_registry_build(ctx, pdi_implicit_list, im));
     flow->impulse = im->impulse;
     flow->impulse_grad = im->impulse_grad;
     flow->impulse_flux = im->impulse_flux;
@@ -73,14 +76,14 @@ static pd_status pdi_implicit_make(pd_ctx *ctx, pd_flow *flow, pd_steady *steady
 pd_status pd_implicit_build(pd_ctx *ctx, pd_flow *flow, pd_steady *steady, const pd_implicit_desc *desc,
                             pd_implicit *im)
 {
-    pd_status status = pdi_implicit_make(ctx, flow, steady, desc, im);
+    pd_status status = pdi_implicit_try_build(ctx, flow, steady, desc, im);
     if (status < 0) pd_implicit_free(ctx, im);
     return status;
 }
 PDI_COLD_END
 
 /* Copies velocity, pressure and pressure impulse of the flow to `start`. */
-static void pdi_implicit_keep(const pd_ctx *ctx, pd_implicit *im)
+static void pdi_implicit_copy_to_start(const pd_ctx *ctx, pd_implicit *im)
 {
     int64_t total = im->flow->grid->total, split = PD_DIM * total;
     pdi_par_copy(ctx, split, im->flow->u, im->start);
@@ -89,56 +92,57 @@ static void pdi_implicit_keep(const pd_ctx *ctx, pd_implicit *im)
 }
 
 /* Copies velocity, pressure and pressure impulse from `start` back to the flow. */
-static void pdi_implicit_restore(const pd_ctx *ctx, pd_implicit *im)
+static void pdi_implicit_copy_from_start(const pd_ctx *ctx, pd_implicit *im)
 {
     int64_t total = im->flow->grid->total, split = PD_DIM * total;
     pdi_par_copy(ctx, split, im->start, im->flow->u);
     pdi_par_copy(ctx, total, im->start + split, im->flow->p);
     pdi_par_copy(ctx, total, im->start + split + total, im->impulse);
-    pdi_impulse_set(ctx, im->flow, 1.0, 0.0);
+    pdi_pressure_impulse_update_flux(ctx, im->flow, 1.0, 0.0);
 }
 
 /* Solves a stage R(u) + rate (u - target) = 0. share [-], weight [s]: the pressure impulse at its end is share times
  * the present one plus weight times the pressure. */
-static pd_status pdi_implicit_solve(pd_ctx *ctx, pd_implicit *im, double rate, const double *target,
-                                    double impulse_factor, double pressure_weight)
+static pd_status pdi_implicit_solve_stage_equation(pd_ctx *ctx, pd_implicit *im, double rate, const double *target,
+                                                   double impulse_factor, double pressure_weight)
 {
     pd_steady_result result;
     pd_flow *flow = im->flow;
-    pdi_impulse_set(ctx, flow, impulse_factor, pressure_weight);
-    pd_status status = pdi_steady_stage(ctx, im->steady, rate, target, im->desc.tolerance, &result);
+    pdi_pressure_impulse_update_flux(ctx, flow, impulse_factor, pressure_weight);
+    pd_status status = pdi_steady_solve_stage(ctx, im->steady, rate, target, im->desc.tolerance, &result);
     im->evaluations += result.evaluations;
-    if (status == PD_OK) pdi_impulse_move(flow, impulse_factor, pressure_weight);
+    if (status == PD_OK) pdi_pressure_impulse_update(flow, impulse_factor, pressure_weight);
     return status;
 }
 
 /* Solves a stage of a time step, R(u) + rate (u - target) = 0, with the pressure impulse I of dI/dt = p - I/tau by
  * backward Euler (eq. 4.15c). */
-static pd_status pdi_implicit_relax(pd_ctx *ctx, pd_implicit *im, double rate, const double *target)
+static pd_status pdi_implicit_solve_time_stage(pd_ctx *ctx, pd_implicit *im, double rate, const double *target)
 {
     double tau = im->flow->stabilisation, weight = tau / (1.0 + tau * rate);
-    return pdi_implicit_solve(ctx, im, rate, target, weight * rate, weight);
+    return pdi_implicit_solve_stage_equation(ctx, im, rate, target, weight * rate, weight);
 }
 
 /* The stage at time + c dt of an SDIRK step, with the boundary data of that time. */
-static pd_status pdi_implicit_stage(pd_ctx *ctx, pd_implicit *im, double dt, double c, const double *target)
+static pd_status pdi_implicit_solve_sdirk_stage(pd_ctx *ctx, pd_implicit *im, double dt, double c, const double *target)
 {
-    PDI_TRY(pdi_flow_at(ctx, im->flow, im->time + c * dt, 0.5 * PDI_SDIRK_GAMMA * dt, NULL));
-    return pdi_implicit_relax(ctx, im, 1.0 / (PDI_SDIRK_GAMMA * dt), target);
+    PDI_TRY(pdi_flow_set_time(ctx, im->flow, im->time + c * dt, 0.5 * PDI_SDIRK_GAMMA * dt, NULL));
+    return pdi_implicit_solve_time_stage(ctx, im, 1.0 / (PDI_SDIRK_GAMMA * dt), target);
 }
 
 /* Projects a start that violates continuity or the inlets onto the nearest velocity that does not: u + G q = u0, by a
  * stage so short that friction and convection are below its tolerance (eq. 4.15b). q is the pressure impulse. */
-static pd_status pdi_implicit_project(pd_ctx *ctx, pd_implicit *im)
+static pd_status pdi_implicit_project_start(pd_ctx *ctx, pd_implicit *im)
 {
     pd_flow *flow = im->flow;
     int64_t total = flow->grid->total;
     double rate = 1.0 / (im->desc.tolerance * flow->stabilisation);
     if (!im->fresh && (im->steps > 0 || im->projected)) return PD_OK;
-    pdi_implicit_keep(ctx, im);
-    pd_status status = pdi_implicit_solve(ctx, im, rate, im->start, 0.0, PDI_IMPLICIT_IMPULSE / rate);
+    pdi_implicit_copy_to_start(ctx, im);
+    pd_status status =
+        pdi_implicit_solve_stage_equation(ctx, im, rate, im->start, 0.0, PDI_IMPLICIT_START_IMPULSE / rate);
     if (status != PD_OK) {
-        pdi_implicit_restore(ctx, im);
+        pdi_implicit_copy_from_start(ctx, im);
         return status;
     }
     pdi_par_copy(ctx, total, im->start + PD_DIM * total, flow->p);
@@ -149,7 +153,7 @@ static pd_status pdi_implicit_project(pd_ctx *ctx, pd_implicit *im)
 
 /* Embedded error estimate [-]: gamma dt max |f1 - f2|/U, the distance to the first-order step with f1 alone; `slope` =
  * gamma dt f1, u - u* = gamma dt f2. */
-static double pdi_implicit_error(pd_implicit *im)
+static double pdi_implicit_estimate_error(pd_implicit *im)
 {
     const pd_flow *flow = im->flow;
     double worst = 0.0;
@@ -165,7 +169,7 @@ static double pdi_implicit_error(pd_implicit *im)
 
 /* First guess of the first stage: u extrapolated by the time derivative at the end of the last step, (u - u*)/(gamma
  * dt). */
-static void pdi_implicit_extrapolate(const pd_ctx *ctx, pd_implicit *im, double dt)
+static void pdi_implicit_extrapolate_velocity(const pd_ctx *ctx, pd_implicit *im, double dt)
 {
     int64_t split = PD_DIM * (int64_t)im->flow->grid->total;
     if (!(im->last > 0.0)) return;
@@ -175,12 +179,12 @@ static void pdi_implicit_extrapolate(const pd_ctx *ctx, pd_implicit *im, double 
 }
 
 /* Both SDIRK stages from the state in `start`, and the error estimate. */
-static pd_status pdi_implicit_stages(pd_ctx *ctx, pd_implicit *im, double dt)
+static pd_status pdi_implicit_solve_stages(pd_ctx *ctx, pd_implicit *im, double dt)
 {
     pd_flow *flow = im->flow;
     int64_t total = flow->grid->total, split = PD_DIM * total;
     double ratio = (1.0 - PDI_SDIRK_GAMMA) / PDI_SDIRK_GAMMA;
-    pd_status status = pdi_implicit_stage(ctx, im, dt, PDI_SDIRK_GAMMA, im->start);
+    pd_status status = pdi_implicit_solve_sdirk_stage(ctx, im, dt, PDI_SDIRK_GAMMA, im->start);
     if (status != PD_OK) return status;
     pdi_par_copy(ctx, split, flow->u, im->slope);
     pdi_par_axpy(ctx, split, -1.0, im->start, im->slope);
@@ -189,38 +193,38 @@ static pd_status pdi_implicit_stages(pd_ctx *ctx, pd_implicit *im, double dt)
     pdi_par_axpy(ctx, split, ratio, im->slope, flow->u); /* a first guess */
     pdi_par_axpy(ctx, total, ratio - 1.0, im->impulse, im->impulse);
     pdi_par_axpy(ctx, total, 1.0 - ratio, im->start + split + total, im->impulse);
-    status = pdi_implicit_stage(ctx, im, dt, 1.0, im->target);
-    if (status == PD_OK) im->error = pdi_implicit_error(im);
+    status = pdi_implicit_solve_sdirk_stage(ctx, im, dt, 1.0, im->target);
+    if (status == PD_OK) im->error = pdi_implicit_estimate_error(im);
     return status;
 }
 
 /* A step while the scratch memory is lent. PD_RETRY: a stage did not converge, the state is restored. */
-static pd_status pdi_implicit_take(pd_ctx *ctx, pd_implicit *im, double dt)
+static pd_status pdi_implicit_try_step(pd_ctx *ctx, pd_implicit *im, double dt)
 {
-    pd_status status = pdi_implicit_project(ctx, im);
-    pdi_implicit_keep(ctx, im);
-    pdi_implicit_extrapolate(ctx, im, dt);
-    if (status == PD_OK) status = pdi_implicit_stages(ctx, im, dt);
+    pd_status status = pdi_implicit_project_start(ctx, im);
+    pdi_implicit_copy_to_start(ctx, im);
+    pdi_implicit_extrapolate_velocity(ctx, im, dt);
+    if (status == PD_OK) status = pdi_implicit_solve_stages(ctx, im, dt);
     if (status == PD_OK) {
-        pdi_impulse_set(ctx, im->flow, 1.0, 0.0);
+        pdi_pressure_impulse_update_flux(ctx, im->flow, 1.0, 0.0);
         return PD_OK;
     }
-    pdi_implicit_restore(ctx, im);
-    if (pdi_is_final(status) || status == PD_ERR_ARGUMENT || status == PD_ERR_INTERNAL) return status;
+    pdi_implicit_copy_from_start(ctx, im);
+    if (pdi_is_fatal(status) || status == PD_ERR_ARGUMENT || status == PD_ERR_INTERNAL) return status;
     pdi_fail(ctx, PD_RETRY, "implicit", "a stage of a step of %g s at t = %g s does not converge", dt, im->time);
     return PD_RETRY;
 }
 
 pd_status pd_implicit_step(pd_ctx *ctx, pd_implicit *im, double dt)
 {
-    pd_arena *arena = pdi_steady_arena(im->steady);
+    pd_arena *arena = pdi_steady_get_arena(im->steady);
     if (!(dt > 0.0) || !(dt < 1e100))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "implicit", "the step is %g s, expected a positive one", dt);
-    if (!im->steps) pdi_flow_start(im->flow); /* the caller may have set it after the build */
-    PDI_TRY(pdi_arena_lend(ctx, arena, pdi_implicit_work_list, im));
-    pd_status status = pdi_steady_hold(ctx, im->steady);
-    if (status == PD_OK) status = pdi_steady_release(ctx, im->steady, pdi_implicit_take(ctx, im, dt));
-    status = pdi_arena_return(ctx, arena, pdi_implicit_work_list, im, status);
+    if (!im->steps) pdi_flow_update_speed_scale(im->flow); /* the caller may have set it after the build */
+    PDI_TRY(pdi_arena_acquire(ctx, arena, pdi_implicit_list_work, im));
+    pd_status status = pdi_steady_begin_solves(ctx, im->steady);
+    if (status == PD_OK) status = pdi_steady_end_solves(ctx, im->steady, pdi_implicit_try_step(ctx, im, dt));
+    status = pdi_arena_release(ctx, arena, pdi_implicit_list_work, im, status);
     if (status != PD_OK) return status;
     im->last = dt;
     im->time += dt;
@@ -230,9 +234,9 @@ pd_status pd_implicit_step(pd_ctx *ctx, pd_implicit *im, double dt)
 
 PDI_COLD_BEGIN
 /* Undoes the last accepted step. */
-static void pdi_implicit_reject(const pd_ctx *ctx, pd_implicit *im, double dt)
+static void pdi_implicit_undo_step(const pd_ctx *ctx, pd_implicit *im, double dt)
 {
-    pdi_implicit_restore(ctx, im);
+    pdi_implicit_copy_from_start(ctx, im);
     im->last = 0.0;
     im->time -= dt;
     im->steps--;
@@ -241,17 +245,17 @@ static void pdi_implicit_reject(const pd_ctx *ctx, pd_implicit *im, double dt)
 
 /* Process callback after a rejected attempt: undoes it and proposes a shorter step. s->error is infinite when it did
  * not converge. */
-static pd_status pdi_implicit_again(pd_ctx *ctx, void *self, pd_step *s)
+static pd_status pdi_implicit_reject_step(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_implicit *im = (pd_implicit *)self;
-    char place[PDI_GRID_PLACE];
+    char place[PDI_GRID_POSITION_LENGTH];
     int last, solved = s->error < HUGE_VAL;
     double dt = s->dt;
-    if (solved) pdi_implicit_reject(ctx, im, dt);
+    if (solved) pdi_implicit_undo_step(ctx, im, dt);
     im->time = s->time;
-    im->dt = dt * pdi_max(PDI_IMPLICIT_SHRINK, pdi_sdirk_factor(s->error, PDI_IMPLICIT_GROWTH));
-    s->dt = pdi_sdirk_clip(im->dt, im->desc.largest, s->limit - s->time, &last);
-    if (dt > PDI_IMPLICIT_SMALLEST * im->desc.first) return PD_OK;
+    im->dt = dt * pdi_max(PDI_IMPLICIT_MIN_SHRINK, pdi_sdirk_step_factor(s->error, PDI_IMPLICIT_MAX_GROWTH));
+    s->dt = pdi_sdirk_limit_step(im->dt, im->desc.largest, s->limit - s->time, &last);
+    if (dt > PDI_IMPLICIT_MIN_STEP * im->desc.first) return PD_OK;
     if (solved)
         return pdi_fail(ctx, PD_ERR_STATE, "implicit",
                         "the error of a step of %g s at t = %g s is %g and does not fall with the step, expected %g: "
@@ -259,28 +263,28 @@ static pd_status pdi_implicit_again(pd_ctx *ctx, void *self, pd_step *s)
                         im->desc.rtol);
     return pdi_fail(ctx, PD_ERR_STATE, "implicit",
                     "steps down to %g s at t = %g s do not converge, the residual is largest at %s m: loosen rtol (%g),"
-                    " refine the lattice or lower the speed", dt, im->time,
-                    pdi_grid_place(im->flow->grid, im->steady->worst, place), im->desc.rtol);
+                    " refine the lattice or lower the speed",
+                    dt, im->time, pdi_grid_format_position(im->flow->grid, im->steady->worst, place), im->desc.rtol);
 }
 
 /* ---- the process ---- */
 
 /* Process callback at the start of a run: updates the derived fields of the flow. */
-static pd_status pdi_implicit_start(pd_ctx *ctx, void *self, double t)
+static pd_status pdi_implicit_begin(pd_ctx *ctx, void *self, double t)
 {
     (void)t;
-    pdi_flow_prepare(ctx, ((pd_implicit *)self)->flow);
+    pdi_flow_update_derived_fields(ctx, ((pd_implicit *)self)->flow);
     return PD_OK;
 }
 
 /* Step [s] that is tried next. */
-static double pdi_implicit_wanted(const pd_implicit *im) { return im->dt > 0.0 ? im->dt : im->desc.first; }
+static double pdi_implicit_get_next_step(const pd_implicit *im) { return im->dt > 0.0 ? im->dt : im->desc.first; }
 
 /* Process callback: longest outer step [s]. Other processes see the flow at the ends of steps as long as its own. */
-static pd_status pdi_implicit_longest(pd_ctx *ctx, void *self, pd_step *s)
+static pd_status pdi_implicit_limit_outer_step(pd_ctx *ctx, void *self, pd_step *s)
 {
-    s->dt = pdi_min(s->dt, pdi_implicit_wanted((const pd_implicit *)self));
-    return pdi_process_longest(ctx, self, s);
+    s->dt = pdi_min(s->dt, pdi_implicit_get_next_step((const pd_implicit *)self));
+    return pdi_physics_limit_max_step(ctx, self, s);
 }
 
 /* Process callback: next inner step [s], clipped to the end of the outer one. */
@@ -289,8 +293,8 @@ static pd_status pdi_implicit_limit(pd_ctx *ctx, void *self, pd_step *s)
     pd_implicit *im = (pd_implicit *)self;
     int last;
     (void)ctx;
-    im->dt = pdi_implicit_wanted(im);
-    s->dt = pdi_sdirk_clip(im->dt, im->desc.largest, s->limit - s->time, &last);
+    im->dt = pdi_implicit_get_next_step(im);
+    s->dt = pdi_sdirk_limit_step(im->dt, im->desc.largest, s->limit - s->time, &last);
     return PD_OK;
 }
 
@@ -309,12 +313,12 @@ static pd_status pdi_implicit_accept(pd_ctx *ctx, void *self, pd_step *s)
     pd_implicit *im = (pd_implicit *)self;
     (void)ctx;
     im->time = s->end;
-    im->dt = pdi_sdirk_plan(im->dt, s->dt, pdi_sdirk_factor(s->error, PDI_IMPLICIT_GROWTH));
+    im->dt = pdi_sdirk_update_plan(im->dt, s->dt, pdi_sdirk_step_factor(s->error, PDI_IMPLICIT_MAX_GROWTH));
     return PD_OK;
 }
 
 /* Process callback: fails with a message, since steps have become too short for the time to advance. */
-static pd_status pdi_implicit_stuck(pd_ctx *ctx, void *self, const pd_step *s)
+static pd_status pdi_implicit_fail_step_underflow(pd_ctx *ctx, void *self, const pd_step *s)
 {
     const pd_implicit *im = (const pd_implicit *)self;
     return pdi_fail(ctx, PD_ERR_STATE, "implicit",
@@ -323,41 +327,41 @@ static pd_status pdi_implicit_stuck(pd_ctx *ctx, void *self, const pd_step *s)
 }
 
 /* Process callback after the last inner step: makes the fluxes for transport free of divergence. */
-static pd_status pdi_implicit_finish(pd_ctx *ctx, void *self, double t)
+static pd_status pdi_implicit_end(pd_ctx *ctx, void *self, double t)
 {
     (void)t;
-    return pdi_steady_even(ctx, ((pd_implicit *)self)->steady);
+    return pdi_steady_update_divergence_potential(ctx, ((pd_implicit *)self)->steady);
 }
 
 /* Projects the velocity after a change of geometry, and solves for its pressure by a stage as short as the first
  * step. */
-static pd_status pdi_implicit_balance(pd_ctx *ctx, pd_implicit *im)
+static pd_status pdi_implicit_project_new_fluid(pd_ctx *ctx, pd_implicit *im)
 {
-    pd_status status = pdi_implicit_project(ctx, im);
+    pd_status status = pdi_implicit_project_start(ctx, im);
     if (status != PD_OK) return status;
-    pdi_implicit_keep(ctx, im);
-    status = pdi_implicit_relax(ctx, im, 1.0 / im->desc.first, im->start);
-    if (status == PD_OK) pdi_impulse_set(ctx, im->flow, 1.0, 0.0);
-    else pdi_implicit_restore(ctx, im);
+    pdi_implicit_copy_to_start(ctx, im);
+    status = pdi_implicit_solve_time_stage(ctx, im, 1.0 / im->desc.first, im->start);
+    if (status == PD_OK) pdi_pressure_impulse_update_flux(ctx, im->flow, 1.0, 0.0);
+    else pdi_implicit_copy_from_start(ctx, im);
     return status;
 }
 
 /* Process callback: nodes `converted` have become fluid. New families make the velocity divergent, which would be an
  * error of the next step however short, so it is projected. If that fails the next step tries again. */
-static pd_status pdi_implicit_changed(pd_ctx *ctx, void *self, const int32_t *converted, int32_t count)
+static pd_status pdi_implicit_update_geometry(pd_ctx *ctx, void *self, const int32_t *converted, int32_t count)
 {
     pd_implicit *im = (pd_implicit *)self;
-    pd_arena *arena = pdi_steady_arena(im->steady);
+    pd_arena *arena = pdi_steady_get_arena(im->steady);
     im->last = 0.0;
     im->fresh = 1;
     PDI_TRY(pd_flow_update(ctx, converted, count, im->flow));
-    PDI_TRY(pdi_arena_lend(ctx, arena, pdi_implicit_work_list, im));
-    pd_status status = pdi_steady_hold(ctx, im->steady);
-    if (status == PD_OK) status = pdi_steady_release(ctx, im->steady, pdi_implicit_balance(ctx, im));
-    status = pdi_arena_return(ctx, arena, pdi_implicit_work_list, im, status);
-    if (pdi_is_final(status) || status == PD_ERR_ARGUMENT || status == PD_ERR_INTERNAL) return status;
-    pdi_flow_prepare(ctx, im->flow);
-    return pdi_steady_even(ctx, im->steady); /* fluxes through the families that are new */
+    PDI_TRY(pdi_arena_acquire(ctx, arena, pdi_implicit_list_work, im));
+    pd_status status = pdi_steady_begin_solves(ctx, im->steady);
+    if (status == PD_OK) status = pdi_steady_end_solves(ctx, im->steady, pdi_implicit_project_new_fluid(ctx, im));
+    status = pdi_arena_release(ctx, arena, pdi_implicit_list_work, im, status);
+    if (pdi_is_fatal(status) || status == PD_ERR_ARGUMENT || status == PD_ERR_INTERNAL) return status;
+    pdi_flow_update_derived_fields(ctx, im->flow);
+    return pdi_steady_update_divergence_potential(ctx, im->steady); /* fluxes through the families that are new */
 }
 
 /* Process callback: writes or reads the checkpoint of flow, solver and integrator. */
@@ -366,8 +370,8 @@ static pd_status pdi_implicit_store(pd_ctx *ctx, void *self, pd_archive *archive
     pd_implicit *im = (pd_implicit *)self;
     PDI_TRY(pdi_flow_store(ctx, im->flow, archive));
     PDI_TRY(pdi_steady_store(ctx, im->steady, archive));
-    PDI_TRY(pdi_owner_store(ctx, pdi_implicit_list, im, archive));
-    if (archive->reading) pdi_impulse_set(ctx, im->flow, 1.0, 0.0);
+    PDI_TRY(pdi_array_registry_store(ctx, pdi_implicit_list, im, archive));
+    if (archive->reading) pdi_pressure_impulse_update_flux(ctx, im->flow, 1.0, 0.0);
     return PD_OK;
 }
 
@@ -380,15 +384,15 @@ pd_process pd_implicit_process(pd_implicit *im)
     p.time = &im->time;
     p.inner = 1;
     p.steps = &im->steps;
-    p.start = pdi_implicit_start;
-    p.longest = pdi_implicit_longest;
+    p.start = pdi_implicit_begin;
+    p.longest = pdi_implicit_limit_outer_step;
     p.limit = pdi_implicit_limit;
     p.attempt = pdi_implicit_attempt;
     p.accept = pdi_implicit_accept;
-    p.reject = pdi_implicit_again;
-    p.stuck = pdi_implicit_stuck;
-    p.finish = pdi_implicit_finish;
-    p.changed = pdi_implicit_changed;
+    p.reject = pdi_implicit_reject_step;
+    p.stuck = pdi_implicit_fail_step_underflow;
+    p.finish = pdi_implicit_end;
+    p.changed = pdi_implicit_update_geometry;
     p.store = pdi_implicit_store;
     return p;
 }
@@ -396,7 +400,7 @@ pd_process pd_implicit_process(pd_implicit *im)
 void pd_implicit_free(pd_ctx *ctx, pd_implicit *im)
 {
     if (im->flow) im->flow->impulse = im->flow->impulse_grad = im->flow->impulse_flux = NULL;
-    pdi_owner_free(ctx, pdi_implicit_list, im);
+    pdi_array_registry_free(ctx, pdi_implicit_list, im);
     memset(im, 0, sizeof *im);
 }
 PDI_COLD_END

@@ -8,7 +8,7 @@
 #ifndef PD_IMPLICIT_H
 #define PD_IMPLICIT_H
 #include "flow/steady.h"
-#include "solve/process.h"
+#include "solve/physics.h"
 
 typedef struct pd_implicit_desc {
     double tolerance; /* [-] of the stages, against the reference speed; 0: a thousandth of rtol */
@@ -53,9 +53,9 @@ PD_API void pd_implicit_free(pd_ctx *ctx, pd_implicit *implicit);
 
 #ifdef PDI_INTERNAL
 /* Lists the arrays of a pd_implicit that the build makes. */
-PDI_FN void pdi_implicit_list(pdi_owner *owner, void *object);
+PDI_FN void pdi_implicit_list(pdi_array_visitor *owner, void *object);
 /* Scratch memory [byte] of a step beside that of the steady solver. */
-PDI_FN size_t pdi_implicit_room(pd_implicit *implicit);
+PDI_FN size_t pdi_implicit_count_work_bytes(pd_implicit *implicit);
 #endif
 
 #endif

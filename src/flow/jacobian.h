@@ -19,24 +19,24 @@ typedef struct pd_jacobian {
 
 #ifdef PDI_INTERNAL
 /* A Newton increment (du, dp) with filled ghosts. */
-typedef struct pdi_jacobian_step {
-    const double *advecting; /* [PD_DIM][total] [m/s] of du (pdi_flow_advecting) */
+typedef struct pdi_jacobian_increment {
+    const double *advecting; /* [PD_DIM][total] [m/s] of du (pdi_flow_compute_advecting_velocity) */
     const double *u;       /* [PD_DIM][total] [m/s] */
     const double *p;       /* [total] [m2/s2] */
     const double *grad;    /* [PD_DIM][total] [m/s2] gradient of p */
-} pdi_jacobian_step;
+} pdi_jacobian_increment;
 /* Lists the arrays of a pd_jacobian (`object`) that the build makes. */
-PDI_FN void pdi_jacobian_list(pdi_owner *owner, void *object);
+PDI_FN void pdi_jacobian_list(pdi_array_visitor *owner, void *object);
 /* Lists the single-precision arrays of a pd_jacobian that are lent for a solve. */
-PDI_FN void pdi_jacobian_work_list(pdi_owner *owner, void *object);
+PDI_FN void pdi_jacobian_list_work(pdi_array_visitor *owner, void *object);
 /* Packs the bond weights in single precision, scaled by powers of two near the reference speed and the spacing. */
 PDI_FN pd_status pdi_jacobian_build(pd_ctx *ctx, const pd_flow *flow, pd_jacobian *jacobian);
 PDI_FN void pdi_jacobian_free(pd_ctx *ctx, pd_jacobian *jacobian);
-/* Sets the state to linearise about: the one that pdi_flow_prepare has seen last. */
-PDI_FN void pdi_jacobian_freeze(const pd_ctx *ctx, pd_jacobian *jacobian);
+/* Sets the state to linearise about: the one that pdi_flow_update_derived_fields has seen last. */
+PDI_FN void pdi_jacobian_set_state(const pd_ctx *ctx, pd_jacobian *jacobian);
 /* yu [PD_DIM][total] [m/s2], yc [total] [1/s] = Jacobian of the bond sums of momentum and continuity times the
  * increment, in single precision: to seven digits of the largest terms. */
-PDI_FN void pdi_jacobian_apply(const pd_ctx *ctx, const pd_jacobian *jacobian, const pdi_jacobian_step *step,
+PDI_FN void pdi_jacobian_apply(const pd_ctx *ctx, const pd_jacobian *jacobian, const pdi_jacobian_increment *step,
                                double *yu, double *yc);
 #endif
 

@@ -1,51 +1,52 @@
 /* near_wall: see near_wall.h */
 #include "flow/near_wall.h"
 #include "core/vec.h"
-#include "lattice/quadratic.h"
+#include "lattice/quadratic_fit.h"
 #include "lattice/surface.h"
 #include <math.h>
 #include <string.h>
 
 /* [cells] step of finite differences of a distance; closer than this is on the surface */
 #define PDI_NEAR_WALL_STEP 1e-3
-#define PDI_NEAR_WALL_SHARP 0.5 /* [-] curvature times cell size above which a surface is an edge, as for bonds */
-#define PDI_NEAR_WALL_NEAR 5 /* squared distance [cells] within which nodes take part in a fit */
-#define PDI_NEAR_WALL_SEEN 57 /* most nodes of a fit: those within sqrt(5) cells in 3D */
-#define PDI_NEAR_WALL_BESIDE 1.5 /* [cells] farthest surface whose pressure slope is used */
+/* [-] curvature times cell size above which a surface is an edge, as for bonds */
+#define PDI_NEAR_WALL_EDGE_CURVATURE 0.5
+#define PDI_NEAR_WALL_RADIUS_SQUARED 5   /* squared distance [cells] within which nodes take part in a fit */
+#define PDI_NEAR_WALL_MAX_NODES 57       /* most nodes of a fit: those within sqrt(5) cells in 3D */
+#define PDI_NEAR_WALL_MAX_DISTANCE 1.5   /* [cells] farthest surface whose pressure slope is used */
 #define PDI_NEAR_WALL_TERMS (PD_DIM + 1) /* unknowns of the fit of eq. 3.11b */
-#define PDI_NEAR_WALL_DEPENDS 1e-4 /* pivot over diagonal below which a fit is singular */
+#define PDI_NEAR_WALL_SINGULAR 1e-4      /* pivot over diagonal below which a fit is singular */
 
 /* Nodes of a fit, and the surface beside the point. */
-typedef struct pdi_near_wall_sight {
+typedef struct pdi_near_wall_fit_nodes {
     const pd_bonds *bonds;
     int count;
-    int32_t node[PDI_NEAR_WALL_SEEN];
-    int step[PDI_NEAR_WALL_SEEN][PD_DIM]; /* from the first one */
-    double place[PD_DIM], normal[PD_DIM]; /* [m] a point on the surface beside x, and its normal there */
-    int32_t closed;
-} pdi_near_wall_sight;
+    int32_t node[PDI_NEAR_WALL_MAX_NODES];
+    int offset[PDI_NEAR_WALL_MAX_NODES][PD_DIM]; /* from the first one */
+    double wall_point[PD_DIM], normal[PD_DIM];   /* [m] a point on the surface beside x, and its normal there */
+    int32_t wall_cell;
+} pdi_near_wall_fit_nodes;
 
 /* Adds a node at the offset `step` [cells] from the first one, if it is near enough and new. */
-static void pdi_near_wall_add(pdi_near_wall_sight *sight, int32_t node, const int *step)
+static void pdi_near_wall_add_node(pdi_near_wall_fit_nodes *sight, int32_t node, const int *step)
 {
     int square = 0;
     for (int d = 0; d < PD_DIM; d++) square += step[d] * step[d];
-    if (square > PDI_NEAR_WALL_NEAR || sight->count == PDI_NEAR_WALL_SEEN) return;
+    if (square > PDI_NEAR_WALL_RADIUS_SQUARED || sight->count == PDI_NEAR_WALL_MAX_NODES) return;
     for (int q = 0; q < sight->count; q++)
         if (sight->node[q] == node) return;
     sight->node[sight->count] = node;
-    memcpy(sight->step[sight->count++], step, sizeof sight->step[0]);
+    memcpy(sight->offset[sight->count++], step, sizeof sight->offset[0]);
 }
 
 /* Collects the nodes of a fit: `node`, the ends of its open bonds to adjacent cells, and of theirs. */
-static void pdi_near_wall_look(pdi_near_wall_sight *sight, int32_t node)
+static void pdi_near_wall_find_nodes(pdi_near_wall_fit_nodes *sight, int32_t node)
 {
     const pd_bonds *bonds = sight->bonds;
     const pd_stencil *s = bonds->stencil;
     int start = 0, none[PD_DIM];
     memset(none, 0, sizeof none);
     sight->count = 0;
-    pdi_near_wall_add(sight, node, none);
+    pdi_near_wall_add_node(sight, node, none);
     for (int pass = 0; pass < 2; pass++) {
         int end = sight->count;
         for (int q = start; q < end; q++) {
@@ -56,12 +57,12 @@ static void pdi_near_wall_look(pdi_near_wall_sight *sight, int32_t node)
                 int step[PD_DIM], largest = 0;
                 for (int d = 0; d < PD_DIM; d++) {
                     int n = s->offset[k * PD_DIM + d];
-                    step[d] = sight->step[q][d] + n;
+                    step[d] = sight->offset[q][d] + n;
                     largest = n > largest ? n : -n > largest ? -n : largest;
                 }
-                if (largest > 1 || bonds->grid->kind[far] == PD_INLET || (row >= 0 && !pdi_bond_open(bonds, row, k)))
+                if (largest > 1 || bonds->grid->kind[far] == PD_INLET || (row >= 0 && !pdi_bond_is_open(bonds, row, k)))
                     continue;
-                pdi_near_wall_add(sight, far, step);
+                pdi_near_wall_add_node(sight, far, step);
             }
         }
         start = end;
@@ -69,24 +70,26 @@ static void pdi_near_wall_look(pdi_near_wall_sight *sight, int32_t node)
 }
 
 /* Distance [m] of x from the surface, and its normal. 0: not known. */
-static int pdi_near_wall_rise(const pdi_near_wall_sight *sight, const double *x, double *distance, double *normal)
+static int pdi_near_wall_compute_distance(const pdi_near_wall_fit_nodes *sight, const double *x, double *distance,
+                                          double *normal)
 {
     const pd_bonds *bonds = sight->bonds;
     int i[PD_DIM];
     double at[PD_DIM];
-    pdi_grid_index(bonds->grid, sight->closed, i);
+    pdi_grid_index(bonds->grid, sight->wall_cell, i);
     memcpy(normal, sight->normal, sizeof sight->normal);
-    for (int d = 0; d < PD_DIM; d++) at[d] = x[d] - sight->place[d];
+    for (int d = 0; d < PD_DIM; d++) at[d] = x[d] - sight->wall_point[d];
     *distance = pdi_vec_dot(at, normal);
-    if (!pdi_grid_inside(bonds->grid, i)) return 1;
-    double level = pdi_bond_smooth(bonds, sight->closed, sight->place);
-    if (!(fabs(level) < PDI_NEAR_WALL_STEP * pdi_vec_least(bonds->grid->h))) return 0;
-    return pdi_surface_rise(bonds, sight->closed, x, PDI_NEAR_WALL_STEP, distance, normal);
+    if (!pdi_grid_is_inside(bonds->grid, i)) return 1;
+    double level = pdi_bond_surface_distance(bonds, sight->wall_cell, sight->wall_point);
+    if (!(fabs(level) < PDI_NEAR_WALL_STEP * pdi_vec_min(bonds->grid->h))) return 0;
+    return pdi_surface_compute_normal(bonds, sight->wall_cell, x, PDI_NEAR_WALL_STEP, distance, normal);
 }
 
 /* *slope [m/s2] = wall-normal derivative of the pressure, from the friction of the normal velocity, which begins with
  * the square of the distance, and the body force (eq. 3.11b). 0: not known. */
-static int pdi_near_wall_lean(const pdi_near_wall_sight *sight, const pd_flow *flow, double *slope)
+static int pdi_near_wall_compute_pressure_slope(const pdi_near_wall_fit_nodes *sight, const pd_flow *flow,
+                                                double *slope)
 {
     enum { terms = PDI_NEAR_WALL_TERMS };
     const pd_grid *grid = flow->grid;
@@ -100,12 +103,12 @@ static int pdi_near_wall_lean(const pdi_near_wall_sight *sight, const pd_flow *f
     for (int q = 0; q < sight->count; q++) {
         double x[PD_DIM], normal[PD_DIM], d, speed = 0.0, square = 0.0, term[PDI_NEAR_WALL_TERMS];
         pd_grid_position(grid, sight->node[q], x);
-        if (!pdi_near_wall_rise(sight, x, &d, normal)) return 0;
+        if (!pdi_near_wall_compute_distance(sight, x, &d, normal)) return 0;
         d /= h;
         term[0] = d * d;
         term[1] = d * d * d;
         for (int a = 0, at = 2; a < PD_DIM; a++) {
-            double way = (x[a] - sight->place[a]) / h;
+            double way = (x[a] - sight->wall_point[a]) / h;
             square += way * way;
             speed += normal[a] * flow->u[(int64_t)a * grid->total + sight->node[q]];
             if (a != last) term[at++] = d * d * (way - d * sight->normal[a]);
@@ -118,24 +121,24 @@ static int pdi_near_wall_lean(const pdi_near_wall_sight *sight, const pd_flow *f
     }
     for (int a = 0; a < terms; a++) {
         if (!(moment[a * terms + a] > 0.0)) return 0;
-        least[a] = PDI_NEAR_WALL_DEPENDS;
+        least[a] = PDI_NEAR_WALL_SINGULAR;
         unit[a] = 1.0 / sqrt(moment[a * terms + a]);
     }
     for (int a = 0; a < terms; a++) {
         right[a] *= unit[a];
         for (int b = 0; b < terms; b++) moment[a * terms + b] *= unit[a] * unit[b];
     }
-    if (!pdi_vec_factor_any(terms, terms, least, moment)) return 0;
-    pdi_vec_substitute(terms, terms, moment, right);
+    if (!pdi_vec_cholesky_any_order(terms, terms, least, moment)) return 0;
+    pdi_vec_cholesky_solve(terms, terms, moment, right);
     *slope = flow->nu * 2.0 * right[0] * unit[0] / (h * h);
     double push[PD_DIM];
     memset(push, 0, sizeof push);
-    if (flow->push) flow->push(flow->push_user, sight->place, push);
+    if (flow->push) flow->push(flow->push_user, sight->wall_point, push);
     for (int d = 0; d < PD_DIM; d++) *slope += sight->normal[d] * (flow->force[d] + push[d]);
     return 1;
 }
 
-PDI_FN int pdi_near_wall_curved(const pd_bonds *bonds, int32_t wall_cell, const double *x, double *curvature)
+PDI_FN int pdi_near_wall_compute_curvature(const pd_bonds *bonds, int32_t wall_cell, const double *x, double *curvature)
 {
     const pd_grid *grid = bonds->grid;
     double at[PD_DIM], sharpest = 0.0;
@@ -144,37 +147,38 @@ PDI_FN int pdi_near_wall_curved(const pd_bonds *bonds, int32_t wall_cell, const 
     pdi_grid_fold_position(grid, at);
     for (int d = 0; d < PD_DIM; d++) {
         double reach = 2.0 * PDI_NEAR_WALL_STEP * grid->h[d];
-        if (pdi_grid_port(grid->side[2 * d])) at[d] = pdi_max(at[d], grid->lo[d] + reach);
-        if (pdi_grid_port(grid->side[2 * d + 1])) at[d] = pdi_min(at[d], grid->hi[d] - reach);
+        if (pdi_grid_is_inlet_or_outlet(grid->side[2 * d])) at[d] = pdi_max(at[d], grid->lo[d] + reach);
+        if (pdi_grid_is_inlet_or_outlet(grid->side[2 * d + 1])) at[d] = pdi_min(at[d], grid->hi[d] - reach);
     }
-    double middle = pdi_bond_smooth(bonds, wall_cell, at);
+    double middle = pdi_bond_surface_distance(bonds, wall_cell, at);
     for (int d = 0; d < PD_DIM; d++) {
         double eps = PDI_NEAR_WALL_STEP * grid->h[d], second = -2.0 * middle, here = at[d];
         for (int up = 0; up < 2; up++) {
             at[d] = here + (up ? eps : -eps);
-            second += pdi_bond_smooth(bonds, wall_cell, at);
+            second += pdi_bond_surface_distance(bonds, wall_cell, at);
         }
         at[d] = here;
         *curvature += second / (eps * eps);
         sharpest = pdi_max(sharpest, fabs(second) / (eps * eps) * grid->h[d]);
     }
-    return sharpest < PDI_NEAR_WALL_SHARP;
+    return sharpest < PDI_NEAR_WALL_EDGE_CURVATURE;
 }
 
-PDI_FN int pdi_near_wall_shear(const pd_flow *flow, int32_t node, const double *x, double *slope)
+PDI_FN int pdi_near_wall_compute_shear(const pd_flow *flow, int32_t node, const double *x, double *slope)
 {
     enum { terms = PD_DIM };
     const pd_grid *grid = flow->grid;
-    pdi_near_wall_sight sight;
+    pdi_near_wall_fit_nodes sight;
     double moment[PD_DIM * PD_DIM], right[PD_DIM][PD_DIM], least[PD_DIM], h = grid->h[0], mean, normal[PD_DIM];
     int last = 0;
     sight.bonds = flow->bonds;
-    if (!pdi_surface_meet(flow->bonds, node, x, sight.place, sight.normal, &sight.closed)) return 0;
-    if (!(pdi_bond_smooth(flow->bonds, sight.closed, sight.place) < HUGE_VAL)) mean = 0.0;
-    else if (!pdi_near_wall_curved(flow->bonds, sight.closed, sight.place, &mean)) return 0;
-    double round = grid->circumference ? sight.normal[PD_DIM - 1] / fabs(sight.place[PD_DIM - 1]) : 0.0;
-    if (fabs(round) * h < PDI_NEAR_WALL_SHARP) mean += round; /* a surface of revolution bends round the axis, too */
-    pdi_near_wall_look(&sight, node);
+    if (!pdi_surface_find_nearest(flow->bonds, node, x, sight.wall_point, sight.normal, &sight.wall_cell)) return 0;
+    if (!(pdi_bond_surface_distance(flow->bonds, sight.wall_cell, sight.wall_point) < HUGE_VAL)) mean = 0.0;
+    else if (!pdi_near_wall_compute_curvature(flow->bonds, sight.wall_cell, sight.wall_point, &mean)) return 0;
+    double round = grid->circumference ? sight.normal[PD_DIM - 1] / fabs(sight.wall_point[PD_DIM - 1]) : 0.0;
+    /* a surface of revolution bends round the axis, too */
+    if (fabs(round) * h < PDI_NEAR_WALL_EDGE_CURVATURE) mean += round;
+    pdi_near_wall_find_nodes(&sight, node);
     memset(moment, 0, sizeof moment);
     memset(right, 0, sizeof right);
     for (int d = 1; d < PD_DIM; d++)
@@ -184,30 +188,31 @@ PDI_FN int pdi_near_wall_shear(const pd_flow *flow, int32_t node, const double *
         double at[PD_DIM], foot[PD_DIM], wall[PD_DIM], d, square = 0.0, term[PD_DIM];
         pd_grid_position(grid, from, at);
         if (grid->kind[from] != PD_FLUID && grid->kind[from] != PD_IMAGE) continue;
-        if (!pdi_near_wall_rise(&sight, at, &d, normal)) return 0;
+        if (!pdi_near_wall_compute_distance(&sight, at, &d, normal)) return 0;
         if (!(d > 0.0)) continue;
         for (int a = 0; a < PD_DIM; a++) foot[a] = at[a] - d * normal[a];
         memset(wall, 0, sizeof wall);
         if (flow->wall) flow->wall(flow->wall_user, foot, wall);
         term[0] = d / h * (1.0 - 0.5 * mean * d);
         for (int a = 0, k = 1; a < PD_DIM; a++) {
-            double way = (at[a] - sight.place[a]) / h;
+            double way = (at[a] - sight.wall_point[a]) / h;
             square += way * way;
-            if (a != last) term[k++] = term[0] * (foot[a] - sight.place[a]) / h;
+            if (a != last) term[k++] = term[0] * (foot[a] - sight.wall_point[a]) / h;
         }
         for (int e = 0; e < PD_DIM; e++) {
             int64_t of = (int64_t)e * grid->total + from;
-            double bend = (flow->grad[of] - pdi_flow_force(flow, e, pdi_grid_image(grid, from, NULL))) / flow->nu;
+            double bend =
+                (flow->grad[of] - pdi_flow_get_body_force(flow, e, pdi_grid_find_source(grid, from, NULL))) / flow->nu;
             double rest = flow->u[of] - wall[e] - 0.5 * bend * d * d;
             for (int a = 0; a < terms; a++) right[e][a] += term[a] * rest / (square * square);
         }
         for (int a = 0; a < terms * terms; a++)
             moment[a] += term[a / terms] * term[a % terms] / (square * square);
     }
-    for (int a = 0; a < terms; a++) least[a] = PDI_NEAR_WALL_DEPENDS * moment[a * terms + a];
-    if (!(moment[0] > 0.0) || !pdi_vec_factor_any(terms, terms, least, moment)) return 0;
+    for (int a = 0; a < terms; a++) least[a] = PDI_NEAR_WALL_SINGULAR * moment[a * terms + a];
+    if (!(moment[0] > 0.0) || !pdi_vec_cholesky_any_order(terms, terms, least, moment)) return 0;
     for (int e = 0; e < PD_DIM; e++) {
-        pdi_vec_substitute(terms, terms, moment, right[e]);
+        pdi_vec_cholesky_solve(terms, terms, moment, right[e]);
         slope[e] = right[e][0] / h;
     }
     double along = pdi_vec_dot(slope, sight.normal);
@@ -215,38 +220,38 @@ PDI_FN int pdi_near_wall_shear(const pd_flow *flow, int32_t node, const double *
     return 1;
 }
 
-PDI_FN double pdi_near_wall_pressure(const pd_bonds *bonds, const pd_flow *flow, const double *p, int32_t node,
-                                 const double *x)
+PDI_FN double pdi_near_wall_interpolate_pressure(const pd_bonds *bonds, const pd_flow *flow, const double *p,
+                                                 int32_t node, const double *x)
 {
-    pdi_near_wall_sight sight;
-    pdi_quadratic fit;
+    pdi_near_wall_fit_nodes sight;
+    pdi_quadratic_fit fit;
     double at[PD_DIM], slope, square = 0.0, moves = 0.0;
     sight.bonds = bonds;
-    pdi_near_wall_look(&sight, node);
-    pdi_quadratic_start(&fit, x, bonds->grid->h);
+    pdi_near_wall_find_nodes(&sight, node);
+    pdi_quadratic_fit_init(&fit, x, bonds->grid->h);
     for (int q = 0; q < sight.count; q++) {
         pd_grid_position(bonds->grid, sight.node[q], at);
-        pdi_quadratic_value(&fit, at, p[sight.node[q]]);
+        pdi_quadratic_fit_add_value(&fit, at, p[sight.node[q]]);
     }
-    if (!flow || !pdi_surface_meet(bonds, node, x, sight.place, sight.normal, &sight.closed))
-        return pdi_quadratic_solve(&fit);
+    if (!flow || !pdi_surface_find_nearest(bonds, node, x, sight.wall_point, sight.normal, &sight.wall_cell))
+        return pdi_quadratic_fit_solve(&fit);
     for (int d = 0; d < PD_DIM; d++) {
-        double way = (sight.place[d] - x[d]) / bonds->grid->h[d];
+        double way = (sight.wall_point[d] - x[d]) / bonds->grid->h[d];
         square += way * way;
         at[d] = 0.0;
     }
-    if (flow->wall) flow->wall(flow->wall_user, sight.place, at);
+    if (flow->wall) flow->wall(flow->wall_user, sight.wall_point, at);
     for (int d = 0; d < PD_DIM; d++) moves = pdi_max(moves, fabs(at[d]));
-    int beside = square < PDI_NEAR_WALL_BESIDE * PDI_NEAR_WALL_BESIDE && !(moves > 0.0);
-    if (beside && pdi_near_wall_lean(&sight, flow, &slope))
-        pdi_quadratic_slope(&fit, sight.place, sight.normal, slope);
-    return pdi_quadratic_solve(&fit);
+    int beside = square < PDI_NEAR_WALL_MAX_DISTANCE * PDI_NEAR_WALL_MAX_DISTANCE && !(moves > 0.0);
+    if (beside && pdi_near_wall_compute_pressure_slope(&sight, flow, &slope))
+        pdi_quadratic_fit_add_derivative(&fit, sight.wall_point, sight.normal, slope);
+    return pdi_quadratic_fit_solve(&fit);
 }
 
 #undef PDI_NEAR_WALL_STEP
-#undef PDI_NEAR_WALL_SHARP
-#undef PDI_NEAR_WALL_NEAR
-#undef PDI_NEAR_WALL_SEEN
-#undef PDI_NEAR_WALL_BESIDE
+#undef PDI_NEAR_WALL_EDGE_CURVATURE
+#undef PDI_NEAR_WALL_RADIUS_SQUARED
+#undef PDI_NEAR_WALL_MAX_NODES
+#undef PDI_NEAR_WALL_MAX_DISTANCE
 #undef PDI_NEAR_WALL_TERMS
-#undef PDI_NEAR_WALL_DEPENDS
+#undef PDI_NEAR_WALL_SINGULAR

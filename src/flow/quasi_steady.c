@@ -1,26 +1,27 @@
 /* quasi_steady: see quasi_steady.h */
 #include "flow/quasi_steady.h"
-#include "lattice/boundary.h"
+#include "lattice/open_boundary.h"
 #include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-#define PDI_QUASI_STEADY_NEARLY 1e-3 /* a residual below this is proposed to the user as a tolerance */
+#define PDI_QUASI_STEADY_PROPOSED_TOLERANCE 1e-3 /* a residual below this is proposed to the user as a tolerance */
 
 /* Relative difference allowed between the inlet velocities and what bonds let in. It is rounding, unless the open bonds
  * of a node do not span space. */
-#define PDI_QUASI_STEADY_ENTERS 1e-6
-#define PDI_QUASI_STEADY_FEEDS 1e-6 /* net over gross inflow below which inlets are taken to feed each other */
+#define PDI_QUASI_STEADY_INFLOW_TOLERANCE 1e-6
+#define PDI_QUASI_STEADY_CLOSED_INFLOW 1e-6 /* net over gross inflow below which inlets are taken to feed each other \
+                                             */
 
 /* Checks the solved flow: fails where the inflow differs from that of the inlets, or sections of the flow from each
  * other. Where a horizon spans the gap between metal and walls, a solution on the lattice may be no flow. */
-static pd_status pdi_quasi_steady_enters(pd_ctx *ctx, const pd_quasi_steady *q)
+static pd_status pdi_quasi_steady_check_inflow(pd_ctx *ctx, const pd_quasi_steady *q)
 {
-    char place[PDI_GRID_PLACE];
-    double pushed, gross, taken = pdi_flow_entering(ctx, q->flow, &pushed, &gross);
+    char place[PDI_GRID_POSITION_LENGTH];
+    double pushed, gross, taken = pdi_flow_integrate_inflow(ctx, q->flow, &pushed, &gross);
     double excess = (taken - pushed) / gross;
-    if (gross > 0.0 && !(fabs(excess) <= PDI_QUASI_STEADY_ENTERS))
+    if (gross > 0.0 && !(fabs(excess) <= PDI_QUASI_STEADY_INFLOW_TOLERANCE))
         return pdi_fail(ctx, PD_ERR_GEOMETRY, "steady",
                         "the flow at t = %g s passes the inlets at %.3g m3/s (2D: m2/s), expected about %.3g: the "
                         "horizon spans what lies between them and the outlets. Refine the grid, take a smaller m or "
@@ -32,35 +33,35 @@ static pd_status pdi_quasi_steady_enters(pd_ctx *ctx, const pd_quasi_steady *q)
                         "expected at most %g of the %.3g that enter, most of all at %s m. Loosen the tolerance or "
                         "refine the grid",
                         q->time, q->steady->uneven, q->steady->desc.tolerance, gross,
-                        pdi_grid_place(q->flow->grid, q->steady->worst, place));
+                        pdi_grid_format_position(q->flow->grid, q->steady->worst, place));
     return PD_OK;
 }
 
 /* After a failed solve: fails with a message where no open path leads from an inlet to an outlet, else returns
  * `status`. */
-static pd_status pdi_quasi_steady_blocked(pd_ctx *ctx, const pd_quasi_steady *q, pd_status status)
+static pd_status pdi_quasi_steady_check_open_path(pd_ctx *ctx, const pd_quasi_steady *q, pd_status status)
 {
     double pushed, gross;
     int32_t node;
-    char place[PDI_GRID_PLACE];
-    pdi_flow_entering(ctx, q->flow, &pushed, &gross);
+    char place[PDI_GRID_POSITION_LENGTH];
+    pdi_flow_integrate_inflow(ctx, q->flow, &pushed, &gross);
     /* not inlets that feed each other */
-    if (pdi_is_final(status) || !(fabs(pushed) > PDI_QUASI_STEADY_FEEDS * gross)) return status;
-    PDI_TRY(pdi_boundary_blocked(ctx, q->flow->bonds, &node));
+    if (pdi_is_fatal(status) || !(fabs(pushed) > PDI_QUASI_STEADY_CLOSED_INFLOW * gross)) return status;
+    PDI_TRY(pdi_open_boundary_find_blocked_inlet(ctx, q->flow->bonds, &node));
     if (node < 0) return status;
     return pdi_fail(ctx, PD_ERR_GEOMETRY, "steady",
                     "the flow at t = %g s has no way from the inlet beside %s m to an outlet: metal or walls close it",
-                    q->time, pdi_grid_place(q->flow->grid, node, place));
+                    q->time, pdi_grid_format_position(q->flow->grid, node, place));
 }
 
 /* Fails with a message for a solve that stalled: what it has reached, and what helps. */
-static pd_status pdi_quasi_steady_unsteady(pd_ctx *ctx, const pd_quasi_steady *q)
+static pd_status pdi_quasi_steady_fail_unsteady(pd_ctx *ctx, const pd_quasi_steady *q)
 {
     const pd_steady_result *r = &q->result;
-    char place[PDI_GRID_PLACE], accept[64], why[120];
+    char place[PDI_GRID_POSITION_LENGTH], accept[64], why[120];
     double reached = r->excess * q->steady->desc.tolerance;
     accept[0] = '\0';
-    if (reached < PDI_QUASI_STEADY_NEARLY)
+    if (reached < PDI_QUASI_STEADY_PROPOSED_TOLERANCE)
         snprintf(accept, sizeof accept, "; steady = %.1e accepts this one", 1.1 * reached);
     /* from there Newton's next step would reach the rounding: this is it, and no flow that moves */
     if (reached < sqrt(DBL_EPSILON)) snprintf(why, sizeof why, "That is as far as their rounding lets them fall");
@@ -71,23 +72,23 @@ static pd_status pdi_quasi_steady_unsteady(pd_ctx *ctx, const pd_quasi_steady *q
     return pdi_fail(ctx, PD_ERR_DIVERGED, "steady",
                     "the flow is not steady at t = %g s: after %d Newton steps the residuals are %.3g (momentum) and "
                     "%.3g (continuity), %.3g times what steady = %g allows, largest at %s m, and further steps do not "
-                    "lower them. %s%s", q->time, r->newton, r->momentum, r->continuity, r->excess,
-                    q->steady->desc.tolerance, pdi_grid_place(q->flow->grid, q->steady->worst, place), why,
-                    accept);
+                    "lower them. %s%s",
+                    q->time, r->newton, r->momentum, r->continuity, r->excess, q->steady->desc.tolerance,
+                    pdi_grid_format_position(q->flow->grid, q->steady->worst, place), why, accept);
 }
 
 /* Solves for the steady flow if it is out of date, and checks it. */
-static pd_status pdi_quasi_steady_solve(pd_ctx *ctx, pd_quasi_steady *q)
+static pd_status pdi_quasi_steady_update_flow(pd_ctx *ctx, pd_quasi_steady *q)
 {
     if (!q->stale) return PD_OK;
     pd_status status = pd_steady_solve(ctx, q->steady, &q->result);
     q->solves++;
     q->krylov += q->result.krylov;
     q->evaluations += q->result.evaluations;
-    if (status != PD_OK) status = pdi_quasi_steady_blocked(ctx, q, status);
+    if (status != PD_OK) status = pdi_quasi_steady_check_open_path(ctx, q, status);
     if (status < 0) return status;
-    if (status != PD_OK) return pdi_quasi_steady_unsteady(ctx, q);
-    PDI_TRY(pdi_quasi_steady_enters(ctx, q));
+    if (status != PD_OK) return pdi_quasi_steady_fail_unsteady(ctx, q);
+    PDI_TRY(pdi_quasi_steady_check_inflow(ctx, q));
     q->stale = 0;
     q->moved = 0.0;
     return PD_OK;
@@ -95,26 +96,26 @@ static pd_status pdi_quasi_steady_solve(pd_ctx *ctx, pd_quasi_steady *q)
 
 /* Process callback: sets boundary data of time t [s]; solves again when they have changed by more than the
  * tolerance. */
-static pd_status pdi_quasi_steady_at(pd_ctx *ctx, void *self, double t)
+static pd_status pdi_quasi_steady_set_time(pd_ctx *ctx, void *self, double t)
 {
     pd_quasi_steady *q = (pd_quasi_steady *)self;
     double moved;
     q->time = t;
-    PDI_TRY(pdi_flow_at(ctx, q->flow, t, 0.0, &moved));
+    PDI_TRY(pdi_flow_set_time(ctx, q->flow, t, 0.0, &moved));
     q->moved += moved;
     if (q->moved > q->steady->desc.tolerance) q->stale = 1;
-    return pdi_quasi_steady_solve(ctx, q);
+    return pdi_quasi_steady_update_flow(ctx, q);
 }
 
 /* Process callback at the end of an outer step: solves if the flow is out of date. */
-static pd_status pdi_quasi_steady_finish(pd_ctx *ctx, void *self, double t)
+static pd_status pdi_quasi_steady_end(pd_ctx *ctx, void *self, double t)
 {
     (void)t;
-    return pdi_quasi_steady_solve(ctx, (pd_quasi_steady *)self);
+    return pdi_quasi_steady_update_flow(ctx, (pd_quasi_steady *)self);
 }
 
 /* Process callback: nodes `converted` have become fluid. */
-static pd_status pdi_quasi_steady_changed(pd_ctx *ctx, void *self, const int32_t *converted, int32_t count)
+static pd_status pdi_quasi_steady_update_geometry(pd_ctx *ctx, void *self, const int32_t *converted, int32_t count)
 {
     pd_quasi_steady *q = (pd_quasi_steady *)self;
     q->stale = 1;
@@ -127,13 +128,13 @@ static pd_status pdi_quasi_steady_store(pd_ctx *ctx, void *self, pd_archive *arc
     pd_quasi_steady *q = (pd_quasi_steady *)self;
     PDI_TRY(pdi_flow_store(ctx, q->flow, archive));
     PDI_TRY(pdi_steady_store(ctx, q->steady, archive));
-    PDI_TRY(PDI_KEEP(ctx, archive, "flow solves", &q->solves, 1));
-    PDI_TRY(PDI_KEEP(ctx, archive, "krylov of the flow", &q->krylov, 1));
-    PDI_TRY(PDI_KEEP(ctx, archive, "evaluations of the flow", &q->evaluations, 1));
-    PDI_TRY(PDI_KEEP(ctx, archive, "flow stale", &q->stale, 1));
-    PDI_TRY(PDI_KEEP(ctx, archive, "flow moved", &q->moved, 1));
-    PDI_TRY(PDI_KEEP(ctx, archive, "momentum residual", &q->result.momentum, 1));
-    return PDI_KEEP(ctx, archive, "continuity residual", &q->result.continuity, 1);
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "flow solves", &q->solves, 1));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "krylov of the flow", &q->krylov, 1));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "evaluations of the flow", &q->evaluations, 1));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "flow stale", &q->stale, 1));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "flow moved", &q->moved, 1));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "momentum residual", &q->result.momentum, 1));
+    return PDI_ARCHIVE_ARRAY(ctx, archive, "continuity residual", &q->result.continuity, 1);
 }
 
 pd_process pd_quasi_steady_process(pd_flow *flow, pd_steady *steady, pd_quasi_steady *q)
@@ -146,13 +147,13 @@ pd_process pd_quasi_steady_process(pd_flow *flow, pd_steady *steady, pd_quasi_st
     q->stale = 1;
     p.name = "steady flow";
     p.self = q;
-    p.start = p.at = pdi_quasi_steady_at;
-    p.finish = pdi_quasi_steady_finish;
-    p.changed = pdi_quasi_steady_changed;
+    p.start = p.at = pdi_quasi_steady_set_time;
+    p.finish = pdi_quasi_steady_end;
+    p.changed = pdi_quasi_steady_update_geometry;
     p.store = pdi_quasi_steady_store;
     return p;
 }
 
-#undef PDI_QUASI_STEADY_NEARLY
-#undef PDI_QUASI_STEADY_ENTERS
-#undef PDI_QUASI_STEADY_FEEDS
+#undef PDI_QUASI_STEADY_PROPOSED_TOLERANCE
+#undef PDI_QUASI_STEADY_INFLOW_TOLERANCE
+#undef PDI_QUASI_STEADY_CLOSED_INFLOW

@@ -5,14 +5,14 @@
 #ifndef PD_QUASI_STEADY_H
 #define PD_QUASI_STEADY_H
 #include "flow/steady.h"
-#include "solve/process.h"
+#include "solve/physics.h"
 
 typedef struct pd_quasi_steady {
     pd_flow *flow;
     pd_steady *steady;
     pd_steady_result result; /* of the last solve */
     int stale;               /* 1: geometry or boundary data have changed since: solve again */
-    double moved;            /* [-] accumulated change of the boundary data, see pdi_flow_at */
+    double moved;            /* [-] accumulated change of the boundary data, see pdi_flow_set_time */
     double time;             /* [s] of the boundary data */
     int64_t solves, krylov, evaluations;
 } pd_quasi_steady;

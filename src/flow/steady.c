@@ -1,66 +1,68 @@
 /* steady: see steady.h */
 #include "flow/steady.h"
-#include "flow/impulse.h"
+#include "flow/pressure_impulse.h"
 #include "core/par.h"
 #include "lattice/op.h"
 #include <math.h>
 #include <string.h>
 
-#define PDI_STEADY_SHIFT 1.0 /* [-] first pseudo time rate over U/L (b of eq. 4.10) */
-#define PDI_STEADY_AGAIN 0.1 /* [-] first pseudo time rate over U/L after a change of geometry: the old state is near */
-#define PDI_STEADY_GROWTH 10.0 /* a step that lets the residual norm grow by more than this factor is shortened */
-#define PDI_STEADY_HALVINGS 3 /* times that it is halved before it is given up */
-#define PDI_STEADY_PATIENCE 40 /* Newton steps in which the residual has to be halved, or the solve ends */
+#define PDI_STEADY_FIRST_RATE 1.0 /* [-] first pseudo time rate over U/L (b of eq. 4.10) */
+/* [-] first pseudo time rate over U/L after a change of geometry: the old state is near */
+#define PDI_STEADY_FIRST_RATE_AGAIN 0.1
+#define PDI_STEADY_MAX_GROWTH 10.0 /* a step that lets the residual norm grow by more than this factor is shortened */
+#define PDI_STEADY_MAX_HALVINGS 3  /* times that it is halved before it is given up */
+#define PDI_STEADY_MAX_STALLED 40  /* Newton steps in which the residual has to be halved, or the solve ends */
 
 #define PDI_STEADY_MAX_BOOST 1e8 /* factor on the pseudo time rate above which the solve ends */
 /* Part of the residual that the linearisation may miss (q of eq. 4.10a). Above it the pseudo time step becomes shorter,
  * below a quarter of it longer. */
-#define PDI_STEADY_BEND 1.0
+#define PDI_STEADY_MAX_NONLINEARITY 1.0
 
-#define PDI_STEADY_LEAST 10 /* GMRES basis vectors that a solve starts with room for */
+#define PDI_STEADY_MIN_BASIS 10 /* GMRES basis vectors that a solve starts with room for */
 
-#define PDI_STEADY_ENOUGH 0.3 /* [-] part of the tolerance that the last Newton step aims at */
+#define PDI_STEADY_FINAL_FORCING 0.3 /* [-] part of the tolerance that the last Newton step aims at */
 
-#define PDI_STEADY_EVEN 3e-11 /* [-] relative tolerance of the potential (eq. 4.10b), close to rounding */
-#define PDI_STEADY_EVEN_RESTART 24 /* GMRES basis vectors for that potential */
-#define PDI_STEADY_EVEN_MOST 600 /* most iterations for it: rounding may prevent the tolerance */
-#define PDI_STEADY_ROUNDING 1e-19 /* [-] divergence over U/L that counts as zero */
+#define PDI_STEADY_POTENTIAL_RTOL 3e-11 /* [-] relative tolerance of the potential (eq. 4.10b), close to rounding */
+#define PDI_STEADY_POTENTIAL_RESTART 24 /* GMRES basis vectors for that potential */
+#define PDI_STEADY_POTENTIAL_MAX_ITERATIONS 600 /* most iterations for it: rounding may prevent the tolerance */
+#define PDI_STEADY_POTENTIAL_ATOL 1e-19         /* [-] divergence over U/L that counts as zero */
 
-#define PDI_STEADY_STAGE 8 /* most Newton steps of a stage in time */
+#define PDI_STEADY_STAGE_MAX_NEWTON 8 /* most Newton steps of a stage in time */
 #define PDI_STEADY_STAGE_FORCING 0.1 /* loosest linear tolerance of such a Newton step */
 /* [-] part of the stage tolerance that a linear solve aims at: just missing it costs a Newton step */
-#define PDI_STEADY_STAGE_ENOUGH 0.1
+#define PDI_STEADY_STAGE_FINAL_FORCING 0.1
 
 /* User data of the solver callbacks. */
-typedef struct pdi_steady_user {
+typedef struct pdi_steady_solver_data {
     pd_ctx *ctx;
     pd_steady *steady;
-} pdi_steady_user;
+} pdi_steady_solver_data;
 
 /* Number of unknowns. */
-static int64_t pdi_steady_size(const pd_flow *flow) { return (int64_t)(PD_DIM + 1) * flow->grid->total; }
+static int64_t pdi_steady_count_unknowns(const pd_flow *flow) { return (int64_t)(PD_DIM + 1) * flow->grid->total; }
 
 /* Scale of the momentum residual [m/s2]: U^2/L + nu U/L^2 (eq. 4.7), in a stage in time at least U rate. Then an error
  * of the velocity counts as its size over U in both residuals. */
-static double pdi_steady_force(const pd_steady *s)
+static double pdi_steady_get_momentum_scale(const pd_steady *s)
 {
-    return pdi_max(pdi_flow_momentum(s->flow, s->flow->speed, s->flow->length), s->flow->speed * s->rate);
+    return pdi_max(pdi_flow_get_momentum_scale(s->flow, s->flow->speed, s->flow->length), s->flow->speed * s->rate);
 }
 /* Scale of the continuity residual, U/L [1/s] (eq. 4.8). */
-static double pdi_steady_strain(const pd_flow *flow) { return flow->speed / flow->length; }
+static double pdi_steady_get_continuity_scale(const pd_flow *flow) { return flow->speed / flow->length; }
 
 /* Scales x [PD_DIM+1][total]: the momentum rows and the continuity row. */
-static void pdi_steady_scale(const pd_ctx *ctx, const pd_flow *flow, double momentum, double continuity, double *x)
+static void pdi_steady_apply_scales(const pd_ctx *ctx, const pd_flow *flow, double momentum, double continuity,
+                                    double *x)
 {
     int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
-    int nt = pdi_par_threads(ctx, pdi_steady_size(flow));
+    int nt = pdi_par_threads(ctx, pdi_steady_count_unknowns(flow));
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int64_t i = 0; i < split + total; i++) x[i] *= i < split ? momentum : continuity;
 }
 
 /* du = F^-1 r: one multigrid cycle for each component of the velocity block F (eq. 4.9a). */
-static void pdi_steady_push(pd_ctx *ctx, pd_steady *s, const double *r, double *du)
+static void pdi_steady_apply_velocity_inverse(pd_ctx *ctx, pd_steady *s, const double *r, double *du)
 {
     int64_t total = s->flow->grid->total;
     for (int d = 0; d < PD_DIM; d++) pdi_multigrid_cycle(ctx, &s->mg_u, r + d * total, du + d * total);
@@ -68,173 +70,177 @@ static void pdi_steady_push(pd_ctx *ctx, pd_steady *s, const double *r, double *
 
 /* 1: the block factorisation takes F^-1 before the pressure, too. Not with mirror sides, where the cycle does not know
  * that the component across is held, nor with stretched cells, where its rounding is too rough. */
-static int pdi_steady_factors(const pd_grid *grid)
+static int pdi_steady_is_fully_factorised(const pd_grid *grid)
 {
-    if (pdi_compact_stretched(grid->h)) return 0;
+    if (pdi_compact_operator_is_stretched(grid->h)) return 0;
     for (int k = 0; k < 2 * PD_DIM; k++)
         if (grid->side[k] == PD_SIDE_MIRROR) return 0;
     return 1;
 }
 
 /* rc -= div du. Fills the ghosts of du; div [total]: work. */
-static void pdi_steady_diverge(pd_ctx *ctx, pd_steady *s, double *du, double *div, double *rc)
+static void pdi_steady_add_divergence(pd_ctx *ctx, pd_steady *s, double *du, double *div, double *rc)
 {
     pd_flow *flow = s->flow;
     int64_t total = flow->grid->total;
-    pdi_flow_ghosts(flow, 0, du);
-    pdi_flow_advecting(ctx, flow, du, NULL, s->advecting);
+    pdi_flow_update_velocity_ghosts(flow, 0, du);
+    pdi_flow_compute_advecting_velocity(ctx, flow, du, NULL, s->advecting);
     pdi_par_zero(ctx, total, div);
     pd_op_divergence(ctx, flow->bonds, s->advecting, div);
-    pdi_flow_even(ctx, flow, du, s->advecting, 0, 1.0, div);
+    pdi_flow_add_divergence_correction(ctx, flow, du, s->advecting, 0, 1.0, div);
     pdi_par_axpy(ctx, total, -1.0, div, rc);
 }
 
 /* y = M^-1 y by the block factorisation (eq. 4.9a; in closed boxes 4.9d), flow->grad = its pressure gradient. r:
  * work. */
-static void pdi_steady_precondition(pd_ctx *ctx, pd_steady *s, double *y, double *r)
+static void pdi_steady_apply_precond(pd_ctx *ctx, pd_steady *s, double *y, double *r)
 {
     pd_flow *flow = s->flow;
     int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
     const pd_ghosts *ghosts = &flow->bonds->ghosts;
     double *dp = y + split, *q = s->boxed ? r : y;
-    pdi_precond precond;
+    pdi_schur_precond precond;
     precond.poisson = &s->mg_p;
-    precond.seep = &s->mg_seep;
+    precond.darcy = &s->mg_seep;
     precond.shift = s->shift;
     precond.grad = s->advecting; /* both are written later */
-    precond.convected = flow->grad;
+    precond.convective = flow->grad;
     pdi_par_copy(ctx, split + total, y, r);
-    pdi_steady_scale(ctx, flow, pdi_steady_force(s) / s->weight, pdi_steady_strain(flow), r);
-    if (pdi_steady_factors(flow->grid)) {
-        pdi_steady_push(ctx, s, r, y);
-        pdi_steady_diverge(ctx, s, y, dp, r + split);
+    pdi_steady_apply_scales(ctx, flow, pdi_steady_get_momentum_scale(s) / s->weight,
+                            pdi_steady_get_continuity_scale(flow), r);
+    if (pdi_steady_is_fully_factorised(flow->grid)) {
+        pdi_steady_apply_velocity_inverse(ctx, s, r, y);
+        pdi_steady_add_divergence(ctx, s, y, dp, r + split);
     }
     pdi_multigrid_cycle(ctx, &s->mg_p, r + split, q);
     if (s->boxed) { /* du - G q */
-        pdi_ghosts_pressure(ghosts, 0.0, q);
-        pdi_flow_gradient(ctx, flow, q, flow->grad);
+        pdi_ghosts_set_pressure(ghosts, 0.0, q);
+        pdi_flow_compute_pressure_gradient(ctx, flow, q, flow->grad);
         pdi_par_axpy(ctx, split, -1.0, flow->grad, y);
-        pdi_ghosts_clear(ghosts, PD_DIM, y);
+        pdi_ghosts_set_zero(ghosts, PD_DIM, y);
     }
-    pdi_precond_solve(ctx, flow, &precond, r + split, q, dp);
-    pdi_ghosts_pressure(ghosts, 0.0, dp);
-    pdi_flow_gradient(ctx, flow, dp, flow->grad);
+    pdi_schur_precond_apply(ctx, flow, &precond, r + split, q, dp);
+    pdi_ghosts_set_pressure(ghosts, 0.0, dp);
+    pdi_flow_compute_pressure_gradient(ctx, flow, dp, flow->grad);
     if (s->boxed) return;
     pdi_par_axpy(ctx, split, -1.0, flow->grad, r);
-    pdi_ghosts_clear(ghosts, PD_DIM, r); /* no part of the equations */
-    pdi_steady_push(ctx, s, r, y);
+    pdi_ghosts_set_zero(ghosts, PD_DIM, r); /* no part of the equations */
+    pdi_steady_apply_velocity_inverse(ctx, s, r, y);
 }
 
 /* y = J (du, dp), scaled, for du with dp behind it, whose pressure gradient is in flow->grad: (conv(du, u) + conv(u,
  * du) + G dp - nu lap du + shift du, div du - pressure flux). Fills the ghosts of du. */
-static void pdi_steady_jacobian(pd_ctx *ctx, pd_steady *s, double *du, double *y)
+static void pdi_steady_apply_jacobian(pd_ctx *ctx, pd_steady *s, double *du, double *y)
 {
     pd_flow *flow = s->flow;
     int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
-    pdi_jacobian_step step;
-    pdi_flow_ghosts(flow, 0, du);
-    if (flow->sharp.bonds) pdi_sharp_bend(ctx, &flow->sharp, NULL, NULL, du, flow->sharp.bend_step);
-    pdi_flow_advecting(ctx, flow, du, flow->sharp.bend_step, s->advecting);
+    pdi_jacobian_increment step;
+    pdi_flow_update_velocity_ghosts(flow, 0, du);
+    if (flow->sharp.bonds)
+        pdi_fourth_order_compute_second_differences(ctx, &flow->sharp, NULL, NULL, du, flow->sharp.bend_step);
+    pdi_flow_compute_advecting_velocity(ctx, flow, du, flow->sharp.bend_step, s->advecting);
     step.advecting = s->advecting;
     step.u = du;
     step.p = du + split;
     step.grad = flow->grad;
     pdi_jacobian_apply(ctx, &s->jacobian, &step, y, y + split);
-    pdi_flow_bend(ctx, flow, du, du + split, flow->grad, 0, y);
-    pdi_flow_even(ctx, flow, du, s->advecting, 0, 1.0, y + split);
-    pdi_flow_sharpen(ctx, flow, du, s->advecting, flow->grad, y);
-    pdi_isotropic_rows(ctx, &flow->isotropic, flow->isotropy * flow->nu, du, y);
+    pdi_flow_add_fitted_wall(ctx, flow, du, du + split, flow->grad, 0, y);
+    pdi_flow_add_divergence_correction(ctx, flow, du, s->advecting, 0, 1.0, y + split);
+    pdi_flow_add_fourth_order(ctx, flow, du, s->advecting, flow->grad, y);
+    pdi_isotropic_stencil_add_row_corrections(ctx, &flow->isotropic, flow->isotropy * flow->nu, du, y);
     if (s->shift > 0.0) pdi_par_axpy(ctx, split, s->shift, du, y);
-    pdi_ghosts_clear(&flow->bonds->ghosts, PD_DIM, y);
-    pdi_steady_scale(ctx, flow, s->weight / pdi_steady_force(s), 1.0 / pdi_steady_strain(flow), y);
+    pdi_ghosts_set_zero(&flow->bonds->ghosts, PD_DIM, y);
+    pdi_steady_apply_scales(ctx, flow, s->weight / pdi_steady_get_momentum_scale(s),
+                            1.0 / pdi_steady_get_continuity_scale(flow), y);
     flow->evaluations++;
 }
 
 /* Operator of GMRES, preconditioned from the right: y = J M^-1 x, where x becomes M^-1 x. */
-static void pdi_steady_apply(void *user, const double *x, double *y)
+static void pdi_steady_apply_preconditioned_jacobian(void *user, const double *x, double *y)
 {
-    pdi_steady_user *u = (pdi_steady_user *)user;
+    pdi_steady_solver_data *u = (pdi_steady_solver_data *)user;
     double *step = (double *)x; /* the solver is lean */
-    pdi_steady_precondition(u->ctx, u->steady, step, y);
-    pdi_steady_jacobian(u->ctx, u->steady, step, y);
+    pdi_steady_apply_precond(u->ctx, u->steady, step, y);
+    pdi_steady_apply_jacobian(u->ctx, u->steady, step, y);
 }
 
 /* Sets up multigrid mg for a pressure Laplacian with the coefficients media; NULL: 1. */
-static pd_status pdi_steady_pressure(pd_ctx *ctx, pd_steady *s, const pd_media *media, pd_multigrid *mg)
+static pd_status pdi_steady_build_pressure_multigrid(pd_ctx *ctx, pd_steady *s, const pd_media *media, pd_multigrid *mg)
 {
-    const pdi_compact_faces pressure = {0, 0, 1, NULL}; /* outlets hold it */
-    pdi_compact_convection resting;
+    const pdi_compact_operator_bc pressure = {0, 0, 1, NULL}; /* outlets hold it */
+    pdi_compact_operator_convection resting;
     pd_compact *c = &s->compact;
-    resting.spread = resting.u = NULL;
-    pdi_compact_fill(ctx, 1.0, media, &resting, 0.0, &pressure, c);
+    resting.numerical_diffusivity = resting.u = NULL;
+    pdi_compact_operator_assemble(ctx, 1.0, media, &resting, 0.0, &pressure, c);
     return pdi_multigrid_setup(ctx, mg, c->active, (const float *const *)c->conduct, NULL, c->wall, c->mass);
 }
 
 /* Sets up the multigrid of the pressure Laplacian, once for each geometry. */
-static pd_status pdi_steady_potentials(pd_ctx *ctx, pd_steady *s)
+static pd_status pdi_steady_update_poisson_multigrid(pd_ctx *ctx, pd_steady *s)
 {
     if (s->poisson == s->flow->bonds->version) return PD_OK;
-    PDI_TRY(pdi_steady_pressure(ctx, s, NULL, &s->mg_p));
+    PDI_TRY(pdi_steady_build_pressure_multigrid(ctx, s, NULL, &s->mg_p));
     s->poisson = s->flow->bonds->version;
     return PD_OK;
 }
 
 /* Sets up all multigrids one after the other: mobility, velocity block, Laplacian. */
-static pd_status pdi_steady_fill_all(pd_ctx *ctx, pd_steady *s)
+static pd_status pdi_steady_build_multigrids(pd_ctx *ctx, pd_steady *s)
 {
-    const pdi_compact_faces velocity = {1, 1, 0, s->flow->bonds}; /* outlets alone let it free */
-    pdi_compact_convection moving;
+    const pdi_compact_operator_bc velocity = {1, 1, 0, s->flow->bonds}; /* outlets alone let it free */
+    pdi_compact_operator_convection moving;
     moving.u = s->flow->u;
-    moving.spread = NULL;
+    moving.numerical_diffusivity = NULL;
     pd_compact *c = &s->compact;
     pd_media seep;
     memset(&seep, 0, sizeof seep);
     seep.at = s->advecting;
-    pdi_precond_mobility(ctx, s->flow, s->shift, seep.at);
+    pdi_schur_precond_compute_mobility(ctx, s->flow, s->shift, seep.at);
     pd_ghosts_scalar(&s->flow->bonds->ghosts, seep.at);
-    PDI_TRY(pdi_steady_pressure(ctx, s, &seep, &s->mg_seep));
-    pdi_compact_fill(ctx, s->flow->nu, NULL, &moving, s->shift, &velocity, c);
+    PDI_TRY(pdi_steady_build_pressure_multigrid(ctx, s, &seep, &s->mg_seep));
+    pdi_compact_operator_assemble(ctx, s->flow->nu, NULL, &moving, s->shift, &velocity, c);
     PDI_TRY(pdi_multigrid_setup(ctx, &s->mg_u, c->active, (const float *const *)c->conduct,
                                 (const float *const *)c->flux, c->wall, c->mass));
-    return pdi_steady_potentials(ctx, s);
+    return pdi_steady_update_poisson_multigrid(ctx, s);
 }
 
 /* Sets up all multigrids; an overflow of single precision gets a message. */
-static pd_status pdi_steady_fill(pd_ctx *ctx, pd_steady *s)
+static pd_status pdi_steady_try_build_multigrids(pd_ctx *ctx, pd_steady *s)
 {
-    pd_status status = pdi_steady_fill_all(ctx, s);
+    pd_status status = pdi_steady_build_multigrids(ctx, s);
     if (status != PD_ERR_ARGUMENT) return status; /* the coefficients are of single precision */
     return pdi_fail(ctx, PD_ERR_DIVERGED, "flow", "mu/rho = %g m2/s, h = %g m and speeds give rates beyond the range "
                     "of numbers of the solver: expected those of a fluid", s->flow->nu, s->flow->grid->h[0]);
 }
 
 /* Lists the coefficient arrays of the nearest-neighbour operator. */
-static void pdi_steady_compact_list(pdi_owner *owner, void *object)
+static void pdi_steady_list_coefficients(pdi_array_visitor *owner, void *object)
 {
-    pdi_compact_list(owner, object);
-    pdi_compact_face_list(owner, object);
+    pdi_compact_operator_list(owner, object);
+    pdi_compact_operator_face_list(owner, object);
 }
 
 /* Runs `fill` while the arena lends the coefficient arrays. */
-static pd_status pdi_steady_lent(pd_ctx *ctx, pd_steady *s, pd_status (*fill)(pd_ctx *ctx, pd_steady *s))
+static pd_status pdi_steady_apply_with_coefficients(pd_ctx *ctx, pd_steady *s,
+                                                    pd_status (*fill)(pd_ctx *ctx, pd_steady *s))
 {
-    pd_arena *arena = pdi_steady_arena(s);
-    PDI_TRY(pdi_arena_lend(ctx, arena, pdi_steady_compact_list, &s->compact));
-    return pdi_arena_return(ctx, arena, pdi_steady_compact_list, &s->compact, fill(ctx, s));
+    pd_arena *arena = pdi_steady_get_arena(s);
+    PDI_TRY(pdi_arena_acquire(ctx, arena, pdi_steady_list_coefficients, &s->compact));
+    return pdi_arena_release(ctx, arena, pdi_steady_list_coefficients, &s->compact, fill(ctx, s));
 }
 
 /* Sets up the preconditioner for the pseudo time rate shift [1/s]. */
-static pd_status pdi_steady_setup(pd_ctx *ctx, pd_steady *s, double shift)
+static pd_status pdi_steady_update_precond(pd_ctx *ctx, pd_steady *s, double shift)
 {
     s->shift = shift;
     s->prepared = 0;
-    PDI_TRY(pdi_steady_lent(ctx, s, pdi_steady_fill));
+    PDI_TRY(pdi_steady_apply_with_coefficients(ctx, s, pdi_steady_try_build_multigrids));
     s->prepared = 1;
     return PD_OK;
 }
 
 /* Largest scaled residuals in s->residual: over the tolerance, and with the reference scales for reports. */
-static void pdi_steady_report(const pd_ctx *ctx, const pd_steady *s, pd_steady_result *result)
+static void pdi_steady_compute_residual_norms(const pd_ctx *ctx, const pd_steady *s, pd_steady_result *result)
 {
     const pd_flow *flow = s->flow;
     double speed = flow->reference_speed, length = flow->reference_length;
@@ -242,30 +248,31 @@ static void pdi_steady_report(const pd_ctx *ctx, const pd_steady *s, pd_steady_r
     double momentum = pdi_par_max_abs(ctx, split, s->residual);
     double continuity = pdi_par_max_abs(ctx, total, s->residual + split);
     result->excess = pdi_max(momentum, continuity) / s->desc.tolerance;
-    result->momentum = momentum * (pdi_steady_force(s) / pdi_flow_momentum(flow, speed, length));
-    result->continuity = continuity * (pdi_steady_strain(flow) / (speed / length));
+    result->momentum = momentum * (pdi_steady_get_momentum_scale(s) / pdi_flow_get_momentum_scale(flow, speed, length));
+    result->continuity = continuity * (pdi_steady_get_continuity_scale(flow) / (speed / length));
 }
 
 /* Assembles the scaled residual of the present state into s->residual; returns its weighted norm. */
-static double pdi_steady_residual(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
+static double pdi_steady_assemble_residual(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
 {
     pd_flow *flow = s->flow;
     int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
     double *r = s->residual;
-    pdi_flow_residual(ctx, flow, r, r + split);
+    pdi_flow_assemble_residual(ctx, flow, r, r + split);
     if (s->rate > 0.0) {
         pdi_par_axpy(ctx, split, s->rate, flow->u, r);
         pdi_par_axpy(ctx, split, -s->rate, s->target, r);
-        pdi_ghosts_clear(&flow->bonds->ghosts, PD_DIM, r); /* inlets hold a velocity, and have no equation */
+        pdi_ghosts_set_zero(&flow->bonds->ghosts, PD_DIM, r); /* inlets hold a velocity, and have no equation */
     }
-    pdi_steady_scale(ctx, flow, 1.0 / pdi_steady_force(s), 1.0 / pdi_steady_strain(flow), r);
-    pdi_steady_report(ctx, s, result);
+    pdi_steady_apply_scales(ctx, flow, 1.0 / pdi_steady_get_momentum_scale(s),
+                            1.0 / pdi_steady_get_continuity_scale(flow), r);
+    pdi_steady_compute_residual_norms(ctx, s, result);
     double continuity = pdi_par_dot(ctx, total, r + split, r + split);
     return sqrt(s->weight * s->weight * pdi_par_dot(ctx, split, r, r) + continuity); /* not hypot: see krylov.c */
 }
 
 /* Largest velocity component of fluid and inlets [m/s]; other ghosts may be out of date. s->step is work. */
-static double pdi_steady_fastest(const pd_ctx *ctx, const pd_steady *s)
+static double pdi_steady_compute_max_speed(const pd_ctx *ctx, const pd_steady *s)
 {
     const pd_flow *flow = s->flow;
     const uint8_t *kind = flow->grid->kind;
@@ -280,12 +287,12 @@ static double pdi_steady_fastest(const pd_ctx *ctx, const pd_steady *s)
 
 /* Weight of the momentum residual in norms that keeps both off-diagonal blocks of the preconditioned matrix of one size
  * (eq. 4.9c). */
-static void pdi_steady_weigh(pd_ctx *ctx, pd_steady *s)
+static void pdi_steady_compute_momentum_weight(pd_ctx *ctx, pd_steady *s)
 {
     const pd_flow *flow = s->flow;
     const pd_grid *grid = flow->grid;
-    double speed = pdi_steady_fastest(ctx, s), far = 0.0, near = HUGE_VAL;
-    pdi_precond_mobility(ctx, flow, s->rate, s->advecting);
+    double speed = pdi_steady_compute_max_speed(ctx, s), far = 0.0, near = HUGE_VAL;
+    pdi_schur_precond_compute_mobility(ctx, flow, s->rate, s->advecting);
     double mobility = pdi_par_max_abs(ctx, grid->total, s->advecting);
     for (int d = 0; d < PD_DIM; d++) {
         far = pdi_max(far, grid->n[d] * grid->h[d]);
@@ -294,11 +301,11 @@ static void pdi_steady_weigh(pd_ctx *ctx, pd_steady *s)
     s->weight = 1.0;
     if (!(mobility > 0.0)) return;
     double slow = sqrt((flow->nu / near + far / mobility) / (0.5 * sqrt(mobility / flow->nu)));
-    s->weight = pdi_steady_force(s) / pdi_steady_strain(flow) / (speed + slow);
+    s->weight = pdi_steady_get_momentum_scale(s) / pdi_steady_get_continuity_scale(flow) / (speed + slow);
 }
 
 /* Adds factor times the Newton step to velocity and pressure. */
-static void pdi_steady_move(const pd_ctx *ctx, pd_steady *s, double factor)
+static void pdi_steady_update_state(const pd_ctx *ctx, pd_steady *s, double factor)
 {
     pd_flow *flow = s->flow;
     int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
@@ -307,68 +314,69 @@ static void pdi_steady_move(const pd_ctx *ctx, pd_steady *s, double factor)
 }
 
 PDI_COLD_BEGIN
-PDI_FN void pdi_steady_list(pdi_owner *owner, void *object)
+PDI_FN void pdi_steady_list(pdi_array_visitor *owner, void *object)
 {
     pd_steady *steady = (pd_steady *)object;
     int64_t total = steady->flow ? steady->flow->grid->total : 0;
-    PDI_STATE(owner, steady, potential, total, "m2/s");
-    PDI_VALUE(owner, steady, norm0, "1");
+    PDI_ARRAY_STATE(owner, steady, potential, total, "m2/s");
+    PDI_SCALAR_STATE(owner, steady, norm0, "1");
 }
 
 /* Lists the scratch arrays of one solve. */
-static void pdi_steady_work_list(pdi_owner *owner, void *object)
+static void pdi_steady_list_work(pdi_array_visitor *owner, void *object)
 {
     pd_steady *steady = (pd_steady *)object;
     int64_t total = steady->flow->grid->total;
     PDI_ARRAY(owner, steady, residual, (PD_DIM + 1) * total, "1");
     PDI_ARRAY(owner, steady, step, (PD_DIM + 1) * total, "");
     if (steady->flow->order == 4) PDI_ARRAY(owner, steady, advecting, PD_DIM * total, "m/s");
-    pdi_jacobian_work_list(owner, &steady->jacobian);
+    pdi_jacobian_list_work(owner, &steady->jacobian);
     pdi_multigrid_list(owner, &steady->mg_u);
     pdi_multigrid_list(owner, &steady->mg_p);
     pdi_multigrid_list(owner, &steady->mg_seep);
 }
 
-PDI_FN pd_arena *pdi_steady_arena(pd_steady *s) { return s->desc.arena ? s->desc.arena : &s->own; }
+PDI_FN pd_arena *pdi_steady_get_arena(pd_steady *s) { return s->desc.arena ? s->desc.arena : &s->own; }
 
 /* Options of GMRES for Newton steps. */
-static void pdi_steady_krylov(pd_steady *s, pd_krylov_desc *kd)
+static void pdi_steady_init_newton_krylov(pd_steady *s, pd_krylov_desc *kd)
 {
     memset(kd, 0, sizeof *kd);
     kd->of = "flow";
-    kd->n = pdi_steady_size(s->flow);
+    kd->n = pdi_steady_count_unknowns(s->flow);
     kd->spans = &s->flow->bonds->spans;
     kd->components = PD_DIM + 1;
     kd->restart = s->desc.restart;
     kd->most = s->desc.max_krylov / s->desc.restart * s->desc.restart;
-    kd->arena = pdi_steady_arena(s);
+    kd->arena = pdi_steady_get_arena(s);
     kd->max_iterations = s->desc.max_krylov;
-    kd->least = PDI_STEADY_LEAST;
+    kd->least = PDI_STEADY_MIN_BASIS;
     kd->zero_guess = kd->lean = kd->trusting = 1; /* Newton's residual shows what it has come to */
     /* stages ask for four digits, steps for three; on stretched spacings the solver needs all that it can get */
-    kd->compressed = s->timed || pdi_compact_stretched(s->flow->grid->h) ? PD_KRYLOV_SINGLE : PD_KRYLOV_INTEGER;
+    kd->compressed =
+        s->timed || pdi_compact_operator_is_stretched(s->flow->grid->h) ? PD_KRYLOV_SINGLE : PD_KRYLOV_INTEGER;
 }
 
 /* Options of GMRES for the potential. */
-static void pdi_steady_even_krylov(const pd_steady *s, pd_krylov_desc *kd)
+static void pdi_steady_init_potential_krylov(const pd_steady *s, pd_krylov_desc *kd)
 {
     memset(kd, 0, sizeof *kd);
     kd->of = "flow";
     kd->n = s->flow->grid->total;
     kd->spans = &s->flow->bonds->spans;
     kd->components = 1;
-    kd->restart = PDI_STEADY_EVEN_RESTART;
-    kd->max_iterations = PDI_STEADY_EVEN_MOST;
-    kd->rtol = PDI_STEADY_EVEN;
+    kd->restart = PDI_STEADY_POTENTIAL_RESTART;
+    kd->max_iterations = PDI_STEADY_POTENTIAL_MAX_ITERATIONS;
+    kd->rtol = PDI_STEADY_POTENTIAL_RTOL;
     kd->zero_guess = kd->lean = 1;
     kd->compressed = PD_KRYLOV_SINGLE;
 }
 
 /* Options of the multigrids. */
-static void pdi_steady_multigrid(pd_steady *s, pd_multigrid_desc *md)
+static void pdi_steady_init_multigrid(pd_steady *s, pd_multigrid_desc *md)
 {
-    pdi_compact_multigrid(s->flow->grid, md);
-    md->arena = pdi_steady_arena(s);
+    pdi_compact_operator_multigrid_desc(s->flow->grid, md);
+    md->arena = pdi_steady_get_arena(s);
 }
 
 PDI_FN pd_status pdi_steady_plan(pd_ctx *ctx, pd_steady *s)
@@ -377,43 +385,44 @@ PDI_FN pd_status pdi_steady_plan(pd_ctx *ctx, pd_steady *s)
     pd_multigrid_desc md;
     if (!s->desc.max_krylov) s->desc.max_krylov = 300;
     if (!s->desc.restart) s->desc.restart = PDI_STEADY_RESTART;
-    pdi_steady_krylov(s, &kd);
-    pdi_steady_multigrid(s, &md);
-    pdi_compact_plan(s->flow->grid, 1, &s->compact);
+    pdi_steady_init_newton_krylov(s, &kd);
+    pdi_steady_init_multigrid(s, &md);
+    pdi_compact_operator_init(s->flow->grid, 1, &s->compact);
     md.guest = 1;
-    PDI_TRY(pdi_multigrid_plan(ctx, &md, &s->mg_u));
+    PDI_TRY(pdi_multigrid_init(ctx, &md, &s->mg_u));
     md.symmetric = 1;
     md.guest = 0;
     md.host = &s->mg_u;
-    PDI_TRY(pdi_multigrid_plan(ctx, &md, &s->mg_p));
-    PDI_TRY(pdi_multigrid_plan(ctx, &md, &s->mg_seep));
+    PDI_TRY(pdi_multigrid_init(ctx, &md, &s->mg_p));
+    PDI_TRY(pdi_multigrid_init(ctx, &md, &s->mg_seep));
     s->jacobian.flow = s->flow;
-    PDI_TRY(pdi_krylov_plan(ctx, &kd, &s->krylov));
-    pdi_steady_even_krylov(s, &kd);
-    return pdi_krylov_plan(ctx, &kd, &s->even);
+    PDI_TRY(pdi_krylov_init(ctx, &kd, &s->krylov));
+    pdi_steady_init_potential_krylov(s, &kd);
+    return pdi_krylov_init(ctx, &kd, &s->even);
 }
 
-PDI_FN size_t pdi_steady_room(pd_steady *s)
+PDI_FN size_t pdi_steady_count_work_bytes(pd_steady *s)
 {
-    size_t setup = pdi_arena_bytes(pdi_steady_compact_list, &s->compact) +
-                   pdi_arena_bytes(pdi_multigrid_mark_list, &s->mg_u);
-    size_t linear = pdi_arena_bytes(pdi_krylov_list, &s->krylov), even = pdi_arena_bytes(pdi_krylov_list, &s->even);
+    size_t setup = pdi_arena_count_bytes(pdi_steady_list_coefficients, &s->compact) +
+                   pdi_arena_count_bytes(pdi_multigrid_setup_list, &s->mg_u);
+    size_t linear = pdi_arena_count_bytes(pdi_krylov_list, &s->krylov),
+           even = pdi_arena_count_bytes(pdi_krylov_list, &s->even);
     if (linear < even) linear = even;
-    return pdi_arena_bytes(pdi_steady_work_list, s) + (setup > linear ? setup : linear);
+    return pdi_arena_count_bytes(pdi_steady_list_work, s) + (setup > linear ? setup : linear);
 }
 
 /* Decides on the order of a flow that leaves it open (eq. 4.6h). It stays, whatever the flow becomes. */
-static void pdi_steady_order(pd_flow *flow)
+static void pdi_steady_set_order(pd_flow *flow)
 {
     if (flow->order != PD_FLOW_PAYING) return;
-    flow->order = pdi_sharp_pays(flow->bonds, flow->speed / flow->nu, flow->length) ? 4 : 2;
+    flow->order = pdi_fourth_order_is_efficient(flow->bonds, flow->speed / flow->nu, flow->length) ? 4 : 2;
     if (flow->order == 2) return;
     memset(&flow->isotropic, 0, sizeof flow->isotropic);
     flow->isotropy = 0.0;
 }
 
 /* Inner part of the build: checks desc and prepares the solvers. The caller frees after an error. */
-static pd_status pdi_steady_make(pd_ctx *ctx, pd_flow *flow, const pd_steady_desc *desc, pd_steady *s)
+static pd_status pdi_steady_try_build(pd_ctx *ctx, pd_flow *flow, const pd_steady_desc *desc, pd_steady *s)
 {
     memset(s, 0, sizeof *s);
     s->flow = flow;
@@ -424,62 +433,62 @@ static pd_status pdi_steady_make(pd_ctx *ctx, pd_flow *flow, const pd_steady_des
                         desc->tolerance, desc->max_newton, desc->max_krylov, desc->restart);
     if (!(s->desc.tolerance > 0.0)) s->desc.tolerance = 1e-6;
     pd_krylov_desc kd;
-    PDI_TRY(pdi_flow_mirror(ctx, flow));
-    pdi_steady_order(flow);
-    s->boxed = pdi_sharp_box(flow->grid) && pdi_steady_factors(flow->grid);
-    if (flow->order == 4 && !flow->sharp.bonds) PDI_TRY(pdi_sharp_build(ctx, flow->bonds, &flow->sharp));
+    PDI_TRY(pdi_flow_set_inlets_on_side(ctx, flow));
+    pdi_steady_set_order(flow);
+    s->boxed = pdi_fourth_order_is_fluid_box(flow->grid) && pdi_steady_is_fully_factorised(flow->grid);
+    if (flow->order == 4 && !flow->sharp.bonds) PDI_TRY(pdi_fourth_order_build(ctx, flow->bonds, &flow->sharp));
     PDI_TRY(pdi_steady_plan(ctx, s));
-    pdi_steady_krylov(s, &kd);
-    PDI_TRY(pdi_krylov_prepare(ctx, &kd, &s->krylov));
-    pdi_steady_even_krylov(s, &kd);
-    PDI_TRY(pdi_krylov_prepare(ctx, &kd, &s->even));
+    pdi_steady_init_newton_krylov(s, &kd);
+    PDI_TRY(pdi_krylov_build_unallocated(ctx, &kd, &s->krylov));
+    pdi_steady_init_potential_krylov(s, &kd);
+    PDI_TRY(pdi_krylov_build_unallocated(ctx, &kd, &s->even));
     PDI_TRY(pdi_jacobian_build(ctx, flow, &s->jacobian));
-    PDI_TRY(pdi_owner_build(ctx, pdi_steady_list, s));
-    return pdi_arena_fit(ctx, pdi_steady_arena(s), pdi_steady_room(s));
+    PDI_TRY(pdi_array_registry_build(ctx, pdi_steady_list, s));
+    return pdi_arena_reserve(ctx, pdi_steady_get_arena(s), pdi_steady_count_work_bytes(s));
 }
 
 pd_status pd_steady_build(pd_ctx *ctx, pd_flow *flow, const pd_steady_desc *desc, pd_steady *s)
 {
-    pd_status status = pdi_steady_make(ctx, flow, desc, s);
+    pd_status status = pdi_steady_try_build(ctx, flow, desc, s);
     if (status < 0) pd_steady_free(ctx, s);
     return status;
 }
 PDI_COLD_END
 
-PDI_FN pd_status pdi_steady_timed(pd_ctx *ctx, pd_steady *s, size_t more)
+PDI_FN pd_status pdi_steady_build_stages(pd_ctx *ctx, pd_steady *s, size_t more)
 {
     pd_krylov_desc kd;
     if (s->timed) return PD_OK;
     s->timed = 1;
-    pdi_steady_krylov(s, &kd);
+    pdi_steady_init_newton_krylov(s, &kd);
     pdi_krylov_free(ctx, &s->krylov);
-    PDI_TRY(pdi_krylov_prepare(ctx, &kd, &s->krylov));
-    return pdi_arena_fit(ctx, pdi_steady_arena(s), pdi_steady_room(s) + more);
+    PDI_TRY(pdi_krylov_build_unallocated(ctx, &kd, &s->krylov));
+    return pdi_arena_reserve(ctx, pdi_steady_get_arena(s), pdi_steady_count_work_bytes(s) + more);
 }
 
 /* ---- scratch memory ---- */
-PDI_FN pd_status pdi_steady_hold(pd_ctx *ctx, pd_steady *s)
+PDI_FN pd_status pdi_steady_begin_solves(pd_ctx *ctx, pd_steady *s)
 {
     if (!s->held) {
-        PDI_TRY(pdi_arena_lend(ctx, pdi_steady_arena(s), pdi_steady_work_list, s));
+        PDI_TRY(pdi_arena_acquire(ctx, pdi_steady_get_arena(s), pdi_steady_list_work, s));
         if (s->flow->order != 4) s->advecting = s->flow->advecting;
         s->mg_u.fields = s->jacobian.along; /* cycles and products take turns */
         s->poisson = 0;
         s->prepared = 0;
-        pdi_multigrid_open(&s->mg_u);
-        pdi_multigrid_open(&s->mg_p);
-        pdi_multigrid_open(&s->mg_seep);
+        pdi_multigrid_set_pointers(&s->mg_u);
+        pdi_multigrid_set_pointers(&s->mg_p);
+        pdi_multigrid_set_pointers(&s->mg_seep);
     }
     s->held++;
     return PD_OK;
 }
 
 /* The node with the largest residual. */
-static int32_t pdi_steady_find_worst(const pd_steady *s)
+static int32_t pdi_steady_find_worst_node(const pd_steady *s)
 {
     int32_t total = s->flow->grid->total, worst = 0;
     double most = -1.0;
-    for (int64_t i = 0; i < pdi_steady_size(s->flow); i++) {
+    for (int64_t i = 0; i < pdi_steady_count_unknowns(s->flow); i++) {
         if (!(fabs(s->residual[i]) > most)) continue;
         most = fabs(s->residual[i]);
         worst = (int32_t)(i % total);
@@ -487,69 +496,70 @@ static int32_t pdi_steady_find_worst(const pd_steady *s)
     return worst;
 }
 
-PDI_FN pd_status pdi_steady_release(pd_ctx *ctx, pd_steady *s, pd_status status)
+PDI_FN pd_status pdi_steady_end_solves(pd_ctx *ctx, pd_steady *s, pd_status status)
 {
     if (--s->held) return status;
-    s->worst = pdi_steady_find_worst(s);
-    pdi_multigrid_close(&s->mg_seep);
-    pdi_multigrid_close(&s->mg_p);
-    pdi_multigrid_close(&s->mg_u);
+    s->worst = pdi_steady_find_worst_node(s);
+    pdi_multigrid_clear_pointers(&s->mg_seep);
+    pdi_multigrid_clear_pointers(&s->mg_p);
+    pdi_multigrid_clear_pointers(&s->mg_u);
     if (s->flow->order != 4) s->advecting = NULL;
     s->mg_u.fields = NULL;
-    if (status < 0) pdi_flow_prepare(ctx, s->flow); /* its advecting velocity and gradient were work */
-    return pdi_arena_return(ctx, pdi_steady_arena(s), pdi_steady_work_list, s, status);
+    if (status < 0) pdi_flow_update_derived_fields(ctx, s->flow); /* its advecting velocity and gradient were work */
+    return pdi_arena_release(ctx, pdi_steady_get_arena(s), pdi_steady_list_work, s, status);
 }
 
 /* Solves a linear system with the right-hand side s->residual into s->step, both from component `first` on. */
-static pd_status pdi_steady_linear(pd_ctx *ctx, pd_steady *s, pd_krylov *krylov, int first, pd_apply_fn apply,
-                                   pd_apply_fn precond, pd_krylov_result *linear)
+static pd_status pdi_steady_solve_linear(pd_ctx *ctx, pd_steady *s, pd_krylov *krylov, int first, pd_apply_fn apply,
+                                         pd_apply_fn precond, pd_krylov_result *linear)
 {
     int64_t at = (int64_t)first * s->flow->grid->total;
-    pd_arena *arena = pdi_steady_arena(s);
-    pdi_steady_user user;
+    pd_arena *arena = pdi_steady_get_arena(s);
+    pdi_steady_solver_data user;
     user.ctx = ctx;
     user.steady = s;
-    PDI_TRY(pdi_arena_lend(ctx, arena, pdi_krylov_list, krylov));
+    PDI_TRY(pdi_arena_acquire(ctx, arena, pdi_krylov_list, krylov));
     pd_status status = pdi_krylov_solve(ctx, krylov, apply, precond, &user, s->residual + at, s->step + at, linear);
-    return pdi_arena_return(ctx, arena, pdi_krylov_list, krylov, status);
+    return pdi_arena_release(ctx, arena, pdi_krylov_list, krylov, status);
 }
 
 /* One Newton step about the frozen state with the preconditioner that is set up; moves the state. forcing: linear
  * tolerance. *effort: Krylov iterations, above the limit when the tolerance was missed. */
-static pd_status pdi_steady_newton(pd_ctx *ctx, pd_steady *s, double forcing, pd_steady_result *result, int *effort)
+static pd_status pdi_steady_solve_newton_step(pd_ctx *ctx, pd_steady *s, double forcing, pd_steady_result *result,
+                                              int *effort)
 {
     pd_krylov_result linear;
-    pdi_steady_scale(ctx, s->flow, -s->weight, -1.0, s->residual);
+    pdi_steady_apply_scales(ctx, s->flow, -s->weight, -1.0, s->residual);
     s->krylov.desc.rtol = forcing;
-    PDI_TRY(pdi_steady_linear(ctx, s, &s->krylov, 0, pdi_steady_apply, NULL, &linear));
-    pdi_steady_precondition(ctx, s, s->step, s->residual);
-    pdi_ghosts_clear(&s->flow->bonds->ghosts, PD_DIM, s->step); /* the preconditioner leaves its work there */
+    PDI_TRY(pdi_steady_solve_linear(ctx, s, &s->krylov, 0, pdi_steady_apply_preconditioned_jacobian, NULL, &linear));
+    pdi_steady_apply_precond(ctx, s, s->step, s->residual);
+    pdi_ghosts_set_zero(&s->flow->bonds->ghosts, PD_DIM, s->step); /* the preconditioner leaves its work there */
     *effort = linear.converged ? linear.iterations : s->desc.max_krylov + 1;
     result->krylov += linear.iterations;
     result->newton++;
-    pdi_steady_move(ctx, s, 1.0);
+    pdi_steady_update_state(ctx, s, 1.0);
     return PD_OK;
 }
 
 /* ---- divergence-free correction of bond fluxes ---- */
 /* y = lap x. Fills the ghosts of x. */
-static void pdi_steady_laplacian(void *user, const double *x, double *y)
+static void pdi_steady_apply_laplacian(void *user, const double *x, double *y)
 {
-    pdi_steady_user *u = (pdi_steady_user *)user;
+    pdi_steady_solver_data *u = (pdi_steady_solver_data *)user;
     const pd_flow *flow = u->steady->flow;
-    pdi_ghosts_potential(&flow->bonds->ghosts, (double *)x); /* the solver is lean */
+    pdi_ghosts_set_potential(&flow->bonds->ghosts, (double *)x); /* the solver is lean */
     pd_op_laplacian(u->ctx, flow->bonds, x, y);
 }
 
 /* y = one multigrid cycle for the Laplacian. */
-static void pdi_steady_poisson(void *user, const double *x, double *y)
+static void pdi_steady_apply_poisson_cycle(void *user, const double *x, double *y)
 {
-    pdi_steady_user *u = (pdi_steady_user *)user;
+    pdi_steady_solver_data *u = (pdi_steady_solver_data *)user;
     pdi_multigrid_cycle(u->ctx, &u->steady->mg_p, x, y);
 }
 
 /* Largest cell volume [m^d]. */
-static double pdi_steady_volume(const pd_flow *flow)
+static double pdi_steady_compute_max_volume(const pd_flow *flow)
 {
     const pd_grid *grid = flow->grid;
     double around = 1.0;
@@ -559,30 +569,31 @@ static double pdi_steady_volume(const pd_flow *flow)
 
 /* Solves lap q = Rc for the divergence that the tolerance has left, so that the fluxes given to transport are free of
  * divergence to rounding (eq. 4.10b). s->residual is that of the present state. */
-static pd_status pdi_steady_solenoid(pd_ctx *ctx, pd_steady *s)
+static pd_status pdi_steady_solve_divergence_potential(pd_ctx *ctx, pd_steady *s)
 {
     pd_krylov_result linear;
     pd_krylov *k = &s->even;
     pd_flow *flow = s->flow;
     int32_t total = flow->grid->total;
     int64_t split = (int64_t)PD_DIM * total;
-    pdi_par_axpy(ctx, total, pdi_steady_strain(flow) - 1.0, s->residual + split, s->residual + split);
-    pdi_flow_even(ctx, flow, flow->u, flow->advecting, 1, -1.0, s->residual + split);
-    PDI_TRY(pdi_steady_lent(ctx, s, pdi_steady_potentials));
-    k->desc.atol = PDI_STEADY_ROUNDING * pdi_steady_strain(flow);
-    pd_status status = pdi_steady_linear(ctx, s, k, PD_DIM, pdi_steady_laplacian, pdi_steady_poisson, &linear);
+    pdi_par_axpy(ctx, total, pdi_steady_get_continuity_scale(flow) - 1.0, s->residual + split, s->residual + split);
+    pdi_flow_add_divergence_correction(ctx, flow, flow->u, flow->advecting, 1, -1.0, s->residual + split);
+    PDI_TRY(pdi_steady_apply_with_coefficients(ctx, s, pdi_steady_update_poisson_multigrid));
+    k->desc.atol = PDI_STEADY_POTENTIAL_ATOL * pdi_steady_get_continuity_scale(flow);
+    pd_status status =
+        pdi_steady_solve_linear(ctx, s, k, PD_DIM, pdi_steady_apply_laplacian, pdi_steady_apply_poisson_cycle, &linear);
     /* compact pockets that long bonds join to the rest spoil the cycle */
-    if (status > 0) status = pdi_steady_linear(ctx, s, k, PD_DIM, pdi_steady_laplacian, NULL, &linear);
+    if (status > 0) status = pdi_steady_solve_linear(ctx, s, k, PD_DIM, pdi_steady_apply_laplacian, NULL, &linear);
     if (status < 0) return status;
-    pdi_flow_prepare(ctx, flow); /* its advecting velocity was work */
-    s->uneven = linear.residual * sqrt((double)flow->grid->fluid_count) * pdi_steady_volume(flow);
+    pdi_flow_update_derived_fields(ctx, flow); /* its advecting velocity was work */
+    s->uneven = linear.residual * sqrt((double)flow->grid->fluid_count) * pdi_steady_compute_max_volume(flow);
     pdi_par_copy(ctx, total, s->step + split, s->potential);
-    pdi_ghosts_potential(&flow->bonds->ghosts, s->potential);
+    pdi_ghosts_set_potential(&flow->bonds->ghosts, s->potential);
     flow->potential = s->potential;
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_steady_even(pd_ctx *ctx, pd_steady *s)
+PDI_FN pd_status pdi_steady_update_divergence_potential(pd_ctx *ctx, pd_steady *s)
 {
     pd_steady_result result;
     if (!s->flow->even) { /* no smooth surfaces are left: an old potential would be wrong */
@@ -591,41 +602,41 @@ PDI_FN pd_status pdi_steady_even(pd_ctx *ctx, pd_steady *s)
         return PD_OK;
     }
     memset(&result, 0, sizeof result);
-    PDI_TRY(pdi_steady_hold(ctx, s));
-    pdi_steady_residual(ctx, s, &result);
-    return pdi_steady_release(ctx, s, pdi_steady_solenoid(ctx, s));
+    PDI_TRY(pdi_steady_begin_solves(ctx, s));
+    pdi_steady_assemble_residual(ctx, s, &result);
+    return pdi_steady_end_solves(ctx, s, pdi_steady_solve_divergence_potential(ctx, s));
 }
 
 /* Progress of the pseudo time continuation. */
-typedef struct pdi_steady_path {
-    double norm;         /* [-] of the residual */
-    double boost, least; /* [-] of the pseudo time rate, and its smallest value */
+typedef struct pdi_steady_progress {
+    double residual_norm;    /* [-] of the residual */
+    double boost, min_boost; /* [-] of the pseudo time rate, and its smallest value */
     double forcing;      /* [-] tolerance of the next linear solve */
-    double best;         /* [-] norm that counts as progress when it is halved */
-    int since;           /* Newton steps since it was */
-} pdi_steady_path;
+    double best_norm;    /* [-] norm that counts as progress when it is halved */
+    int stalled_steps;   /* Newton steps since it was */
+} pdi_steady_progress;
 
 /* Line search: halves the last step until the norm falls below `norm`, or takes it back. Returns the norm there;
  * *taken: 0 or 1. */
-static double pdi_steady_shorten(pd_ctx *ctx, pd_steady *s, double norm, int *taken, pd_steady_result *result)
+static double pdi_steady_try_shorter_steps(pd_ctx *ctx, pd_steady *s, double norm, int *taken, pd_steady_result *result)
 {
     double factor = 1.0, fresh = HUGE_VAL;
-    for (int k = 0; k < PDI_STEADY_HALVINGS && !(fresh < norm); k++) {
+    for (int k = 0; k < PDI_STEADY_MAX_HALVINGS && !(fresh < norm); k++) {
         factor *= 0.5;
-        pdi_steady_move(ctx, s, -factor);
-        fresh = pdi_steady_residual(ctx, s, result);
+        pdi_steady_update_state(ctx, s, -factor);
+        fresh = pdi_steady_assemble_residual(ctx, s, result);
     }
     *taken = fresh < norm;
     if (*taken) return fresh;
-    pdi_steady_move(ctx, s, -factor);
-    return pdi_steady_residual(ctx, s, result);
+    pdi_steady_update_state(ctx, s, -factor);
+    return pdi_steady_assemble_residual(ctx, s, result);
 }
 
 /* Part of the residual after a step that the linearisation does not give, |r + sigma du| (eq. 4.10a). */
-static double pdi_steady_bend(const pd_ctx *ctx, const pd_steady *s)
+static double pdi_steady_compute_nonlinearity(const pd_ctx *ctx, const pd_steady *s)
 {
-    int64_t size = pdi_steady_size(s->flow), split = size - s->flow->grid->total;
-    double rate = s->shift / pdi_steady_force(s);
+    int64_t size = pdi_steady_count_unknowns(s->flow), split = size - s->flow->grid->total;
+    double rate = s->shift / pdi_steady_get_momentum_scale(s);
     double momentum = pdi_par_dot(ctx, split, s->residual, s->residual) +
                       2.0 * rate * pdi_par_dot(ctx, split, s->residual, s->step) +
                       rate * rate * pdi_par_dot(ctx, split, s->step, s->step);
@@ -635,60 +646,64 @@ static double pdi_steady_bend(const pd_ctx *ctx, const pd_steady *s)
 
 /* One Newton step of pseudo time continuation by switched evolution relaxation: the pseudo time step grows as the
  * residual falls (eq. 4.10). A rejected step or a hard linear system shortens it, an easy one lengthens it. */
-static pd_status pdi_steady_advance(pd_ctx *ctx, pd_steady *s, pdi_steady_path *path, pd_steady_result *result)
+static pd_status pdi_steady_solve_pseudo_time_step(pd_ctx *ctx, pd_steady *s, pdi_steady_progress *path,
+                                                   pd_steady_result *result)
 {
     int effort = 0, taken = 1;
-    double norm = path->norm;
-    pdi_jacobian_freeze(ctx, &s->jacobian);
-    PDI_TRY(pdi_steady_setup(ctx, s, PDI_STEADY_SHIFT * path->boost * pdi_steady_strain(s->flow) *
-                                         sqrt(norm / s->norm0)));
-    PDI_TRY(pdi_steady_newton(ctx, s, path->forcing, result, &effort));
-    path->norm = pdi_steady_residual(ctx, s, result);
-    double bend = pdi_min(pdi_steady_bend(ctx, s), path->norm) / norm;
-    if (!(path->norm < PDI_STEADY_GROWTH * norm)) path->norm = pdi_steady_shorten(ctx, s, norm, &taken, result);
-    path->since++;
-    if (path->norm < 0.5 * path->best) {
-        path->best = path->norm;
-        path->since = 0;
+    double norm = path->residual_norm;
+    pdi_jacobian_set_state(ctx, &s->jacobian);
+    PDI_TRY(pdi_steady_update_precond(ctx, s,
+                                      PDI_STEADY_FIRST_RATE * path->boost * pdi_steady_get_continuity_scale(s->flow) *
+                                          sqrt(norm / s->norm0)));
+    PDI_TRY(pdi_steady_solve_newton_step(ctx, s, path->forcing, result, &effort));
+    path->residual_norm = pdi_steady_assemble_residual(ctx, s, result);
+    double bend = pdi_min(pdi_steady_compute_nonlinearity(ctx, s), path->residual_norm) / norm;
+    if (!(path->residual_norm < PDI_STEADY_MAX_GROWTH * norm))
+        path->residual_norm = pdi_steady_try_shorter_steps(ctx, s, norm, &taken, result);
+    path->stalled_steps++;
+    if (path->residual_norm < 0.5 * path->best_norm) {
+        path->best_norm = path->residual_norm;
+        path->stalled_steps = 0;
     }
     if (!taken) path->boost *= 10.0;
     else if (effort > s->desc.max_krylov) path->boost *= 4.0;
-    else if (bend > PDI_STEADY_BEND) path->boost *= pdi_min(2.0 * bend / PDI_STEADY_BEND, 10.0);
-    else if (bend < 0.25 * PDI_STEADY_BEND) path->boost = pdi_max(path->least, path->boost * 0.5);
+    else if (bend > PDI_STEADY_MAX_NONLINEARITY) path->boost *= pdi_min(2.0 * bend / PDI_STEADY_MAX_NONLINEARITY, 10.0);
+    else if (bend < 0.25 * PDI_STEADY_MAX_NONLINEARITY) path->boost = pdi_max(path->min_boost, path->boost * 0.5);
     if (!taken) return PD_OK;
     /* the last linear solve need not be better than the tolerance */
-    path->forcing = pdi_max(pdi_krylov_forcing(path->norm / norm), PDI_STEADY_ENOUGH / pdi_max(result->excess, 1.0));
-    path->forcing = pdi_min(PDI_KRYLOV_LOOSE, path->forcing);
+    path->forcing = pdi_max(pdi_krylov_forcing(path->residual_norm / norm),
+                            PDI_STEADY_FINAL_FORCING / pdi_max(result->excess, 1.0));
+    path->forcing = pdi_min(PDI_KRYLOV_FORCING_MAX, path->forcing);
     return PD_OK;
 }
 
 /* Iterates to the steady state. PD_NOT_CONVERGED: no progress, or the limit of steps. */
-static pd_status pdi_steady_find(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
+static pd_status pdi_steady_solve_steady_state(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
 {
-    pdi_steady_path path;
+    pdi_steady_progress path;
     int64_t start = s->flow->evaluations;
     pd_status status = PD_OK;
-    pdi_steady_weigh(ctx, s);
+    pdi_steady_compute_momentum_weight(ctx, s);
     memset(&path, 0, sizeof path);
-    path.norm = path.best = pdi_steady_residual(ctx, s, result);
-    path.boost = path.least = s->norm0 > 0.0 ? PDI_STEADY_AGAIN : 1.0;
+    path.residual_norm = path.best_norm = pdi_steady_assemble_residual(ctx, s, result);
+    path.boost = path.min_boost = s->norm0 > 0.0 ? PDI_STEADY_FIRST_RATE_AGAIN : 1.0;
     path.forcing = 0.1;
-    s->norm0 = pdi_max(s->norm0, path.norm);
+    s->norm0 = pdi_max(s->norm0, path.residual_norm);
     while (status == PD_OK && result->excess > 1.0) {
-        if (path.since > PDI_STEADY_PATIENCE || path.boost > PDI_STEADY_MAX_BOOST ||
+        if (path.stalled_steps > PDI_STEADY_MAX_STALLED || path.boost > PDI_STEADY_MAX_BOOST ||
             (s->desc.max_newton > 0 && result->newton >= s->desc.max_newton))
             status = PD_NOT_CONVERGED;
-        else status = pdi_steady_advance(ctx, s, &path, result);
-        if (status == PD_OK) status = pdi_poll(ctx, "flow: Newton", result->newton);
+        else status = pdi_steady_solve_pseudo_time_step(ctx, s, &path, result);
+        if (status == PD_OK) status = pdi_check_cancel(ctx, "flow: Newton", result->newton);
     }
-    pdi_krylov_trim(ctx, &s->krylov);
+    pdi_krylov_free_growth(ctx, &s->krylov);
     result->evaluations = s->flow->evaluations - start;
     if (status != PD_OK) return status;
-    if (!(path.norm < 1e300))
-        return pdi_fail(ctx, PD_ERR_DIVERGED, "steady", "the flow residual is %g after %d Newton steps", path.norm,
-                        result->newton);
+    if (!(path.residual_norm < 1e300))
+        return pdi_fail(ctx, PD_ERR_DIVERGED, "steady", "the flow residual is %g after %d Newton steps",
+                        path.residual_norm, result->newton);
     result->converged = 1;
-    return pdi_steady_solenoid(ctx, s);
+    return pdi_steady_solve_divergence_potential(ctx, s);
 }
 
 pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
@@ -696,14 +711,14 @@ pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
     pd_flow *flow = s->flow;
     double *impulse = flow->impulse;
     memset(result, 0, sizeof *result);
-    PDI_TRY(pdi_flow_patch(ctx, flow));
-    PDI_TRY(pdi_steady_hold(ctx, s));
+    PDI_TRY(pdi_flow_find_surface_patches(ctx, flow));
+    PDI_TRY(pdi_steady_begin_solves(ctx, s));
     flow->impulse = NULL;
-    pd_status status = pdi_steady_release(ctx, s, pdi_steady_find(ctx, s, result));
+    pd_status status = pdi_steady_end_solves(ctx, s, pdi_steady_solve_steady_state(ctx, s, result));
     flow->impulse = impulse;
     if (!impulse) return status;
-    pdi_impulse_move(flow, 0.0, flow->stabilisation);
-    pdi_impulse_set(ctx, flow, 1.0, 0.0);
+    pdi_pressure_impulse_update(flow, 0.0, flow->stabilisation);
+    pdi_pressure_impulse_update_flux(ctx, flow, 1.0, 0.0);
     return status;
 }
 
@@ -714,54 +729,54 @@ static int pdi_steady_is_prepared(const pd_steady *s)
 }
 
 /* Newton iterations of a stage, with rate and target in s. */
-static pd_status pdi_steady_find_stage(pd_ctx *ctx, pd_steady *s, double tolerance, pd_steady_result *result)
+static pd_status pdi_steady_solve_stage_newton(pd_ctx *ctx, pd_steady *s, double tolerance, pd_steady_result *result)
 {
     const pd_flow *flow = s->flow;
     int64_t start = flow->evaluations;
     pd_status status = PD_OK;
     double before = HUGE_VAL;
-    pdi_steady_weigh(ctx, s);
+    pdi_steady_compute_momentum_weight(ctx, s);
     for (;;) {
-        double norm = pdi_steady_residual(ctx, s, result);
+        double norm = pdi_steady_assemble_residual(ctx, s, result);
         double excess = result->excess * (s->desc.tolerance / tolerance);
         result->evaluations = flow->evaluations - start;
         result->converged = excess <= 1.0;
-        if (result->converged || !(norm < before) || result->newton >= PDI_STEADY_STAGE) break;
+        if (result->converged || !(norm < before) || result->newton >= PDI_STEADY_STAGE_MAX_NEWTON) break;
         int effort = 0;
         before = norm;
-        double forcing = pdi_min(PDI_STEADY_STAGE_FORCING, pdi_max(1e-4, PDI_STEADY_STAGE_ENOUGH / excess));
-        pdi_jacobian_freeze(ctx, &s->jacobian);
-        if (!pdi_steady_is_prepared(s)) status = pdi_steady_setup(ctx, s, s->rate);
+        double forcing = pdi_min(PDI_STEADY_STAGE_FORCING, pdi_max(1e-4, PDI_STEADY_STAGE_FINAL_FORCING / excess));
+        pdi_jacobian_set_state(ctx, &s->jacobian);
+        if (!pdi_steady_is_prepared(s)) status = pdi_steady_update_precond(ctx, s, s->rate);
         if (status < 0) break;
-        status = pdi_steady_newton(ctx, s, forcing, result, &effort);
+        status = pdi_steady_solve_newton_step(ctx, s, forcing, result, &effort);
         if (status < 0) break;
     }
-    if (pdi_is_final(status)) return status;
+    if (pdi_is_fatal(status)) return status;
     return result->converged ? PD_OK : PD_RETRY;
 }
 
-PDI_FN pd_status pdi_steady_stage(pd_ctx *ctx, pd_steady *s, double rate, const double *target, double tolerance,
-                                  pd_steady_result *result)
+PDI_FN pd_status pdi_steady_solve_stage(pd_ctx *ctx, pd_steady *s, double rate, const double *target, double tolerance,
+                                        pd_steady_result *result)
 {
     memset(result, 0, sizeof *result);
-    PDI_TRY(pdi_flow_patch(ctx, s->flow));
-    PDI_TRY(pdi_steady_hold(ctx, s));
+    PDI_TRY(pdi_flow_find_surface_patches(ctx, s->flow));
+    PDI_TRY(pdi_steady_begin_solves(ctx, s));
     s->rate = rate;
     s->target = target;
-    pd_status status = pdi_steady_find_stage(ctx, s, tolerance, result);
+    pd_status status = pdi_steady_solve_stage_newton(ctx, s, tolerance, result);
     s->rate = 0.0;
     s->target = NULL;
-    return pdi_steady_release(ctx, s, status);
+    return pdi_steady_end_solves(ctx, s, status);
 }
 
 PDI_COLD_BEGIN
 PDI_FN pd_status pdi_steady_store(pd_ctx *ctx, pd_steady *s, pd_archive *archive)
 {
     if (archive->reading) s->flow->potential = s->potential;
-    PDI_TRY(pdi_owner_store(ctx, pdi_steady_list, s, archive));
+    PDI_TRY(pdi_array_registry_store(ctx, pdi_steady_list, s, archive));
     if (!archive->reading) return PD_OK;
-    PDI_TRY(pdi_flow_patch(ctx, s->flow));
-    pdi_flow_prepare(ctx, s->flow);
+    PDI_TRY(pdi_flow_find_surface_patches(ctx, s->flow));
+    pdi_flow_update_derived_fields(ctx, s->flow);
     return PD_OK;
 }
 
@@ -773,7 +788,7 @@ void pd_steady_free(pd_ctx *ctx, pd_steady *s)
     pdi_krylov_free(ctx, &s->krylov);
     pdi_krylov_free(ctx, &s->even);
     pdi_jacobian_free(ctx, &s->jacobian);
-    pdi_owner_free(ctx, pdi_steady_list, s);
+    pdi_array_registry_free(ctx, pdi_steady_list, s);
     pd_arena_free(ctx, &s->own);
     if (s->flow) s->flow->potential = NULL;
     memset(s, 0, sizeof *s);

@@ -8,9 +8,9 @@
 #ifndef PD_STEADY_H
 #define PD_STEADY_H
 #include "solve/krylov.h"
-#include "solve/compact.h"
+#include "solve/compact_operator.h"
 #include "flow/jacobian.h"
-#include "flow/precond.h"
+#include "flow/schur_precond.h"
 
 typedef struct pd_steady_desc {
     double tolerance;   /* [-] of both residuals, against the scales of the flow (eq. 4.7, 4.8); 0: 1e-6 */
@@ -75,29 +75,29 @@ PD_API void pd_steady_free(pd_ctx *ctx, pd_steady *steady);
 #define PDI_STEADY_RESTART 20
 /* After implicit stages: solves for the potential that takes the remaining divergence off the bond fluxes (eq. 4.10b),
  * where bond fluxes alone are not free of it (eq. 4.2c); elsewhere clears it. */
-PDI_FN pd_status pdi_steady_even(pd_ctx *ctx, pd_steady *steady);
+PDI_FN pd_status pdi_steady_update_divergence_potential(pd_ctx *ctx, pd_steady *steady);
 /* Lists the arrays of a pd_steady that last between solves, beside those of its solvers. */
-PDI_FN void pdi_steady_list(pdi_owner *owner, void *object);
+PDI_FN void pdi_steady_list(pdi_array_visitor *owner, void *object);
 /* Sets defaults and sizes of the linear solvers, without arrays: enough to count memory. */
 PDI_FN pd_status pdi_steady_plan(pd_ctx *ctx, pd_steady *steady);
 /* Scratch memory [byte] of one solve. */
-PDI_FN size_t pdi_steady_room(pd_steady *steady);
+PDI_FN size_t pdi_steady_count_work_bytes(pd_steady *steady);
 /* The arena that lends the scratch memory: that of desc, or its own. */
-PDI_FN pd_arena *pdi_steady_arena(pd_steady *steady);
-/* Takes the scratch memory of a solve until pdi_steady_release; calls may nest. Stages within share a
+PDI_FN pd_arena *pdi_steady_get_arena(pd_steady *steady);
+/* Takes the scratch memory of a solve until pdi_steady_end_solves; calls may nest. Stages within share a
  * preconditioner. */
-PDI_FN pd_status pdi_steady_hold(pd_ctx *ctx, pd_steady *steady);
+PDI_FN pd_status pdi_steady_begin_solves(pd_ctx *ctx, pd_steady *steady);
 /* Gives it back. Returns `status`, or the error of a corrupted arena. */
-PDI_FN pd_status pdi_steady_release(pd_ctx *ctx, pd_steady *steady, pd_status status);
+PDI_FN pd_status pdi_steady_end_solves(pd_ctx *ctx, pd_steady *steady, pd_status status);
 /* Writes or reads what solves carry on beside the flow: the potential and the reference norm. */
 PDI_FN pd_status pdi_steady_store(pd_ctx *ctx, pd_steady *steady, pd_archive *archive);
-/* Prepares for pdi_steady_stage, once: fits the arena to a solve and `more` [byte] for the time integrator. */
-PDI_FN pd_status pdi_steady_timed(pd_ctx *ctx, pd_steady *steady, size_t more);
+/* Prepares for pdi_steady_solve_stage, once: fits the arena to a solve and `more` [byte] for the time integrator. */
+PDI_FN pd_status pdi_steady_build_stages(pd_ctx *ctx, pd_steady *steady, size_t more);
 /* Solves R(u, p) + rate (u - target) = 0 from the state in flow: one stage of an implicit time step. tolerance [-]: of
  * the velocity error over U and of the continuity residual. A preconditioner of the same rate is used again. PD_RETRY:
  * not converged, flow holds no solution. */
-PDI_FN pd_status pdi_steady_stage(pd_ctx *ctx, pd_steady *steady, double rate, const double *target, double tolerance,
-                                  pd_steady_result *result);
+PDI_FN pd_status pdi_steady_solve_stage(pd_ctx *ctx, pd_steady *steady, double rate, const double *target,
+                                        double tolerance, pd_steady_result *result);
 #endif
 
 #endif

@@ -2,7 +2,7 @@
 #include "io/apng.h"
 #include <string.h>
 
-#define PDI_APNG_LAST 10 /* display time of the last frame, in units of the delay */
+#define PDI_APNG_LAST_DELAY_FACTOR 10 /* display time of the last frame, in units of the delay */
 
 PDI_FN pd_status pdi_apng_create(pd_ctx *ctx, const char *path, int count, int delay, pdi_apng *film)
 {
@@ -10,67 +10,71 @@ PDI_FN pd_status pdi_apng_create(pd_ctx *ctx, const char *path, int count, int d
     if (count < 1 || delay < 1 || delay > 6000)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "apng", "%d images, one in %d ms, expected at least 1, and 1 to 6000 ms",
                         count, delay);
-    film->count = count;
+    film->frame_count = count;
     film->delay = delay;
     return pdi_file_create(ctx, path, &film->file);
 }
 
 /* Write the PNG header and the animation control chunk (acTL) before the first frame. */
-static pd_status pdi_apng_begin(pd_ctx *ctx, pdi_apng *film, const pd_image *image)
+static pd_status pdi_apng_write_header(pd_ctx *ctx, pdi_apng *film, const pd_image *image)
 {
     uint8_t control[8];
     film->width = image->width;
     film->height = image->height;
     film->channels = image->channels;
-    pdi_png_put32(control, (uint32_t)film->count);
-    pdi_png_put32(control + 4, 0); /* again and again */
-    PDI_TRY(pdi_png_head(ctx, &film->file, image));
-    return pdi_png_chunk(ctx, &film->file, "acTL", control, sizeof control);
+    pdi_png_put_u32(control, (uint32_t)film->frame_count);
+    pdi_png_put_u32(control + 4, 0); /* again and again */
+    PDI_TRY(pdi_png_write_header(ctx, &film->file, image));
+    return pdi_png_write_chunk(ctx, &film->file, "acTL", control, sizeof control);
 }
 
 /* Write the frame control chunk (fcTL): size and display time of the next frame. */
-static pd_status pdi_apng_control(pd_ctx *ctx, pdi_apng *film)
+static pd_status pdi_apng_write_frame_control(pd_ctx *ctx, pdi_apng *film)
 {
     uint8_t control[26] = {0};
-    uint32_t delay = (uint32_t)(film->done + 1 < film->count ? film->delay : PDI_APNG_LAST * film->delay);
-    pdi_png_put32(control, film->sequence++);
-    pdi_png_put32(control + 4, (uint32_t)film->width);
-    pdi_png_put32(control + 8, (uint32_t)film->height);
-    pdi_png_put32(control + 20, delay << 16 | 1000u); /* a fraction of a second: two numbers of 16 bits */
-    return pdi_png_chunk(ctx, &film->file, "fcTL", control, sizeof control);
+    uint32_t delay =
+        (uint32_t)(film->frames_written + 1 < film->frame_count ? film->delay
+                                                                : PDI_APNG_LAST_DELAY_FACTOR * film->delay);
+    pdi_png_put_u32(control, film->sequence_number++);
+    pdi_png_put_u32(control + 4, (uint32_t)film->width);
+    pdi_png_put_u32(control + 8, (uint32_t)film->height);
+    pdi_png_put_u32(control + 20, delay << 16 | 1000u); /* a fraction of a second: two numbers of 16 bits */
+    return pdi_png_write_chunk(ctx, &film->file, "fcTL", control, sizeof control);
 }
 
-PDI_FN pd_status pdi_apng_add(pd_ctx *ctx, pdi_apng *film, const pd_image *image)
+PDI_FN pd_status pdi_apng_add_frame(pd_ctx *ctx, pdi_apng *film, const pd_image *image)
 {
     uint8_t number[4];
     pdi_bytes packed = {NULL, 0, 0};
-    PDI_TRY(pdi_png_check(ctx, image));
-    if (film->done >= film->count)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "apng", "more than the %d images that were announced", film->count);
-    if (film->done == 0) PDI_TRY(pdi_apng_begin(ctx, film, image));
+    PDI_TRY(pdi_png_check_image(ctx, image));
+    if (film->frames_written >= film->frame_count)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "apng", "more than the %d images that were announced", film->frame_count);
+    if (film->frames_written == 0) PDI_TRY(pdi_apng_write_header(ctx, film, image));
     if (image->width != film->width || image->height != film->height || image->channels != film->channels)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "apng", "an image of %d x %d pixels in a film of %d x %d", image->width,
                         image->height, film->width, film->height);
-    PDI_TRY(pdi_apng_control(ctx, film));
+    PDI_TRY(pdi_apng_write_frame_control(ctx, film));
     pd_status status = PD_OK;
-    if (film->done > 0) {
-        pdi_png_put32(number, film->sequence++);
+    if (film->frames_written > 0) {
+        pdi_png_put_u32(number, film->sequence_number++);
         status = pdi_bytes_add(ctx, &packed, number, sizeof number);
     }
-    if (status == PD_OK) status = pdi_png_pack(ctx, image, &packed);
+    if (status == PD_OK) status = pdi_png_compress_pixels(ctx, image, &packed);
     if (status == PD_OK)
-        status = pdi_png_chunk(ctx, &film->file, film->done > 0 ? "fdAT" : "IDAT", packed.data, packed.size);
+        status =
+            pdi_png_write_chunk(ctx, &film->file, film->frames_written > 0 ? "fdAT" : "IDAT", packed.data, packed.size);
     pdi_bytes_free(ctx, &packed);
-    film->done++;
+    film->frames_written++;
     return status;
 }
 
 PDI_FN pd_status pdi_apng_commit(pd_ctx *ctx, pdi_apng *film)
 {
     pd_status status = PD_OK;
-    if (film->done != film->count)
-        status = pdi_fail(ctx, PD_ERR_ARGUMENT, "apng", "%d images, expected %d", film->done, film->count);
-    if (status == PD_OK) status = pdi_png_chunk(ctx, &film->file, "IEND", NULL, 0);
+    if (film->frames_written != film->frame_count)
+        status =
+            pdi_fail(ctx, PD_ERR_ARGUMENT, "apng", "%d images, expected %d", film->frames_written, film->frame_count);
+    if (status == PD_OK) status = pdi_png_write_chunk(ctx, &film->file, "IEND", NULL, 0);
     if (status == PD_OK) return pdi_file_commit(ctx, &film->file);
     pdi_file_abandon(&film->file);
     return status;
@@ -78,4 +82,4 @@ PDI_FN pd_status pdi_apng_commit(pd_ctx *ctx, pdi_apng *film)
 
 PDI_FN void pdi_apng_abandon(pdi_apng *film) { pdi_file_abandon(&film->file); }
 
-#undef PDI_APNG_LAST
+#undef PDI_APNG_LAST_DELAY_FACTOR

@@ -1,6 +1,6 @@
 /* apng: animated PNG files (APNG 1.0): frames of one size. Readers that know PNG alone show the first frame.
  *
- *   pdi_apng_create(&ctx, path, count, delay, &film), pdi_apng_add(&ctx, &film, &image) count times,
+ *   pdi_apng_create(&ctx, path, count, delay, &film), pdi_apng_add_frame(&ctx, &film, &image) count times,
  *   pdi_apng_commit(&ctx, &film)
  */
 #ifndef PD_APNG_H
@@ -13,9 +13,9 @@
 typedef struct pdi_apng {
     pd_file file;
     int width, height, channels;
-    int count, done;   /* number of frames in all, and written so far */
+    int frame_count, frames_written; /* number of frames in all, and written so far */
     int delay;         /* [ms] display time of a frame */
-    uint32_t sequence; /* sequence number of the next fcTL or fdAT chunk */
+    uint32_t sequence_number; /* sequence number of the next fcTL or fdAT chunk */
 } pdi_apng;
 
 /* Begin an animation of `count` frames of `delay` [ms] in a temporary file. The last frame stays ten times as long;
@@ -23,7 +23,7 @@ typedef struct pdi_apng {
 PDI_FN pd_status pdi_apng_create(pd_ctx *ctx, const char *path, int count, int delay, pdi_apng *film);
 /* Append a frame. Errors as of a single PNG; PD_ERR_ARGUMENT also: another size than the first frame, or one frame too
  * many. */
-PDI_FN pd_status pdi_apng_add(pd_ctx *ctx, pdi_apng *film, const pd_image *image);
+PDI_FN pd_status pdi_apng_add_frame(pd_ctx *ctx, pdi_apng *film, const pd_image *image);
 /* End the file and give it its final name; it is closed on failure, too. PD_ERR_ARGUMENT: frames are missing. */
 PDI_FN pd_status pdi_apng_commit(pd_ctx *ctx, pdi_apng *film);
 /* Close and delete the temporary file. A closed or zeroed animation is allowed. */

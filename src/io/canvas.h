@@ -8,19 +8,19 @@
 #include "io/svg.h"
 
 #ifdef PDI_INTERNAL
-#define PDI_CANVAS_CAPITAL 14 /* [pixel] height of a capital letter */
-#define PDI_CANVAS_INK 0x202124u /* colour of text, axes and frames */
-#define PDI_CANVAS_PAPER 0xFFFFFFu /* colour of the background */
+#define PDI_CANVAS_CAPITAL_HEIGHT 14     /* [pixel] height of a capital letter */
+#define PDI_CANVAS_TEXT_COLOUR 0x202124u /* colour of text, axes and frames */
+#define PDI_CANVAS_BACKGROUND 0xFFFFFFu  /* colour of the background */
 
 /* What is drawn on: an image or an SVG drawing. */
 typedef struct pdi_canvas {
     pd_image image;               /* pixels; of an SVG drawing width and height alone */
     pdi_svg *svg;                 /* NULL: an image is drawn */
-    int left, top, right, bottom; /* [pixel] clip rectangle, right and bottom excluded */
-    int drawing;                  /* 1: a set of strokes has been begun */
-    uint8_t *cover;               /* [width * height] 1/255 of each pixel that the strokes cover; NULL: none begun */
-    double stroke;                /* [pixel] width of the strokes */
-    uint32_t ink;                 /* colour of the strokes */
+    int clip_left, clip_top, clip_right, clip_bottom; /* [pixel] clip rectangle, right and bottom excluded */
+    int strokes_open;                                 /* 1: a set of strokes has been begun */
+    uint8_t *coverage;      /* [width * height] 1/255 of each pixel that the strokes cover; NULL: none begun */
+    double stroke_width;    /* [pixel] width of the strokes */
+    uint32_t stroke_colour; /* colour of the strokes */
 } pdi_canvas;
 
 /* Horizontal alignment: which part of a text stands at its anchor point. */
@@ -31,46 +31,47 @@ typedef enum pdi_align {
 } pdi_align;
 
 /* Draws `what`: makes the canvas, of pixels, or of SVG where svg is not NULL, and draws on it. */
-typedef pd_status (*pdi_canvas_fn)(pd_ctx *ctx, const void *what, pdi_svg *svg, pdi_canvas *canvas);
+typedef pd_status (*pdi_canvas_draw_fn)(pd_ctx *ctx, const void *what, pdi_svg *svg, pdi_canvas *canvas);
 
 /* Euclidean length sqrt(x^2 + y^2). Not hypot: C libraries differ in its last bit, and pictures would differ. */
-PDI_FN double pdi_canvas_length(double x, double y);
+PDI_FN double pdi_canvas_hypot(double x, double y);
 /* Make a white image of width x height pixels; free canvas->image with its own function. */
-PDI_FN pd_status pdi_canvas_init(pd_ctx *ctx, int width, int height, pdi_canvas *canvas);
+PDI_FN pd_status pdi_canvas_build_image(pd_ctx *ctx, int width, int height, pdi_canvas *canvas);
 /* Make an empty SVG drawing of that size; free svg with its own function. */
-PDI_FN pd_status pdi_canvas_vectors(pd_ctx *ctx, int width, int height, pdi_svg *svg, pdi_canvas *canvas);
+PDI_FN pd_status pdi_canvas_build_svg(pd_ctx *ctx, int width, int height, pdi_svg *svg, pdi_canvas *canvas);
 /* Embed an image in an SVG drawing, its upper left corner at (left, top). */
-PDI_FN void pdi_canvas_image(pdi_canvas *canvas, int left, int top, const pd_image *image);
+PDI_FN void pdi_canvas_draw_image(pdi_canvas *canvas, int left, int top, const pd_image *image);
 /* Draw `what` with the callback `draw` into a new image. */
-PDI_FN pd_status pdi_canvas_draw(pd_ctx *ctx, pdi_canvas_fn draw, const void *what, pd_image *image);
+PDI_FN pd_status pdi_canvas_draw_to_image(pd_ctx *ctx, pdi_canvas_draw_fn draw, const void *what, pd_image *image);
 /* Draw `what` with the callback `draw` into a file: SVG where its name ends in .svg, else PNG. */
-PDI_FN pd_status pdi_canvas_file(pd_ctx *ctx, const char *path, pdi_canvas_fn draw, const void *what);
+PDI_FN pd_status pdi_canvas_draw_to_file(pd_ctx *ctx, const char *path, pdi_canvas_draw_fn draw, const void *what);
 /* Set the clip rectangle [left, right) x [top, bottom). */
-PDI_FN void pdi_canvas_clip(pdi_canvas *canvas, int left, int top, int right, int bottom);
+PDI_FN void pdi_canvas_set_clip(pdi_canvas *canvas, int left, int top, int right, int bottom);
 /* Set the clip rectangle to the whole canvas. */
-PDI_FN void pdi_canvas_unclip(pdi_canvas *canvas);
+PDI_FN void pdi_canvas_reset_clip(pdi_canvas *canvas);
 /* Fill the rectangle [left, right) x [top, bottom). */
-PDI_FN void pdi_canvas_fill(pdi_canvas *canvas, int left, int top, int right, int bottom, uint32_t colour);
+PDI_FN void pdi_canvas_fill_rectangle(pdi_canvas *canvas, int left, int top, int right, int bottom, uint32_t colour);
 /* Draw a frame of one pixel just outside the same rectangle. */
-PDI_FN void pdi_canvas_frame(pdi_canvas *canvas, int left, int top, int right, int bottom, uint32_t colour);
+PDI_FN void pdi_canvas_draw_frame(pdi_canvas *canvas, int left, int top, int right, int bottom, uint32_t colour);
 /* Draw a straight antialiased line from (xa, ya) to (xb, yb) with round ends; pixel centres lie at half-integers. */
-PDI_FN void pdi_canvas_line(pdi_canvas *canvas, double xa, double ya, double xb, double yb, double width,
-                            uint32_t colour);
+PDI_FN void pdi_canvas_draw_line(pdi_canvas *canvas, double xa, double ya, double xb, double yb, double width,
+                                 uint32_t colour);
 /* Begin a set of strokes of one width and colour; pixels where they overlap are blended once. Add strokes, then end the
  * set, also after a failure in between. */
-PDI_FN pd_status pdi_canvas_strokes(pd_ctx *ctx, pdi_canvas *canvas, double width, uint32_t colour);
+PDI_FN pd_status pdi_canvas_begin_strokes(pd_ctx *ctx, pdi_canvas *canvas, double width, uint32_t colour);
 /* Add a straight stroke to the set. */
-PDI_FN void pdi_canvas_stroke(pdi_canvas *canvas, double xa, double ya, double xb, double yb);
+PDI_FN void pdi_canvas_add_stroke(pdi_canvas *canvas, double xa, double ya, double xb, double yb);
 /* Blend the set of strokes into the image, or close its path. */
-PDI_FN void pdi_canvas_strokes_end(pd_ctx *ctx, pdi_canvas *canvas);
+PDI_FN void pdi_canvas_end_strokes(pd_ctx *ctx, pdi_canvas *canvas);
 /* Draw a UTF-8 text (ASCII, µ, ·, °, × and superscript digits); (x, y): anchor, at the top of the capitals. */
-PDI_FN void pdi_canvas_text(pdi_canvas *canvas, int x, int y, pdi_align align, uint32_t colour, const char *text);
+PDI_FN void pdi_canvas_draw_text(pdi_canvas *canvas, int x, int y, pdi_align align, uint32_t colour, const char *text);
 /* Draw a text rotated to read upward; x: top of the capitals (their left side), y: anchor. */
-PDI_FN void pdi_canvas_text_up(pdi_canvas *canvas, int x, int y, pdi_align align, uint32_t colour, const char *text);
+PDI_FN void pdi_canvas_draw_text_upward(pdi_canvas *canvas, int x, int y, pdi_align align, uint32_t colour,
+                                        const char *text);
 /* Draw a bold text from x on to the right; y: top of the capitals. */
-PDI_FN void pdi_canvas_title(pdi_canvas *canvas, int x, int y, uint32_t colour, const char *text);
+PDI_FN void pdi_canvas_draw_bold_text(pdi_canvas *canvas, int x, int y, uint32_t colour, const char *text);
 /* Width [pixel] of a text. */
-PDI_FN int pdi_canvas_text_width(const char *text);
+PDI_FN int pdi_canvas_compute_text_width(const char *text);
 #endif
 
 #endif

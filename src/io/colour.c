@@ -2,16 +2,16 @@
 #include "io/colour.h"
 #include <math.h>
 
-#define PDI_COLOUR_FINE 2048 /* samples of a map from which its arc length in OKLab is computed */
-#define PDI_COLOUR_DEGREE 0.017453292519943295 /* [rad] one degree */
+#define PDI_COLOUR_ARC_SAMPLES 2048 /* samples of a map from which its arc length in OKLab is computed */
+#define PDI_COLOUR_RADIANS_PER_DEGREE 0.017453292519943295 /* [rad] one degree */
 
 /* A colour in OKLab: lightness l, green-red a, blue-yellow b. */
-typedef struct pdi_colour_lab {
+typedef struct pdi_colour_oklab {
     double l, a, b;
-} pdi_colour_lab;
+} pdi_colour_oklab;
 
 /* Convert an OKLab colour to linear RGB, rgb[3] (Ottosson 2020). Returns 1 when it lies in the sRGB gamut. */
-static int pdi_colour_linear(pdi_colour_lab c, double *rgb)
+static int pdi_colour_oklab_to_linear_rgb(pdi_colour_oklab c, double *rgb)
 {
     double l = c.l + 0.3963377774 * c.a + 0.2158037573 * c.b, m = c.l - 0.1055613458 * c.a - 0.0638541728 * c.b;
     double s = c.l - 0.0894841775 * c.a - 1.2914855480 * c.b;
@@ -27,20 +27,21 @@ static int pdi_colour_linear(pdi_colour_lab c, double *rgb)
 }
 
 /* Linear value 0..1 of one 8-bit channel of an sRGB colour (IEC 61966-2-1); shift: its bit position. */
-static double pdi_colour_decode(uint32_t srgb, int shift)
+static double pdi_colour_srgb_to_linear(uint32_t srgb, int shift)
 {
     double x = (double)(srgb >> shift & 255) / 255;
     return x <= 0.04045 ? x / 12.92 : pow((x + 0.055) / 1.055, 2.4);
 }
 
 /* Convert an sRGB colour 0xRRGGBB to OKLab (Ottosson 2020). */
-static pdi_colour_lab pdi_colour_of_srgb(uint32_t srgb)
+static pdi_colour_oklab pdi_colour_srgb_to_oklab(uint32_t srgb)
 {
-    double r = pdi_colour_decode(srgb, 16), g = pdi_colour_decode(srgb, 8), b = pdi_colour_decode(srgb, 0);
+    double r = pdi_colour_srgb_to_linear(srgb, 16), g = pdi_colour_srgb_to_linear(srgb, 8),
+           b = pdi_colour_srgb_to_linear(srgb, 0);
     double l = cbrt(0.4122214708 * r + 0.5363325363 * g + 0.0514459929 * b);
     double m = cbrt(0.2119034982 * r + 0.6806995451 * g + 0.1073969566 * b);
     double s = cbrt(0.0883024619 * r + 0.2817188376 * g + 0.6299787005 * b);
-    pdi_colour_lab c;
+    pdi_colour_oklab c;
     c.l = 0.2104542553 * l + 0.7936177850 * m - 0.0040720468 * s;
     c.a = 1.9779984951 * l - 2.4285922050 * m + 0.4505937099 * s;
     c.b = 0.0259040371 * l + 0.7827717662 * m - 0.8086757660 * s;
@@ -48,11 +49,11 @@ static pdi_colour_lab pdi_colour_of_srgb(uint32_t srgb)
 }
 
 /* Convert an OKLab colour to sRGB 0xRRGGBB (IEC 61966-2-1), clamped to the gamut. */
-static uint32_t pdi_colour_srgb(pdi_colour_lab c)
+static uint32_t pdi_colour_oklab_to_srgb(pdi_colour_oklab c)
 {
     double rgb[3];
     uint32_t packed = 0;
-    pdi_colour_linear(c, rgb);
+    pdi_colour_oklab_to_linear_rgb(c, rgb);
     for (int k = 0; k < 3; k++) {
         double x = rgb[k] < 0 ? 0 : rgb[k] > 1 ? 1 : rgb[k];
         x = x <= 0.0031308 ? 12.92 * x : 1.055 * pow(x, 1 / 2.4) - 0.055;
@@ -63,20 +64,20 @@ static uint32_t pdi_colour_srgb(pdi_colour_lab c)
 
 /* OKLab colour from lightness, chroma and hue [degree]; the chroma is reduced until the colour lies in the sRGB
  * gamut. */
-static pdi_colour_lab pdi_colour_polar(double lightness, double chroma, double hue)
+static pdi_colour_oklab pdi_colour_lch_to_oklab(double lightness, double chroma, double hue)
 {
-    pdi_colour_lab c;
-    double rgb[3], along = cos(hue * PDI_COLOUR_DEGREE), across = sin(hue * PDI_COLOUR_DEGREE);
+    pdi_colour_oklab c;
+    double rgb[3], along = cos(hue * PDI_COLOUR_RADIANS_PER_DEGREE), across = sin(hue * PDI_COLOUR_RADIANS_PER_DEGREE);
     for (;; chroma *= 0.995) {
         c.l = lightness;
         c.a = chroma * along;
         c.b = chroma * across;
-        if (chroma < 1e-3 || pdi_colour_linear(c, rgb)) return c;
+        if (chroma < 1e-3 || pdi_colour_oklab_to_linear_rgb(c, rgb)) return c;
     }
 }
 
 /* Catmull-Rom spline through five equidistant values, at t = 0..1. */
-static double pdi_colour_curve(const double *v, double t)
+static double pdi_colour_interpolate_spline(const double *v, double t)
 {
     int k = t >= 1 ? 3 : (int)(4 * t);
     double s = 4 * t - k, a = v[k > 0 ? k - 1 : 0], b = v[k], c = v[k + 1], d = v[k < 3 ? k + 2 : 4];
@@ -84,13 +85,13 @@ static double pdi_colour_curve(const double *v, double t)
 }
 
 /* Colour of viridis at t = 0..1: linear interpolation in OKLab between ten of its colours. */
-static pdi_colour_lab pdi_colour_viridis(double t)
+static pdi_colour_oklab pdi_colour_interpolate_viridis(double t)
 {
     static const uint32_t table[10] = {0x440154u, 0x482878u, 0x3E4989u, 0x31688Eu, 0x26828Eu,
                                        0x1F9E89u, 0x35B779u, 0x6DCD59u, 0xB4DE2Cu, 0xFDE725u};
     int k = t >= 1 ? 8 : (int)(9 * t);
     double s = 9 * t - k;
-    pdi_colour_lab a = pdi_colour_of_srgb(table[k]), b = pdi_colour_of_srgb(table[k + 1]);
+    pdi_colour_oklab a = pdi_colour_srgb_to_oklab(table[k]), b = pdi_colour_srgb_to_oklab(table[k + 1]);
     a.l += s * (b.l - a.l);
     a.a += s * (b.a - a.a);
     a.b += s * (b.b - a.b);
@@ -98,47 +99,49 @@ static pdi_colour_lab pdi_colour_viridis(double t)
 }
 
 /* OKLab colour of a map at its parameter t = 0..1, before equalising the arc length. */
-static pdi_colour_lab pdi_colour_path(pd_map map, double t)
+static pdi_colour_oklab pdi_colour_evaluate_map(pd_map map, double t)
 {
     static const double chroma[5] = {0.120, 0.100, 0.088, 0.150, 0.180}, hue[5] = {316, 268, 194, 152, 106};
     if (map == PD_MAP_SEQUENTIAL)
-        return pdi_colour_polar(0.27 + 0.65 * t, pdi_colour_curve(chroma, t), pdi_colour_curve(hue, t));
-    if (map == PD_MAP_VIRIDIS) return pdi_colour_viridis(t);
-    if (map == PD_MAP_GREY) return pdi_colour_polar(0.2 + 0.78 * t, 0, 0);
+        return pdi_colour_lch_to_oklab(0.27 + 0.65 * t, pdi_colour_interpolate_spline(chroma, t),
+                                       pdi_colour_interpolate_spline(hue, t));
+    if (map == PD_MAP_VIRIDIS) return pdi_colour_interpolate_viridis(t);
+    if (map == PD_MAP_GREY) return pdi_colour_lch_to_oklab(0.2 + 0.78 * t, 0, 0);
     double s = 2 * t - 1, distance = fabs(s);
-    return pdi_colour_polar(0.965 - 0.525 * distance, 0.165 * sqrt(distance) * (0.6 + 0.4 * distance),
-                            s < 0 ? 255 : 28);
+    return pdi_colour_lch_to_oklab(0.965 - 0.525 * distance, 0.165 * sqrt(distance) * (0.6 + 0.4 * distance),
+                                   s < 0 ? 255 : 28);
 }
 
-PDI_FN void pdi_colour_table(pd_map map, uint32_t *table)
+PDI_FN void pdi_colour_fill_table(pd_map map, uint32_t *table)
 {
-    double length[PDI_COLOUR_FINE + 1];
-    pdi_colour_lab before = pdi_colour_path(map, 0);
+    double length[PDI_COLOUR_ARC_SAMPLES + 1];
+    pdi_colour_oklab before = pdi_colour_evaluate_map(map, 0);
     length[0] = 0;
-    for (int i = 1; i <= PDI_COLOUR_FINE; i++) {
-        pdi_colour_lab c = pdi_colour_path(map, (double)i / PDI_COLOUR_FINE);
+    for (int i = 1; i <= PDI_COLOUR_ARC_SAMPLES; i++) {
+        pdi_colour_oklab c = pdi_colour_evaluate_map(map, (double)i / PDI_COLOUR_ARC_SAMPLES);
         double da = c.a - before.a, db = c.b - before.b, dl = c.l - before.l;
         length[i] = length[i - 1] + sqrt(dl * dl + da * da + db * db);
         before = c;
     }
     /* Equal steps of the table are equal arc lengths in OKLab. */
-    for (int k = 0, i = 0; k < PDI_COLOUR_COUNT; k++) {
-        double want = length[PDI_COLOUR_FINE] * k / (PDI_COLOUR_COUNT - 1);
-        while (i < PDI_COLOUR_FINE - 1 && length[i + 1] < want) i++;
+    for (int k = 0, i = 0; k < PDI_COLOUR_TABLE_SIZE; k++) {
+        double want = length[PDI_COLOUR_ARC_SAMPLES] * k / (PDI_COLOUR_TABLE_SIZE - 1);
+        while (i < PDI_COLOUR_ARC_SAMPLES - 1 && length[i + 1] < want) i++;
         double share = (want - length[i]) / (length[i + 1] - length[i]);
-        table[k] = pdi_colour_srgb(pdi_colour_path(map, pdi_min((i + share) / PDI_COLOUR_FINE, 1.0)));
+        table[k] =
+            pdi_colour_oklab_to_srgb(pdi_colour_evaluate_map(map, pdi_min((i + share) / PDI_COLOUR_ARC_SAMPLES, 1.0)));
     }
 }
 
-PDI_FN uint32_t pdi_colour_label(int64_t number)
+PDI_FN uint32_t pdi_colour_get_label_colour(int64_t number)
 {
     /* Hues by the golden angle 137.5 degrees: neighbouring numbers get different colours. */
     double hue = 137.50776405003785 * (double)(number % 1000003);
     int shade = (int)((number % 3 + 3) % 3);
-    return pdi_colour_srgb(pdi_colour_polar(0.58 + 0.12 * shade, 0.115, fmod(hue, 360.0)));
+    return pdi_colour_oklab_to_srgb(pdi_colour_lch_to_oklab(0.58 + 0.12 * shade, 0.115, fmod(hue, 360.0)));
 }
 
-PDI_FN uint32_t pdi_colour_series(int k)
+PDI_FN uint32_t pdi_colour_get_series_colour(int k)
 {
     static const uint32_t table[6] = {0x0072B2u, 0xD55E00u, 0x009E73u, 0xCC79A7u, 0xE69F00u, 0x56B4E9u};
     return table[k % 6];

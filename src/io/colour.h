@@ -13,13 +13,13 @@ typedef enum pd_map {
 } pd_map;
 
 #ifdef PDI_INTERNAL
-#define PDI_COLOUR_COUNT 256 /* colours of a table */
-/* Fill table[PDI_COLOUR_COUNT] with the colours 0xRRGGBB of a map from low to high, for all maps but labels. */
-PDI_FN void pdi_colour_table(pd_map map, uint32_t *table);
+#define PDI_COLOUR_TABLE_SIZE 256 /* colours of a table */
+/* Fill table[PDI_COLOUR_TABLE_SIZE] with the colours 0xRRGGBB of a map from low to high, for all maps but labels. */
+PDI_FN void pdi_colour_fill_table(pd_map map, uint32_t *table);
 /* Colour 0xRRGGBB of a whole number, for PD_MAP_LABELS. */
-PDI_FN uint32_t pdi_colour_label(int64_t number);
+PDI_FN uint32_t pdi_colour_get_label_colour(int64_t number);
 /* Colour 0xRRGGBB of curve k of a plot (Okabe and Ito 2008: distinguishable for colour-blind readers). */
-PDI_FN uint32_t pdi_colour_series(int k);
+PDI_FN uint32_t pdi_colour_get_series_colour(int k);
 #endif
 
 #endif

@@ -3,7 +3,7 @@
 #include <math.h>
 
 /* Value of the cell (i, j); NaN: it has none, or lies outside. */
-static double pdi_contour_value(const pdi_contour *c, int i, int j)
+static double pdi_contour_get_value(const pdi_contour *c, int i, int j)
 {
     if (i < 0 || i >= c->nx || j < 0 || j >= c->ny) return (double)NAN;
     return c->value[(size_t)j * (size_t)c->nx + (size_t)i];
@@ -11,24 +11,27 @@ static double pdi_contour_value(const pdi_contour *c, int i, int j)
 
 /* Value in the middle of the face of a cell towards its neighbour (di, dj), interpolated, or extrapolated when that has
  * none. */
-static double pdi_contour_face(const pdi_contour *c, int i, int j, int di, int dj)
+static double pdi_contour_interpolate_face(const pdi_contour *c, int i, int j, int di, int dj)
 {
-    double own = pdi_contour_value(c, i, j), next = pdi_contour_value(c, i + di, j + dj);
+    double own = pdi_contour_get_value(c, i, j), next = pdi_contour_get_value(c, i + di, j + dj);
     if (!isnan(next)) return 0.5 * (own + next);
-    double back = pdi_contour_value(c, i - di, j - dj);
+    double back = pdi_contour_get_value(c, i - di, j - dj);
     return isnan(back) ? own : own + 0.5 * (own - back);
 }
 
 /* Value in the corner of a cell towards (di, dj). All cells with a value that share a face get the same one. */
-static double pdi_contour_corner(const pdi_contour *c, int i, int j, int di, int dj)
+static double pdi_contour_interpolate_corner(const pdi_contour *c, int i, int j, int di, int dj)
 {
-    double own = pdi_contour_value(c, i, j), x = pdi_contour_value(c, i + di, j), y = pdi_contour_value(c, i, j + dj);
-    double across = pdi_contour_value(c, i + di, j + dj);
+    double own = pdi_contour_get_value(c, i, j), x = pdi_contour_get_value(c, i + di, j),
+           y = pdi_contour_get_value(c, i, j + dj);
+    double across = pdi_contour_get_value(c, i + di, j + dj);
     if (!isnan(x) && !isnan(y)) return isnan(across) ? 0.5 * (x + y) : 0.25 * (own + x + y + across);
     if (!isnan(across) && (!isnan(x) || !isnan(y))) return 0.5 * (own + across);
-    if (!isnan(x)) return 0.5 * (pdi_contour_face(c, i, j, 0, dj) + pdi_contour_face(c, i + di, j, 0, dj));
-    if (!isnan(y)) return 0.5 * (pdi_contour_face(c, i, j, di, 0) + pdi_contour_face(c, i, j + dj, di, 0));
-    return pdi_contour_face(c, i, j, di, 0) + pdi_contour_face(c, i, j, 0, dj) - own;
+    if (!isnan(x))
+        return 0.5 * (pdi_contour_interpolate_face(c, i, j, 0, dj) + pdi_contour_interpolate_face(c, i + di, j, 0, dj));
+    if (!isnan(y))
+        return 0.5 * (pdi_contour_interpolate_face(c, i, j, di, 0) + pdi_contour_interpolate_face(c, i, j + dj, di, 0));
+    return pdi_contour_interpolate_face(c, i, j, di, 0) + pdi_contour_interpolate_face(c, i, j, 0, dj) - own;
 }
 
 /* A square for marching squares: its corners in turn, at x, y [cells]. */
@@ -37,7 +40,7 @@ typedef struct pdi_contour_square {
 } pdi_contour_square;
 
 /* Point where the contour crosses the side from corner k to the next one, by linear interpolation. */
-static void pdi_contour_cross(const pdi_contour_square *s, double level, int k, double *point)
+static void pdi_contour_interpolate_crossing(const pdi_contour_square *s, double level, int k, double *point)
 {
     int next = (k + 1) % 4;
     double fraction = (level - s->value[k]) / (s->value[next] - s->value[k]);
@@ -46,14 +49,15 @@ static void pdi_contour_cross(const pdi_contour_square *s, double level, int k, 
 }
 
 /* Segments of a contour in one square (marching squares); a saddle is decided by the mean of its corners. */
-static void pdi_contour_march(const pdi_contour_square *s, double level, pdi_contour_piece add_segment, void *user)
+static void pdi_contour_march_square(const pdi_contour_square *s, double level, pdi_contour_segment_fn add_segment,
+                                     void *user)
 {
     double at[4][2];
     int in[4], side[4], count = 0;
     for (int k = 0; k < 4; k++) in[k] = s->value[k] >= level;
     for (int k = 0; k < 4; k++) {
         if (in[k] == in[(k + 1) % 4]) continue;
-        pdi_contour_cross(s, level, k, at[count]);
+        pdi_contour_interpolate_crossing(s, level, k, at[count]);
         side[count++] = k;
     }
     if (count == 2) add_segment(user, at[0], at[1]);
@@ -66,8 +70,8 @@ static void pdi_contour_march(const pdi_contour_square *s, double level, pdi_con
 }
 
 /* Segments in the quarter of the cell (i, j) towards (di, dj). */
-static void pdi_contour_quarter(const pdi_contour *c, int i, int j, int di, int dj, double level,
-                                pdi_contour_piece add_segment, void *user)
+static void pdi_contour_march_quarter_cell(const pdi_contour *c, int i, int j, int di, int dj, double level,
+                                           pdi_contour_segment_fn add_segment, void *user)
 {
     pdi_contour_square s;
     double x = i + 0.5, y = j + 0.5;
@@ -75,19 +79,20 @@ static void pdi_contour_quarter(const pdi_contour *c, int i, int j, int di, int 
     s.x[1] = s.x[2] = x + 0.5 * di;
     s.y[0] = s.y[1] = y;
     s.y[2] = s.y[3] = y + 0.5 * dj;
-    s.value[0] = pdi_contour_value(c, i, j);
-    s.value[1] = pdi_contour_face(c, i, j, di, 0);
-    s.value[2] = pdi_contour_corner(c, i, j, di, dj);
-    s.value[3] = pdi_contour_face(c, i, j, 0, dj);
-    pdi_contour_march(&s, level, add_segment, user);
+    s.value[0] = pdi_contour_get_value(c, i, j);
+    s.value[1] = pdi_contour_interpolate_face(c, i, j, di, 0);
+    s.value[2] = pdi_contour_interpolate_corner(c, i, j, di, dj);
+    s.value[3] = pdi_contour_interpolate_face(c, i, j, 0, dj);
+    pdi_contour_march_square(&s, level, add_segment, user);
 }
 
-PDI_FN void pdi_contour_lines(const pdi_contour *c, double level, pdi_contour_piece add_segment, void *user)
+PDI_FN void pdi_contour_find_segments(const pdi_contour *c, double level, pdi_contour_segment_fn add_segment,
+                                      void *user)
 {
     for (int j = 0; j < c->ny; j++)
         for (int i = 0; i < c->nx; i++) {
-            if (isnan(pdi_contour_value(c, i, j))) continue;
+            if (isnan(pdi_contour_get_value(c, i, j))) continue;
             for (int k = 0; k < 4; k++)
-                pdi_contour_quarter(c, i, j, k & 1 ? 1 : -1, k & 2 ? 1 : -1, level, add_segment, user);
+                pdi_contour_march_quarter_cell(c, i, j, k & 1 ? 1 : -1, k & 2 ? 1 : -1, level, add_segment, user);
         }
 }

@@ -16,10 +16,11 @@ typedef struct pdi_contour {
 
 /* Callback for a segment of a contour line from a[2] to b[2], in units of cells from the lower left corner of the
  * grid. */
-typedef void (*pdi_contour_piece)(void *user, const double *a, const double *b);
+typedef void (*pdi_contour_segment_fn)(void *user, const double *a, const double *b);
 
 /* Call add_segment for all segments of the contour lines of this level, cell by cell. */
-PDI_FN void pdi_contour_lines(const pdi_contour *contour, double level, pdi_contour_piece add_segment, void *user);
+PDI_FN void pdi_contour_find_segments(const pdi_contour *contour, double level, pdi_contour_segment_fn add_segment,
+                                      void *user);
 #endif
 
 #endif

@@ -25,48 +25,48 @@ static pd_status pdi_csv_check_names(pd_ctx *ctx, const char *path, const char *
 }
 
 /* Write a column name, in quotes when it would be misread without them. */
-static pd_status pdi_csv_name(pd_ctx *ctx, pd_file *file, const char *name)
+static pd_status pdi_csv_write_name(pd_ctx *ctx, pd_file *file, const char *name)
 {
     if (!strpbrk(name, ",\"") && name[0] != '#' && name[0] != ' ' && name[strlen(name) - 1] != ' ')
-        return pdi_file_text(ctx, file, name);
-    PDI_TRY(pdi_file_text(ctx, file, "\""));
+        return pdi_file_write_text(ctx, file, name);
+    PDI_TRY(pdi_file_write_text(ctx, file, "\""));
     for (; *name; name++) PDI_TRY(pdi_file_write(ctx, file, *name == '"' ? "\"\"" : name, *name == '"' ? 2 : 1));
-    return pdi_file_text(ctx, file, "\"");
+    return pdi_file_write_text(ctx, file, "\"");
 }
 
 /* Write the header line. */
-static pd_status pdi_csv_head(pd_ctx *ctx, pd_file *file, const char *const *names, int columns)
+static pd_status pdi_csv_write_header(pd_ctx *ctx, pd_file *file, const char *const *names, int columns)
 {
     for (int k = 0; k < columns; k++) {
-        if (k) PDI_TRY(pdi_file_text(ctx, file, ","));
-        PDI_TRY(pdi_csv_name(ctx, file, names[k]));
+        if (k) PDI_TRY(pdi_file_write_text(ctx, file, ","));
+        PDI_TRY(pdi_csv_write_name(ctx, file, names[k]));
     }
-    return pdi_file_text(ctx, file, "\n");
+    return pdi_file_write_text(ctx, file, "\n");
 }
 
 /* Write one row of numbers. */
-static pd_status pdi_csv_values(pd_ctx *ctx, pd_file *file, const double *values, int columns)
+static pd_status pdi_csv_write_values(pd_ctx *ctx, pd_file *file, const double *values, int columns)
 {
-    char row[PD_CSV_COLUMNS * PDI_NUMBER_SIZE];
+    char row[PD_CSV_COLUMNS * PDI_FILE_NUMBER_SIZE];
     size_t used = 0;
     for (int k = 0; k < columns; k++) {
         if (k) row[used++] = ',';
-        pdi_file_number(values[k], row + used);
+        pdi_file_format_number(values[k], row + used);
         used += strlen(row + used);
     }
     row[used++] = '\n';
     return pdi_file_write(ctx, file, row, used);
 }
 
-PDI_FN pd_status pdi_csv_write(pd_ctx *ctx, const char *path, const char *const *names, int columns,
-                               const double *values, int64_t rows)
+PDI_FN pd_status pdi_csv_write_table(pd_ctx *ctx, const char *path, const char *const *names, int columns,
+                                     const double *values, int64_t rows)
 {
     pd_file file;
     PDI_TRY(pdi_csv_check_names(ctx, path, names, columns));
     PDI_TRY(pdi_file_create(ctx, path, &file));
-    pd_status status = pdi_csv_head(ctx, &file, names, columns);
+    pd_status status = pdi_csv_write_header(ctx, &file, names, columns);
     for (int64_t k = 0; k < rows && status == PD_OK; k++)
-        status = pdi_csv_values(ctx, &file, values + k * columns, columns);
+        status = pdi_csv_write_values(ctx, &file, values + k * columns, columns);
     if (status == PD_OK) return pdi_file_commit(ctx, &file);
     pdi_file_abandon(&file);
     return status;
@@ -76,8 +76,8 @@ PDI_FN pd_status pdi_csv_create(pd_ctx *ctx, const char *path, const char *const
                                 pd_csv *csv)
 {
     memset(csv, 0, sizeof *csv);
-    PDI_TRY(pdi_csv_write(ctx, path, names, columns, NULL, 0));
-    PDI_TRY(pdi_file_append(ctx, path, &csv->file));
+    PDI_TRY(pdi_csv_write_table(ctx, path, names, columns, NULL, 0));
+    PDI_TRY(pdi_file_open_append(ctx, path, &csv->file));
     csv->columns = columns;
     return PD_OK;
 }
@@ -85,8 +85,8 @@ PDI_FN pd_status pdi_csv_create(pd_ctx *ctx, const char *path, const char *const
 PDI_FN pd_status pdi_csv_store(pd_ctx *ctx, pd_archive *archive, const char *path, int columns, pd_csv *csv)
 {
     int64_t length = 0;
-    if (!archive->reading) PDI_TRY(pdi_file_length(ctx, &csv->file, &length));
-    PDI_TRY(PDI_KEEP(ctx, archive, "length of a table", &length, 1));
+    if (!archive->reading) PDI_TRY(pdi_file_get_length(ctx, &csv->file, &length));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "length of a table", &length, 1));
     if (!archive->reading) return PD_OK;
     memset(csv, 0, sizeof *csv);
     PDI_TRY(pdi_file_resume(ctx, path, length, &csv->file));
@@ -94,9 +94,9 @@ PDI_FN pd_status pdi_csv_store(pd_ctx *ctx, pd_archive *archive, const char *pat
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_csv_row(pd_ctx *ctx, pd_csv *csv, const double *values)
+PDI_FN pd_status pdi_csv_write_row(pd_ctx *ctx, pd_csv *csv, const double *values)
 {
-    PDI_TRY(pdi_csv_values(ctx, &csv->file, values, csv->columns));
+    PDI_TRY(pdi_csv_write_values(ctx, &csv->file, values, csv->columns));
     return pdi_file_flush(ctx, &csv->file);
 }
 
@@ -110,100 +110,100 @@ PDI_FN pd_status pdi_csv_close(pd_ctx *ctx, pd_csv *csv)
 /* State of parsing a table. */
 typedef struct pdi_csv_reader {
     pd_table *table;
-    size_t at;     /* position in table->text */
+    size_t position; /* position in table->text */
     int line;      /* number of the line, from 1 */
-    size_t fields; /* number of fields so far */
+    size_t field_count; /* number of fields so far */
 } pdi_csv_reader;
 
 /* Report an error at the current line as PD_ERR_PARSE. */
-static pd_status pdi_csv_bad(pd_ctx *ctx, const pdi_csv_reader *r, const char *text)
+static pd_status pdi_csv_fail_at_line(pd_ctx *ctx, const pdi_csv_reader *r, const char *text)
 {
     return pdi_fail(ctx, PD_ERR_PARSE, "csv", "%s:%d: %s", r->table->path, r->line, text);
 }
 
 /* Append the offset of a field to the table. */
-static pd_status pdi_csv_keep(pd_ctx *ctx, pdi_csv_reader *r, size_t offset)
+static pd_status pdi_csv_add_field(pd_ctx *ctx, pdi_csv_reader *r, size_t offset)
 {
     pd_table *t = r->table;
-    if (r->fields == t->capacity) {
+    if (r->field_count == t->capacity) {
         size_t capacity = 2 * t->capacity + 64;
         PDI_TRY(PDI_GROW(ctx, "csv", t->capacity, capacity, t->field));
         t->capacity = capacity;
     }
-    t->field[r->fields++] = offset;
+    t->field[r->field_count++] = offset;
     return PD_OK;
 }
 
 /* Read a quoted field at the current position and remove its quotes in place; the position moves to the separator
  * behind it. *stop: where its terminating 0 belongs. That may be the separator itself, so the caller sets it after
  * looking at it. */
-static pd_status pdi_csv_quoted(pd_ctx *ctx, pdi_csv_reader *r, size_t *stop)
+static pd_status pdi_csv_read_quoted_field(pd_ctx *ctx, pdi_csv_reader *r, size_t *stop)
 {
     char *text = r->table->text;
-    size_t out = ++r->at;
-    PDI_TRY(pdi_csv_keep(ctx, r, out));
-    for (;; r->at++) {
-        char c = text[r->at];
-        if (!c || c == '\n') return pdi_csv_bad(ctx, r, "a quote is not closed on its line");
+    size_t out = ++r->position;
+    PDI_TRY(pdi_csv_add_field(ctx, r, out));
+    for (;; r->position++) {
+        char c = text[r->position];
+        if (!c || c == '\n') return pdi_csv_fail_at_line(ctx, r, "a quote is not closed on its line");
         if (c == '"') {
-            if (text[r->at + 1] != '"') break;
-            r->at++;
+            if (text[r->position + 1] != '"') break;
+            r->position++;
         }
         text[out++] = c;
     }
-    r->at++;
-    while (text[r->at] == ' ' || text[r->at] == '\t' || text[r->at] == '\r') r->at++;
-    char end = text[r->at];
-    if (end && end != ',' && end != '\n') return pdi_csv_bad(ctx, r, "text behind a closing quote");
+    r->position++;
+    while (text[r->position] == ' ' || text[r->position] == '\t' || text[r->position] == '\r') r->position++;
+    char end = text[r->position];
+    if (end && end != ',' && end != '\n') return pdi_csv_fail_at_line(ctx, r, "text behind a closing quote");
     *stop = out;
     return PD_OK;
 }
 
 /* Read an unquoted field in the same way; white space around it is dropped. */
-static pd_status pdi_csv_plain(pd_ctx *ctx, pdi_csv_reader *r, size_t *stop)
+static pd_status pdi_csv_read_plain_field(pd_ctx *ctx, pdi_csv_reader *r, size_t *stop)
 {
     char *text = r->table->text;
-    size_t start = r->at;
-    PDI_TRY(pdi_csv_keep(ctx, r, start));
-    r->at += strcspn(text + r->at, ",\n");
-    *stop = r->at;
+    size_t start = r->position;
+    PDI_TRY(pdi_csv_add_field(ctx, r, start));
+    r->position += strcspn(text + r->position, ",\n");
+    *stop = r->position;
     while (*stop > start && strchr(" \t\r", text[*stop - 1])) --*stop;
     return PD_OK;
 }
 
 /* Read all fields of a line; the position moves to the next line. *fields: their number. */
-static pd_status pdi_csv_line(pd_ctx *ctx, pdi_csv_reader *r, int *fields)
+static pd_status pdi_csv_read_line(pd_ctx *ctx, pdi_csv_reader *r, int *fields)
 {
     char *text = r->table->text;
     for (*fields = 0;;) {
         size_t stop = 0;
-        while (text[r->at] == ' ' || text[r->at] == '\t') r->at++;
-        if (++*fields > PD_CSV_COLUMNS) return pdi_csv_bad(ctx, r, "more than 256 fields");
-        if (text[r->at] == '"') PDI_TRY(pdi_csv_quoted(ctx, r, &stop));
-        else PDI_TRY(pdi_csv_plain(ctx, r, &stop));
-        char end = text[r->at];
+        while (text[r->position] == ' ' || text[r->position] == '\t') r->position++;
+        if (++*fields > PD_CSV_COLUMNS) return pdi_csv_fail_at_line(ctx, r, "more than 256 fields");
+        if (text[r->position] == '"') PDI_TRY(pdi_csv_read_quoted_field(ctx, r, &stop));
+        else PDI_TRY(pdi_csv_read_plain_field(ctx, r, &stop));
+        char end = text[r->position];
         text[stop] = 0;
-        if (end) r->at++;
+        if (end) r->position++;
         if (end != ',') return PD_OK;
     }
 }
 
 /* Take the first line as the column names, and check that none is empty or occurs twice. */
-static pd_status pdi_csv_names(pd_ctx *ctx, pdi_csv_reader *r, int fields)
+static pd_status pdi_csv_set_column_names(pd_ctx *ctx, pdi_csv_reader *r, int fields)
 {
     pd_table *t = r->table;
     t->columns = fields;
     for (int k = 0; k < fields; k++) {
-        const char *name = pdi_table_text(t, -1, k);
-        if (!name[0]) return pdi_csv_bad(ctx, r, "a column has no name");
-        if (pdi_table_find(t, name) != k)
+        const char *name = pdi_table_get_text(t, -1, k);
+        if (!name[0]) return pdi_csv_fail_at_line(ctx, r, "a column has no name");
+        if (pdi_table_find_column(t, name) != k)
             return pdi_fail(ctx, PD_ERR_PARSE, "csv", "%s:%d: two columns are named '%s'", t->path, r->line, name);
     }
     return PD_OK;
 }
 
 /* Append a row to the table, and check its number of fields. */
-static pd_status pdi_csv_keep_row(pd_ctx *ctx, pdi_csv_reader *r, int fields)
+static pd_status pdi_csv_add_row(pd_ctx *ctx, pdi_csv_reader *r, int fields)
 {
     pd_table *t = r->table;
     if (fields != t->columns)
@@ -226,19 +226,19 @@ static pd_status pdi_csv_parse(pd_ctx *ctx, pd_table *table)
     if (strlen(text) + 1 != table->text_size)
         return pdi_fail(ctx, PD_ERR_PARSE, "csv", "%s: byte %lu is 0: not a text file", table->path,
                         (unsigned long)strlen(text));
-    if (strncmp(text, "\xEF\xBB\xBF", 3) == 0) r.at = 3; /* the mark some editors put before UTF-8 */
-    while (text[r.at]) {
+    if (strncmp(text, "\xEF\xBB\xBF", 3) == 0) r.position = 3; /* the mark some editors put before UTF-8 */
+    while (text[r.position]) {
         r.line++;
-        size_t blank = strspn(text + r.at, " \t\r");
-        if (text[r.at + blank] == '#' || text[r.at + blank] == '\n' || !text[r.at + blank]) {
-            r.at += strcspn(text + r.at, "\n");
-            r.at += text[r.at] == '\n';
+        size_t blank = strspn(text + r.position, " \t\r");
+        if (text[r.position + blank] == '#' || text[r.position + blank] == '\n' || !text[r.position + blank]) {
+            r.position += strcspn(text + r.position, "\n");
+            r.position += text[r.position] == '\n';
             continue;
         }
         int fields;
-        PDI_TRY(pdi_csv_line(ctx, &r, &fields));
-        if (table->columns == 0) PDI_TRY(pdi_csv_names(ctx, &r, fields));
-        else PDI_TRY(pdi_csv_keep_row(ctx, &r, fields));
+        PDI_TRY(pdi_csv_read_line(ctx, &r, &fields));
+        if (table->columns == 0) PDI_TRY(pdi_csv_set_column_names(ctx, &r, fields));
+        else PDI_TRY(pdi_csv_add_row(ctx, &r, fields));
     }
     if (table->columns == 0) return pdi_fail(ctx, PD_ERR_PARSE, "csv", "%s: no line of column names", table->path);
     return PD_OK;
@@ -248,7 +248,7 @@ PDI_FN pd_status pdi_table_read(pd_ctx *ctx, const char *path, pd_table *table)
 {
     size_t size = 0;
     memset(table, 0, sizeof *table);
-    PDI_TRY(pdi_file_read(ctx, path, PD_CSV_FILE_LIMIT, &table->text, &size));
+    PDI_TRY(pdi_file_read_all(ctx, path, PD_CSV_FILE_LIMIT, &table->text, &size));
     table->text_size = size + 1;
     strcpy(table->path, path);
     pd_status status = pdi_csv_parse(ctx, table);
@@ -264,32 +264,32 @@ PDI_FN void pdi_table_free(pd_ctx *ctx, pd_table *table)
     memset(table, 0, sizeof *table);
 }
 
-PDI_FN const char *pdi_table_text(const pd_table *table, int row, int column)
+PDI_FN const char *pdi_table_get_text(const pd_table *table, int row, int column)
 {
     return table->text + table->field[(size_t)(row + 1) * (size_t)table->columns + (size_t)column];
 }
 
-PDI_FN int pdi_table_find(const pd_table *table, const char *name)
+PDI_FN int pdi_table_find_column(const pd_table *table, const char *name)
 {
     int found = -1;
     size_t length = strlen(name);
     for (int k = 0; k < table->columns; k++) {
-        const char *own = pdi_table_text(table, -1, k);
+        const char *own = pdi_table_get_text(table, -1, k);
         if (strcmp(own, name) == 0) return k;
         if (strncmp(own, name, length) == 0 && strncmp(own + length, " [", 2) == 0) found = found == -1 ? k : -2;
     }
     return found < 0 ? -1 : found;
 }
 
-PDI_FN pd_status pdi_table_column(pd_ctx *ctx, const pd_table *table, const char *name, double *values)
+PDI_FN pd_status pdi_table_parse_column(pd_ctx *ctx, const pd_table *table, const char *name, double *values)
 {
-    int column = pdi_table_find(table, name);
+    int column = pdi_table_find_column(table, name);
     if (column < 0)
         return pdi_fail(ctx, PD_ERR_PARSE, "csv", "%s: no column is named '%s'; the first of %d is '%s'", table->path,
-                        name, table->columns, table->columns ? pdi_table_text(table, -1, 0) : "");
+                        name, table->columns, table->columns ? pdi_table_get_text(table, -1, 0) : "");
     for (int r = 0; r < table->rows; r++) {
-        const char *text = pdi_table_text(table, r, column);
-        if (!pdi_file_parse(text, strlen(text), &values[r]))
+        const char *text = pdi_table_get_text(table, r, column);
+        if (!pdi_file_parse_number(text, strlen(text), &values[r]))
             return pdi_fail(ctx, PD_ERR_PARSE, "csv", "%s:%d: column '%s': '%.40s' is not a number", table->path,
                             table->line[r], name, text);
     }

@@ -36,24 +36,24 @@ typedef struct pd_table {
 PDI_FN pd_status pdi_csv_create(pd_ctx *ctx, const char *path, const char *const *names, int columns,
                                 pd_csv *csv);
 /* Append a row values[columns] and flush it. PD_ERR_FILE. */
-PDI_FN pd_status pdi_csv_row(pd_ctx *ctx, pd_csv *csv, const double *values);
+PDI_FN pd_status pdi_csv_write_row(pd_ctx *ctx, pd_csv *csv, const double *values);
 /* Close the file. One that is not open is allowed. PD_ERR_FILE. */
 PDI_FN pd_status pdi_csv_close(pd_ctx *ctx, pd_csv *csv);
 
 /* Write a whole table values[rows][columns] through a temporary file. Errors as above. */
-PDI_FN pd_status pdi_csv_write(pd_ctx *ctx, const char *path, const char *const *names, int columns,
-                               const double *values, int64_t rows);
+PDI_FN pd_status pdi_csv_write_table(pd_ctx *ctx, const char *path, const char *const *names, int columns,
+                                     const double *values, int64_t rows);
 
 /* Read a CSV file into a table. PD_ERR_FILE; PD_ERR_PARSE with file:line: a row with more or fewer fields than the
  * header, an open quote, a column name twice. */
 PDI_FN pd_status pdi_table_read(pd_ctx *ctx, const char *path, pd_table *table);
 /* Index of a column by name, with its unit, or without it where that is unambiguous; -1: none. */
-PDI_FN int pdi_table_find(const pd_table *table, const char *name);
+PDI_FN int pdi_table_find_column(const pd_table *table, const char *name);
 /* Text of a field; row -1 is the header line. */
-PDI_FN const char *pdi_table_text(const pd_table *table, int row, int column);
+PDI_FN const char *pdi_table_get_text(const pd_table *table, int row, int column);
 /* Parse the column of this name into values[rows]. PD_ERR_PARSE with file:line: no such column, or a field that is no
  * number. */
-PDI_FN pd_status pdi_table_column(pd_ctx *ctx, const pd_table *table, const char *name, double *values);
+PDI_FN pd_status pdi_table_parse_column(pd_ctx *ctx, const pd_table *table, const char *name, double *values);
 /* Free the table. A zeroed one is allowed. */
 PDI_FN void pdi_table_free(pd_ctx *ctx, pd_table *table);
 

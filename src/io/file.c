@@ -32,20 +32,20 @@ extern ssize_t readlink(const char *path, char *text, size_t size);
 #define PDI_FILE_SEPARATORS "/"
 #endif
 /* Error numbers of this module, beside the positive ones of errno. */
-#define PDI_FILE_HELD (-1)
-#define PDI_FILE_PIPE (-2)
-#define PDI_FILE_DEVICE (-3)
-#define PDI_FILE_LINK (-4)
-#define PDI_FILE_TRIES 8 /* attempts to create a file that another program recreates */
+#define PDI_FILE_ERROR_BUSY (-1)
+#define PDI_FILE_ERROR_PIPE (-2)
+#define PDI_FILE_ERROR_DEVICE (-3)
+#define PDI_FILE_ERROR_LINK (-4)
+#define PDI_FILE_CREATE_ATTEMPTS 8 /* attempts to create a file that another program recreates */
 
 /* Text of an error number: errno, or one of the negative numbers above. */
-static const char *pdi_file_reason(int error)
+static const char *pdi_file_error_text(int error)
 {
     switch (error) {
-    case PDI_FILE_HELD: return "another program has it open, or it is read-only";
-    case PDI_FILE_PIPE: return "it is a pipe or a socket, expected a file";
-    case PDI_FILE_DEVICE: return "it is a device, expected a file";
-    case PDI_FILE_LINK: return "it is a link, expected a file of its own";
+    case PDI_FILE_ERROR_BUSY: return "another program has it open, or it is read-only";
+    case PDI_FILE_ERROR_PIPE: return "it is a pipe or a socket, expected a file";
+    case PDI_FILE_ERROR_DEVICE: return "it is a device, expected a file";
+    case PDI_FILE_ERROR_LINK: return "it is a link, expected a file of its own";
     case 0: return "unknown reason";
     default: return strerror(error);
     }
@@ -54,7 +54,7 @@ static const char *pdi_file_reason(int error)
 /* Report "cannot <what> '<path>': <reason>" as PD_ERR_FILE. */
 static pd_status pdi_file_fail(pd_ctx *ctx, const char *what, const char *path, int error)
 {
-    return pdi_fail(ctx, PD_ERR_FILE, "file", "cannot %s '%s': %s", what, path, pdi_file_reason(error));
+    return pdi_fail(ctx, PD_ERR_FILE, "file", "cannot %s '%s': %s", what, path, pdi_file_error_text(error));
 }
 
 /* Check that a path is not empty and fits PD_PATH_SIZE. */
@@ -70,10 +70,10 @@ static pd_status pdi_file_check_path(pd_ctx *ctx, const char *path)
 /* Paths are UTF-8. Windows has functions of its own for them: those of the C library take a code page there. */
 
 #if defined(_WIN32)
-PDI_FN const wchar_t *pdi_file_wide(const char *path, wchar_t *wide)
+PDI_FN const wchar_t *pdi_file_to_utf16(const char *path, wchar_t *wide)
 {
     const unsigned utf8 = 65001; /* CP_UTF8 */
-    if (!MultiByteToWideChar(utf8, 0, path, -1, wide, PDI_FILE_WIDE_SIZE)) wide[0] = 0;
+    if (!MultiByteToWideChar(utf8, 0, path, -1, wide, PDI_FILE_UTF16_SIZE)) wide[0] = 0;
     return wide;
 }
 #endif
@@ -82,16 +82,16 @@ PDI_FN const wchar_t *pdi_file_wide(const char *path, wchar_t *wide)
 /* Attributes of a path. Returns 0 or an error number. */
 static int pdi_file_stat(const char *path, struct __stat64 *info)
 {
-    wchar_t wide[PDI_FILE_WIDE_SIZE];
+    wchar_t wide[PDI_FILE_UTF16_SIZE];
     errno = 0;
-    return _wstat64(pdi_file_wide(path, wide), info) == 0 ? 0 : errno ? errno : EACCES;
+    return _wstat64(pdi_file_to_utf16(path, wide), info) == 0 ? 0 : errno ? errno : EACCES;
 }
 
 /* Returns 0 for a regular file, else an error number that says what it is. */
-static int pdi_file_sort(const struct __stat64 *info)
+static int pdi_file_check_regular(const struct __stat64 *info)
 {
     if (info->st_mode & _S_IFREG) return 0;
-    return info->st_mode & _S_IFDIR ? EISDIR : PDI_FILE_DEVICE;
+    return info->st_mode & _S_IFDIR ? EISDIR : PDI_FILE_ERROR_DEVICE;
 }
 
 PDI_FN int pdi_file_is_link(const char *path)
@@ -107,27 +107,27 @@ PDI_FN int pdi_file_exists(const char *path)
 }
 
 /* Open a regular file to read. *size: its length [byte]. NULL with *error set: it is none, or cannot be opened. */
-static FILE *pdi_file_plain(const char *path, double *size, int *error)
+static FILE *pdi_file_open_read_stream(const char *path, double *size, int *error)
 {
-    wchar_t wide[PDI_FILE_WIDE_SIZE];
+    wchar_t wide[PDI_FILE_UTF16_SIZE];
     struct __stat64 info;
     *error = pdi_file_stat(path, &info);
-    if (!*error) *error = pdi_file_sort(&info);
+    if (!*error) *error = pdi_file_check_regular(&info);
     if (*error) return NULL;
     *size = (double)info.st_size;
-    FILE *stream = _wfopen(pdi_file_wide(path, wide), L"rb");
+    FILE *stream = _wfopen(pdi_file_to_utf16(path, wide), L"rb");
     if (!stream) *error = errno ? errno : EACCES;
     return stream;
 }
 
 /* Create a file that must not exist, and open it to write; exclusive creation follows no link. NULL with *error set on
  * failure. */
-static FILE *pdi_file_fresh(const char *path, int *error)
+static FILE *pdi_file_create_stream(const char *path, int *error)
 {
-    wchar_t wide[PDI_FILE_WIDE_SIZE];
+    wchar_t wide[PDI_FILE_UTF16_SIZE];
     const int anew = _O_CREAT | _O_EXCL | _O_WRONLY | _O_BINARY;
     errno = 0;
-    int descriptor = _wopen(pdi_file_wide(path, wide), anew, _S_IREAD | _S_IWRITE);
+    int descriptor = _wopen(pdi_file_to_utf16(path, wide), anew, _S_IREAD | _S_IWRITE);
     FILE *stream = descriptor < 0 ? NULL : _fdopen(descriptor, "wb");
     *error = stream ? 0 : errno ? errno : EACCES;
     if (!stream && descriptor >= 0) _close(descriptor);
@@ -136,21 +136,21 @@ static FILE *pdi_file_fresh(const char *path, int *error)
 
 /* Open a regular file to append, but none that is reached through a symbolic or a hard link. NULL with *error set on
  * failure. */
-static FILE *pdi_file_behind(const char *path, int *error)
+static FILE *pdi_file_open_append_stream(const char *path, int *error)
 {
-    wchar_t wide[PDI_FILE_WIDE_SIZE];
+    wchar_t wide[PDI_FILE_UTF16_SIZE];
     errno = 0;
-    FILE *stream = _wfopen(pdi_file_wide(path, wide), L"ab");
+    FILE *stream = _wfopen(pdi_file_to_utf16(path, wide), L"ab");
     *error = stream ? 0 : errno ? errno : EACCES;
     return stream;
 }
 #else
 /* Returns 0 for a regular file, else an error number that says what it is. */
-static int pdi_file_sort(const struct stat *info)
+static int pdi_file_check_regular(const struct stat *info)
 {
     if (S_ISREG(info->st_mode)) return 0;
     if (S_ISDIR(info->st_mode)) return EISDIR;
-    return S_ISCHR(info->st_mode) || S_ISBLK(info->st_mode) ? PDI_FILE_DEVICE : PDI_FILE_PIPE;
+    return S_ISCHR(info->st_mode) || S_ISBLK(info->st_mode) ? PDI_FILE_ERROR_DEVICE : PDI_FILE_ERROR_PIPE;
 }
 
 PDI_FN int pdi_file_is_link(const char *path)
@@ -167,16 +167,16 @@ PDI_FN int pdi_file_exists(const char *path)
 
 /* Open an existing regular file with these flags, without blocking on a pipe. Returns a descriptor, or -1 with *error
  * set; *size: its length [byte]. */
-static int pdi_file_descriptor(const char *path, int flags, double *size, int *error)
+static int pdi_file_open_descriptor(const char *path, int flags, double *size, int *error)
 {
     struct stat info;
     int descriptor = -1;
     errno = 0;
-    *error = stat(path, &info) == 0 ? pdi_file_sort(&info) : errno ? errno : EACCES;
+    *error = stat(path, &info) == 0 ? pdi_file_check_regular(&info) : errno ? errno : EACCES;
     if (!*error) {
         descriptor = open(path, flags | O_NONBLOCK);
         if (descriptor < 0 || fstat(descriptor, &info) != 0) *error = errno ? errno : EACCES;
-        else *error = pdi_file_sort(&info); /* another one has come in between */
+        else *error = pdi_file_check_regular(&info); /* another one has come in between */
     }
     *size = (double)info.st_size;
     if (*error && descriptor >= 0) close(descriptor);
@@ -184,7 +184,7 @@ static int pdi_file_descriptor(const char *path, int flags, double *size, int *e
 }
 
 /* Wrap a descriptor in a stream of the C library, which closes it. NULL with *error set on failure. */
-static FILE *pdi_file_buffer(int descriptor, const char *mode, int *error)
+static FILE *pdi_file_wrap_descriptor(int descriptor, const char *mode, int *error)
 {
     FILE *stream = descriptor < 0 ? NULL : fdopen(descriptor, mode);
     if (stream || descriptor < 0) return stream;
@@ -194,46 +194,46 @@ static FILE *pdi_file_buffer(int descriptor, const char *mode, int *error)
 }
 
 /* Open a regular file to read. *size: its length [byte]. NULL with *error set: it is none, or cannot be opened. */
-static FILE *pdi_file_plain(const char *path, double *size, int *error)
+static FILE *pdi_file_open_read_stream(const char *path, double *size, int *error)
 {
-    int descriptor = pdi_file_descriptor(path, O_RDONLY, size, error);
-    return pdi_file_buffer(descriptor, "rb", error);
+    int descriptor = pdi_file_open_descriptor(path, O_RDONLY, size, error);
+    return pdi_file_wrap_descriptor(descriptor, "rb", error);
 }
 
 /* Create a file that must not exist, and open it to write; exclusive creation follows no link. NULL with *error set on
  * failure. */
-static FILE *pdi_file_fresh(const char *path, int *error)
+static FILE *pdi_file_create_stream(const char *path, int *error)
 {
     errno = 0;
     int descriptor = open(path, O_CREAT | O_EXCL | O_WRONLY, 0666);
     *error = descriptor >= 0 ? 0 : errno ? errno : EACCES;
-    return pdi_file_buffer(descriptor, "wb", error);
+    return pdi_file_wrap_descriptor(descriptor, "wb", error);
 }
 
 /* Open a regular file to append, but none that is reached through a symbolic or a hard link. NULL with *error set on
  * failure. */
-static FILE *pdi_file_behind(const char *path, int *error)
+static FILE *pdi_file_open_append_stream(const char *path, int *error)
 {
     struct stat ours, there;
     double size;
-    int descriptor = pdi_file_descriptor(path, O_WRONLY | O_APPEND, &size, error);
+    int descriptor = pdi_file_open_descriptor(path, O_WRONLY | O_APPEND, &size, error);
     if (descriptor < 0) return NULL;
     if (pdi_file_is_link(path) || fstat(descriptor, &ours) != 0 || stat(path, &there) != 0 ||
         ours.st_ino != there.st_ino || ours.st_dev != there.st_dev || ours.st_nlink > 1) {
         close(descriptor);
-        *error = PDI_FILE_LINK;
+        *error = PDI_FILE_ERROR_LINK;
         return NULL;
     }
-    return pdi_file_buffer(descriptor, "ab", error);
+    return pdi_file_wrap_descriptor(descriptor, "ab", error);
 }
 #endif
 
 /* Delete one file, whose absence is no error. */
-static void pdi_file_delete(const char *path)
+static void pdi_file_remove_path(const char *path)
 {
 #if defined(_WIN32)
-    wchar_t wide[PDI_FILE_WIDE_SIZE];
-    _wremove(pdi_file_wide(path, wide));
+    wchar_t wide[PDI_FILE_UTF16_SIZE];
+    _wremove(pdi_file_to_utf16(path, wide));
 #else
     remove(path);
 #endif
@@ -255,9 +255,9 @@ PDI_FN int pdi_file_is_absolute(const char *path)
 static int pdi_file_is_directory(const char *path)
 {
 #if defined(_WIN32)
-    wchar_t wide[PDI_FILE_WIDE_SIZE];
+    wchar_t wide[PDI_FILE_UTF16_SIZE];
     struct _stat info;
-    return _wstat(pdi_file_wide(path, wide), &info) == 0 && (info.st_mode & _S_IFDIR) != 0;
+    return _wstat(pdi_file_to_utf16(path, wide), &info) == 0 && (info.st_mode & _S_IFDIR) != 0;
 #else
     struct stat info;
     return stat(path, &info) == 0 && S_ISDIR(info.st_mode);
@@ -265,13 +265,13 @@ static int pdi_file_is_directory(const char *path)
 }
 
 /* Create one directory. Returns 0 or an error number; an existing directory is no error. */
-static int pdi_file_mkdir(const char *path)
+static int pdi_file_make_one_directory(const char *path)
 {
     int error = 0;
     errno = 0;
 #if defined(_WIN32)
-    wchar_t wide[PDI_FILE_WIDE_SIZE];
-    if (_wmkdir(pdi_file_wide(path, wide)) != 0) error = errno ? errno : EACCES;
+    wchar_t wide[PDI_FILE_UTF16_SIZE];
+    if (_wmkdir(pdi_file_to_utf16(path, wide)) != 0) error = errno ? errno : EACCES;
 #else
     if (mkdir(path, 0777) != 0) error = errno ? errno : EACCES;
 #endif
@@ -288,27 +288,27 @@ pd_status pd_file_make_directory(pd_ctx *ctx, const char *path)
         char separator = partial[i];
         if (!pdi_file_is_separator(separator)) continue;
         partial[i] = 0;
-        (void)pdi_file_mkdir(partial);
+        (void)pdi_file_make_one_directory(partial);
         partial[i] = separator;
     }
-    int error = pdi_file_mkdir(path);
+    int error = pdi_file_make_one_directory(path);
     if (error) return pdi_file_fail(ctx, "make the directory", path, error);
     return PD_OK;
 }
 
 /* Returns 1 when files cannot be created in a directory; errno says why. */
-static int pdi_file_is_closed(const char *path)
+static int pdi_file_is_unwritable(const char *path)
 {
     errno = 0;
 #if defined(_WIN32)
-    wchar_t wide[PDI_FILE_WIDE_SIZE];
-    return _waccess(pdi_file_wide(path, wide), 2) != 0;
+    wchar_t wide[PDI_FILE_UTF16_SIZE];
+    return _waccess(pdi_file_to_utf16(path, wide), 2) != 0;
 #else
     return access(path, W_OK | X_OK) != 0;
 #endif
 }
 
-PDI_FN pd_status pdi_file_can_make(pd_ctx *ctx, const char *path)
+PDI_FN pd_status pdi_file_check_writable(pd_ctx *ctx, const char *path)
 {
     char above[PD_PATH_SIZE];
     PDI_TRY(pdi_file_check_path(ctx, path));
@@ -321,11 +321,11 @@ PDI_FN pd_status pdi_file_can_make(pd_ctx *ctx, const char *path)
         if (end == 0) strcpy(above, ".");
         if (end == 0) break;
     }
-    if (pdi_file_is_closed(above)) return pdi_file_fail(ctx, "write into the directory", above, errno);
+    if (pdi_file_is_unwritable(above)) return pdi_file_fail(ctx, "write into the directory", above, errno);
     return PD_OK;
 }
 
-PDI_FN int pdi_file_below(const char *path)
+PDI_FN int pdi_file_is_subpath(const char *path)
 {
     if (path[0] == '/' || path[0] == '\\' || strchr(path, ':')) return 0;
     for (const char *part = path; *part; part += strspn(part, "/\\")) {
@@ -349,10 +349,10 @@ pd_status pd_file_join(pd_ctx *ctx, const char *directory, const char *name, cha
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_file_frame_name(pd_ctx *ctx, const char *prefix, int frame, double time, const char *extension,
-                                     char *name)
+PDI_FN pd_status pdi_file_format_frame_name(pd_ctx *ctx, const char *prefix, int frame, double time,
+                                            const char *extension, char *name)
 {
-    char stamp[PDI_NUMBER_SIZE];
+    char stamp[PDI_FILE_NUMBER_SIZE];
     name[0] = 0;
     if (frame < 0 || frame > 999999)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "file", "frame %d, expected 0 to 999999", frame);
@@ -379,7 +379,7 @@ PDI_FN pd_status pdi_file_frame_name(pd_ctx *ctx, const char *prefix, int frame,
 /* Reading. The number of bytes read counts, not the length found before: files may grow. */
 
 /* Report that a file exceeds its size limit, as PD_ERR_FILE. */
-static pd_status pdi_file_too_large(pd_ctx *ctx, const char *path, size_t limit)
+static pd_status pdi_file_fail_too_large(pd_ctx *ctx, const char *path, size_t limit)
 {
     return pdi_fail(ctx, PD_ERR_FILE, "file", "'%s' is larger than %.0f bytes, the limit for this kind of file", path,
                     (double)limit);
@@ -393,7 +393,7 @@ static pd_status pdi_file_read_stream(pd_ctx *ctx, const char *path, FILE *strea
         size_t room = *capacity - *size;
         size_t got = fread(*data + *size, 1, room, stream);
         *size += got;
-        if (*size > limit) return pdi_file_too_large(ctx, path, limit);
+        if (*size > limit) return pdi_file_fail_too_large(ctx, path, limit);
         if (got < room) {
             if (ferror(stream)) return pdi_file_fail(ctx, "read", path, errno);
             return PD_OK;
@@ -404,7 +404,7 @@ static pd_status pdi_file_read_stream(pd_ctx *ctx, const char *path, FILE *strea
     }
 }
 
-PDI_FN pd_status pdi_file_read(pd_ctx *ctx, const char *path, size_t limit, char **data, size_t *size)
+PDI_FN pd_status pdi_file_read_all(pd_ctx *ctx, const char *path, size_t limit, char **data, size_t *size)
 {
     size_t capacity = 16384;
     *data = NULL;
@@ -412,9 +412,9 @@ PDI_FN pd_status pdi_file_read(pd_ctx *ctx, const char *path, size_t limit, char
     PDI_TRY(pdi_file_check_path(ctx, path));
     double found = 0.0;
     int error;
-    FILE *stream = pdi_file_plain(path, &found, &error);
+    FILE *stream = pdi_file_open_read_stream(path, &found, &error);
     if (!stream) return pdi_file_fail(ctx, "open", path, error);
-    pd_status status = found > (double)limit ? pdi_file_too_large(ctx, path, limit) : PD_OK;
+    pd_status status = found > (double)limit ? pdi_file_fail_too_large(ctx, path, limit) : PD_OK;
     if (found >= (double)capacity && found <= (double)limit) capacity = (size_t)found + 1;
     if (status == PD_OK) status = PDI_NEW(ctx, "file", capacity, *data);
     if (status == PD_OK) status = pdi_file_read_stream(ctx, path, stream, limit, data, size, &capacity);
@@ -439,9 +439,9 @@ PDI_FN pd_status pdi_file_create(pd_ctx *ctx, const char *path, pd_file *file)
     strcpy(file->path, path);
     snprintf(file->part, sizeof file->part, "%s.part", path);
     int error = EEXIST;
-    for (int k = 0; k < PDI_FILE_TRIES && error == EEXIST; k++) {
-        if (pdi_file_is_link(file->part) || !pdi_file_is_directory(file->part)) pdi_file_delete(file->part);
-        file->stream = pdi_file_fresh(file->part, &error);
+    for (int k = 0; k < PDI_FILE_CREATE_ATTEMPTS && error == EEXIST; k++) {
+        if (pdi_file_is_link(file->part) || !pdi_file_is_directory(file->part)) pdi_file_remove_path(file->part);
+        file->stream = pdi_file_create_stream(file->part, &error);
     }
     if (file->stream) return PD_OK;
     pd_status status = pdi_file_fail(ctx, "create", file->part, error);
@@ -450,35 +450,35 @@ PDI_FN pd_status pdi_file_create(pd_ctx *ctx, const char *path, pd_file *file)
 }
 
 /* Open the file itself, without a temporary one, to append or to read. verb: for the message. */
-static pd_status pdi_file_direct(pd_ctx *ctx, const char *path, int append, const char *verb, pd_file *file)
+static pd_status pdi_file_open_in_place(pd_ctx *ctx, const char *path, int append, const char *verb, pd_file *file)
 {
     double size;
     int error;
     memset(file, 0, sizeof *file);
     PDI_TRY(pdi_file_check_path(ctx, path));
     strcpy(file->path, path);
-    file->stream = append ? pdi_file_behind(path, &error) : pdi_file_plain(path, &size, &error);
+    file->stream = append ? pdi_file_open_append_stream(path, &error) : pdi_file_open_read_stream(path, &size, &error);
     return file->stream ? PD_OK : pdi_file_fail(ctx, verb, path, error);
 }
 
-PDI_FN pd_status pdi_file_append(pd_ctx *ctx, const char *path, pd_file *file)
+PDI_FN pd_status pdi_file_open_append(pd_ctx *ctx, const char *path, pd_file *file)
 {
-    return pdi_file_direct(ctx, path, 1, "append to", file);
+    return pdi_file_open_in_place(ctx, path, 1, "append to", file);
 }
 
 /* Name under which the file is open now: the temporary or the final one. */
-static const char *pdi_file_open_name(const pd_file *file) { return file->part[0] ? file->part : file->path; }
+static const char *pdi_file_current_name(const pd_file *file) { return file->part[0] ? file->part : file->path; }
 
 PDI_FN pd_status pdi_file_write(pd_ctx *ctx, pd_file *file, const void *data, size_t size)
 {
     if (!file->stream) return pdi_fail(ctx, PD_ERR_ARGUMENT, "file", "write to a file that is not open");
     errno = 0;
     if (fwrite(data, 1, size, (FILE *)file->stream) != size)
-        return pdi_file_fail(ctx, "write", pdi_file_open_name(file), errno);
+        return pdi_file_fail(ctx, "write", pdi_file_current_name(file), errno);
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_file_text(pd_ctx *ctx, pd_file *file, const char *text)
+PDI_FN pd_status pdi_file_write_text(pd_ctx *ctx, pd_file *file, const char *text)
 {
     return pdi_file_write(ctx, file, text, strlen(text));
 }
@@ -487,7 +487,7 @@ PDI_FN pd_status pdi_file_flush(pd_ctx *ctx, pd_file *file)
 {
     if (!file->stream) return pdi_fail(ctx, PD_ERR_ARGUMENT, "file", "flush of a file that is not open");
     errno = 0;
-    if (fflush((FILE *)file->stream) != 0) return pdi_file_fail(ctx, "write", pdi_file_open_name(file), errno);
+    if (fflush((FILE *)file->stream) != 0) return pdi_file_fail(ctx, "write", pdi_file_current_name(file), errno);
     return PD_OK;
 }
 
@@ -496,8 +496,8 @@ static int pdi_file_rename(const char *from, const char *to)
 {
 #if defined(_WIN32)
     const unsigned long replace = 1; /* MOVEFILE_REPLACE_EXISTING */
-    wchar_t wide[PDI_FILE_WIDE_SIZE], target[PDI_FILE_WIDE_SIZE];
-    return MoveFileExW(pdi_file_wide(from, wide), pdi_file_wide(to, target), replace) ? 0 : PDI_FILE_HELD;
+    wchar_t wide[PDI_FILE_UTF16_SIZE], target[PDI_FILE_UTF16_SIZE];
+    return MoveFileExW(pdi_file_to_utf16(from, wide), pdi_file_to_utf16(to, target), replace) ? 0 : PDI_FILE_ERROR_BUSY;
 #else
     errno = 0;
     if (rename(from, to) == 0) return 0;
@@ -514,7 +514,7 @@ PDI_FN pd_status pdi_file_commit(pd_ctx *ctx, pd_file *file)
     int broken = ferror((FILE *)file->stream);
     int closed = fclose((FILE *)file->stream);
     file->stream = NULL;
-    if (broken || closed != 0) status = pdi_file_fail(ctx, "write", pdi_file_open_name(file), errno);
+    if (broken || closed != 0) status = pdi_file_fail(ctx, "write", pdi_file_current_name(file), errno);
     if (status == PD_OK && file->part[0]) {
         int error = pdi_file_rename(file->part, file->path);
         if (error) status = pdi_file_fail(ctx, "put the finished file in place as", file->path, error);
@@ -528,7 +528,7 @@ PDI_FN void pdi_file_abandon(pd_file *file)
 {
     if (file->stream) fclose((FILE *)file->stream);
     file->stream = NULL;
-    if (file->part[0]) pdi_file_delete(file->part);
+    if (file->part[0]) pdi_file_remove_path(file->part);
     file->part[0] = 0;
 }
 
@@ -536,18 +536,18 @@ PDI_FN void pdi_file_remove(const char *path)
 {
     char part[PD_PATH_SIZE + 8];
     snprintf(part, sizeof part, "%s.part", path);
-    pdi_file_delete(part);
-    pdi_file_delete(path);
+    pdi_file_remove_path(part);
+    pdi_file_remove_path(path);
 }
 
 /* Truncating, and reading in parts. */
 
-PDI_FN pd_status pdi_file_open(pd_ctx *ctx, const char *path, pd_file *file)
+PDI_FN pd_status pdi_file_open_read(pd_ctx *ctx, const char *path, pd_file *file)
 {
-    return pdi_file_direct(ctx, path, 0, "open", file);
+    return pdi_file_open_in_place(ctx, path, 0, "open", file);
 }
 
-PDI_FN pd_status pdi_file_get(pd_ctx *ctx, pd_file *file, void *data, size_t size, size_t *got)
+PDI_FN pd_status pdi_file_read_bytes(pd_ctx *ctx, pd_file *file, void *data, size_t size, size_t *got)
 {
     errno = 0;
     *got = fread(data, 1, size, (FILE *)file->stream);
@@ -555,7 +555,7 @@ PDI_FN pd_status pdi_file_get(pd_ctx *ctx, pd_file *file, void *data, size_t siz
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_file_length(pd_ctx *ctx, pd_file *file, int64_t *length)
+PDI_FN pd_status pdi_file_get_length(pd_ctx *ctx, pd_file *file, int64_t *length)
 {
     PDI_TRY(pdi_file_flush(ctx, file));
     errno = 0;
@@ -566,13 +566,13 @@ PDI_FN pd_status pdi_file_length(pd_ctx *ctx, pd_file *file, int64_t *length)
 }
 
 /* Copy the first `length` bytes of a file, which must end a line. PD_ERR_FILE: it is shorter, or no line ends there. */
-static pd_status pdi_file_copy(pd_ctx *ctx, pd_file *from, int64_t length, pd_file *to)
+static pd_status pdi_file_copy_bytes(pd_ctx *ctx, pd_file *from, int64_t length, pd_file *to)
 {
     char bytes[4096], last = '\n';
     size_t got;
     for (int64_t left = length; left > 0; left -= (int64_t)got) {
         size_t wanted = left < (int64_t)sizeof bytes ? (size_t)left : sizeof bytes;
-        PDI_TRY(pdi_file_get(ctx, from, bytes, wanted, &got));
+        PDI_TRY(pdi_file_read_bytes(ctx, from, bytes, wanted, &got));
         if (got < wanted)
             return pdi_fail(ctx, PD_ERR_FILE, "file", "'%s' holds %.0f bytes, expected at least the %.0f to go on from",
                             from->path, (double)(length - left) + (double)got, (double)length);
@@ -588,28 +588,28 @@ static pd_status pdi_file_copy(pd_ctx *ctx, pd_file *from, int64_t length, pd_fi
 PDI_FN pd_status pdi_file_resume(pd_ctx *ctx, const char *path, int64_t length, pd_file *file)
 {
     pd_file from;
-    PDI_TRY(pdi_file_open(ctx, path, &from));
+    PDI_TRY(pdi_file_open_read(ctx, path, &from));
     pd_status status = pdi_file_create(ctx, path, file);
     if (status == PD_OK) {
-        status = pdi_file_copy(ctx, &from, length, file);
+        status = pdi_file_copy_bytes(ctx, &from, length, file);
         pdi_file_abandon(&from); /* Windows replaces no file that is open */
         if (status == PD_OK) status = pdi_file_commit(ctx, file);
         else pdi_file_abandon(file);
     }
     pdi_file_abandon(&from);
-    return status == PD_OK ? pdi_file_append(ctx, path, file) : status;
+    return status == PD_OK ? pdi_file_open_append(ctx, path, file) : status;
 }
 
 /* Numbers: the C library follows the locale of the host program, files must not. */
 
-PDI_FN void pdi_file_number(double value, char *text)
+PDI_FN void pdi_file_format_number(double value, char *text)
 {
     if (isnan(value) || isinf(value)) {
         strcpy(text, isnan(value) ? "nan" : value > 0 ? "inf" : "-inf");
         return;
     }
     for (int digits = 15; digits <= 17; digits++) {
-        snprintf(text, PDI_NUMBER_SIZE, "%.*g", digits, value);
+        snprintf(text, PDI_FILE_NUMBER_SIZE, "%.*g", digits, value);
         if (strtod(text, NULL) == value) break;
     }
     size_t used = 0;
@@ -620,7 +620,7 @@ PDI_FN void pdi_file_number(double value, char *text)
     text[used] = 0;
 }
 
-PDI_FN int pdi_file_parse(const char *text, size_t length, double *value)
+PDI_FN int pdi_file_parse_number(const char *text, size_t length, double *value)
 {
     char copy[80], sample[16], *end;
     size_t used = 0, point;
@@ -643,8 +643,8 @@ PDI_FN int pdi_file_parse(const char *text, size_t length, double *value)
 }
 
 #undef PDI_FILE_SEPARATORS
-#undef PDI_FILE_HELD
-#undef PDI_FILE_PIPE
-#undef PDI_FILE_DEVICE
-#undef PDI_FILE_LINK
-#undef PDI_FILE_TRIES
+#undef PDI_FILE_ERROR_BUSY
+#undef PDI_FILE_ERROR_PIPE
+#undef PDI_FILE_ERROR_DEVICE
+#undef PDI_FILE_ERROR_LINK
+#undef PDI_FILE_CREATE_ATTEMPTS

@@ -4,24 +4,24 @@
 #include "io/canvas.h"
 
 #ifdef PDI_INTERNAL
-#define PDI_LEGEND_LABELS 64 /* maximum number of labels in a legend */
+#define PDI_LEGEND_MAX_LABELS 64 /* maximum number of labels in a legend */
 
 /* Zero-initialise, then fill in. */
 typedef struct pdi_legend {
     const char *const *names; /* [count] names of the labels 0, 1, ...; NULL: their numbers are shown */
-    const uint32_t *colours;  /* [count]; NULL: those of pdi_colour_label */
+    const uint32_t *colours;  /* [count]; NULL: those of pdi_colour_get_label_colour */
     int count;
     double lo, hi;            /* [-] smallest and largest label of the whole series */
-    int height;               /* [pixel] maximum distance from the top of the first row to that of the last one */
-    uint8_t shown[PDI_LEGEND_LABELS]; /* 1: label k occurs in this picture */
+    int max_height;           /* [pixel] maximum distance from the top of the first row to that of the last one */
+    uint8_t shown[PDI_LEGEND_MAX_LABELS]; /* 1: label k occurs in this picture */
 } pdi_legend;
 
 /* Mark the label that a value of the field rounds to as shown. */
-PDI_FN void pdi_legend_show(pdi_legend *legend, double value);
+PDI_FN void pdi_legend_mark_shown(pdi_legend *legend, double value);
 /* Colour 0xRRGGBB of the label that a value rounds to; the value is below 9e15. */
-PDI_FN uint32_t pdi_legend_colour(const pdi_legend *legend, double value);
+PDI_FN uint32_t pdi_legend_get_colour(const pdi_legend *legend, double value);
 /* Width [pixel] of the legend. */
-PDI_FN int pdi_legend_width(const pdi_legend *legend);
+PDI_FN int pdi_legend_compute_width(const pdi_legend *legend);
 /* Draw the labels that are shown, from (left, top) down. */
 PDI_FN void pdi_legend_draw(const pdi_legend *legend, int left, int top, pdi_canvas *canvas);
 #endif

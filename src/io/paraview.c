@@ -2,7 +2,7 @@
 #include "io/paraview.h"
 
 /* The lines of the script; C99 does not guarantee string literals of that length. */
-static const char *const pdi_paraview_line[] = {
+static const char *const pdi_paraview_script_lines[] = {
     "\"\"\"Opens this run in ParaView 5.10 or later, coloured and with one range of colours for all times:",
     "",
     "    paraview --script=open_in_paraview.py        or in it: View > Python Shell > Run Script",
@@ -110,14 +110,15 @@ static const char *const pdi_paraview_line[] = {
     "main([a for a in sys.argv[1:] if not a.startswith(\"-\")])",
 };
 
-PDI_FN pd_status pdi_paraview_write(pd_ctx *ctx, const char *path)
+PDI_FN pd_status pdi_paraview_write_script(pd_ctx *ctx, const char *path)
 {
     pd_file file;
     PDI_TRY(pdi_file_create(ctx, path, &file));
     pd_status status = PD_OK;
-    for (size_t k = 0; k < sizeof pdi_paraview_line / sizeof pdi_paraview_line[0] && status == PD_OK; k++) {
-        status = pdi_file_text(ctx, &file, pdi_paraview_line[k]);
-        if (status == PD_OK) status = pdi_file_text(ctx, &file, "\n");
+    for (size_t k = 0; k < sizeof pdi_paraview_script_lines / sizeof pdi_paraview_script_lines[0] && status == PD_OK;
+         k++) {
+        status = pdi_file_write_text(ctx, &file, pdi_paraview_script_lines[k]);
+        if (status == PD_OK) status = pdi_file_write_text(ctx, &file, "\n");
     }
     if (status == PD_OK) return pdi_file_commit(ctx, &file);
     pdi_file_abandon(&file);

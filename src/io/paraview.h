@@ -5,7 +5,7 @@
 
 #ifdef PDI_INTERNAL
 /* Write the script to `path`, in a folder with simulation.pvd; the script itself finds the fields. PD_ERR_FILE. */
-PDI_FN pd_status pdi_paraview_write(pd_ctx *ctx, const char *path);
+PDI_FN pd_status pdi_paraview_write_script(pd_ctx *ctx, const char *path);
 #endif
 
 #endif

@@ -1,43 +1,43 @@
 /* plot: see plot.h */
 #include "io/plot.h"
 #include "io/canvas.h"
-#include "io/label.h"
-#include "io/ticks.h"
+#include "io/unit_label.h"
+#include "io/axis_ticks.h"
 #include "io/colour.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-#define PDI_PLOT_GRID 0xE3E5E8u /* colour of grid lines */
-#define PDI_PLOT_DASH 12.0 /* [pixel] length of a dash and of its gap */
-#define PDI_PLOT_LINE 2.5 /* [pixel] width of a curve */
-#define PDI_PLOT_BAR 1.5 /* [pixel] width of an error bar */
-#define PDI_PLOT_CAP 5.0 /* [pixel] half the length of the stroke at its ends */
-#define PDI_PLOT_LEGEND_ROW 26 /* [pixel] height of a row of the legend */
+#define PDI_PLOT_GRID_COLOUR 0xE3E5E8u    /* colour of grid lines */
+#define PDI_PLOT_DASH_LENGTH 12.0         /* [pixel] length of a dash and of its gap */
+#define PDI_PLOT_CURVE_WIDTH 2.5          /* [pixel] width of a curve */
+#define PDI_PLOT_ERROR_BAR_WIDTH 1.5      /* [pixel] width of an error bar */
+#define PDI_PLOT_ERROR_CAP_HALF_WIDTH 5.0 /* [pixel] half the length of the stroke at its ends */
+#define PDI_PLOT_LEGEND_ROW_HEIGHT 26     /* [pixel] height of a row of the legend */
 
 /* Position of the axes on the canvas, and their ranges and ticks. */
 typedef struct pdi_plot_layout {
     int left, top, right, bottom; /* [pixel] frame of the axes */
-    pdi_ticks x, y;
+    pdi_axis_ticks x, y;
 } pdi_plot_layout;
 
 /* Returns 1 when an axis can show a value: finite, and positive on a logarithmic axis. */
-static int pdi_plot_usable(double value, int log_axis)
+static int pdi_plot_is_drawable(double value, int log_axis)
 {
     return !isnan(value) && !isinf(value) && (!log_axis || value > 0);
 }
 
 /* Returns 1 when both axes can show point i of a series. */
-static int pdi_plot_shown(const pd_plot *plot, const pd_series *s, int i)
+static int pdi_plot_is_shown(const pd_plot *plot, const pd_series *s, int i)
 {
-    return pdi_plot_usable(s->x[i], plot->x_log) && pdi_plot_usable(s->y[i], plot->y_log);
+    return pdi_plot_is_drawable(s->x[i], plot->x_log) && pdi_plot_is_drawable(s->y[i], plot->y_log);
 }
 
 /* Lower (side -1) or upper (side 1) end of the error bar of point i; the point itself where the axis cannot show it. */
-static double pdi_plot_end(const pd_plot *plot, const pd_series *s, int i, int side)
+static double pdi_plot_error_bar_end(const pd_plot *plot, const pd_series *s, int i, int side)
 {
     double end = s->spread ? s->y[i] + side * s->spread[i] : s->y[i];
-    return pdi_plot_usable(end, plot->y_log) ? end : s->y[i];
+    return pdi_plot_is_drawable(end, plot->y_log) ? end : s->y[i];
 }
 
 /* Check the series and the size of a plot; PD_ERR_ARGUMENT names what is wrong. */
@@ -58,8 +58,8 @@ static pd_status pdi_plot_check(pd_ctx *ctx, const pd_plot *plot)
 }
 
 /* Set the range of an axis: lo..hi as given, or, where lo == hi, that of the data with a margin. */
-static pd_status pdi_plot_range(pd_ctx *ctx, const char *name, int log_axis, double lo, double hi, double data_lo,
-                                double data_hi, pdi_ticks *axis)
+static pd_status pdi_plot_set_axis_range(pd_ctx *ctx, const char *name, int log_axis, double lo, double hi,
+                                         double data_lo, double data_hi, pdi_axis_ticks *axis)
 {
     axis->log = log_axis;
     axis->lo = lo;
@@ -67,19 +67,19 @@ static pd_status pdi_plot_range(pd_ctx *ctx, const char *name, int log_axis, dou
     if (lo == hi) {
         axis->lo = data_lo;
         axis->hi = data_hi;
-        pdi_ticks_widen(0.03, axis);
+        pdi_axis_ticks_widen_range(0.03, axis);
     } else if (!(lo < hi) || isinf(hi - lo) || (log_axis && !(lo > 0)))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "plot", "the range %g .. %g of axis %s cannot be drawn", lo, hi, name);
     return PD_OK;
 }
 
 /* Range lo..hi of all x of the series, also of points whose y cannot be shown; 0..1 without any. */
-static void pdi_plot_places(const pd_plot *plot, double *lo, double *hi)
+static void pdi_plot_compute_x_range(const pd_plot *plot, double *lo, double *hi)
 {
     for (int k = 0; k < plot->count; k++)
         for (int i = 0; i < plot->series[k].count; i++) {
             double x = plot->series[k].x[i];
-            if (!pdi_plot_usable(x, plot->x_log)) continue;
+            if (!pdi_plot_is_drawable(x, plot->x_log)) continue;
             *lo = pdi_min(*lo, x);
             *hi = pdi_max(*hi, x);
         }
@@ -89,103 +89,104 @@ static void pdi_plot_places(const pd_plot *plot, double *lo, double *hi)
 }
 
 /* Ranges of both axes, error bars included. */
-static pd_status pdi_plot_ranges(pd_ctx *ctx, const pd_plot *plot, pdi_plot_layout *l)
+static pd_status pdi_plot_compute_ranges(pd_ctx *ctx, const pd_plot *plot, pdi_plot_layout *l)
 {
     double x_lo = INFINITY, x_hi = -INFINITY, y_lo = INFINITY, y_hi = -INFINITY;
     for (int k = 0; k < plot->count; k++)
         for (int i = 0; i < plot->series[k].count; i++) {
             const pd_series *s = &plot->series[k];
-            if (!pdi_plot_shown(plot, s, i)) continue;
+            if (!pdi_plot_is_shown(plot, s, i)) continue;
             x_lo = pdi_min(x_lo, s->x[i]);
             x_hi = pdi_max(x_hi, s->x[i]);
-            y_lo = pdi_min(y_lo, pdi_plot_end(plot, s, i, -1));
-            y_hi = pdi_max(y_hi, pdi_plot_end(plot, s, i, 1));
+            y_lo = pdi_min(y_lo, pdi_plot_error_bar_end(plot, s, i, -1));
+            y_hi = pdi_max(y_hi, pdi_plot_error_bar_end(plot, s, i, 1));
         }
     if (!(x_lo <= x_hi)) { /* no point can be shown: an empty frame over the x that are known */
-        pdi_plot_places(plot, &x_lo, &x_hi);
+        pdi_plot_compute_x_range(plot, &x_lo, &x_hi);
         y_lo = plot->y_log ? 1.0 : 0.0;
         y_hi = plot->y_log ? 10.0 : 1.0;
     }
-    PDI_TRY(pdi_plot_range(ctx, "x", plot->x_log, plot->x_lo, plot->x_hi, x_lo, x_hi, &l->x));
-    return pdi_plot_range(ctx, "y", plot->y_log, plot->y_lo, plot->y_hi, y_lo, y_hi, &l->y);
+    PDI_TRY(pdi_plot_set_axis_range(ctx, "x", plot->x_log, plot->x_lo, plot->x_hi, x_lo, x_hi, &l->x));
+    return pdi_plot_set_axis_range(ctx, "y", plot->y_log, plot->y_lo, plot->y_hi, y_lo, y_hi, &l->y);
 }
 
 /* Position of the axes for the width of their labels, and the ticks. */
-static void pdi_plot_place(const pd_plot *plot, int width, int height, pdi_plot_layout *l)
+static void pdi_plot_compute_layout(const pd_plot *plot, int width, int height, pdi_plot_layout *l)
 {
     int widest = 0;
     l->top = plot->title ? 56 : 30;
     l->bottom = height - (plot->x_label ? 72 : 44);
-    pdi_ticks_ticks((l->bottom - l->top) / 75 + 1, &l->y);
+    pdi_axis_ticks_compute((l->bottom - l->top) / 75 + 1, &l->y);
     for (int k = 0; k < l->y.count; k++) {
-        int text = pdi_canvas_text_width(l->y.label[k]);
+        int text = pdi_canvas_compute_text_width(l->y.label[k]);
         if (text > widest) widest = text;
     }
     if (l->y.exponent && !plot->title) l->top += 14;
-    l->left = 22 + (plot->y_label ? PDI_CANVAS_CAPITAL + 14 : 0) + widest + 10;
+    l->left = 22 + (plot->y_label ? PDI_CANVAS_CAPITAL_HEIGHT + 14 : 0) + widest + 10;
     l->right = width - 34;
-    pdi_ticks_ticks((l->right - l->left) / 120 + 1, &l->x);
+    pdi_axis_ticks_compute((l->right - l->left) / 120 + 1, &l->x);
 }
 
 /* Horizontal pixel position of a value x. */
-static double pdi_plot_x(const pdi_plot_layout *l, double x)
+static double pdi_plot_x_to_pixel(const pdi_plot_layout *l, double x)
 {
-    return l->left + pdi_ticks_place(&l->x, x) * (l->right - l->left);
+    return l->left + pdi_axis_ticks_value_to_fraction(&l->x, x) * (l->right - l->left);
 }
 
 /* Vertical pixel position of a value y. */
-static double pdi_plot_y(const pdi_plot_layout *l, double y)
+static double pdi_plot_y_to_pixel(const pdi_plot_layout *l, double y)
 {
-    return l->bottom - pdi_ticks_place(&l->y, y) * (l->bottom - l->top);
+    return l->bottom - pdi_axis_ticks_value_to_fraction(&l->y, y) * (l->bottom - l->top);
 }
 
 /* Draw the common power of ten of the tick labels of an axis. */
-static void pdi_plot_factor(pdi_canvas *canvas, const pdi_ticks *axis, int x, int y, pdi_align align)
+static void pdi_plot_draw_axis_factor(pdi_canvas *canvas, const pdi_axis_ticks *axis, int x, int y, pdi_align align)
 {
     char text[40], power[32];
     if (!axis->exponent) return;
-    pdi_ticks_power(axis->exponent, power);
+    pdi_axis_ticks_format_power(axis->exponent, power);
     snprintf(text, sizeof text, "\xC3\x97 %s", power);
-    pdi_canvas_text(canvas, x, y, align, PDI_CANVAS_INK, text);
+    pdi_canvas_draw_text(canvas, x, y, align, PDI_CANVAS_TEXT_COLOUR, text);
 }
 
 /* Draw grid lines, ticks, tick labels, frame, axis labels and title. */
-static void pdi_plot_axes(const pd_plot *plot, const pdi_plot_layout *l, pdi_canvas *canvas)
+static void pdi_plot_draw_axes(const pd_plot *plot, const pdi_plot_layout *l, pdi_canvas *canvas)
 {
     int middle_x = (l->left + l->right) / 2, middle_y = (l->top + l->bottom) / 2;
-    char label[PDI_LABEL_SIZE];
+    char label[PDI_UNIT_LABEL_SIZE];
     for (int k = 0; k < l->x.count; k++) {
-        int x = (int)(pdi_plot_x(l, l->x.at[k])), named = l->x.label[k][0] != 0;
+        int x = (int)(pdi_plot_x_to_pixel(l, l->x.value[k])), named = l->x.label[k][0] != 0;
         x = x < l->right ? x : l->right - 1;
-        if (named) pdi_canvas_fill(canvas, x, l->top, x + 1, l->bottom, PDI_PLOT_GRID);
-        pdi_canvas_fill(canvas, x, l->bottom, x + 1, l->bottom + (named ? 7 : 4), PDI_CANVAS_INK);
-        pdi_canvas_text(canvas, x + 1, l->bottom + 13, PDI_ALIGN_CENTRE, PDI_CANVAS_INK, l->x.label[k]);
+        if (named) pdi_canvas_fill_rectangle(canvas, x, l->top, x + 1, l->bottom, PDI_PLOT_GRID_COLOUR);
+        pdi_canvas_fill_rectangle(canvas, x, l->bottom, x + 1, l->bottom + (named ? 7 : 4), PDI_CANVAS_TEXT_COLOUR);
+        pdi_canvas_draw_text(canvas, x + 1, l->bottom + 13, PDI_ALIGN_CENTRE, PDI_CANVAS_TEXT_COLOUR, l->x.label[k]);
     }
     for (int k = 0; k < l->y.count; k++) {
-        int y = (int)(pdi_plot_y(l, l->y.at[k])), named = l->y.label[k][0] != 0;
+        int y = (int)(pdi_plot_y_to_pixel(l, l->y.value[k])), named = l->y.label[k][0] != 0;
         y = y < l->bottom ? y : l->bottom - 1;
-        if (named) pdi_canvas_fill(canvas, l->left, y, l->right, y + 1, PDI_PLOT_GRID);
-        pdi_canvas_fill(canvas, l->left - (named ? 7 : 4), y, l->left, y + 1, PDI_CANVAS_INK);
-        pdi_canvas_text(canvas, l->left - 12, y - PDI_CANVAS_CAPITAL / 2 + 1, PDI_ALIGN_END, PDI_CANVAS_INK,
-                        l->y.label[k]);
+        if (named) pdi_canvas_fill_rectangle(canvas, l->left, y, l->right, y + 1, PDI_PLOT_GRID_COLOUR);
+        pdi_canvas_fill_rectangle(canvas, l->left - (named ? 7 : 4), y, l->left, y + 1, PDI_CANVAS_TEXT_COLOUR);
+        pdi_canvas_draw_text(canvas, l->left - 12, y - PDI_CANVAS_CAPITAL_HEIGHT / 2 + 1, PDI_ALIGN_END,
+                             PDI_CANVAS_TEXT_COLOUR, l->y.label[k]);
     }
-    pdi_canvas_frame(canvas, l->left, l->top, l->right, l->bottom, PDI_CANVAS_INK);
-    pdi_plot_factor(canvas, &l->y, 16, l->top - PDI_CANVAS_CAPITAL - 10, PDI_ALIGN_START);
-    pdi_plot_factor(canvas, &l->x, l->right, l->bottom + 39, PDI_ALIGN_END);
+    pdi_canvas_draw_frame(canvas, l->left, l->top, l->right, l->bottom, PDI_CANVAS_TEXT_COLOUR);
+    pdi_plot_draw_axis_factor(canvas, &l->y, 16, l->top - PDI_CANVAS_CAPITAL_HEIGHT - 10, PDI_ALIGN_START);
+    pdi_plot_draw_axis_factor(canvas, &l->x, l->right, l->bottom + 39, PDI_ALIGN_END);
     if (plot->x_label)
-        pdi_canvas_text(canvas, middle_x, l->bottom + 39, PDI_ALIGN_CENTRE, PDI_CANVAS_INK,
-                        pdi_label_print(plot->x_label, label));
+        pdi_canvas_draw_text(canvas, middle_x, l->bottom + 39, PDI_ALIGN_CENTRE, PDI_CANVAS_TEXT_COLOUR,
+                             pdi_unit_label_format(plot->x_label, label));
     if (plot->y_label)
-        pdi_canvas_text_up(canvas, 16, middle_y, PDI_ALIGN_CENTRE, PDI_CANVAS_INK,
-                           pdi_label_print(plot->y_label, label));
+        pdi_canvas_draw_text_upward(canvas, 16, middle_y, PDI_ALIGN_CENTRE, PDI_CANVAS_TEXT_COLOUR,
+                                    pdi_unit_label_format(plot->y_label, label));
     if (plot->title) {
-        int x = middle_x - pdi_canvas_text_width(plot->title) / 2, start = l->y.exponent ? 90 : 16;
-        pdi_canvas_title(canvas, x > start ? x : start, l->top - PDI_CANVAS_CAPITAL - 16, PDI_CANVAS_INK, plot->title);
+        int x = middle_x - pdi_canvas_compute_text_width(plot->title) / 2, start = l->y.exponent ? 90 : 16;
+        pdi_canvas_draw_bold_text(canvas, x > start ? x : start, l->top - PDI_CANVAS_CAPITAL_HEIGHT - 16,
+                                  PDI_CANVAS_TEXT_COLOUR, plot->title);
     }
 }
 
 /* Draw marker k at (x, y): one of six shapes, so that curves differ in grey print, too. */
-static void pdi_plot_marker(pdi_canvas *canvas, int k, double x, double y, uint32_t colour)
+static void pdi_plot_draw_marker(pdi_canvas *canvas, int k, double x, double y, uint32_t colour)
 {
     static const double corner[6][8] = {
         {0},                                      /* disc */
@@ -195,54 +196,55 @@ static void pdi_plot_marker(pdi_canvas *canvas, int k, double x, double y, uint3
         {0, 6, 5.5, -4.5, -5.5, -4.5, 0, 6},      /* triangle, point down */
         {0}};                                     /* ring */
     const double *c = corner[k % 6];
-    if (k % 6 == 0) pdi_canvas_line(canvas, x, y, x, y, 10, colour);
+    if (k % 6 == 0) pdi_canvas_draw_line(canvas, x, y, x, y, 10, colour);
     else if (k % 6 == 5) {
-        pdi_canvas_line(canvas, x, y, x, y, 11, colour);
-        pdi_canvas_line(canvas, x, y, x, y, 6, PDI_CANVAS_PAPER);
+        pdi_canvas_draw_line(canvas, x, y, x, y, 11, colour);
+        pdi_canvas_draw_line(canvas, x, y, x, y, 6, PDI_CANVAS_BACKGROUND);
     } else
         for (int e = 0; e < 4; e++) {
             int f = (e + 1) % 4;
-            pdi_canvas_line(canvas, x + c[2 * e], y + c[2 * e + 1], x + c[2 * f], y + c[2 * f + 1], 2, colour);
+            pdi_canvas_draw_line(canvas, x + c[2 * e], y + c[2 * e + 1], x + c[2 * f], y + c[2 * f + 1], 2, colour);
         }
 }
 
 /* Draw a dashed segment; *arc_length: length of the curve so far, which keeps the dashes regular across its points. */
-static void pdi_plot_dashes(pdi_canvas *canvas, double xa, double ya, double xb, double yb, double *arc_length,
-                            uint32_t colour)
+static void pdi_plot_draw_dashes(pdi_canvas *canvas, double xa, double ya, double xb, double yb, double *arc_length,
+                                 uint32_t colour)
 {
-    double length = pdi_canvas_length(xb - xa, yb - ya), position = 0;
+    double length = pdi_canvas_hypot(xb - xa, yb - ya), position = 0;
     /* Pieces far outside would only cost time. */
     double limit = 4.0 * (canvas->image.width + canvas->image.height);
     if (!(length > 0) || length > 64 * limit) return;
     while (position < length) {
-        double phase = fmod(*arc_length, 2 * PDI_PLOT_DASH);
-        double remaining = phase < PDI_PLOT_DASH ? PDI_PLOT_DASH - phase : 2 * PDI_PLOT_DASH - phase;
+        double phase = fmod(*arc_length, 2 * PDI_PLOT_DASH_LENGTH);
+        double remaining =
+            phase < PDI_PLOT_DASH_LENGTH ? PDI_PLOT_DASH_LENGTH - phase : 2 * PDI_PLOT_DASH_LENGTH - phase;
         double next = pdi_min(position + pdi_max(remaining, 1e-6), length), s = position / length, t = next / length;
-        if (phase < PDI_PLOT_DASH)
-            pdi_canvas_line(canvas, xa + s * (xb - xa), ya + s * (yb - ya), xa + t * (xb - xa), ya + t * (yb - ya),
-                            PDI_PLOT_LINE, colour);
+        if (phase < PDI_PLOT_DASH_LENGTH)
+            pdi_canvas_draw_line(canvas, xa + s * (xb - xa), ya + s * (yb - ya), xa + t * (xb - xa), ya + t * (yb - ya),
+                                 PDI_PLOT_CURVE_WIDTH, colour);
         *arc_length += next - position;
         position = next;
     }
 }
 
 /* Draw the line of series k, solid or dashed, with gaps at points that cannot be shown. */
-static void pdi_plot_series(const pd_plot *plot, const pdi_plot_layout *l, int k, pdi_canvas *canvas)
+static void pdi_plot_draw_series(const pd_plot *plot, const pdi_plot_layout *l, int k, pdi_canvas *canvas)
 {
     const pd_series *s = &plot->series[k];
-    uint32_t colour = pdi_colour_series(k);
+    uint32_t colour = pdi_colour_get_series_colour(k);
     double xa = 0, ya = 0, arc_length = 0;
     int before = 0; /* the point before is shown */
     for (int i = 0; i < s->count; i++) {
-        int shown = pdi_plot_shown(plot, s, i);
+        int shown = pdi_plot_is_shown(plot, s, i);
         if (!shown) {
             before = 0;
             continue;
         }
-        double x = pdi_plot_x(l, s->x[i]), y = pdi_plot_y(l, s->y[i]);
-        if (s->stroke == PD_STROKE_DASHED && before) pdi_plot_dashes(canvas, xa, ya, x, y, &arc_length, colour);
+        double x = pdi_plot_x_to_pixel(l, s->x[i]), y = pdi_plot_y_to_pixel(l, s->y[i]);
+        if (s->stroke == PD_STROKE_DASHED && before) pdi_plot_draw_dashes(canvas, xa, ya, x, y, &arc_length, colour);
         else if (s->stroke != PD_STROKE_MARKERS && s->stroke != PD_STROKE_DASHED && before)
-            pdi_canvas_line(canvas, xa, ya, x, y, PDI_PLOT_LINE, colour);
+            pdi_canvas_draw_line(canvas, xa, ya, x, y, PDI_PLOT_CURVE_WIDTH, colour);
         xa = x;
         ya = y;
         before = 1;
@@ -250,47 +252,51 @@ static void pdi_plot_series(const pd_plot *plot, const pdi_plot_layout *l, int k
 }
 
 /* Draw the error bars of series k, with a short stroke at either end. */
-static void pdi_plot_bars(const pd_plot *plot, const pdi_plot_layout *l, int k, pdi_canvas *canvas)
+static void pdi_plot_draw_error_bars(const pd_plot *plot, const pdi_plot_layout *l, int k, pdi_canvas *canvas)
 {
     const pd_series *s = &plot->series[k];
-    uint32_t colour = pdi_colour_series(k);
+    uint32_t colour = pdi_colour_get_series_colour(k);
     for (int i = 0; s->spread && i < s->count; i++) {
-        if (!pdi_plot_shown(plot, s, i) || !(s->spread[i] > 0)) continue;
-        double x = pdi_plot_x(l, s->x[i]), low = pdi_plot_y(l, pdi_plot_end(plot, s, i, -1));
-        double high = pdi_plot_y(l, pdi_plot_end(plot, s, i, 1));
-        pdi_canvas_line(canvas, x, low, x, high, PDI_PLOT_BAR, colour);
-        pdi_canvas_line(canvas, x - PDI_PLOT_CAP, low, x + PDI_PLOT_CAP, low, PDI_PLOT_BAR, colour);
-        pdi_canvas_line(canvas, x - PDI_PLOT_CAP, high, x + PDI_PLOT_CAP, high, PDI_PLOT_BAR, colour);
+        if (!pdi_plot_is_shown(plot, s, i) || !(s->spread[i] > 0)) continue;
+        double x = pdi_plot_x_to_pixel(l, s->x[i]),
+               low = pdi_plot_y_to_pixel(l, pdi_plot_error_bar_end(plot, s, i, -1));
+        double high = pdi_plot_y_to_pixel(l, pdi_plot_error_bar_end(plot, s, i, 1));
+        pdi_canvas_draw_line(canvas, x, low, x, high, PDI_PLOT_ERROR_BAR_WIDTH, colour);
+        pdi_canvas_draw_line(canvas, x - PDI_PLOT_ERROR_CAP_HALF_WIDTH, low, x + PDI_PLOT_ERROR_CAP_HALF_WIDTH, low,
+                             PDI_PLOT_ERROR_BAR_WIDTH, colour);
+        pdi_canvas_draw_line(canvas, x - PDI_PLOT_ERROR_CAP_HALF_WIDTH, high, x + PDI_PLOT_ERROR_CAP_HALF_WIDTH, high,
+                             PDI_PLOT_ERROR_BAR_WIDTH, colour);
     }
 }
 
 /* Draw the markers of series k inside the axes; those on the frame are not clipped. */
-static void pdi_plot_markers(const pd_plot *plot, const pdi_plot_layout *l, int k, pdi_canvas *canvas)
+static void pdi_plot_draw_markers(const pd_plot *plot, const pdi_plot_layout *l, int k, pdi_canvas *canvas)
 {
     const pd_series *s = &plot->series[k];
     if (s->stroke != PD_STROKE_MARKERS && s->stroke != PD_STROKE_BOTH) return;
     for (int i = 0; i < s->count; i++) {
-        if (!pdi_plot_shown(plot, s, i)) continue;
-        double x = pdi_plot_x(l, s->x[i]), y = pdi_plot_y(l, s->y[i]);
+        if (!pdi_plot_is_shown(plot, s, i)) continue;
+        double x = pdi_plot_x_to_pixel(l, s->x[i]), y = pdi_plot_y_to_pixel(l, s->y[i]);
         if (x < l->left - 1 || x > l->right + 1 || y < l->top - 1 || y > l->bottom + 1) continue;
-        pdi_plot_marker(canvas, k, x, y, pdi_colour_series(k));
+        pdi_plot_draw_marker(canvas, k, x, y, pdi_colour_get_series_colour(k));
     }
 }
 
 /* How much of the curves a rectangle would hide: number of points inside, and of points along the lines between
  * them. */
-static int pdi_plot_crowd(const pd_plot *plot, const pdi_plot_layout *l, int left, int top, int right, int bottom)
+static int pdi_plot_count_hidden_points(const pd_plot *plot, const pdi_plot_layout *l, int left, int top, int right,
+                                        int bottom)
 {
     int count = 0;
     for (int k = 0; k < plot->count; k++)
         for (int i = 0; i < plot->series[k].count; i++) {
             const pd_series *s = &plot->series[k];
-            if (!pdi_plot_shown(plot, s, i)) continue;
-            double x = pdi_plot_x(l, s->x[i]), y = pdi_plot_y(l, s->y[i]), xa = x, ya = y;
-            int line = s->stroke != PD_STROKE_MARKERS && i > 0 && pdi_plot_shown(plot, s, i - 1);
+            if (!pdi_plot_is_shown(plot, s, i)) continue;
+            double x = pdi_plot_x_to_pixel(l, s->x[i]), y = pdi_plot_y_to_pixel(l, s->y[i]), xa = x, ya = y;
+            int line = s->stroke != PD_STROKE_MARKERS && i > 0 && pdi_plot_is_shown(plot, s, i - 1);
             if (line) {
-                xa = pdi_plot_x(l, s->x[i - 1]);
-                ya = pdi_plot_y(l, s->y[i - 1]);
+                xa = pdi_plot_x_to_pixel(l, s->x[i - 1]);
+                ya = pdi_plot_y_to_pixel(l, s->y[i - 1]);
             }
             for (int step = 0; step < (line ? 16 : 1); step++) {
                 double px = x + (xa - x) * step / 16, py = y + (ya - y) * step / 16;
@@ -301,52 +307,54 @@ static int pdi_plot_crowd(const pd_plot *plot, const pdi_plot_layout *l, int lef
 }
 
 /* Returns 1 when a series is listed in the legend: it has a name and a point that is shown. */
-static int pdi_plot_named(const pd_plot *plot, const pd_series *s)
+static int pdi_plot_is_in_legend(const pd_plot *plot, const pd_series *s)
 {
     for (int i = 0; s->name && i < s->count; i++)
-        if (pdi_plot_shown(plot, s, i)) return 1;
+        if (pdi_plot_is_shown(plot, s, i)) return 1;
     return 0;
 }
 
 /* Draw the legend in the corner where it hides least of the curves. */
-static void pdi_plot_legend(const pd_plot *plot, const pdi_plot_layout *l, pdi_canvas *canvas)
+static void pdi_plot_draw_legend(const pd_plot *plot, const pdi_plot_layout *l, pdi_canvas *canvas)
 {
     int rows = 0, widest = 0, best = -1, left = 0, top = 0;
     for (int k = 0; k < plot->count; k++) {
-        if (!pdi_plot_named(plot, &plot->series[k])) continue;
-        int width = pdi_canvas_text_width(plot->series[k].name);
+        if (!pdi_plot_is_in_legend(plot, &plot->series[k])) continue;
+        int width = pdi_canvas_compute_text_width(plot->series[k].name);
         if (width > widest) widest = width;
         rows++;
     }
     if (!rows) return;
-    int width = widest + 70, height = rows * PDI_PLOT_LEGEND_ROW + 10;
+    int width = widest + 70, height = rows * PDI_PLOT_LEGEND_ROW_HEIGHT + 10;
     for (int corner = 0; corner < 4; corner++) {
         int x = corner % 2 ? l->left + 14 : l->right - 14 - width;
         int y = corner / 2 ? l->bottom - 14 - height : l->top + 14;
-        int crowd = pdi_plot_crowd(plot, l, x, y, x + width, y + height);
+        int crowd = pdi_plot_count_hidden_points(plot, l, x, y, x + width, y + height);
         if (best >= 0 && crowd >= best) continue;
         best = crowd;
         left = x;
         top = y;
     }
-    pdi_canvas_fill(canvas, left, top, left + width, top + height, PDI_CANVAS_PAPER);
-    pdi_canvas_frame(canvas, left, top, left + width, top + height, 0xC4C7CBu);
+    pdi_canvas_fill_rectangle(canvas, left, top, left + width, top + height, PDI_CANVAS_BACKGROUND);
+    pdi_canvas_draw_frame(canvas, left, top, left + width, top + height, 0xC4C7CBu);
     for (int k = 0, row = 0; k < plot->count; k++) {
         const pd_series *s = &plot->series[k];
-        if (!pdi_plot_named(plot, s)) continue;
-        double y = top + 5 + (row++ + 0.5) * PDI_PLOT_LEGEND_ROW, arc_length = 0;
-        uint32_t colour = pdi_colour_series(k);
-        if (s->stroke == PD_STROKE_DASHED) pdi_plot_dashes(canvas, left + 12, y, left + 48, y, &arc_length, colour);
+        if (!pdi_plot_is_in_legend(plot, s)) continue;
+        double y = top + 5 + (row++ + 0.5) * PDI_PLOT_LEGEND_ROW_HEIGHT, arc_length = 0;
+        uint32_t colour = pdi_colour_get_series_colour(k);
+        if (s->stroke == PD_STROKE_DASHED)
+            pdi_plot_draw_dashes(canvas, left + 12, y, left + 48, y, &arc_length, colour);
         else if (s->stroke != PD_STROKE_MARKERS)
-            pdi_canvas_line(canvas, left + 12, y, left + 48, y, PDI_PLOT_LINE, colour);
+            pdi_canvas_draw_line(canvas, left + 12, y, left + 48, y, PDI_PLOT_CURVE_WIDTH, colour);
         if (s->stroke == PD_STROKE_MARKERS || s->stroke == PD_STROKE_BOTH)
-            pdi_plot_marker(canvas, k, left + 30, y, colour);
-        pdi_canvas_text(canvas, left + 58, (int)y - PDI_CANVAS_CAPITAL / 2, PDI_ALIGN_START, PDI_CANVAS_INK, s->name);
+            pdi_plot_draw_marker(canvas, k, left + 30, y, colour);
+        pdi_canvas_draw_text(canvas, left + 58, (int)y - PDI_CANVAS_CAPITAL_HEIGHT / 2, PDI_ALIGN_START,
+                             PDI_CANVAS_TEXT_COLOUR, s->name);
     }
 }
 
 /* Draw the plot `what` on a new canvas: an image, or SVG where svg is given. The caller frees the image or svg. */
-static pd_status pdi_plot_on(pd_ctx *ctx, const void *what, pdi_svg *svg, pdi_canvas *canvas)
+static pd_status pdi_plot_draw_on_canvas(pd_ctx *ctx, const void *what, pdi_svg *svg, pdi_canvas *canvas)
 {
     const pd_plot *plot = (const pd_plot *)what;
     pdi_plot_layout l;
@@ -354,27 +362,28 @@ static pd_status pdi_plot_on(pd_ctx *ctx, const void *what, pdi_svg *svg, pdi_ca
     memset(canvas, 0, sizeof *canvas);
     memset(&l, 0, sizeof l);
     PDI_TRY(pdi_plot_check(ctx, plot));
-    PDI_TRY(pdi_plot_ranges(ctx, plot, &l));
-    pdi_plot_place(plot, width, height, &l);
+    PDI_TRY(pdi_plot_compute_ranges(ctx, plot, &l));
+    pdi_plot_compute_layout(plot, width, height, &l);
     if (l.right - l.left < 80)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "plot", "%d pixels are too narrow for the labels", width);
-    PDI_TRY(svg ? pdi_canvas_vectors(ctx, width, height, svg, canvas) : pdi_canvas_init(ctx, width, height, canvas));
-    pdi_plot_axes(plot, &l, canvas);
-    pdi_canvas_clip(canvas, l.left, l.top, l.right, l.bottom);
-    for (int k = 0; k < plot->count; k++) pdi_plot_series(plot, &l, k, canvas);
-    for (int k = 0; k < plot->count; k++) pdi_plot_bars(plot, &l, k, canvas);
-    pdi_canvas_unclip(canvas);
-    for (int k = 0; k < plot->count; k++) pdi_plot_markers(plot, &l, k, canvas);
-    pdi_plot_legend(plot, &l, canvas);
+    PDI_TRY(svg ? pdi_canvas_build_svg(ctx, width, height, svg, canvas)
+                : pdi_canvas_build_image(ctx, width, height, canvas));
+    pdi_plot_draw_axes(plot, &l, canvas);
+    pdi_canvas_set_clip(canvas, l.left, l.top, l.right, l.bottom);
+    for (int k = 0; k < plot->count; k++) pdi_plot_draw_series(plot, &l, k, canvas);
+    for (int k = 0; k < plot->count; k++) pdi_plot_draw_error_bars(plot, &l, k, canvas);
+    pdi_canvas_reset_clip(canvas);
+    for (int k = 0; k < plot->count; k++) pdi_plot_draw_markers(plot, &l, k, canvas);
+    pdi_plot_draw_legend(plot, &l, canvas);
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_plot_draw(pd_ctx *ctx, const pd_plot *plot, pd_image *image)
+PDI_FN pd_status pdi_plot_draw_image(pd_ctx *ctx, const pd_plot *plot, pd_image *image)
 {
-    return pdi_canvas_draw(ctx, pdi_plot_on, plot, image);
+    return pdi_canvas_draw_to_image(ctx, pdi_plot_draw_on_canvas, plot, image);
 }
 
 pd_status pd_plot_write(pd_ctx *ctx, const char *path, const pd_plot *plot)
 {
-    return pdi_canvas_file(ctx, path, pdi_plot_on, plot);
+    return pdi_canvas_draw_to_file(ctx, path, pdi_plot_draw_on_canvas, plot);
 }

@@ -38,7 +38,7 @@ typedef struct pd_plot {
 #ifdef PDI_INTERNAL
 /* Draw into an RGB image (freed by its own function); an empty frame where no point can be shown. PD_ERR_ARGUMENT: a
  * bad range or size. */
-PDI_FN pd_status pdi_plot_draw(pd_ctx *ctx, const pd_plot *plot, pd_image *image);
+PDI_FN pd_status pdi_plot_draw_image(pd_ctx *ctx, const pd_plot *plot, pd_image *image);
 #endif
 /* Draw and write as PNG, or as SVG where the path ends with ".svg". Also PD_ERR_FILE. */
 PD_API pd_status pd_plot_write(pd_ctx *ctx, const char *path, const pd_plot *plot);

@@ -21,22 +21,22 @@ typedef struct pd_image {
 /* Free the pixels. A zeroed image is allowed. */
 PDI_FN void pdi_image_free(pd_ctx *ctx, pd_image *image);
 /* Luminance 0..255 of a pixel (Rec. 601 weights) times its opacity: transparent pixels have 0; row 0 on top. */
-PDI_FN int pdi_image_gray(const pd_image *image, int column, int row);
+PDI_FN int pdi_image_get_luminance(const pd_image *image, int column, int row);
 /* Write an image with 1 or 3 channels to a file. PD_ERR_ARGUMENT, PD_ERR_SIZE, PD_ERR_FILE. */
 PDI_FN pd_status pdi_png_write(pd_ctx *ctx, const char *path, const pd_image *image);
 /* Parts of a PNG file, for files that hold more than one image. */
 /* Write a big-endian number of four bytes. */
-PDI_FN void pdi_png_put32(uint8_t *bytes, uint32_t value);
+PDI_FN void pdi_png_put_u32(uint8_t *bytes, uint32_t value);
 /* Check that an image can be written: pixels, channels and size. */
-PDI_FN pd_status pdi_png_check(pd_ctx *ctx, const pd_image *image);
+PDI_FN pd_status pdi_png_check_image(pd_ctx *ctx, const pd_image *image);
 /* Write the signature and the IHDR chunk. */
-PDI_FN pd_status pdi_png_head(pd_ctx *ctx, pd_file *file, const pd_image *image);
+PDI_FN pd_status pdi_png_write_header(pd_ctx *ctx, pd_file *file, const pd_image *image);
 /* Write a chunk with its length and CRC; data may be NULL where size is 0. */
-PDI_FN pd_status pdi_png_chunk(pd_ctx *ctx, pd_file *file, const char *type, const uint8_t *data, size_t size);
+PDI_FN pd_status pdi_png_write_chunk(pd_ctx *ctx, pd_file *file, const char *type, const uint8_t *data, size_t size);
 /* Append an image as a whole PNG file to a buffer. */
 PDI_FN pd_status pdi_png_encode(pd_ctx *ctx, const pd_image *image, pdi_bytes *out);
 /* Append the filtered and compressed pixels of an image to a buffer. */
-PDI_FN pd_status pdi_png_pack(pd_ctx *ctx, const pd_image *image, pdi_bytes *packed);
+PDI_FN pd_status pdi_png_compress_pixels(pd_ctx *ctx, const pd_image *image, pdi_bytes *packed);
 /* Read an image. Palettes become RGB; an alpha channel is added where they, grey or RGB have transparency. PD_ERR_FILE:
  * not readable; PD_ERR_PARSE: damaged, interlaced, 16 bits a channel, too many pixels. */
 PDI_FN pd_status pdi_png_read(pd_ctx *ctx, const char *path, pd_image *image);

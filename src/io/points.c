@@ -4,11 +4,11 @@
 #include <string.h>
 
 /* Minimum volume of a cell over its extent to the power of its dimension. */
-#define PDI_POINTS_THIN 1e-12
+#define PDI_POINTS_MIN_CELL_VOLUME 1e-12
 /* Tolerance for coordinates beyond the dimension of the program to be equal, over the extent of the mesh. */
-#define PDI_POINTS_FLAT 1e-9
+#define PDI_POINTS_PLANE_TOLERANCE 1e-9
 
-enum { PDI_POINTS_CORNERS = 1 << PD_DIM }; /* corners of a line, a quad, a hexahedron */
+enum { PDI_POINTS_BOX_CORNERS = 1 << PD_DIM }; /* corners of a line, a quad, a hexahedron */
 
 void pd_points_free(pd_ctx *ctx, pd_points *p)
 {
@@ -51,7 +51,7 @@ static pd_status pdi_points_resize(pd_ctx *ctx, pd_points *p, int32_t capacity)
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_points_face(pd_ctx *ctx, pd_points *p, int64_t faces)
+PDI_FN pd_status pdi_points_reserve_faces(pd_ctx *ctx, pd_points *p, int64_t faces)
 {
     PDI_TRY(PDI_NEW(ctx, "points", faces * PD_DIM * PD_DIM, p->face));
     p->faces = faces;
@@ -70,11 +70,11 @@ PDI_FN pd_status pdi_points_add(pd_ctx *ctx, pd_points *p, const double *positio
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_points_finish(pd_ctx *ctx, pd_points *p) { return pdi_points_resize(ctx, p, p->count); }
+PDI_FN pd_status pdi_points_shrink(pd_ctx *ctx, pd_points *p) { return pdi_points_resize(ctx, p, p->count); }
 
 /* ---- cells ---- */
 
-PDI_FN int pdi_points_corners(pdi_cell_form form)
+PDI_FN int pdi_points_count_corners(pdi_points_cell_type form)
 {
     static const int corners[8] = {0, 2, 3, 4, 4, 8, 6, 5};
     return corners[form];
@@ -82,7 +82,7 @@ PDI_FN int pdi_points_corners(pdi_cell_form form)
 
 /* Corner of the cell at corner k of the line, quad or hexahedron that it is a degenerate case of. Bit d of k: upper end
  * along axis d of the reference cube. */
-static int pdi_points_corner(pdi_cell_form form, int k)
+static int pdi_points_get_box_corner(pdi_points_cell_type form, int k)
 {
     static const int8_t of[8][8] = {{0, 0, 0, 0, 0, 0, 0, 0}, {0, 1, 0, 0, 0, 0, 0, 0}, {0, 1, 2, 2, 0, 0, 0, 0},
                                     {0, 1, 3, 2, 0, 0, 0, 0}, {0, 1, 2, 2, 3, 3, 3, 3}, {0, 1, 3, 2, 4, 5, 7, 6},
@@ -100,12 +100,12 @@ static double pdi_points_determinant(const double *j)
 }
 
 /* Volume of Gauss point g (weight times Jacobian determinant) of a cell with corners x, and its position[PD_DIM]. */
-static double pdi_points_gauss(const double *x, int g, double *position)
+static double pdi_points_compute_gauss_point(const double *x, int g, double *position)
 {
     const double at = 0.5 / sqrt(3.0);
     double jacobian[9] = {0.0}; /* of the unit cube */
     for (int d = 0; d < PD_DIM; d++) position[d] = 0.0;
-    for (int k = 0; k < PDI_POINTS_CORNERS; k++) {
+    for (int k = 0; k < PDI_POINTS_BOX_CORNERS; k++) {
         double axis_shape[PD_DIM], shape = 1.0;
         for (int d = 0; d < PD_DIM; d++) {
             axis_shape[d] = ((g ^ k) >> d) & 1 ? 0.5 - at : 0.5 + at;
@@ -118,52 +118,52 @@ static double pdi_points_gauss(const double *x, int g, double *position)
         }
         for (int d = 0; d < PD_DIM; d++) position[d] += shape * x[k * PD_DIM + d];
     }
-    return pdi_points_determinant(jacobian) / (double)PDI_POINTS_CORNERS;
+    return pdi_points_determinant(jacobian) / (double)PDI_POINTS_BOX_CORNERS;
 }
 
 /* Signed volume of a cell by Gauss quadrature, and its centroid. 0: the Jacobian changes sign (folded), or no
  * volume. */
-static double pdi_points_integrate(pdi_cell_form form, const double *const *corner, double *centre)
+static double pdi_points_integrate_cell(pdi_points_cell_type form, const double *const *corner, double *centre)
 {
-    double x[PDI_POINTS_CORNERS * PD_DIM], volume = 0.0, size = 0.0, first = 0.0, whole = 1.0;
+    double x[PDI_POINTS_BOX_CORNERS * PD_DIM], volume = 0.0, size = 0.0, first = 0.0, whole = 1.0;
     for (int d = 0; d < PD_DIM; d++) centre[d] = 0.0;
-    for (int k = 0; k < PDI_POINTS_CORNERS; k++)
+    for (int k = 0; k < PDI_POINTS_BOX_CORNERS; k++)
         for (int d = 0; d < PD_DIM; d++) { /* relative to the first corner, against cancellation */
-            x[k * PD_DIM + d] = corner[pdi_points_corner(form, k)][d] - corner[0][d];
+            x[k * PD_DIM + d] = corner[pdi_points_get_box_corner(form, k)][d] - corner[0][d];
             size = pdi_max(size, fabs(x[k * PD_DIM + d]));
         }
     for (int d = 0; d < PD_DIM; d++) whole *= size;
-    for (int g = 0; g < PDI_POINTS_CORNERS; g++) {
-        double position[PD_DIM], part_volume = pdi_points_gauss(x, g, position);
+    for (int g = 0; g < PDI_POINTS_BOX_CORNERS; g++) {
+        double position[PD_DIM], part_volume = pdi_points_compute_gauss_point(x, g, position);
         if (g == 0) first = part_volume;
         if (!(part_volume / first > 0.0)) return 0.0;
         volume += part_volume;
         for (int d = 0; d < PD_DIM; d++) centre[d] += part_volume * position[d];
     }
-    if (!(fabs(volume) > PDI_POINTS_THIN * whole)) return 0.0;
+    if (!(fabs(volume) > PDI_POINTS_MIN_CELL_VOLUME * whole)) return 0.0;
     for (int d = 0; d < PD_DIM; d++) centre[d] = corner[0][d] + centre[d] / volume;
     return volume;
 }
 
-PDI_FN pd_status pdi_cells_add(pd_ctx *ctx, pdi_cells *cells, pdi_cell_form form, const double *const *corner,
-                               int mirrored, int32_t tag, const char **fault)
+PDI_FN pd_status pdi_points_add_cell(pd_ctx *ctx, pdi_points_converter *cells, pdi_points_cell_type form,
+                                     const double *const *corner, int mirrored, int32_t tag, const char **fault)
 {
     double centre[PD_DIM], scale = 1.0;
     *fault = NULL;
-    if (!cells->started) memcpy(cells->level, corner[0], sizeof cells->level);
-    cells->started = 1;
-    for (int k = 0; k < pdi_points_corners(form); k++)
+    if (!cells->has_plane) memcpy(cells->plane, corner[0], sizeof cells->plane);
+    cells->has_plane = 1;
+    for (int k = 0; k < pdi_points_count_corners(form); k++)
         for (int d = PD_DIM; d < 3; d++)
-            if (fabs(corner[k][d] - cells->level[d]) > PDI_POINTS_FLAT * cells->extent)
+            if (fabs(corner[k][d] - cells->plane[d]) > PDI_POINTS_PLANE_TOLERANCE * cells->extent)
                 *fault = PD_DIM == 1 ? "a cell off the line y, z = constant" : "a cell off the plane z = constant";
-    double volume = pdi_points_integrate(form, corner, centre), sign = volume > 0.0 ? 1.0 : -1.0;
+    double volume = pdi_points_integrate_cell(form, corner, centre), sign = volume > 0.0 ? 1.0 : -1.0;
     if (*fault) return PD_OK;
     if (!(fabs(volume) > 0.0)) *fault = "a cell without volume, or folded";
-    else if (!mirrored && sign * cells->sign < 0.0)
+    else if (!mirrored && sign * cells->orientation < 0.0)
         *fault = PD_DIM == 3 ? "a cell turned inside out, other than those before it"
                              : "a cell that turns the other way than those before it";
     if (*fault) return PD_OK;
-    if (!mirrored) cells->sign = sign;
+    if (!mirrored) cells->orientation = sign;
     for (int d = 0; d < PD_DIM; d++) {
         centre[d] *= cells->scale;
         scale *= cells->scale;
@@ -173,5 +173,5 @@ PDI_FN pd_status pdi_cells_add(pd_ctx *ctx, pdi_cells *cells, pdi_cell_form form
     return *fault ? PD_OK : pdi_points_add(ctx, cells->points, centre, volume, tag);
 }
 
-#undef PDI_POINTS_THIN
-#undef PDI_POINTS_FLAT
+#undef PDI_POINTS_MIN_CELL_VOLUME
+#undef PDI_POINTS_PLANE_TOLERANCE

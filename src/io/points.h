@@ -34,40 +34,40 @@ PD_API void pd_points_free(pd_ctx *ctx, pd_points *points);
 /* Append a point at position[PD_DIM] [m]. PD_ERR_SIZE: more than int32 counts. */
 PDI_FN pd_status pdi_points_add(pd_ctx *ctx, pd_points *points, const double *position, double volume, int32_t tag);
 /* Allocate the corners of that many boundary faces. */
-PDI_FN pd_status pdi_points_face(pd_ctx *ctx, pd_points *points, int64_t faces);
+PDI_FN pd_status pdi_points_reserve_faces(pd_ctx *ctx, pd_points *points, int64_t faces);
 /* Shrink the arrays to the number of points. */
-PDI_FN pd_status pdi_points_finish(pd_ctx *ctx, pd_points *points);
+PDI_FN pd_status pdi_points_shrink(pd_ctx *ctx, pd_points *points);
 
 /* Type of a mesh cell. Corners are numbered as in VTK and Gmsh, which agree on all types but for the side from which
  * the base of a wedge is seen. */
-typedef enum pdi_cell_form {
-    PDI_CELL_NONE = 0,
-    PDI_CELL_LINE,
-    PDI_CELL_TRIANGLE,
-    PDI_CELL_QUAD,
-    PDI_CELL_TETRAHEDRON,
-    PDI_CELL_HEXAHEDRON,
-    PDI_CELL_WEDGE,
-    PDI_CELL_PYRAMID
-} pdi_cell_form;
+typedef enum pdi_points_cell_type {
+    PDI_POINTS_CELL_NONE = 0,
+    PDI_POINTS_CELL_LINE,
+    PDI_POINTS_CELL_TRIANGLE,
+    PDI_POINTS_CELL_QUAD,
+    PDI_POINTS_CELL_TETRAHEDRON,
+    PDI_POINTS_CELL_HEXAHEDRON,
+    PDI_POINTS_CELL_WEDGE,
+    PDI_POINTS_CELL_PYRAMID
+} pdi_points_cell_type;
 
 /* Conversion of mesh cells to points. Zero it and set points, scale and extent. */
-typedef struct pdi_cells {
+typedef struct pdi_points_converter {
     pd_points *points;
     double scale;    /* [-] factor from lengths of the file to metres */
     double extent;   /* [m] extent of the mesh, before scaling */
-    double level[3]; /* [m] coordinates of the first corner: those beyond PD_DIM must be the same in all cells */
-    int started;     /* 1: level is set */
-    double sign;     /* [-] orientation of the cells so far, 1 or -1; 0: unknown. The reader clears it where another
-                      * surface begins */
-} pdi_cells;
+    double plane[3]; /* [m] coordinates of the first corner: those beyond PD_DIM must be the same in all cells */
+    int has_plane;   /* 1: level is set */
+    double orientation; /* [-] orientation of the cells so far, 1 or -1; 0: unknown. The reader clears it where another
+                         * surface begins */
+} pdi_points_converter;
 
 /* Number of corners of a cell type. */
-PDI_FN int pdi_points_corners(pdi_cell_form form);
+PDI_FN int pdi_points_count_corners(pdi_points_cell_type form);
 /* Append a mesh cell with these corners[][3] as a point. *fault: why the cell is refused, NULL when it is not. mirrored
  * 1: a cell of negative volume is accepted. */
-PDI_FN pd_status pdi_cells_add(pd_ctx *ctx, pdi_cells *cells, pdi_cell_form form, const double *const *corner,
-                               int mirrored, int32_t tag, const char **fault);
+PDI_FN pd_status pdi_points_add_cell(pd_ctx *ctx, pdi_points_converter *cells, pdi_points_cell_type form,
+                                     const double *const *corner, int mirrored, int32_t tag, const char **fault);
 #endif
 
 #endif

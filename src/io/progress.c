@@ -2,9 +2,9 @@
 #include "io/progress.h"
 #include <stdio.h>
 
-#define PDI_PROGRESS_BAR 12 /* [-] characters of the bar */
+#define PDI_PROGRESS_BAR_LENGTH 12 /* [-] characters of the bar */
 
-PDI_FN void pdi_progress_duration(double seconds, char *text, size_t size)
+PDI_FN void pdi_progress_format_duration(double seconds, char *text, size_t size)
 {
     if (!(seconds >= 0 && seconds < 3e11)) {
         snprintf(text, size, "?");
@@ -24,20 +24,20 @@ PDI_FN void pdi_progress_duration(double seconds, char *text, size_t size)
     }
 }
 
-PDI_FN void pdi_progress_line(double fraction, double elapsed, const char *label, char *line, size_t size)
+PDI_FN void pdi_progress_format_line(double fraction, double elapsed, const char *label, char *line, size_t size)
 {
-    char bar[PDI_PROGRESS_BAR + 1], spent[32], left[32];
+    char bar[PDI_PROGRESS_BAR_LENGTH + 1], spent[32], left[32];
     if (!(fraction > 0)) fraction = 0;
     if (fraction > 1) fraction = 1;
-    int filled = (int)(fraction * PDI_PROGRESS_BAR);
-    for (int i = 0; i < PDI_PROGRESS_BAR; i++) bar[i] = i < filled ? '#' : '.';
-    bar[PDI_PROGRESS_BAR] = 0;
-    pdi_progress_duration(elapsed, spent, sizeof spent);
+    int filled = (int)(fraction * PDI_PROGRESS_BAR_LENGTH);
+    for (int i = 0; i < PDI_PROGRESS_BAR_LENGTH; i++) bar[i] = i < filled ? '#' : '.';
+    bar[PDI_PROGRESS_BAR_LENGTH] = 0;
+    pdi_progress_format_duration(elapsed, spent, sizeof spent);
     if (fraction >= 1) snprintf(line, size, "%s [%s] 100.0 %%  %s", label, bar, spent);
     else if (fraction < 1e-3 || !(elapsed >= 1))
         snprintf(line, size, "%s [%s] %5.1f %%  %s", label, bar, 100 * fraction, spent);
     else {
-        pdi_progress_duration(elapsed * (1 - fraction) / fraction, left, sizeof left);
+        pdi_progress_format_duration(elapsed * (1 - fraction) / fraction, left, sizeof left);
         snprintf(line, size, "%s [%s] %5.1f %%  %s, %s left", label, bar, 100 * fraction, spent, left);
     }
 }

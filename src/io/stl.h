@@ -2,7 +2,7 @@
  * from the corners. */
 #ifndef PD_STL_H
 #define PD_STL_H
-#include "io/scan.h"
+#include "io/tokenizer.h"
 #include "lattice/facets.h"
 
 #define pd_facets_read PD_NAME(pd_facets_read)

@@ -6,110 +6,114 @@
 #include <string.h>
 
 /* Lengths over the distance between lines, unless another unit is given. */
-#define PDI_STREAMLINE_NEAR 0.5 /* a line ends at this distance from another one (d_test of Jobard and Lefer) */
-#define PDI_STREAMLINE_REST 1e-4 /* speed over the largest speed below which the fluid is at rest */
-#define PDI_STREAMLINE_MEET 0.02 /* a line that returns to its seed within this distance is closed */
-#define PDI_STREAMLINE_SHORT 1.5 /* minimum length of open lines */
-#define PDI_STREAMLINE_CLEAR 0.3 /* minimum distance of a seed from a face without flow, but in a narrow gap */
-#define PDI_STREAMLINE_STEP 0.25 /* [cells] maximum length of a step */
-#define PDI_STREAMLINE_STEPS 8.0 /* [-] minimum number of steps over the distance between lines */
-#define PDI_STREAMLINE_FINE 64.0 /* [-] maximum number of these */
-#define PDI_STREAMLINE_STORED 12.0 /* [-] stored points over that distance */
-#define PDI_STREAMLINE_HALVES 6 /* [-] maximum halvings of a step that leaves the fluid */
+#define PDI_STREAMLINE_MIN_DISTANCE 0.5 /* a line ends at this distance from another one (d_test of Jobard and Lefer) \
+                                         */
+#define PDI_STREAMLINE_MIN_SPEED 1e-4   /* speed over the largest speed below which the fluid is at rest */
+#define PDI_STREAMLINE_CLOSURE_DISTANCE 0.02 /* a line that returns to its seed within this distance is closed */
+#define PDI_STREAMLINE_MIN_LENGTH 1.5        /* minimum length of open lines */
+#define PDI_STREAMLINE_FACE_CLEARANCE 0.3 /* minimum distance of a seed from a face without flow, but in a narrow gap \
+                                           */
+#define PDI_STREAMLINE_MAX_STEP 0.25      /* [cells] maximum length of a step */
+#define PDI_STREAMLINE_MIN_STEPS 8.0      /* [-] minimum number of steps over the distance between lines */
+#define PDI_STREAMLINE_MAX_STEPS 64.0     /* [-] maximum number of these */
+#define PDI_STREAMLINE_STORED_POINTS 12.0 /* [-] stored points over that distance */
+#define PDI_STREAMLINE_MAX_HALVINGS 6     /* [-] maximum halvings of a step that leaves the fluid */
 
 /* A point of a line in the bucket grid by which near lines are found. */
-typedef struct pdi_streamline_mark {
+typedef struct pdi_streamline_bucket_point {
     double x, y;
-    double along; /* [pixel] arc length from the seed, negative upstream */
+    double arc_length; /* [pixel] arc length from the seed, negative upstream */
     int64_t line; /* index of the line */
     int64_t next; /* next point of the bucket, -1: none */
-} pdi_streamline_mark;
+} pdi_streamline_bucket_point;
 
 /* State of the computation. */
-typedef struct pdi_streamline_search {
+typedef struct pdi_streamline_work {
     pd_ctx *ctx;
-    const pdi_stream *f;
+    const pdi_streamline_field *field;
     pdi_streamlines *lines;
-    double step, least;      /* [pixel] length of a step, [pixel/s] minimum speed */
-    int every;               /* steps between stored points */
+    double step, min_speed;  /* [pixel] length of a step, [pixel/s] minimum speed */
+    int store_interval;      /* steps between stored points */
     int columns, rows;       /* of the bucket grid, whose squares are as wide as the distance between lines */
-    int64_t *head;           /* [columns * rows] first point of a bucket, -1: none */
-    pdi_streamline_mark *mark;
-    int64_t marks, mark_room;
-} pdi_streamline_search;
+    int64_t *bucket_head;    /* [columns * rows] first point of a bucket, -1: none */
+    pdi_streamline_bucket_point *bucket_point;
+    int64_t bucket_point_count, bucket_point_capacity;
+} pdi_streamline_work;
 
 /* ---- velocity ---- */
 
 /* Index of the cell (i, j), or of the nearest one beyond an open side; -1: no fluid, or beyond a closed side. */
-static int64_t pdi_streamline_cell(const pdi_stream *f, int i, int j)
+static int64_t pdi_streamline_find_cell(const pdi_streamline_field *f, int i, int j)
 {
-    if ((i < 0 && f->closed[0]) || (i >= f->nx && f->closed[1]) || (j < 0 && f->closed[2]) ||
-        (j >= f->ny && f->closed[3]))
+    if ((i < 0 && f->side_closed[0]) || (i >= f->nx && f->side_closed[1]) || (j < 0 && f->side_closed[2]) ||
+        (j >= f->ny && f->side_closed[3]))
         return -1;
     i = i < 0 ? 0 : i >= f->nx ? f->nx - 1 : i;
     j = j < 0 ? 0 : j >= f->ny ? f->ny - 1 : j;
     int64_t cell = (int64_t)j * f->nx + i;
-    return isnan(f->u[0][cell]) || isnan(f->u[1][cell]) ? -1 : cell;
+    return isnan(f->velocity[0][cell]) || isnan(f->velocity[1][cell]) ? -1 : cell;
 }
 
 /* Velocity component d in the middle of the face between the cells `own` and `next` along an axis. Without fluid in
  * `next` (-1) the normal component is 0 and the tangential one that of `own`. */
-static double pdi_streamline_face(const pdi_stream *f, int64_t own, int64_t next, int d, int axis)
+static double pdi_streamline_interpolate_face(const pdi_streamline_field *f, int64_t own, int64_t next, int d, int axis)
 {
-    if (next >= 0) return 0.5 * (f->u[d][own] + f->u[d][next]);
-    return d == axis ? 0.0 : f->u[d][own];
+    if (next >= 0) return 0.5 * (f->velocity[d][own] + f->velocity[d][next]);
+    return d == axis ? 0.0 : f->velocity[d][own];
 }
 
 /* Velocity component d at the corner of four cells, cell[k] to the right for k & 1, above for k & 2; 0 at a face
  * without flow across d. */
-static double pdi_streamline_corner(const pdi_stream *f, const int64_t *cell, int d)
+static double pdi_streamline_interpolate_corner(const pdi_streamline_field *f, const int64_t *cell, int d)
 {
     double sum = 0.0;
     int count = 0, other = 1 << d;
     for (int k = 0; k < 4; k++) {
         if (cell[k] < 0) continue;
         if (cell[k ^ other] < 0) return 0.0;
-        sum += f->u[d][cell[k]];
+        sum += f->velocity[d][cell[k]];
         count++;
     }
     return sum / count;
 }
 
-PDI_FN int pdi_stream_velocity(const pdi_stream *f, const double *position, double *velocity)
+PDI_FN int pdi_streamline_interpolate_velocity(const pdi_streamline_field *f, const double *position, double *velocity)
 {
-    double x = position[0] / f->size[0], y = position[1] / f->size[1];
+    double x = position[0] / f->pixel_size[0], y = position[1] / f->pixel_size[1];
     if (!(x >= 0.0 && x <= f->nx && y >= 0.0 && y <= f->ny)) return 0;
     int i = x < f->nx ? (int)x : f->nx - 1, j = y < f->ny ? (int)y : f->ny - 1;
     int di = x - i >= 0.5 ? 1 : -1, dj = y - j >= 0.5 ? 1 : -1;
     double a = 2.0 * fabs(x - i - 0.5), b = 2.0 * fabs(y - j - 0.5); /* 0: middle, 1: face */
-    int64_t own = pdi_streamline_cell(f, i, j), beside = pdi_streamline_cell(f, i + di, j);
-    int64_t above = pdi_streamline_cell(f, i, j + dj), cell[4];
+    int64_t own = pdi_streamline_find_cell(f, i, j), beside = pdi_streamline_find_cell(f, i + di, j);
+    int64_t above = pdi_streamline_find_cell(f, i, j + dj), cell[4];
     if (own < 0) return 0;
-    for (int k = 0; k < 4; k++)
-        cell[k] = pdi_streamline_cell(f, k & 1 ? i + di : i, k & 2 ? j + dj : j);
+    for (int k = 0; k < 4; k++) cell[k] = pdi_streamline_find_cell(f, k & 1 ? i + di : i, k & 2 ? j + dj : j);
     for (int d = 0; d < 2; d++) {
-        double value = (1.0 - a) * (1.0 - b) * f->u[d][own] + a * (1.0 - b) * pdi_streamline_face(f, own, beside, d, 0);
-        value += (1.0 - a) * b * pdi_streamline_face(f, own, above, d, 1) + a * b * pdi_streamline_corner(f, cell, d);
-        velocity[d] = value * f->size[d] / f->cell[d];
+        double value = (1.0 - a) * (1.0 - b) * f->velocity[d][own] +
+                       a * (1.0 - b) * pdi_streamline_interpolate_face(f, own, beside, d, 0);
+        value += (1.0 - a) * b * pdi_streamline_interpolate_face(f, own, above, d, 1) +
+                 a * b * pdi_streamline_interpolate_corner(f, cell, d);
+        velocity[d] = value * f->pixel_size[d] / f->cell_size[d];
     }
     return 1;
 }
 
-PDI_FN double pdi_stream_fastest(const pdi_stream *f)
+PDI_FN double pdi_streamline_compute_max_speed(const pdi_streamline_field *f)
 {
     double fastest = 0.0;
     for (int64_t k = 0; k < (int64_t)f->nx * f->ny; k++)
-        fastest = pdi_max(fastest, pdi_canvas_length(f->u[0][k], f->u[1][k]));
+        fastest = pdi_max(fastest, pdi_canvas_hypot(f->velocity[0][k], f->velocity[1][k]));
     return fastest;
 }
 
 /* Largest speed [pixel/s]; *cell: where it is, -1: nowhere. */
-static double pdi_streamline_peak(const pdi_stream *f, int64_t *cell)
+static double pdi_streamline_find_fastest_cell(const pdi_streamline_field *f, int64_t *cell)
 {
     double fastest = 0.0;
     *cell = -1;
     for (int64_t k = 0; k < (int64_t)f->nx * f->ny; k++) {
-        double speed = pdi_canvas_length(f->u[0][k] * f->size[0] / f->cell[0], f->u[1][k] * f->size[1] / f->cell[1]);
+        double speed = pdi_canvas_hypot(f->velocity[0][k] * f->pixel_size[0] / f->cell_size[0],
+                                        f->velocity[1][k] * f->pixel_size[1] / f->cell_size[1]);
         if (!(speed > fastest)) continue;
         fastest = speed;
         *cell = k;
@@ -120,57 +124,57 @@ static double pdi_streamline_peak(const pdi_stream *f, int64_t *cell)
 /* ---- distance to other lines ---- */
 
 /* Head of the bucket that holds the point (x, y). */
-static int64_t *pdi_streamline_square(const pdi_streamline_search *s, double x, double y)
+static int64_t *pdi_streamline_find_bucket(const pdi_streamline_work *s, double x, double y)
 {
-    int column = (int)(x / s->f->apart), row = (int)(y / s->f->apart);
+    int column = (int)(x / s->field->spacing), row = (int)(y / s->field->spacing);
     column = column < 0 ? 0 : column >= s->columns ? s->columns - 1 : column;
     row = row < 0 ? 0 : row >= s->rows ? s->rows - 1 : row;
-    return &s->head[(int64_t)row * s->columns + column];
+    return &s->bucket_head[(int64_t)row * s->columns + column];
 }
 
 /* Add a point of the current line to its bucket. */
-static pd_status pdi_streamline_put(pdi_streamline_search *s, const double *point, double arc_length)
+static pd_status pdi_streamline_add_to_bucket(pdi_streamline_work *s, const double *point, double arc_length)
 {
-    if (s->marks == s->mark_room) {
-        int64_t room = 2 * s->mark_room + 1024;
-        PDI_TRY(PDI_GROW(s->ctx, "streamline", s->mark_room, room, s->mark));
-        s->mark_room = room;
+    if (s->bucket_point_count == s->bucket_point_capacity) {
+        int64_t room = 2 * s->bucket_point_capacity + 1024;
+        PDI_TRY(PDI_GROW(s->ctx, "streamline", s->bucket_point_capacity, room, s->bucket_point));
+        s->bucket_point_capacity = room;
     }
-    pdi_streamline_mark *mark = &s->mark[s->marks];
-    int64_t *head = pdi_streamline_square(s, point[0], point[1]);
+    pdi_streamline_bucket_point *mark = &s->bucket_point[s->bucket_point_count];
+    int64_t *head = pdi_streamline_find_bucket(s, point[0], point[1]);
     mark->x = point[0];
     mark->y = point[1];
-    mark->along = arc_length;
+    mark->arc_length = arc_length;
     mark->line = s->lines->count;
     mark->next = *head;
-    *head = s->marks++;
+    *head = s->bucket_point_count++;
     return PD_OK;
 }
 
 /* Remove the last points from their buckets, down to `marks` points. */
-static void pdi_streamline_take_back(pdi_streamline_search *s, int64_t marks)
+static void pdi_streamline_remove_from_buckets(pdi_streamline_work *s, int64_t marks)
 {
-    while (s->marks > marks) {
-        const pdi_streamline_mark *mark = &s->mark[--s->marks];
-        *pdi_streamline_square(s, mark->x, mark->y) = mark->next;
+    while (s->bucket_point_count > marks) {
+        const pdi_streamline_bucket_point *mark = &s->bucket_point[--s->bucket_point_count];
+        *pdi_streamline_find_bucket(s, mark->x, mark->y) = mark->next;
     }
 }
 
 /* Returns 1 when a point lies within `distance` of the position. own 1: points of the current line, more than half a
  * turn away along it; 0: points of other lines. */
-static int pdi_streamline_near(const pdi_streamline_search *s, const double *position, double distance, int own,
-                               double arc_length)
+static int pdi_streamline_is_point_near(const pdi_streamline_work *s, const double *position, double distance, int own,
+                                        double arc_length)
 {
-    double half_turn = PDI_PI * PDI_STREAMLINE_NEAR * s->f->apart;
-    int column = (int)(position[0] / s->f->apart), row = (int)(position[1] / s->f->apart);
+    double half_turn = PDI_PI * PDI_STREAMLINE_MIN_DISTANCE * s->field->spacing;
+    int column = (int)(position[0] / s->field->spacing), row = (int)(position[1] / s->field->spacing);
     for (int j = row - 1; j <= row + 1; j++)
         for (int i = column - 1; i <= column + 1; i++) {
             if (i < 0 || i >= s->columns || j < 0 || j >= s->rows) continue;
-            for (int64_t k = s->head[(int64_t)j * s->columns + i]; k >= 0; k = s->mark[k].next) {
-                const pdi_streamline_mark *mark = &s->mark[k];
+            for (int64_t k = s->bucket_head[(int64_t)j * s->columns + i]; k >= 0; k = s->bucket_point[k].next) {
+                const pdi_streamline_bucket_point *mark = &s->bucket_point[k];
                 if ((mark->line == s->lines->count) != own) continue;
-                if (own && fabs(mark->along - arc_length) < half_turn) continue;
-                if (pdi_canvas_length(mark->x - position[0], mark->y - position[1]) < distance) return 1;
+                if (own && fabs(mark->arc_length - arc_length) < half_turn) continue;
+                if (pdi_canvas_hypot(mark->x - position[0], mark->y - position[1]) < distance) return 1;
             }
         }
     return 0;
@@ -179,64 +183,67 @@ static int pdi_streamline_near(const pdi_streamline_search *s, const double *pos
 /* ---- one line ---- */
 
 /* Unit vector of the velocity times sense (1 downstream, -1 upstream); 0: no fluid, or at rest. */
-static int pdi_streamline_way(const pdi_streamline_search *s, const double *position, double sense, double *direction)
+static int pdi_streamline_compute_direction(const pdi_streamline_work *s, const double *position, double sense,
+                                            double *direction)
 {
     double u[2];
-    if (!pdi_stream_velocity(s->f, position, u)) return 0;
-    double speed = pdi_canvas_length(u[0], u[1]);
-    if (!(speed > s->least)) return 0;
+    if (!pdi_streamline_interpolate_velocity(s->field, position, u)) return 0;
+    double speed = pdi_canvas_hypot(u[0], u[1]);
+    if (!(speed > s->min_speed)) return 0;
     direction[0] = sense * u[0] / speed;
     direction[1] = sense * u[1] / speed;
     return 1;
 }
 
 /* A step of the classical Runge-Kutta method of order 4 along the line; 0: it leaves the fluid. */
-static int pdi_streamline_step(const pdi_streamline_search *s, const double *from, double sense, double step,
-                               double *to)
+static int pdi_streamline_step_rk4(const pdi_streamline_work *s, const double *from, double sense, double step,
+                                   double *to)
 {
     static const double node[4] = {0.0, 0.5, 0.5, 1.0}, weight[4] = {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6};
     double direction[2] = {0.0, 0.0}, sum[2] = {0.0, 0.0};
     for (int stage = 0; stage < 4; stage++) {
         double at[2] = {from[0] + node[stage] * step * direction[0], from[1] + node[stage] * step * direction[1]};
-        if (!pdi_streamline_way(s, at, sense, direction)) return 0;
+        if (!pdi_streamline_compute_direction(s, at, sense, direction)) return 0;
         for (int d = 0; d < 2; d++) sum[d] += weight[stage] * direction[d];
     }
     for (int d = 0; d < 2; d++) to[d] = from[d] + step * sum[d];
-    return pdi_streamline_way(s, to, sense, direction);
+    return pdi_streamline_compute_direction(s, to, sense, direction);
 }
 
 /* Append a point to the current line and to its bucket. */
-static pd_status pdi_streamline_store(pdi_streamline_search *s, const double *point, double arc_length)
+static pd_status pdi_streamline_add_point(pdi_streamline_work *s, const double *point, double arc_length)
 {
     pdi_streamlines *l = s->lines;
-    if (l->points == l->point_room) {
-        int64_t room = 2 * l->point_room + 1024;
-        PDI_TRY(PDI_GROW(s->ctx, "streamline", 2 * l->point_room, 2 * room, l->at));
-        l->point_room = room;
+    if (l->point_count == l->point_capacity) {
+        int64_t room = 2 * l->point_capacity + 1024;
+        PDI_TRY(PDI_GROW(s->ctx, "streamline", 2 * l->point_capacity, 2 * room, l->point));
+        l->point_capacity = room;
     }
-    l->at[2 * l->points] = point[0];
-    l->at[2 * l->points++ + 1] = point[1];
-    return pdi_streamline_put(s, point, arc_length);
+    l->point[2 * l->point_count] = point[0];
+    l->point[2 * l->point_count++ + 1] = point[1];
+    return pdi_streamline_add_to_bucket(s, point, arc_length);
 }
 
 /* Returns 1 when the segment a-b passes the seed, so that the line is closed. */
-static int pdi_streamline_meets(const pdi_streamline_search *s, const double *seed, const double *a, const double *b)
+static int pdi_streamline_is_passing_seed(const pdi_streamline_work *s, const double *seed, const double *a,
+                                          const double *b)
 {
     double dx = b[0] - a[0], dy = b[1] - a[1], x = seed[0] - a[0], y = seed[1] - a[1];
     double fraction = (x * dx + y * dy) / (dx * dx + dy * dy);
     if (!(fraction >= 0.0 && fraction <= 1.0)) return 0;
-    return fabs(x * dy - y * dx) < PDI_STREAMLINE_MEET * s->f->apart * pdi_canvas_length(dx, dy);
+    return fabs(x * dy - y * dx) < PDI_STREAMLINE_CLOSURE_DISTANCE * s->field->spacing * pdi_canvas_hypot(dx, dy);
 }
 
 /* Returns 1 when a face without flow is near on one side alone; a line there would be drawn on that face. */
-static int pdi_streamline_beside_face(const pdi_stream *f, const double *position)
+static int pdi_streamline_is_beside_face(const pdi_streamline_field *f, const double *position)
 {
     for (int d = 0; d < 2; d++) {
         int blocked[2];
         for (int up = 0; up < 2; up++) {
             double to[2] = {position[0], position[1]};
-            to[d] += (up ? 1 : -1) * PDI_STREAMLINE_CLEAR * f->apart;
-            blocked[up] = pdi_streamline_cell(f, (int)floor(to[0] / f->size[0]), (int)floor(to[1] / f->size[1])) < 0;
+            to[d] += (up ? 1 : -1) * PDI_STREAMLINE_FACE_CLEARANCE * f->spacing;
+            blocked[up] = pdi_streamline_find_cell(f, (int)floor(to[0] / f->pixel_size[0]),
+                                                   (int)floor(to[1] / f->pixel_size[1])) < 0;
         }
         if (blocked[0] != blocked[1]) return 1;
     }
@@ -244,54 +251,56 @@ static int pdi_streamline_beside_face(const pdi_stream *f, const double *positio
 }
 
 /* Returns 1 when another line, or the mirror line, is nearer than `distance` [pixel]. */
-static int pdi_streamline_crowded(const pdi_streamline_search *s, const double *position, double distance)
+static int pdi_streamline_is_crowded(const pdi_streamline_work *s, const double *position, double distance)
 {
-    return pdi_streamline_near(s, position, distance, 0, 0.0) || (s->f->mirrored && position[1] < 0.5 * distance);
+    return pdi_streamline_is_point_near(s, position, distance, 0, 0.0) ||
+           (s->field->mirrored && position[1] < 0.5 * distance);
 }
 
 /* Trace the line from its seed downstream (sense 1) or upstream (-1) and store its points. *length: its length, *closed
  * 1: a closed loop. A line that comes near itself is traced on for a while, since it may close, and cut back there
  * otherwise. */
-static pd_status pdi_streamline_half(pdi_streamline_search *s, const double *seed, double sense, double *length,
-                                     int *closed)
+static pd_status pdi_streamline_trace_half(pdi_streamline_work *s, const double *seed, double sense, double *length,
+                                           int *closed)
 {
     pdi_streamlines *l = s->lines;
     double at[2] = {seed[0], seed[1]}, to[2], step = s->step, near_self = HUGE_VAL;
     int64_t points = 0, marks = 0;
     *length = 0.0;
     *closed = 0;
-    for (int64_t n = 1; step > s->step / (1 << PDI_STREAMLINE_HALVES); n++) {
-        if (!pdi_streamline_step(s, at, sense, step, to)) {
+    for (int64_t n = 1; step > s->step / (1 << PDI_STREAMLINE_MAX_HALVINGS); n++) {
+        if (!pdi_streamline_step_rk4(s, at, sense, step, to)) {
             step *= 0.5;
             continue;
         }
         double arc_length = *length + step;
-        if (pdi_streamline_crowded(s, to, PDI_STREAMLINE_NEAR * s->f->apart)) break;
-        *closed = arc_length > 4.0 * s->step && pdi_streamline_meets(s, seed, at, to);
+        if (pdi_streamline_is_crowded(s, to, PDI_STREAMLINE_MIN_DISTANCE * s->field->spacing)) break;
+        *closed = arc_length > 4.0 * s->step && pdi_streamline_is_passing_seed(s, seed, at, to);
         if (*closed) {
             *length = arc_length;
-            return pdi_streamline_store(s, seed, sense * arc_length);
+            return pdi_streamline_add_point(s, seed, sense * arc_length);
         }
         if (near_self > arc_length &&
-            pdi_streamline_near(s, to, PDI_STREAMLINE_NEAR * s->f->apart, 1, sense * arc_length)) {
+            pdi_streamline_is_point_near(s, to, PDI_STREAMLINE_MIN_DISTANCE * s->field->spacing, 1,
+                                         sense * arc_length)) {
             near_self = arc_length;
-            points = l->points;
-            marks = s->marks;
+            points = l->point_count;
+            marks = s->bucket_point_count;
         }
-        if (arc_length > near_self + PDI_PI * s->f->apart) break;
+        if (arc_length > near_self + PDI_PI * s->field->spacing) break;
         memcpy(at, to, sizeof at);
         *length = arc_length;
-        if (n % s->every == 0 || step < s->step) PDI_TRY(pdi_streamline_store(s, at, sense * arc_length));
+        if (n % s->store_interval == 0 || step < s->step) PDI_TRY(pdi_streamline_add_point(s, at, sense * arc_length));
     }
     if (!(near_self < HUGE_VAL)) return PD_OK;
-    l->points = points;
-    pdi_streamline_take_back(s, marks);
+    l->point_count = points;
+    pdi_streamline_remove_from_buckets(s, marks);
     *length = near_self;
     return PD_OK;
 }
 
 /* Reverse the order of `count` points [2]. */
-static void pdi_streamline_reverse(double *points, int64_t count)
+static void pdi_streamline_reverse_points(double *points, int64_t count)
 {
     for (int64_t a = 0, b = count - 1; a < b; a++, b--)
         for (int d = 0; d < 2; d++) {
@@ -302,106 +311,109 @@ static void pdi_streamline_reverse(double *points, int64_t count)
 }
 
 /* Trace a line through the seed, where it is far enough from others, and keep it if it is long enough. */
-static pd_status pdi_streamline_try(pdi_streamline_search *s, const double *seed)
+static pd_status pdi_streamline_try_seed(pdi_streamline_work *s, const double *seed)
 {
     pdi_streamlines *l = s->lines;
-    int64_t first = l->points, marks = s->marks;
+    int64_t first = l->point_count, marks = s->bucket_point_count;
     double direction[2], length[2] = {0.0, 0.0};
     int closed = 0;
-    if (!pdi_streamline_way(s, seed, 1.0, direction) || pdi_streamline_beside_face(s->f, seed)) return PD_OK;
-    if (pdi_streamline_crowded(s, seed, s->f->apart)) return PD_OK;
-    if (l->count == l->room) {
-        int64_t room = 2 * l->room + 64;
-        PDI_TRY(PDI_GROW(s->ctx, "streamline", l->room, room, l->line));
-        l->room = room;
+    if (!pdi_streamline_compute_direction(s, seed, 1.0, direction) || pdi_streamline_is_beside_face(s->field, seed))
+        return PD_OK;
+    if (pdi_streamline_is_crowded(s, seed, s->field->spacing)) return PD_OK;
+    if (l->count == l->capacity) {
+        int64_t room = 2 * l->capacity + 64;
+        PDI_TRY(PDI_GROW(s->ctx, "streamline", l->capacity, room, l->line));
+        l->capacity = room;
     }
-    PDI_TRY(pdi_streamline_store(s, seed, 0.0));
-    PDI_TRY(pdi_streamline_half(s, seed, -1.0, &length[0], &closed));
-    pdi_streamline_reverse(&l->at[2 * first], l->points - first);
-    if (!closed) PDI_TRY(pdi_streamline_half(s, seed, 1.0, &length[1], &closed));
-    if (!closed && length[0] + length[1] < PDI_STREAMLINE_SHORT * s->f->apart) {
-        l->points = first;
-        pdi_streamline_take_back(s, marks);
+    PDI_TRY(pdi_streamline_add_point(s, seed, 0.0));
+    PDI_TRY(pdi_streamline_trace_half(s, seed, -1.0, &length[0], &closed));
+    pdi_streamline_reverse_points(&l->point[2 * first], l->point_count - first);
+    if (!closed) PDI_TRY(pdi_streamline_trace_half(s, seed, 1.0, &length[1], &closed));
+    if (!closed && length[0] + length[1] < PDI_STREAMLINE_MIN_LENGTH * s->field->spacing) {
+        l->point_count = first;
+        pdi_streamline_remove_from_buckets(s, marks);
         return PD_OK;
     }
     l->line[l->count].first = first;
-    l->line[l->count].count = l->points - first;
-    l->line[l->count++].closed = closed;
+    l->line[l->count].count = l->point_count - first;
+    l->line[l->count++].is_loop = closed;
     return PD_OK;
 }
 
 /* Try seeds at both sides of all lines from index `from` on, and of the lines that this adds. */
-static pd_status pdi_streamline_beside(pdi_streamline_search *s, int64_t from)
+static pd_status pdi_streamline_seed_beside_lines(pdi_streamline_work *s, int64_t from)
 {
     pdi_streamlines *l = s->lines;
     for (int64_t k = from; k < l->count; k++)
         for (int64_t p = l->line[k].first; p + 1 < l->line[k].first + l->line[k].count; p++)
             for (int side = -1; side <= 1; side += 2) {
-                double dx = l->at[2 * p + 2] - l->at[2 * p], dy = l->at[2 * p + 3] - l->at[2 * p + 1];
-                double out = side * s->f->apart * (1.0 + 1e-6) / pdi_canvas_length(dx, dy);
-                double seed[2] = {l->at[2 * p] - dy * out, l->at[2 * p + 1] + dx * out};
-                PDI_TRY(pdi_streamline_try(s, seed));
+                double dx = l->point[2 * p + 2] - l->point[2 * p], dy = l->point[2 * p + 3] - l->point[2 * p + 1];
+                double out = side * s->field->spacing * (1.0 + 1e-6) / pdi_canvas_hypot(dx, dy);
+                double seed[2] = {l->point[2 * p] - dy * out, l->point[2 * p + 1] + dx * out};
+                PDI_TRY(pdi_streamline_try_seed(s, seed));
             }
     return PD_OK;
 }
 
 /* Compute all lines: first through the fastest cell and beside it, then from a grid of seeds in what is not connected
  * with these. */
-static pd_status pdi_streamline_all(pdi_streamline_search *s, int64_t fastest)
+static pd_status pdi_streamline_trace_all(pdi_streamline_work *s, int64_t fastest)
 {
-    const pdi_stream *f = s->f;
-    double seed[2] = {((double)(fastest % f->nx) + 0.5) * f->size[0], ((double)(fastest / f->nx) + 0.5) * f->size[1]};
-    PDI_TRY(pdi_streamline_try(s, seed));
-    PDI_TRY(pdi_streamline_beside(s, 0));
+    const pdi_streamline_field *f = s->field;
+    double seed[2] = {((double)(fastest % f->nx) + 0.5) * f->pixel_size[0],
+                      ((double)(fastest / f->nx) + 0.5) * f->pixel_size[1]};
+    PDI_TRY(pdi_streamline_try_seed(s, seed));
+    PDI_TRY(pdi_streamline_seed_beside_lines(s, 0));
     for (int j = 0; j < 2 * s->rows; j++) /* regions that no line so far is connected with */
         for (int i = 0; i < 2 * s->columns; i++) {
             int64_t count = s->lines->count;
-            seed[0] = (i + 0.5) * f->nx * f->size[0] / (2.0 * s->columns);
-            seed[1] = (j + 0.5) * f->ny * f->size[1] / (2.0 * s->rows);
-            PDI_TRY(pdi_streamline_try(s, seed));
-            PDI_TRY(pdi_streamline_beside(s, count));
+            seed[0] = (i + 0.5) * f->nx * f->pixel_size[0] / (2.0 * s->columns);
+            seed[1] = (j + 0.5) * f->ny * f->pixel_size[1] / (2.0 * s->rows);
+            PDI_TRY(pdi_streamline_try_seed(s, seed));
+            PDI_TRY(pdi_streamline_seed_beside_lines(s, count));
         }
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_streamlines_find(pd_ctx *ctx, const pdi_stream *f, pdi_streamlines *lines)
+PDI_FN pd_status pdi_streamlines_compute(pd_ctx *ctx, const pdi_streamline_field *f, pdi_streamlines *lines)
 {
-    pdi_streamline_search s;
+    pdi_streamline_work s;
     int64_t fastest;
     memset(&s, 0, sizeof s);
     s.ctx = ctx;
-    s.f = f;
+    s.field = f;
     s.lines = lines;
-    s.least = PDI_STREAMLINE_REST * pdi_streamline_peak(f, &fastest);
+    s.min_speed = PDI_STREAMLINE_MIN_SPEED * pdi_streamline_find_fastest_cell(f, &fastest);
     if (fastest < 0) return PD_OK;
-    s.step = pdi_min(f->apart / PDI_STREAMLINE_STEPS, PDI_STREAMLINE_STEP * pdi_min(f->size[0], f->size[1]));
-    s.step = pdi_max(f->apart / PDI_STREAMLINE_FINE, s.step);
-    s.every = (int)pdi_max(1.0, floor(f->apart / PDI_STREAMLINE_STORED / s.step));
-    s.columns = (int)ceil(f->nx * f->size[0] / f->apart);
-    s.rows = (int)ceil(f->ny * f->size[1] / f->apart);
+    s.step = pdi_min(f->spacing / PDI_STREAMLINE_MIN_STEPS,
+                     PDI_STREAMLINE_MAX_STEP * pdi_min(f->pixel_size[0], f->pixel_size[1]));
+    s.step = pdi_max(f->spacing / PDI_STREAMLINE_MAX_STEPS, s.step);
+    s.store_interval = (int)pdi_max(1.0, floor(f->spacing / PDI_STREAMLINE_STORED_POINTS / s.step));
+    s.columns = (int)ceil(f->nx * f->pixel_size[0] / f->spacing);
+    s.rows = (int)ceil(f->ny * f->pixel_size[1] / f->spacing);
     int64_t squares = (int64_t)s.columns * s.rows;
-    PDI_TRY(PDI_NEW(ctx, "streamline", squares, s.head));
-    for (int64_t k = 0; k < squares; k++) s.head[k] = -1;
-    pd_status status = pdi_streamline_all(&s, fastest);
-    PDI_DELETE(ctx, squares, s.head);
-    PDI_DELETE(ctx, s.mark_room, s.mark);
+    PDI_TRY(PDI_NEW(ctx, "streamline", squares, s.bucket_head));
+    for (int64_t k = 0; k < squares; k++) s.bucket_head[k] = -1;
+    pd_status status = pdi_streamline_trace_all(&s, fastest);
+    PDI_DELETE(ctx, squares, s.bucket_head);
+    PDI_DELETE(ctx, s.bucket_point_capacity, s.bucket_point);
     return status;
 }
 
 PDI_FN void pdi_streamlines_free(pd_ctx *ctx, pdi_streamlines *lines)
 {
-    PDI_DELETE(ctx, lines->room, lines->line);
-    PDI_DELETE(ctx, 2 * lines->point_room, lines->at);
+    PDI_DELETE(ctx, lines->capacity, lines->line);
+    PDI_DELETE(ctx, 2 * lines->point_capacity, lines->point);
     memset(lines, 0, sizeof *lines);
 }
 
-#undef PDI_STREAMLINE_NEAR
-#undef PDI_STREAMLINE_REST
-#undef PDI_STREAMLINE_MEET
-#undef PDI_STREAMLINE_SHORT
-#undef PDI_STREAMLINE_CLEAR
-#undef PDI_STREAMLINE_STEP
-#undef PDI_STREAMLINE_STEPS
-#undef PDI_STREAMLINE_FINE
-#undef PDI_STREAMLINE_STORED
-#undef PDI_STREAMLINE_HALVES
+#undef PDI_STREAMLINE_MIN_DISTANCE
+#undef PDI_STREAMLINE_MIN_SPEED
+#undef PDI_STREAMLINE_CLOSURE_DISTANCE
+#undef PDI_STREAMLINE_MIN_LENGTH
+#undef PDI_STREAMLINE_FACE_CLEARANCE
+#undef PDI_STREAMLINE_MAX_STEP
+#undef PDI_STREAMLINE_MIN_STEPS
+#undef PDI_STREAMLINE_MAX_STEPS
+#undef PDI_STREAMLINE_STORED_POINTS
+#undef PDI_STREAMLINE_MAX_HALVINGS

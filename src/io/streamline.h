@@ -12,36 +12,38 @@
 
 #ifdef PDI_INTERNAL
 /* A velocity field, and how its lines are spaced. */
-typedef struct pdi_stream {
+typedef struct pdi_streamline_field {
     int nx, ny;         /* number of cells */
-    const double *u[2]; /* [nx * ny] [m/s] velocity components, value j * nx + i of cell (i, j); NaN: no fluid */
-    double cell[2];     /* [m] size of a cell */
-    double size[2];     /* [pixel] size of a cell in the picture; all positions and distances below are in pixels */
-    double apart;       /* [pixel] distance between lines */
-    int closed[4];      /* 1: nothing flows through the side x-, x+, y-, y+ */
+    const double *velocity[2]; /* [nx * ny] [m/s] velocity components, value j * nx + i of cell (i, j); NaN: no fluid */
+    double cell_size[2];       /* [m] size of a cell */
+    /* [pixel] size of a cell in the picture; all positions and distances below are in pixels */
+    double pixel_size[2];
+    double spacing;     /* [pixel] distance between lines */
+    int side_closed[4]; /* 1: nothing flows through the side x-, x+, y-, y+ */
     int mirrored;       /* 1: lines are drawn below y = 0, too, and keep half the distance from there */
-} pdi_stream;
+} pdi_streamline_field;
 
 /* A line: a range of points. */
 typedef struct pdi_streamline {
     int64_t first, count; /* first point, and number of points */
-    int closed;           /* 1: a closed loop */
+    int is_loop;          /* 1: a closed loop */
 } pdi_streamline;
 
 /* All lines of a field. Zero-initialise. */
 typedef struct pdi_streamlines {
-    int64_t count, room;             /* number of lines, and capacity */
+    int64_t count, capacity;         /* number of lines, and capacity */
     pdi_streamline *line;            /* [room] */
-    int64_t points, point_room;      /* number of points, and capacity */
-    double *at;                      /* [point_room][2] [pixel] points of all lines, in flow direction */
+    int64_t point_count, point_capacity; /* number of points, and capacity */
+    double *point;                       /* [point_room][2] [pixel] points of all lines, in flow direction */
 } pdi_streamlines;
 
 /* Interpolated velocity at a point [pixel], scaled to the picture [pixel/s]; 0: no fluid there, or outside. */
-PDI_FN int pdi_stream_velocity(const pdi_stream *stream, const double *position, double *velocity);
+PDI_FN int pdi_streamline_interpolate_velocity(const pdi_streamline_field *stream, const double *position,
+                                               double *velocity);
 /* Largest speed of a cell [m/s], 0 without any fluid. */
-PDI_FN double pdi_stream_fastest(const pdi_stream *stream);
+PDI_FN double pdi_streamline_compute_max_speed(const pdi_streamline_field *stream);
 /* Compute evenly spaced streamlines of a field. */
-PDI_FN pd_status pdi_streamlines_find(pd_ctx *ctx, const pdi_stream *stream, pdi_streamlines *lines);
+PDI_FN pd_status pdi_streamlines_compute(pd_ctx *ctx, const pdi_streamline_field *stream, pdi_streamlines *lines);
 /* Free the lines. A zeroed set is allowed. */
 PDI_FN void pdi_streamlines_free(pd_ctx *ctx, pdi_streamlines *lines);
 #endif

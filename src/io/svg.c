@@ -4,42 +4,42 @@
 #include <stdio.h>
 #include <string.h>
 
-#define PDI_SVG_FONT 19 /* [pixel] font size whose capitals are as high as those of the bitmap font */
-#define PDI_SVG_LARGEST 1e6 /* [pixel] largest coordinate */
+#define PDI_SVG_FONT_SIZE 19       /* [pixel] font size whose capitals are as high as those of the bitmap font */
+#define PDI_SVG_MAX_COORDINATE 1e6 /* [pixel] largest coordinate */
 
 /* Append bytes to the text of the drawing. */
-static void pdi_svg_add(pdi_svg *svg, const void *data, size_t size)
+static void pdi_svg_add_bytes(pdi_svg *svg, const void *data, size_t size)
 {
     if (svg->status == PD_OK) svg->status = pdi_bytes_add(svg->ctx, &svg->text, data, size);
 }
 
 /* Append a string. */
-static void pdi_svg_string(pdi_svg *svg, const char *text) { pdi_svg_add(svg, text, strlen(text)); }
+static void pdi_svg_add_string(pdi_svg *svg, const char *text) { pdi_svg_add_bytes(svg, text, strlen(text)); }
 
 /* Append a number with two decimals between two strings, in any locale. */
-static void pdi_svg_number(pdi_svg *svg, const char *before, double value, const char *after)
+static void pdi_svg_add_number(pdi_svg *svg, const char *before, double value, const char *after)
 {
     char text[64];
-    long hundredths = lround(100.0 * pdi_max(-PDI_SVG_LARGEST, pdi_min(PDI_SVG_LARGEST, value)));
+    long hundredths = lround(100.0 * pdi_max(-PDI_SVG_MAX_COORDINATE, pdi_min(PDI_SVG_MAX_COORDINATE, value)));
     long size = hundredths < 0 ? -hundredths : hundredths;
     snprintf(text, sizeof text, "%s%s%ld.%02ld%s", before, hundredths < 0 ? "-" : "", size / 100, size % 100, after);
-    pdi_svg_string(svg, text);
+    pdi_svg_add_string(svg, text);
 }
 
 /* Append an attribute name="value" with a length [pixel]. */
-static void pdi_svg_length(pdi_svg *svg, const char *name, double value)
+static void pdi_svg_add_length(pdi_svg *svg, const char *name, double value)
 {
-    pdi_svg_string(svg, " ");
-    pdi_svg_string(svg, name);
-    pdi_svg_number(svg, "=\"", value, "\"");
+    pdi_svg_add_string(svg, " ");
+    pdi_svg_add_string(svg, name);
+    pdi_svg_add_number(svg, "=\"", value, "\"");
 }
 
 /* Append an attribute name="#rrggbb" with a colour. */
-static void pdi_svg_colour(pdi_svg *svg, const char *name, uint32_t colour)
+static void pdi_svg_add_colour(pdi_svg *svg, const char *name, uint32_t colour)
 {
     char text[48];
     snprintf(text, sizeof text, " %s=\"#%06x\"", name, (unsigned)(colour & 0xFFFFFFu));
-    pdi_svg_string(svg, text);
+    pdi_svg_add_string(svg, text);
 }
 
 PDI_FN void pdi_svg_begin(pd_ctx *ctx, int width, int height, pdi_svg *svg)
@@ -51,73 +51,73 @@ PDI_FN void pdi_svg_begin(pd_ctx *ctx, int width, int height, pdi_svg *svg)
              "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<svg xmlns=\"http://www.w3.org/2000/svg\" "
              "xmlns:xlink=\"http://www.w3.org/1999/xlink\" version=\"1.1\" width=\"%d\" height=\"%d\" "
              "viewBox=\"0 0 %d %d\" font-family=\"DejaVu Sans, Verdana, Arial, sans-serif\" font-size=\"%d\">\n",
-             width, height, width, height, PDI_SVG_FONT);
-    pdi_svg_string(svg, text);
-    pdi_svg_rectangle(svg, 0, 0, width, height, 0xFFFFFFu);
+             width, height, width, height, PDI_SVG_FONT_SIZE);
+    pdi_svg_add_string(svg, text);
+    pdi_svg_add_rectangle(svg, 0, 0, width, height, 0xFFFFFFu);
 }
 
-PDI_FN void pdi_svg_rectangle(pdi_svg *svg, int left, int top, int width, int height, uint32_t colour)
+PDI_FN void pdi_svg_add_rectangle(pdi_svg *svg, int left, int top, int width, int height, uint32_t colour)
 {
     char text[128];
     if (width < 1 || height < 1) return;
     snprintf(text, sizeof text, "<rect x=\"%d\" y=\"%d\" width=\"%d\" height=\"%d\"", left, top, width, height);
-    pdi_svg_string(svg, text);
-    pdi_svg_colour(svg, "fill", colour);
-    pdi_svg_string(svg, "/>\n");
+    pdi_svg_add_string(svg, text);
+    pdi_svg_add_colour(svg, "fill", colour);
+    pdi_svg_add_string(svg, "/>\n");
 }
 
-PDI_FN void pdi_svg_frame(pdi_svg *svg, double left, double top, double width, double height, uint32_t colour)
+PDI_FN void pdi_svg_add_frame(pdi_svg *svg, double left, double top, double width, double height, uint32_t colour)
 {
-    pdi_svg_string(svg, "<rect");
-    pdi_svg_length(svg, "x", left);
-    pdi_svg_length(svg, "y", top);
-    pdi_svg_length(svg, "width", width);
-    pdi_svg_length(svg, "height", height);
-    pdi_svg_colour(svg, "stroke", colour);
-    pdi_svg_string(svg, " fill=\"none\"/>\n");
+    pdi_svg_add_string(svg, "<rect");
+    pdi_svg_add_length(svg, "x", left);
+    pdi_svg_add_length(svg, "y", top);
+    pdi_svg_add_length(svg, "width", width);
+    pdi_svg_add_length(svg, "height", height);
+    pdi_svg_add_colour(svg, "stroke", colour);
+    pdi_svg_add_string(svg, " fill=\"none\"/>\n");
 }
 
-PDI_FN void pdi_svg_line(pdi_svg *svg, double xa, double ya, double xb, double yb, double width, uint32_t colour)
+PDI_FN void pdi_svg_add_line(pdi_svg *svg, double xa, double ya, double xb, double yb, double width, uint32_t colour)
 {
-    pdi_svg_string(svg, "<line");
-    pdi_svg_length(svg, "x1", xa);
-    pdi_svg_length(svg, "y1", ya);
-    pdi_svg_length(svg, "x2", xb);
-    pdi_svg_length(svg, "y2", yb);
-    pdi_svg_length(svg, "stroke-width", width);
-    pdi_svg_colour(svg, "stroke", colour);
-    pdi_svg_string(svg, " stroke-linecap=\"round\"/>\n");
+    pdi_svg_add_string(svg, "<line");
+    pdi_svg_add_length(svg, "x1", xa);
+    pdi_svg_add_length(svg, "y1", ya);
+    pdi_svg_add_length(svg, "x2", xb);
+    pdi_svg_add_length(svg, "y2", yb);
+    pdi_svg_add_length(svg, "stroke-width", width);
+    pdi_svg_add_colour(svg, "stroke", colour);
+    pdi_svg_add_string(svg, " stroke-linecap=\"round\"/>\n");
 }
 
-PDI_FN void pdi_svg_path(pdi_svg *svg)
+PDI_FN void pdi_svg_begin_path(pdi_svg *svg)
 {
-    svg->strokes = 0;
-    pdi_svg_string(svg, "<path d=\"");
+    svg->stroke_count = 0;
+    pdi_svg_add_string(svg, "<path d=\"");
 }
 
-PDI_FN void pdi_svg_stroke(pdi_svg *svg, double xa, double ya, double xb, double yb)
+PDI_FN void pdi_svg_add_stroke(pdi_svg *svg, double xa, double ya, double xb, double yb)
 {
-    if (!svg->strokes || xa != svg->at[0] || ya != svg->at[1]) {
-        pdi_svg_number(svg, "M", xa, " ");
-        pdi_svg_number(svg, "", ya, "");
+    if (!svg->stroke_count || xa != svg->path_end[0] || ya != svg->path_end[1]) {
+        pdi_svg_add_number(svg, "M", xa, " ");
+        pdi_svg_add_number(svg, "", ya, "");
     }
-    pdi_svg_number(svg, "L", xb, " ");
-    pdi_svg_number(svg, "", yb, "");
-    svg->at[0] = xb;
-    svg->at[1] = yb;
-    svg->strokes++;
+    pdi_svg_add_number(svg, "L", xb, " ");
+    pdi_svg_add_number(svg, "", yb, "");
+    svg->path_end[0] = xb;
+    svg->path_end[1] = yb;
+    svg->stroke_count++;
 }
 
-PDI_FN void pdi_svg_path_end(pdi_svg *svg, double width, uint32_t colour)
+PDI_FN void pdi_svg_end_path(pdi_svg *svg, double width, uint32_t colour)
 {
-    pdi_svg_string(svg, "\" fill=\"none\"");
-    pdi_svg_length(svg, "stroke-width", width);
-    pdi_svg_colour(svg, "stroke", colour);
-    pdi_svg_string(svg, " stroke-linecap=\"round\" stroke-linejoin=\"round\"/>\n");
+    pdi_svg_add_string(svg, "\" fill=\"none\"");
+    pdi_svg_add_length(svg, "stroke-width", width);
+    pdi_svg_add_colour(svg, "stroke", colour);
+    pdi_svg_add_string(svg, " stroke-linecap=\"round\" stroke-linejoin=\"round\"/>\n");
 }
 
 /* Number of bytes of the UTF-8 character at `text`; 0: invalid, or not allowed in XML. */
-static size_t pdi_svg_letter(const char *text)
+static size_t pdi_svg_count_character_bytes(const char *text)
 {
     const unsigned char *p = (const unsigned char *)text;
     size_t size = p[0] < 0x80 ? 1 : p[0] >= 0xC2 && p[0] < 0xE0 ? 2 : p[0] >= 0xE0 && p[0] < 0xF0 ? 3 :
@@ -132,33 +132,33 @@ static size_t pdi_svg_letter(const char *text)
     return size;
 }
 
-PDI_FN void pdi_svg_text(pdi_svg *svg, double x, double y, const char *anchor, int upward, int bold, uint32_t colour,
-                         const char *text)
+PDI_FN void pdi_svg_add_text(pdi_svg *svg, double x, double y, const char *anchor, int upward, int bold,
+                             uint32_t colour, const char *text)
 {
     if (!text[0]) return;
-    pdi_svg_string(svg, "<text");
-    pdi_svg_length(svg, "x", upward ? -y : x);
-    pdi_svg_length(svg, "y", upward ? x : y);
-    pdi_svg_colour(svg, "fill", colour);
-    if (upward) pdi_svg_string(svg, " transform=\"rotate(-90)\"");
-    if (bold) pdi_svg_string(svg, " font-weight=\"bold\"");
-    pdi_svg_string(svg, " text-anchor=\"");
-    pdi_svg_string(svg, anchor);
-    pdi_svg_string(svg, "\">");
+    pdi_svg_add_string(svg, "<text");
+    pdi_svg_add_length(svg, "x", upward ? -y : x);
+    pdi_svg_add_length(svg, "y", upward ? x : y);
+    pdi_svg_add_colour(svg, "fill", colour);
+    if (upward) pdi_svg_add_string(svg, " transform=\"rotate(-90)\"");
+    if (bold) pdi_svg_add_string(svg, " font-weight=\"bold\"");
+    pdi_svg_add_string(svg, " text-anchor=\"");
+    pdi_svg_add_string(svg, anchor);
+    pdi_svg_add_string(svg, "\">");
     while (*text) {
-        size_t size = pdi_svg_letter(text);
-        if (*text == '&') pdi_svg_string(svg, "&amp;");
-        else if (*text == '<') pdi_svg_string(svg, "&lt;");
-        else if (*text == '>') pdi_svg_string(svg, "&gt;");
-        else if (size) pdi_svg_add(svg, text, size);
-        else pdi_svg_string(svg, "?");
+        size_t size = pdi_svg_count_character_bytes(text);
+        if (*text == '&') pdi_svg_add_string(svg, "&amp;");
+        else if (*text == '<') pdi_svg_add_string(svg, "&lt;");
+        else if (*text == '>') pdi_svg_add_string(svg, "&gt;");
+        else if (size) pdi_svg_add_bytes(svg, text, size);
+        else pdi_svg_add_string(svg, "?");
         text += size ? size : 1;
     }
-    pdi_svg_string(svg, "</text>\n");
+    pdi_svg_add_string(svg, "</text>\n");
 }
 
 /* Append bytes in base64 (RFC 4648). */
-static void pdi_svg_base64(pdi_svg *svg, const uint8_t *data, size_t size)
+static void pdi_svg_add_base64(pdi_svg *svg, const uint8_t *data, size_t size)
 {
     static const char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     char line[76];
@@ -171,13 +171,13 @@ static void pdi_svg_base64(pdi_svg *svg, const uint8_t *data, size_t size)
         if (k + 1 >= size) line[used - 2] = '=';
         if (k + 2 >= size) line[used - 1] = '=';
         if (used < sizeof line) continue;
-        pdi_svg_add(svg, line, used);
+        pdi_svg_add_bytes(svg, line, used);
         used = 0;
     }
-    pdi_svg_add(svg, line, used);
+    pdi_svg_add_bytes(svg, line, used);
 }
 
-PDI_FN void pdi_svg_image(pdi_svg *svg, int left, int top, const pd_image *image)
+PDI_FN void pdi_svg_add_image(pdi_svg *svg, int left, int top, const pd_image *image)
 {
     char text[160];
     pdi_bytes png = {NULL, 0, 0};
@@ -185,32 +185,32 @@ PDI_FN void pdi_svg_image(pdi_svg *svg, int left, int top, const pd_image *image
     svg->status = pdi_png_encode(svg->ctx, image, &png);
     snprintf(text, sizeof text, "<image x=\"%d\" y=\"%d\" width=\"%d\" height=\"%d\" ", left, top, image->width,
              image->height);
-    pdi_svg_string(svg, text);
-    pdi_svg_string(svg, "xlink:href=\"data:image/png;base64,");
-    pdi_svg_base64(svg, png.data, png.size);
-    pdi_svg_string(svg, "\"/>\n");
+    pdi_svg_add_string(svg, text);
+    pdi_svg_add_string(svg, "xlink:href=\"data:image/png;base64,");
+    pdi_svg_add_base64(svg, png.data, png.size);
+    pdi_svg_add_string(svg, "\"/>\n");
     pdi_bytes_free(svg->ctx, &png);
 }
 
-PDI_FN void pdi_svg_clip(pdi_svg *svg, int left, int top, int width, int height)
+PDI_FN void pdi_svg_set_clip(pdi_svg *svg, int left, int top, int width, int height)
 {
     char text[160];
-    if (svg->clipped) pdi_svg_string(svg, "</g>\n");
-    svg->clipped = width > 0;
-    if (!svg->clipped) return;
-    snprintf(text, sizeof text, "<clipPath id=\"clip%d\">", svg->clips);
-    pdi_svg_string(svg, text);
-    pdi_svg_rectangle(svg, left, top, width, height, 0);
-    pdi_svg_string(svg, "</clipPath>\n");
-    snprintf(text, sizeof text, "<g clip-path=\"url(#clip%d)\">\n", svg->clips++);
-    pdi_svg_string(svg, text);
+    if (svg->clip_open) pdi_svg_add_string(svg, "</g>\n");
+    svg->clip_open = width > 0;
+    if (!svg->clip_open) return;
+    snprintf(text, sizeof text, "<clipPath id=\"clip%d\">", svg->clip_count);
+    pdi_svg_add_string(svg, text);
+    pdi_svg_add_rectangle(svg, left, top, width, height, 0);
+    pdi_svg_add_string(svg, "</clipPath>\n");
+    snprintf(text, sizeof text, "<g clip-path=\"url(#clip%d)\">\n", svg->clip_count++);
+    pdi_svg_add_string(svg, text);
 }
 
 PDI_FN pd_status pdi_svg_write(pdi_svg *svg, const char *path)
 {
     pd_file file;
-    pdi_svg_clip(svg, 0, 0, 0, 0);
-    pdi_svg_string(svg, "</svg>\n");
+    pdi_svg_set_clip(svg, 0, 0, 0, 0);
+    pdi_svg_add_string(svg, "</svg>\n");
     if (svg->status != PD_OK) return svg->status;
     PDI_TRY(pdi_file_create(svg->ctx, path, &file));
     pd_status status = pdi_file_write(svg->ctx, &file, svg->text.data, svg->text.size);
@@ -225,5 +225,5 @@ PDI_FN void pdi_svg_free(pdi_svg *svg)
     memset(svg, 0, sizeof *svg);
 }
 
-#undef PDI_SVG_FONT
-#undef PDI_SVG_LARGEST
+#undef PDI_SVG_FONT_SIZE
+#undef PDI_SVG_MAX_COORDINATE

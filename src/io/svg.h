@@ -9,34 +9,34 @@ typedef struct pdi_svg {
     pd_ctx *ctx;
     pdi_bytes text;
     pd_status status;
-    int clips;    /* number of clip rectangles so far */
-    int clipped;  /* 1: a clip rectangle is set */
-    double at[2]; /* [pixel] end of the last stroke of the open path */
-    int strokes;  /* number of strokes of the open path */
+    int clip_count;     /* number of clip rectangles so far */
+    int clip_open;      /* 1: a clip rectangle is set */
+    double path_end[2]; /* [pixel] end of the last stroke of the open path */
+    int stroke_count;   /* number of strokes of the open path */
 } pdi_svg;
 
 /* Begin a drawing on a white background. In all functions lengths are in pixels, colours 0xRRGGBB. */
 PDI_FN void pdi_svg_begin(pd_ctx *ctx, int width, int height, pdi_svg *svg);
 /* Add a filled rectangle. */
-PDI_FN void pdi_svg_rectangle(pdi_svg *svg, int left, int top, int width, int height, uint32_t colour);
+PDI_FN void pdi_svg_add_rectangle(pdi_svg *svg, int left, int top, int width, int height, uint32_t colour);
 /* Add the outline of a rectangle. */
-PDI_FN void pdi_svg_frame(pdi_svg *svg, double left, double top, double width, double height, uint32_t colour);
+PDI_FN void pdi_svg_add_frame(pdi_svg *svg, double left, double top, double width, double height, uint32_t colour);
 /* Add a straight line with round ends. */
-PDI_FN void pdi_svg_line(pdi_svg *svg, double xa, double ya, double xb, double yb, double width, uint32_t colour);
+PDI_FN void pdi_svg_add_line(pdi_svg *svg, double xa, double ya, double xb, double yb, double width, uint32_t colour);
 /* Begin a path of straight strokes (commands M and L); then add strokes and end it. */
-PDI_FN void pdi_svg_path(pdi_svg *svg);
+PDI_FN void pdi_svg_begin_path(pdi_svg *svg);
 /* Add a stroke from (xa, ya) to (xb, yb) to the path. */
-PDI_FN void pdi_svg_stroke(pdi_svg *svg, double xa, double ya, double xb, double yb);
+PDI_FN void pdi_svg_add_stroke(pdi_svg *svg, double xa, double ya, double xb, double yb);
 /* End the path and set its line width and colour. */
-PDI_FN void pdi_svg_path_end(pdi_svg *svg, double width, uint32_t colour);
+PDI_FN void pdi_svg_end_path(pdi_svg *svg, double width, uint32_t colour);
 /* Add a UTF-8 text with (x, y) on its baseline. anchor: "start", "middle" or "end"; upward 1: rotated to read upward.
  * Characters that XML does not allow become question marks. */
-PDI_FN void pdi_svg_text(pdi_svg *svg, double x, double y, const char *anchor, int upward, int bold, uint32_t colour,
-                         const char *text);
+PDI_FN void pdi_svg_add_text(pdi_svg *svg, double x, double y, const char *anchor, int upward, int bold,
+                             uint32_t colour, const char *text);
 /* Embed an image, as PNG in base64, with its upper left corner at (left, top). */
-PDI_FN void pdi_svg_image(pdi_svg *svg, int left, int top, const pd_image *image);
+PDI_FN void pdi_svg_add_image(pdi_svg *svg, int left, int top, const pd_image *image);
 /* Clip what follows to the rectangle, until the next call; width 0: no clipping. */
-PDI_FN void pdi_svg_clip(pdi_svg *svg, int left, int top, int width, int height);
+PDI_FN void pdi_svg_set_clip(pdi_svg *svg, int left, int top, int width, int height);
 /* End the drawing and write it to a file. Returns the first failure. */
 PDI_FN pd_status pdi_svg_write(pdi_svg *svg, const char *path);
 /* Free the drawing. */

@@ -4,14 +4,14 @@
 #include <stdio.h>
 #include <string.h>
 
-#define PDI_VTI_TEXT 2048 /* [byte] buffer for a name or the header */
+#define PDI_VTI_TEXT_SIZE 2048 /* [byte] buffer for a name or the header */
 
 /* VTK name and size [byte] of each number type. */
-static const char *const pdi_vti_names[4] = {"Float64", "Float32", "UInt8", "Int32"};
-static const size_t pdi_vti_sizes[4] = {8, 4, 1, 4};
+static const char *const pdi_vti_type_names[4] = {"Float64", "Float32", "UInt8", "Int32"};
+static const size_t pdi_vti_type_sizes[4] = {8, 4, 1, 4};
 
 /* Byte order of the machine as VTK names it. */
-static const char *pdi_vti_byte_order(void)
+static const char *pdi_vti_get_byte_order(void)
 {
     const uint16_t probe = 1;
     uint8_t first;
@@ -20,7 +20,7 @@ static const char *pdi_vti_byte_order(void)
 }
 
 /* Escape a text for an XML attribute. Returns 0 when it does not fit or holds a control character. */
-static int pdi_vti_escape(const char *text, char *out, size_t size)
+static int pdi_vti_escape_xml(const char *text, char *out, size_t size)
 {
     size_t used = 0;
     for (; *text; text++) {
@@ -37,10 +37,10 @@ static int pdi_vti_escape(const char *text, char *out, size_t size)
 }
 
 /* Number of components in the file: 3 of a vector, 1 of a scalar. */
-static size_t pdi_vti_components(const pd_vti_field *field) { return field->vector ? 3 : 1; }
+static size_t pdi_vti_count_components(const pd_vti_field *field) { return field->vector ? 3 : 1; }
 
 /* Number of cells of the box. */
-static int64_t pdi_vti_cells(const pd_grid *grid)
+static int64_t pdi_vti_count_cells(const pd_grid *grid)
 {
     int64_t cells = 1;
     for (int d = 0; d < PD_DIM; d++) cells *= grid->n[d];
@@ -48,9 +48,10 @@ static int64_t pdi_vti_cells(const pd_grid *grid)
 }
 
 /* Check the time, the grid and the fields. */
-static pd_status pdi_vti_check(pd_ctx *ctx, const pd_grid *grid, double time, const pd_vti_field *fields, int count)
+static pd_status pdi_vti_check_fields(pd_ctx *ctx, const pd_grid *grid, double time, const pd_vti_field *fields,
+                                      int count)
 {
-    char name[PDI_VTI_TEXT];
+    char name[PDI_VTI_TEXT_SIZE];
     if (isnan(time) || isinf(time)) return pdi_fail(ctx, PD_ERR_ARGUMENT, "vti", "the time is %g", time);
     if (count < 0 || (count > 0 && !fields)) return pdi_fail(ctx, PD_ERR_ARGUMENT, "vti", "%d fields", count);
     for (int d = 0; d < PD_DIM; d++)
@@ -58,7 +59,7 @@ static pd_status pdi_vti_check(pd_ctx *ctx, const pd_grid *grid, double time, co
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "vti", "axis %d has %d cells of %g m", d, grid->n[d], grid->h[d]);
     for (int k = 0; k < count; k++) {
         const pd_vti_field *f = &fields[k];
-        if (!f->name || !f->name[0] || !pdi_vti_escape(f->name, name, 256))
+        if (!f->name || !f->name[0] || !pdi_vti_escape_xml(f->name, name, 256))
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "vti", "field %d has no usable name", k);
         if (!f->data || (int)f->type < 0 || (int)f->type > PD_VTI_INT32)
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "vti", "field '%s' has no data or an unknown type", f->name);
@@ -70,9 +71,9 @@ static pd_status pdi_vti_check(pd_ctx *ctx, const pd_grid *grid, double time, co
 }
 
 /* Convert one component of a field at a node to the number type of the file; components beyond PD_DIM are 0. */
-static void pdi_vti_element(const pd_grid *grid, const pd_vti_field *f, int component, int32_t node, uint8_t *out)
+static void pdi_vti_convert_value(const pd_grid *grid, const pd_vti_field *f, int component, int32_t node, uint8_t *out)
 {
-    size_t size = pdi_vti_sizes[f->type];
+    size_t size = pdi_vti_type_sizes[f->type];
     if (component >= (f->vector ? PD_DIM : 1)) {
         memset(out, 0, size); /* all types have zero as zero bytes */
         return;
@@ -88,20 +89,21 @@ static void pdi_vti_element(const pd_grid *grid, const pd_vti_field *f, int comp
 }
 
 /* Write the data of a field, one row of the box (axis 0) at a time. row: buffer. */
-static pd_status pdi_vti_data(pd_ctx *ctx, pd_file *file, const pd_grid *grid, const pd_vti_field *f, uint8_t *row)
+static pd_status pdi_vti_write_data(pd_ctx *ctx, pd_file *file, const pd_grid *grid, const pd_vti_field *f,
+                                    uint8_t *row)
 {
-    size_t size = pdi_vti_sizes[f->type], components = pdi_vti_components(f);
-    uint64_t bytes = (uint64_t)pdi_vti_cells(grid) * components * size;
-    int64_t rows = pdi_vti_cells(grid) / grid->n[0];
+    size_t size = pdi_vti_type_sizes[f->type], components = pdi_vti_count_components(f);
+    uint64_t bytes = (uint64_t)pdi_vti_count_cells(grid) * components * size;
+    int64_t rows = pdi_vti_count_cells(grid) / grid->n[0];
     int index[PD_DIM] = {0};
     PDI_TRY(pdi_file_write(ctx, file, &bytes, sizeof bytes));
     for (int64_t r = 0; r < rows; r++) {
         int32_t node = grid->ghost;
-        PDI_TRY(pdi_poll(ctx, "vti", r));
+        PDI_TRY(pdi_check_cancel(ctx, "vti", r));
         for (int d = 1; d < PD_DIM; d++) node += (index[d] + grid->ghost) * grid->stride[d];
         uint8_t *out = row;
         for (int i = 0; i < grid->n[0]; i++)
-            for (int c = 0; c < (int)components; c++, out += size) pdi_vti_element(grid, f, c, node + i, out);
+            for (int c = 0; c < (int)components; c++, out += size) pdi_vti_convert_value(grid, f, c, node + i, out);
         PDI_TRY(pdi_file_write(ctx, file, row, (size_t)(out - row)));
         for (int d = 1; d < PD_DIM; d++) {
             if (++index[d] < grid->n[d]) break;
@@ -112,9 +114,9 @@ static pd_status pdi_vti_data(pd_ctx *ctx, pd_file *file, const pd_grid *grid, c
 }
 
 /* Write the XML header: extent, origin, spacing, time. */
-static pd_status pdi_vti_head(pd_ctx *ctx, pd_file *file, const pd_grid *grid, double time)
+static pd_status pdi_vti_write_header(pd_ctx *ctx, pd_file *file, const pd_grid *grid, double time)
 {
-    char text[PDI_VTI_TEXT], extent[96], number[7][PDI_NUMBER_SIZE];
+    char text[PDI_VTI_TEXT_SIZE], extent[96], number[7][PDI_FILE_NUMBER_SIZE];
     int n[3] = {1, 1, 1};
     double h[3], lo[3] = {0, 0, 0}, thin = grid->h[0];
     for (int d = 1; d < PD_DIM; d++) thin = pdi_min(thin, grid->h[d]);
@@ -124,10 +126,10 @@ static pd_status pdi_vti_head(pd_ctx *ctx, pd_file *file, const pd_grid *grid, d
             n[d] = grid->n[d % PD_DIM];
             lo[d] = grid->lo[d % PD_DIM];
         }
-        pdi_file_number(lo[d], number[d]);
-        pdi_file_number(h[d], number[3 + d]);
+        pdi_file_format_number(lo[d], number[d]);
+        pdi_file_format_number(h[d], number[3 + d]);
     }
-    pdi_file_number(time, number[6]);
+    pdi_file_format_number(time, number[6]);
     snprintf(extent, sizeof extent, "0 %d 0 %d 0 %d", n[0], n[1], n[2]);
     snprintf(text, sizeof text,
              "<?xml version=\"1.0\"?>\n"
@@ -136,39 +138,40 @@ static pd_status pdi_vti_head(pd_ctx *ctx, pd_file *file, const pd_grid *grid, d
              "    <FieldData>\n"
              "      <DataArray type=\"Float64\" Name=\"TimeValue\" NumberOfTuples=\"1\" format=\"ascii\">%s"
              "</DataArray>\n",
-             pdi_vti_byte_order(), extent, number[0], number[1], number[2], number[3], number[4], number[5],
+             pdi_vti_get_byte_order(), extent, number[0], number[1], number[2], number[3], number[4], number[5],
              number[6]);
-    return pdi_file_text(ctx, file, text);
+    return pdi_file_write_text(ctx, file, text);
 }
 
 /* Write the names of the values of a field as a VTK string array: byte codes in text, 0 after each name. */
-static pd_status pdi_vti_codes(pd_ctx *ctx, pd_file *file, const pd_vti_field *f)
+static pd_status pdi_vti_write_value_names(pd_ctx *ctx, pd_file *file, const pd_vti_field *f)
 {
-    char text[PDI_VTI_TEXT], name[256];
-    pdi_vti_escape(f->name, name, sizeof name);
+    char text[PDI_VTI_TEXT_SIZE], name[256];
+    pdi_vti_escape_xml(f->name, name, sizeof name);
     snprintf(text, sizeof text,
              "      <Array type=\"String\" Name=\"%s_names\" NumberOfTuples=\"%d\" format=\"ascii\">", name,
              f->code_count);
-    PDI_TRY(pdi_file_text(ctx, file, text));
+    PDI_TRY(pdi_file_write_text(ctx, file, text));
     for (int k = 0; k < f->code_count; k++) {
         for (const char *c = f->codes[k]; *c; c++) {
             snprintf(text, sizeof text, "%d ", (int)(unsigned char)*c);
-            PDI_TRY(pdi_file_text(ctx, file, text));
+            PDI_TRY(pdi_file_write_text(ctx, file, text));
         }
-        PDI_TRY(pdi_file_text(ctx, file, "0 "));
+        PDI_TRY(pdi_file_write_text(ctx, file, "0 "));
     }
-    return pdi_file_text(ctx, file, "</Array>\n");
+    return pdi_file_write_text(ctx, file, "</Array>\n");
 }
 
 /* Write the string arrays, and open the piece and its cell data with the active scalar and vector. */
-static pd_status pdi_vti_open(pd_ctx *ctx, pd_file *file, const pd_grid *grid, const pd_vti_field *fields, int count)
+static pd_status pdi_vti_begin_cell_data(pd_ctx *ctx, pd_file *file, const pd_grid *grid, const pd_vti_field *fields,
+                                         int count)
 {
-    char text[PDI_VTI_TEXT], name[256], active[2][256] = {"", ""};
+    char text[PDI_VTI_TEXT_SIZE], name[256], active[2][256] = {"", ""};
     int n[3] = {1, 1, 1};
     for (int k = 0; k < count; k++) {
-        if (fields[k].codes) PDI_TRY(pdi_vti_codes(ctx, file, &fields[k]));
+        if (fields[k].codes) PDI_TRY(pdi_vti_write_value_names(ctx, file, &fields[k]));
         int vector = fields[k].vector != 0;
-        pdi_vti_escape(fields[k].name, name, sizeof name);
+        pdi_vti_escape_xml(fields[k].name, name, sizeof name);
         if (!active[vector][0]) memcpy(active[vector], name, sizeof name);
     }
     for (int d = 0; d < PD_DIM; d++) n[d] = grid->n[d];
@@ -178,42 +181,42 @@ static pd_status pdi_vti_open(pd_ctx *ctx, pd_file *file, const pd_grid *grid, c
              "      <CellData%s%s%s%s%s%s>\n",
              n[0], n[1], n[2], active[0][0] ? " Scalars=\"" : "", active[0], active[0][0] ? "\"" : "",
              active[1][0] ? " Vectors=\"" : "", active[1], active[1][0] ? "\"" : "");
-    return pdi_file_text(ctx, file, text);
+    return pdi_file_write_text(ctx, file, text);
 }
 
 /* Write the DataArray tag of a field; offset [byte] in the appended data. */
-static pd_status pdi_vti_entry(pd_ctx *ctx, pd_file *file, const pd_vti_field *f, uint64_t offset)
+static pd_status pdi_vti_write_array_tag(pd_ctx *ctx, pd_file *file, const pd_vti_field *f, uint64_t offset)
 {
-    char text[PDI_VTI_TEXT], name[256], unit[64] = "";
-    pdi_vti_escape(f->name, name, sizeof name);
-    if (f->unit && !pdi_vti_escape(f->unit, unit, sizeof unit)) unit[0] = 0;
+    char text[PDI_VTI_TEXT_SIZE], name[256], unit[64] = "";
+    pdi_vti_escape_xml(f->name, name, sizeof name);
+    if (f->unit && !pdi_vti_escape_xml(f->unit, unit, sizeof unit)) unit[0] = 0;
     snprintf(text, sizeof text,
              "        <DataArray type=\"%s\" Name=\"%s\" NumberOfComponents=\"%d\" format=\"appended\" "
              "offset=\"%.0f\"",
-             pdi_vti_names[f->type], name, (int)pdi_vti_components(f), (double)offset);
-    PDI_TRY(pdi_file_text(ctx, file, text));
-    if (!unit[0]) return pdi_file_text(ctx, file, "/>\n");
+             pdi_vti_type_names[f->type], name, (int)pdi_vti_count_components(f), (double)offset);
+    PDI_TRY(pdi_file_write_text(ctx, file, text));
+    if (!unit[0]) return pdi_file_write_text(ctx, file, "/>\n");
     snprintf(text, sizeof text,
              "><InformationKey name=\"UNITS_LABEL\" location=\"vtkDataArray\">%s</InformationKey></DataArray>\n", unit);
-    return pdi_file_text(ctx, file, text);
+    return pdi_file_write_text(ctx, file, text);
 }
 
 /* Write the whole file. */
-static pd_status pdi_vti_body(pd_ctx *ctx, pd_file *file, const pd_grid *grid, double time,
-                              const pd_vti_field *fields, int count, uint8_t *row)
+static pd_status pdi_vti_write_file(pd_ctx *ctx, pd_file *file, const pd_grid *grid, double time,
+                                    const pd_vti_field *fields, int count, uint8_t *row)
 {
     uint64_t offset = 0;
-    PDI_TRY(pdi_vti_head(ctx, file, grid, time));
-    PDI_TRY(pdi_vti_open(ctx, file, grid, fields, count));
+    PDI_TRY(pdi_vti_write_header(ctx, file, grid, time));
+    PDI_TRY(pdi_vti_begin_cell_data(ctx, file, grid, fields, count));
     for (int k = 0; k < count; k++) {
         const pd_vti_field *f = &fields[k];
-        PDI_TRY(pdi_vti_entry(ctx, file, f, offset));
-        offset += 8 + (uint64_t)pdi_vti_cells(grid) * pdi_vti_components(f) * pdi_vti_sizes[f->type];
+        PDI_TRY(pdi_vti_write_array_tag(ctx, file, f, offset));
+        offset += 8 + (uint64_t)pdi_vti_count_cells(grid) * pdi_vti_count_components(f) * pdi_vti_type_sizes[f->type];
     }
-    PDI_TRY(pdi_file_text(ctx, file,
-                          "      </CellData>\n    </Piece>\n  </ImageData>\n  <AppendedData encoding=\"raw\">\n_"));
-    for (int k = 0; k < count; k++) PDI_TRY(pdi_vti_data(ctx, file, grid, &fields[k], row));
-    return pdi_file_text(ctx, file, "\n  </AppendedData>\n</VTKFile>\n");
+    PDI_TRY(pdi_file_write_text(
+        ctx, file, "      </CellData>\n    </Piece>\n  </ImageData>\n  <AppendedData encoding=\"raw\">\n_"));
+    for (int k = 0; k < count; k++) PDI_TRY(pdi_vti_write_data(ctx, file, grid, &fields[k], row));
+    return pdi_file_write_text(ctx, file, "\n  </AppendedData>\n</VTKFile>\n");
 }
 
 pd_status pd_vti_write(pd_ctx *ctx, const char *path, const pd_grid *grid, double time, const pd_vti_field *fields,
@@ -221,12 +224,12 @@ pd_status pd_vti_write(pd_ctx *ctx, const char *path, const pd_grid *grid, doubl
 {
     pd_file file;
     uint8_t *row = NULL;
-    PDI_TRY(pdi_vti_check(ctx, grid, time, fields, count));
+    PDI_TRY(pdi_vti_check_fields(ctx, grid, time, fields, count));
     size_t row_bytes = (size_t)grid->n[0] * 3 * 8;
     PDI_TRY(PDI_NEW(ctx, "vti", row_bytes, row));
     pd_status status = pdi_file_create(ctx, path, &file);
     if (status == PD_OK) {
-        status = pdi_vti_body(ctx, &file, grid, time, fields, count, row);
+        status = pdi_vti_write_file(ctx, &file, grid, time, fields, count, row);
         if (status == PD_OK) status = pdi_file_commit(ctx, &file);
         else pdi_file_abandon(&file);
     }
@@ -253,7 +256,7 @@ PDI_FN void pdi_pvd_free(pd_ctx *ctx, pd_pvd *pvd)
 }
 
 /* Path of a file relative to the folder of the collection, where it lies below that. */
-static const char *pdi_vti_relative(const pd_pvd *pvd, const char *file)
+static const char *pdi_vti_relative_path(const pd_pvd *pvd, const char *file)
 {
     size_t length = strlen(pvd->path);
     while (length > 0 && !pdi_file_is_separator(pvd->path[length - 1])) length--;
@@ -261,34 +264,34 @@ static const char *pdi_vti_relative(const pd_pvd *pvd, const char *file)
 }
 
 /* Write the collection file. */
-static pd_status pdi_vti_save_series(pd_ctx *ctx, const pd_pvd *pvd)
+static pd_status pdi_vti_write_collection(pd_ctx *ctx, const pd_pvd *pvd)
 {
     char head[160];
     pd_file file;
     snprintf(head, sizeof head,
              "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"%s\">\n"
              "  <Collection>\n",
-             pdi_vti_byte_order());
+             pdi_vti_get_byte_order());
     PDI_TRY(pdi_file_create(ctx, pvd->path, &file));
-    pd_status status = pdi_file_text(ctx, &file, head);
+    pd_status status = pdi_file_write_text(ctx, &file, head);
     if (status == PD_OK) status = pdi_file_write(ctx, &file, pvd->entries, pvd->size);
-    if (status == PD_OK) status = pdi_file_text(ctx, &file, "  </Collection>\n</VTKFile>\n");
+    if (status == PD_OK) status = pdi_file_write_text(ctx, &file, "  </Collection>\n</VTKFile>\n");
     if (status == PD_OK) return pdi_file_commit(ctx, &file);
     pdi_file_abandon(&file);
     return status;
 }
 
-PDI_FN pd_status pdi_pvd_add(pd_ctx *ctx, pd_pvd *pvd, double time, const char *file)
+PDI_FN pd_status pdi_pvd_add_file(pd_ctx *ctx, pd_pvd *pvd, double time, const char *file)
 {
-    char line[PDI_VTI_TEXT + 128], name[PDI_VTI_TEXT], stamp[PDI_NUMBER_SIZE];
+    char line[PDI_VTI_TEXT_SIZE + 128], name[PDI_VTI_TEXT_SIZE], stamp[PDI_FILE_NUMBER_SIZE];
     if (!pvd->path[0]) return pdi_fail(ctx, PD_ERR_ARGUMENT, "pvd", "the collection was not started by pdi_pvd_init");
     if (isnan(time) || isinf(time)) return pdi_fail(ctx, PD_ERR_ARGUMENT, "pvd", "%s: the time is %g", file, time);
     if (pvd->count && !(time > pvd->last))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "pvd", "%s: time %.17g s does not follow %.17g s, times must increase",
                         file, time, pvd->last);
-    if (!pdi_vti_escape(pdi_vti_relative(pvd, file), name, sizeof name))
+    if (!pdi_vti_escape_xml(pdi_vti_relative_path(pvd, file), name, sizeof name))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "pvd", "the file name '%.80s' cannot be listed", file);
-    pdi_file_number(time, stamp);
+    pdi_file_format_number(time, stamp);
     size_t length = (size_t)snprintf(line, sizeof line,
                                      "    <DataSet timestep=\"%s\" group=\"\" part=\"0\" file=\"%s\"/>\n", stamp, name);
     if (pvd->size + length > pvd->capacity) {
@@ -298,7 +301,7 @@ PDI_FN pd_status pdi_pvd_add(pd_ctx *ctx, pd_pvd *pvd, double time, const char *
     }
     memcpy(pvd->entries + pvd->size, line, length);
     pvd->size += length;
-    pd_status status = pdi_vti_save_series(ctx, pvd);
+    pd_status status = pdi_vti_write_collection(ctx, pvd);
     if (status != PD_OK) {
         pvd->size -= length; /* the collection stays as it is on disk */
         return status;
@@ -311,13 +314,13 @@ PDI_FN pd_status pdi_pvd_add(pd_ctx *ctx, pd_pvd *pvd, double time, const char *
 PDI_FN pd_status pdi_pvd_store(pd_ctx *ctx, pd_pvd *pvd, pd_archive *archive)
 {
     int64_t size = (int64_t)pvd->size;
-    PDI_TRY(PDI_KEEP(ctx, archive, "collection.last", &pvd->last, 1));
-    PDI_TRY(PDI_KEEP(ctx, archive, "collection.count", &pvd->count, 1));
-    PDI_TRY(PDI_KEEP(ctx, archive, "collection.size", &size, 1));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "collection.last", &pvd->last, 1));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "collection.count", &pvd->count, 1));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "collection.size", &size, 1));
     if (size > (int64_t)pvd->capacity) {
         PDI_TRY(PDI_GROW(ctx, "pvd", pvd->capacity, size, pvd->entries));
         pvd->capacity = (size_t)size;
     }
     pvd->size = (size_t)size;
-    return PDI_KEEP(ctx, archive, "collection", pvd->entries, size);
+    return PDI_ARCHIVE_ARRAY(ctx, archive, "collection", pvd->entries, size);
 }

@@ -53,7 +53,7 @@ PD_API pd_status pd_vti_write(pd_ctx *ctx, const char *path, const pd_grid *grid
 PDI_FN pd_status pdi_pvd_init(pd_ctx *ctx, const char *path, pd_pvd *pvd);
 /* Add a file at time [s] and rewrite the collection. Times must increase: PD_ERR_ARGUMENT. A file in the folder of the
  * collection is listed by its name alone, so that the folder can be moved. */
-PDI_FN pd_status pdi_pvd_add(pd_ctx *ctx, pd_pvd *pvd, double time, const char *file);
+PDI_FN pd_status pdi_pvd_add_file(pd_ctx *ctx, pd_pvd *pvd, double time, const char *file);
 /* Free the collection. A zeroed one is allowed. */
 PDI_FN void pdi_pvd_free(pd_ctx *ctx, pd_pvd *pvd);
 /* Write the entries of the collection to a checkpoint, or read them back into an empty collection. */

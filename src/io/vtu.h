@@ -8,12 +8,12 @@
 #ifndef PD_VTU_H
 #define PD_VTU_H
 #include "io/points.h"
-#include "io/scan.h"
-#include "io/skin.h"
+#include "io/tokenizer.h"
+#include "io/boundary_faces.h"
 
 #ifdef PDI_INTERNAL
 /* Add the cells or points of all pieces of the grid; lengths times scale are in metres. PD_ERR_PARSE with path:line. */
-PDI_FN pd_status pdi_vtu_read(pdi_scan *scan, double scale, pd_points *points);
+PDI_FN pd_status pdi_vtu_read(pdi_tokenizer *scan, double scale, pd_points *points);
 #endif
 
 #endif

@@ -4,23 +4,23 @@
 #include <string.h>
 
 #define PDI_ZLIB_WINDOW 32768 /* [byte] how far back a match may lie */
-#define PDI_ZLIB_CHAIN 64       /* maximum length of a hash chain that is searched */
+#define PDI_ZLIB_MAX_CHAIN 64 /* maximum length of a hash chain that is searched */
 #define PDI_ZLIB_MAX_MATCH 258 /* [byte] longest match */
-#define PDI_ZLIB_BLOCK 16384    /* symbols per block */
-#define PDI_ZLIB_LONG 64        /* [byte] a match of this length is taken without looking for a longer one */
-#define PDI_ZLIB_ENDING 16      /* [byte] end of such a match whose positions enter the hash chains */
+#define PDI_ZLIB_BLOCK_SYMBOLS 16384 /* symbols per block */
+#define PDI_ZLIB_GOOD_MATCH 64       /* [byte] a match of this length is taken without looking for a longer one */
+#define PDI_ZLIB_MATCH_END_SIZE 16   /* [byte] end of such a match whose positions enter the hash chains */
 #define PDI_ZLIB_LITERALS 286 /* number of literal and length codes (RFC 1951, 3.2.5) */
 #define PDI_ZLIB_DISTANCES 30 /* number of distance codes */
 #define PDI_ZLIB_LENGTH_CODES 19 /* number of codes for code lengths */
-#define PDI_ZLIB_FIXED 288 /* number of fixed literal codes (RFC 1951, 3.2.6) */
-#define PDI_ZLIB_CRC_LONG 8192 /* [byte] size from which a CRC uses tables */
-#define PDI_ZLIB_PIECE 262144 /* [byte] chunk that one thread compresses at a time */
-#define PDI_ZLIB_BEFORE 8192 /* [byte] window before a chunk that its first matches may refer to */
-#define PDI_ZLIB_TEAM 4 /* maximum number of threads: each needs half a megabyte */
+#define PDI_ZLIB_FIXED_CODES 288 /* number of fixed literal codes (RFC 1951, 3.2.6) */
+#define PDI_ZLIB_CRC_TABLE_SIZE 8192 /* [byte] size from which a CRC uses tables */
+#define PDI_ZLIB_CHUNK_SIZE 262144   /* [byte] chunk that one thread compresses at a time */
+#define PDI_ZLIB_LOOKBACK 8192       /* [byte] window before a chunk that its first matches may refer to */
+#define PDI_ZLIB_MAX_THREADS 4       /* maximum number of threads: each needs half a megabyte */
 
 /* Order in which a dynamic block lists the lengths of its length codes (RFC 1951, 3.2.7). */
-static const uint8_t pdi_zlib_order[PDI_ZLIB_LENGTH_CODES] = {16, 17, 18, 0, 8,  7, 9,  6, 10, 5,
-                                                                    11, 4,  12, 3, 13, 2, 14, 1, 15};
+static const uint8_t pdi_zlib_length_order[PDI_ZLIB_LENGTH_CODES] = {16, 17, 18, 0, 8,  7, 9,  6, 10, 5,
+                                                                     11, 4,  12, 3, 13, 2, 14, 1, 15};
 
 /* ---- byte buffers and checksums ---- */
 
@@ -48,27 +48,27 @@ PDI_FN void pdi_bytes_free(pd_ctx *ctx, pdi_bytes *bytes)
 }
 
 /* Remainder of a byte for the reflected polynomial 0xEDB88320. */
-static uint32_t pdi_zlib_crc_byte(uint32_t byte)
+static uint32_t pdi_zlib_crc32_byte(uint32_t byte)
 {
     for (int bit = 0; bit < 8; bit++) byte = (byte >> 1) ^ (0xEDB88320u & (0u - (byte & 1u)));
     return byte;
 }
 
-static uint32_t pdi_zlib_word(const uint8_t *bytes)
+static uint32_t pdi_zlib_get_u32(const uint8_t *bytes)
 {
     return bytes[0] | (uint32_t)bytes[1] << 8 | (uint32_t)bytes[2] << 16 | (uint32_t)bytes[3] << 24;
 }
 
 /* CRC-32 of eight bytes at a time (slicing by 8: Kounavis and Berry, IEEE Trans. Comput. 57 (2008), 1550). */
-static uint32_t pdi_zlib_crc_words(uint32_t crc, const uint8_t *data, size_t words)
+static uint32_t pdi_zlib_crc32_words(uint32_t crc, const uint8_t *data, size_t words)
 {
     uint32_t table[8][256];
     for (uint32_t b = 0; b < 256; b++) {
-        table[0][b] = pdi_zlib_crc_byte(b);
-        for (int k = 1; k < 8; k++) table[k][b] = table[k - 1][b] >> 8 ^ pdi_zlib_crc_byte(table[k - 1][b] & 255);
+        table[0][b] = pdi_zlib_crc32_byte(b);
+        for (int k = 1; k < 8; k++) table[k][b] = table[k - 1][b] >> 8 ^ pdi_zlib_crc32_byte(table[k - 1][b] & 255);
     }
     for (; words; words--, data += 8) {
-        uint32_t first = crc ^ pdi_zlib_word(data), last = pdi_zlib_word(data + 4);
+        uint32_t first = crc ^ pdi_zlib_get_u32(data), last = pdi_zlib_get_u32(data + 4);
         crc = 0;
         for (int k = 0; k < 4; k++)
             crc ^= table[7 - k][first >> 8 * k & 255] ^ table[3 - k][last >> 8 * k & 255];
@@ -76,16 +76,16 @@ static uint32_t pdi_zlib_crc_words(uint32_t crc, const uint8_t *data, size_t wor
     return crc;
 }
 
-PDI_FN uint32_t pdi_zlib_crc(uint32_t crc, const uint8_t *data, size_t size)
+PDI_FN uint32_t pdi_zlib_crc32(uint32_t crc, const uint8_t *data, size_t size)
 {
-    size_t words = size < PDI_ZLIB_CRC_LONG ? 0 : size / 8;
+    size_t words = size < PDI_ZLIB_CRC_TABLE_SIZE ? 0 : size / 8;
     crc = ~crc;
-    if (words) crc = pdi_zlib_crc_words(crc, data, words);
-    for (size_t i = 8 * words; i < size; i++) crc = crc >> 8 ^ pdi_zlib_crc_byte((crc ^ data[i]) & 255);
+    if (words) crc = pdi_zlib_crc32_words(crc, data, words);
+    for (size_t i = 8 * words; i < size; i++) crc = crc >> 8 ^ pdi_zlib_crc32_byte((crc ^ data[i]) & 255);
     return ~crc;
 }
 
-PDI_FN uint32_t pdi_zlib_adler(const uint8_t *data, size_t size)
+PDI_FN uint32_t pdi_zlib_adler32(const uint8_t *data, size_t size)
 {
     enum { lanes = 16 };
     uint32_t a = 1, b = 0;
@@ -118,18 +118,18 @@ PDI_FN uint32_t pdi_zlib_adler(const uint8_t *data, size_t size)
 /* ---- compression ---- */
 
 /* [byte] Largest output of a chunk: 17 blocks at most, none longer than stored (fixed codes: 31 bits a symbol). */
-#define PDI_ZLIB_ROOM (PDI_ZLIB_PIECE + 256)
+#define PDI_ZLIB_OUTPUT_SIZE (PDI_ZLIB_CHUNK_SIZE + 256)
 
 typedef struct pdi_zlib_writer {
     int32_t head[PDI_ZLIB_WINDOW]; /* last position with this hash, -1: none */
     int32_t prev[PDI_ZLIB_WINDOW]; /* the one before, by position modulo the window */
-    uint32_t symbols[PDI_ZLIB_BLOCK]; /* literal, or distance << 16 | length */
+    uint32_t symbols[PDI_ZLIB_BLOCK_SYMBOLS]; /* literal, or distance << 16 | length */
     int symbol_count;
     size_t block_start;
     uint32_t literal_freq[PDI_ZLIB_LITERALS + 2], distance_freq[PDI_ZLIB_DISTANCES];
     uint64_t bits; /* bits that do not fill a byte yet */
     int bit_count;
-    uint8_t out[PDI_ZLIB_ROOM];
+    uint8_t out[PDI_ZLIB_OUTPUT_SIZE];
     size_t used; /* [byte] of out */
     const uint8_t *data;
     size_t start, size; /* begin and end of the chunk in data */
@@ -142,10 +142,10 @@ typedef struct pdi_zlib_codes {
 } pdi_zlib_codes;
 
 /* A length or distance as its code and extra bits (RFC 1951, 3.2.5). */
-typedef struct pdi_zlib_split {
+typedef struct pdi_zlib_coded_value {
     int code, extra_bits;
     uint32_t extra;
-} pdi_zlib_split;
+} pdi_zlib_coded_value;
 
 static int pdi_zlib_log2(uint32_t x)
 {
@@ -155,9 +155,9 @@ static int pdi_zlib_log2(uint32_t x)
 }
 
 /* Code 257..285 and extra bits of a match length: four codes have the same number of extra bits. */
-static pdi_zlib_split pdi_zlib_length_code(uint32_t length)
+static pdi_zlib_coded_value pdi_zlib_length_code(uint32_t length)
 {
-    pdi_zlib_split s = {0, 0, 0};
+    pdi_zlib_coded_value s = {0, 0, 0};
     uint32_t x = length - 3;
     if (length == PDI_ZLIB_MAX_MATCH) s.code = 285;
     else if (x < 8) s.code = 257 + (int)x;
@@ -171,9 +171,9 @@ static pdi_zlib_split pdi_zlib_length_code(uint32_t length)
 }
 
 /* Code 0..29 and extra bits of a distance: two codes have the same number of extra bits. */
-static pdi_zlib_split pdi_zlib_distance_code(uint32_t distance)
+static pdi_zlib_coded_value pdi_zlib_distance_code(uint32_t distance)
 {
-    pdi_zlib_split s = {0, 0, 0};
+    pdi_zlib_coded_value s = {0, 0, 0};
     uint32_t x = distance - 1;
     if (x < 4) s.code = (int)x;
     else {
@@ -185,7 +185,7 @@ static pdi_zlib_split pdi_zlib_distance_code(uint32_t distance)
     return s;
 }
 
-static void pdi_zlib_put(pdi_zlib_writer *s, uint32_t value, int count)
+static void pdi_zlib_write_bits(pdi_zlib_writer *s, uint32_t value, int count)
 {
     s->bits |= (uint64_t)value << s->bit_count;
     s->bit_count += count;
@@ -197,7 +197,7 @@ static void pdi_zlib_put(pdi_zlib_writer *s, uint32_t value, int count)
 }
 
 /* Code lengths of a Huffman tree by the two-queue method. Returns the longest. At least two symbols must occur. */
-static int pdi_zlib_tree(const uint32_t *freq, int n, uint8_t *lengths)
+static int pdi_zlib_huffman_lengths(const uint32_t *freq, int n, uint8_t *lengths)
 {
     int order[PDI_ZLIB_LITERALS + 2], parent[2 * (PDI_ZLIB_LITERALS + 2)], depth[2 * (PDI_ZLIB_LITERALS + 2)];
     uint64_t weight[2 * (PDI_ZLIB_LITERALS + 2)];
@@ -232,7 +232,7 @@ static int pdi_zlib_tree(const uint32_t *freq, int n, uint8_t *lengths)
 }
 
 /* Code lengths of at most `limit` bits: frequencies are flattened until the tree is shallow enough. freq is changed. */
-static void pdi_zlib_lengths(uint32_t *freq, int n, int limit, uint8_t *lengths)
+static void pdi_zlib_limit_lengths(uint32_t *freq, int n, int limit, uint8_t *lengths)
 {
     int used = 0;
     for (int i = 0; i < n; i++) used += freq[i] != 0;
@@ -242,13 +242,13 @@ static void pdi_zlib_lengths(uint32_t *freq, int n, int limit, uint8_t *lengths)
             freq[i] = 1;
             used++;
         }
-    while (pdi_zlib_tree(freq, n, lengths) > limit)
+    while (pdi_zlib_huffman_lengths(freq, n, lengths) > limit)
         for (int i = 0; i < n; i++)
             if (freq[i]) freq[i] = freq[i] / 4 + 1;
 }
 
 /* Canonical Huffman codes from their lengths (RFC 1951, 3.2.2), bit-reversed as they are sent. */
-static void pdi_zlib_canonical(const uint8_t *lengths, int n, uint16_t *codes)
+static void pdi_zlib_set_codes(const uint8_t *lengths, int n, uint16_t *codes)
 {
     uint32_t count[16] = {0}, next[16] = {0};
     for (int i = 0; i < n; i++) count[lengths[i]]++;
@@ -262,16 +262,16 @@ static void pdi_zlib_canonical(const uint8_t *lengths, int n, uint16_t *codes)
     }
 }
 
-static void pdi_zlib_fixed(pdi_zlib_codes *codes)
+static void pdi_zlib_set_fixed_codes(pdi_zlib_codes *codes)
 {
     for (int i = 0; i < 288; i++) codes->literal_len[i] = (uint8_t)(i < 144 ? 8 : i < 256 ? 9 : i < 280 ? 7 : 8);
     memset(codes->distance_len, 5, sizeof codes->distance_len);
-    pdi_zlib_canonical(codes->literal_len, 288, codes->literal);
-    pdi_zlib_canonical(codes->distance_len, PDI_ZLIB_DISTANCES, codes->distance);
+    pdi_zlib_set_codes(codes->literal_len, 288, codes->literal);
+    pdi_zlib_set_codes(codes->distance_len, PDI_ZLIB_DISTANCES, codes->distance);
 }
 
 /* Number of bits of the symbols of the current block with these codes, without extra bits. */
-static uint64_t pdi_zlib_cost(const pdi_zlib_writer *s, const pdi_zlib_codes *codes)
+static uint64_t pdi_zlib_count_bits(const pdi_zlib_writer *s, const pdi_zlib_codes *codes)
 {
     uint64_t bits = 0;
     for (int i = 0; i < PDI_ZLIB_LITERALS; i++) bits += (uint64_t)s->literal_freq[i] * codes->literal_len[i];
@@ -291,7 +291,7 @@ typedef struct pdi_zlib_header {
 static int pdi_zlib_token_bits(int token) { return token == 16 ? 2 : token == 17 ? 3 : token == 18 ? 7 : 0; }
 
 /* Run-length code the code lengths of a dynamic block (RFC 1951, 3.2.7). */
-static void pdi_zlib_tokens(const uint8_t *lengths, int n, pdi_zlib_header *header)
+static void pdi_zlib_encode_lengths(const uint8_t *lengths, int n, pdi_zlib_header *header)
 {
     header->token_count = 0;
     for (int i = 0; i < n;) {
@@ -322,12 +322,12 @@ static void pdi_zlib_plan_header(const pdi_zlib_codes *codes, pdi_zlib_header *h
     while (header->distances > 1 && !codes->distance_len[header->distances - 1]) header->distances--;
     memcpy(all, codes->literal_len, (size_t)header->literals);
     memcpy(all + header->literals, codes->distance_len, (size_t)header->distances);
-    pdi_zlib_tokens(all, header->literals + header->distances, header);
+    pdi_zlib_encode_lengths(all, header->literals + header->distances, header);
     for (int i = 0; i < header->token_count; i++) freq[header->token[i]]++;
-    pdi_zlib_lengths(freq, PDI_ZLIB_LENGTH_CODES, 7, header->length);
-    pdi_zlib_canonical(header->length, PDI_ZLIB_LENGTH_CODES, header->code);
+    pdi_zlib_limit_lengths(freq, PDI_ZLIB_LENGTH_CODES, 7, header->length);
+    pdi_zlib_set_codes(header->length, PDI_ZLIB_LENGTH_CODES, header->code);
     header->listed = PDI_ZLIB_LENGTH_CODES;
-    while (header->listed > 4 && !header->length[pdi_zlib_order[header->listed - 1]]) header->listed--;
+    while (header->listed > 4 && !header->length[pdi_zlib_length_order[header->listed - 1]]) header->listed--;
     header->bits = 14 + 3 * (uint64_t)header->listed;
     for (int i = 0; i < header->token_count; i++)
         header->bits += (uint64_t)(header->length[header->token[i]] + pdi_zlib_token_bits(header->token[i]));
@@ -335,14 +335,14 @@ static void pdi_zlib_plan_header(const pdi_zlib_codes *codes, pdi_zlib_header *h
 
 static void pdi_zlib_write_header(pdi_zlib_writer *s, const pdi_zlib_header *header)
 {
-    pdi_zlib_put(s, (uint32_t)(header->literals - 257), 5);
-    pdi_zlib_put(s, (uint32_t)(header->distances - 1), 5);
-    pdi_zlib_put(s, (uint32_t)(header->listed - 4), 4);
-    for (int i = 0; i < header->listed; i++) pdi_zlib_put(s, header->length[pdi_zlib_order[i]], 3);
+    pdi_zlib_write_bits(s, (uint32_t)(header->literals - 257), 5);
+    pdi_zlib_write_bits(s, (uint32_t)(header->distances - 1), 5);
+    pdi_zlib_write_bits(s, (uint32_t)(header->listed - 4), 4);
+    for (int i = 0; i < header->listed; i++) pdi_zlib_write_bits(s, header->length[pdi_zlib_length_order[i]], 3);
     for (int i = 0; i < header->token_count; i++) {
         int token = header->token[i];
-        pdi_zlib_put(s, header->code[token], header->length[token]);
-        pdi_zlib_put(s, header->extra[i], pdi_zlib_token_bits(token));
+        pdi_zlib_write_bits(s, header->code[token], header->length[token]);
+        pdi_zlib_write_bits(s, header->extra[i], pdi_zlib_token_bits(token));
     }
 }
 
@@ -351,37 +351,37 @@ static void pdi_zlib_write_symbols(pdi_zlib_writer *s, const pdi_zlib_codes *cod
     for (int i = 0; i < s->symbol_count; i++) {
         uint32_t length = s->symbols[i] & 0xffff, distance = s->symbols[i] >> 16;
         if (!distance) {
-            pdi_zlib_put(s, codes->literal[length], codes->literal_len[length]);
+            pdi_zlib_write_bits(s, codes->literal[length], codes->literal_len[length]);
             continue;
         }
-        pdi_zlib_split l = pdi_zlib_length_code(length), d = pdi_zlib_distance_code(distance);
-        pdi_zlib_put(s, codes->literal[l.code], codes->literal_len[l.code]);
-        pdi_zlib_put(s, l.extra, l.extra_bits);
-        pdi_zlib_put(s, codes->distance[d.code], codes->distance_len[d.code]);
-        pdi_zlib_put(s, d.extra, d.extra_bits);
+        pdi_zlib_coded_value l = pdi_zlib_length_code(length), d = pdi_zlib_distance_code(distance);
+        pdi_zlib_write_bits(s, codes->literal[l.code], codes->literal_len[l.code]);
+        pdi_zlib_write_bits(s, l.extra, l.extra_bits);
+        pdi_zlib_write_bits(s, codes->distance[d.code], codes->distance_len[d.code]);
+        pdi_zlib_write_bits(s, d.extra, d.extra_bits);
     }
-    pdi_zlib_put(s, codes->literal[256], codes->literal_len[256]);
+    pdi_zlib_write_bits(s, codes->literal[256], codes->literal_len[256]);
 }
 
 static void pdi_zlib_write_stored(pdi_zlib_writer *s, size_t length)
 {
-    if (s->bit_count) pdi_zlib_put(s, 0, 8 - s->bit_count);
-    pdi_zlib_put(s, (uint32_t)length, 16);
-    pdi_zlib_put(s, ~(uint32_t)length & 0xffff, 16);
+    if (s->bit_count) pdi_zlib_write_bits(s, 0, 8 - s->bit_count);
+    pdi_zlib_write_bits(s, (uint32_t)length, 16);
+    pdi_zlib_write_bits(s, ~(uint32_t)length & 0xffff, 16);
     if (length) memcpy(s->out + s->used, s->data + s->block_start, length);
     s->used += length;
 }
 
 /* End the current block and write it as the shortest of the three kinds. end: input position behind it; last 1: final
  * block. */
-static void pdi_zlib_flush(pdi_zlib_writer *s, size_t end, int last)
+static void pdi_zlib_write_block(pdi_zlib_writer *s, size_t end, int last)
 {
     pdi_zlib_codes dynamic, fixed;
     pdi_zlib_header header;
     size_t length = end - s->block_start;
     s->literal_freq[256] = 1;
-    pdi_zlib_fixed(&fixed);
-    uint64_t fixed_bits = pdi_zlib_cost(s, &fixed), stored_bits = ((uint64_t)length + 5) * 8, extra_bits = 0;
+    pdi_zlib_set_fixed_codes(&fixed);
+    uint64_t fixed_bits = pdi_zlib_count_bits(s, &fixed), stored_bits = ((uint64_t)length + 5) * 8, extra_bits = 0;
     for (int i = 0; i < PDI_ZLIB_LITERALS; i++)
         if (i >= 265 && i < 285) extra_bits += (uint64_t)s->literal_freq[i] * (uint64_t)((i - 261) / 4);
     for (int i = 4; i < PDI_ZLIB_DISTANCES; i++)
@@ -389,22 +389,22 @@ static void pdi_zlib_flush(pdi_zlib_writer *s, size_t end, int last)
     uint32_t literal_freq[PDI_ZLIB_LITERALS], distance_freq[PDI_ZLIB_DISTANCES];
     memcpy(literal_freq, s->literal_freq, sizeof literal_freq);
     memcpy(distance_freq, s->distance_freq, sizeof distance_freq);
-    pdi_zlib_lengths(literal_freq, PDI_ZLIB_LITERALS, 15, dynamic.literal_len);
-    pdi_zlib_lengths(distance_freq, PDI_ZLIB_DISTANCES, 15, dynamic.distance_len);
-    pdi_zlib_canonical(dynamic.literal_len, PDI_ZLIB_LITERALS, dynamic.literal);
-    pdi_zlib_canonical(dynamic.distance_len, PDI_ZLIB_DISTANCES, dynamic.distance);
+    pdi_zlib_limit_lengths(literal_freq, PDI_ZLIB_LITERALS, 15, dynamic.literal_len);
+    pdi_zlib_limit_lengths(distance_freq, PDI_ZLIB_DISTANCES, 15, dynamic.distance_len);
+    pdi_zlib_set_codes(dynamic.literal_len, PDI_ZLIB_LITERALS, dynamic.literal);
+    pdi_zlib_set_codes(dynamic.distance_len, PDI_ZLIB_DISTANCES, dynamic.distance);
     pdi_zlib_plan_header(&dynamic, &header);
-    uint64_t dynamic_bits = pdi_zlib_cost(s, &dynamic) + header.bits;
+    uint64_t dynamic_bits = pdi_zlib_count_bits(s, &dynamic) + header.bits;
     uint64_t coded_bits = (dynamic_bits < fixed_bits ? dynamic_bits : fixed_bits) + extra_bits;
-    pdi_zlib_put(s, (uint32_t)last, 1);
+    pdi_zlib_write_bits(s, (uint32_t)last, 1);
     if (length < 65536 && stored_bits < coded_bits) {
-        pdi_zlib_put(s, 0, 2);
+        pdi_zlib_write_bits(s, 0, 2);
         pdi_zlib_write_stored(s, length);
     } else if (fixed_bits <= dynamic_bits) {
-        pdi_zlib_put(s, 1, 2);
+        pdi_zlib_write_bits(s, 1, 2);
         pdi_zlib_write_symbols(s, &fixed);
     } else {
-        pdi_zlib_put(s, 2, 2);
+        pdi_zlib_write_bits(s, 2, 2);
         pdi_zlib_write_header(s, &header);
         pdi_zlib_write_symbols(s, &dynamic);
     }
@@ -412,10 +412,10 @@ static void pdi_zlib_flush(pdi_zlib_writer *s, size_t end, int last)
     memset(s->distance_freq, 0, sizeof s->distance_freq);
     s->symbol_count = 0;
     s->block_start = end;
-    PD_ASSERT(s->used + 8 <= PDI_ZLIB_ROOM);
+    PD_ASSERT(s->used + 8 <= PDI_ZLIB_OUTPUT_SIZE);
 }
 
-static void pdi_zlib_insert(pdi_zlib_writer *s, size_t pos)
+static void pdi_zlib_insert_position(pdi_zlib_writer *s, size_t pos)
 {
     if (pos + 3 > s->size) return;
     uint32_t key = (uint32_t)s->data[pos] | (uint32_t)s->data[pos + 1] << 8 | (uint32_t)s->data[pos + 2] << 16;
@@ -425,7 +425,7 @@ static void pdi_zlib_insert(pdi_zlib_writer *s, size_t pos)
 }
 
 /* Number of equal bytes at the start of two sequences, at most max_length. */
-static uint32_t pdi_zlib_common(const uint8_t *here, const uint8_t *there, uint32_t max_length)
+static uint32_t pdi_zlib_count_equal(const uint8_t *here, const uint8_t *there, uint32_t max_length)
 {
     uint32_t length = 0;
     for (uint64_t a, b; length + sizeof a <= max_length; length += (uint32_t)sizeof a) {
@@ -439,18 +439,18 @@ static uint32_t pdi_zlib_common(const uint8_t *here, const uint8_t *there, uint3
 
 /* Longest match of at least 3 bytes for the position just inserted; the nearest among equal ones. Returns its length or
  * 0. */
-static uint32_t pdi_zlib_match(const pdi_zlib_writer *s, size_t position, uint32_t *distance)
+static uint32_t pdi_zlib_find_match(const pdi_zlib_writer *s, size_t position, uint32_t *distance)
 {
     uint32_t best = 2, max_length = PDI_ZLIB_MAX_MATCH;
     if (position + 3 > s->size) return 0;
     if (s->size - position < max_length) max_length = (uint32_t)(s->size - position);
     const uint8_t *here = s->data + position;
     int32_t candidate = s->prev[position % PDI_ZLIB_WINDOW];
-    for (int tries = 0; tries < PDI_ZLIB_CHAIN && candidate >= 0; tries++) {
+    for (int tries = 0; tries < PDI_ZLIB_MAX_CHAIN && candidate >= 0; tries++) {
         if (position - (size_t)candidate > PDI_ZLIB_WINDOW - 1) break;
         const uint8_t *there = s->data + candidate;
         if (there[best] == here[best]) {
-            uint32_t length = pdi_zlib_common(here, there, max_length);
+            uint32_t length = pdi_zlib_count_equal(here, there, max_length);
             if (length > best) {
                 best = length;
                 *distance = (uint32_t)(position - (size_t)candidate);
@@ -465,43 +465,43 @@ static uint32_t pdi_zlib_match(const pdi_zlib_writer *s, size_t position, uint32
     return best < 3 || (best == 3 && *distance > 4096) ? 0 : best;
 }
 
-static void pdi_zlib_symbol(pdi_zlib_writer *s, uint32_t length, uint32_t distance, size_t end)
+static void pdi_zlib_add_symbol(pdi_zlib_writer *s, uint32_t length, uint32_t distance, size_t end)
 {
     s->symbols[s->symbol_count++] = distance << 16 | length;
     if (distance) {
         s->literal_freq[pdi_zlib_length_code(length).code]++;
         s->distance_freq[pdi_zlib_distance_code(distance).code]++;
     } else s->literal_freq[length]++;
-    if (s->symbol_count == PDI_ZLIB_BLOCK) pdi_zlib_flush(s, end, 0);
+    if (s->symbol_count == PDI_ZLIB_BLOCK_SYMBOLS) pdi_zlib_write_block(s, end, 0);
 }
 
 /* Compress a chunk: LZ77 with one step of lazy matching. */
-static void pdi_zlib_pack(pdi_zlib_writer *s)
+static void pdi_zlib_compress(pdi_zlib_writer *s)
 {
     size_t at = s->start;
     uint32_t length = 0, distance = 0;
     if (at < s->size) {
-        pdi_zlib_insert(s, at);
-        length = pdi_zlib_match(s, at, &distance);
+        pdi_zlib_insert_position(s, at);
+        length = pdi_zlib_find_match(s, at, &distance);
     }
     while (at < s->size) {
         uint32_t next = 0, next_distance = 0;
         if (at + 1 < s->size) {
-            pdi_zlib_insert(s, at + 1);
-            if (length < PDI_ZLIB_LONG) next = pdi_zlib_match(s, at + 1, &next_distance);
+            pdi_zlib_insert_position(s, at + 1);
+            if (length < PDI_ZLIB_GOOD_MATCH) next = pdi_zlib_find_match(s, at + 1, &next_distance);
         }
         if (length >= 3 && length >= next) {
-            pdi_zlib_symbol(s, length, distance, at + length);
-            for (uint32_t k = length < PDI_ZLIB_LONG ? 2 : length - PDI_ZLIB_ENDING; k < length; k++)
-                pdi_zlib_insert(s, at + k);
+            pdi_zlib_add_symbol(s, length, distance, at + length);
+            for (uint32_t k = length < PDI_ZLIB_GOOD_MATCH ? 2 : length - PDI_ZLIB_MATCH_END_SIZE; k < length; k++)
+                pdi_zlib_insert_position(s, at + k);
             at += length;
             length = 0;
             if (at < s->size) {
-                pdi_zlib_insert(s, at);
-                length = pdi_zlib_match(s, at, &distance);
+                pdi_zlib_insert_position(s, at);
+                length = pdi_zlib_find_match(s, at, &distance);
             }
         } else {
-            pdi_zlib_symbol(s, s->data[at], 0, at + 1);
+            pdi_zlib_add_symbol(s, s->data[at], 0, at + 1);
             at++;
             length = next;
             distance = next_distance;
@@ -510,27 +510,27 @@ static void pdi_zlib_pack(pdi_zlib_writer *s)
 }
 
 /* Compress chunk k of data[size]. All but the last one end with an empty stored block, and so with a whole byte. */
-static void pdi_zlib_piece(pdi_zlib_writer *s, const uint8_t *data, size_t size, size_t k)
+static void pdi_zlib_deflate_chunk(pdi_zlib_writer *s, const uint8_t *data, size_t size, size_t k)
 {
-    int last = size - k * PDI_ZLIB_PIECE <= PDI_ZLIB_PIECE;
+    int last = size - k * PDI_ZLIB_CHUNK_SIZE <= PDI_ZLIB_CHUNK_SIZE;
     memset(s->head, 0xff, sizeof s->head);
     s->used = 0;
     s->bit_count = 0;
     s->bits = 0;
     s->data = data;
-    s->block_start = s->start = k * PDI_ZLIB_PIECE;
-    s->size = last ? size : s->start + PDI_ZLIB_PIECE;
-    for (size_t at = k ? s->start - PDI_ZLIB_BEFORE : 0; at < s->start; at++) pdi_zlib_insert(s, at);
-    pdi_zlib_pack(s);
-    if (last || s->symbol_count) pdi_zlib_flush(s, s->size, last);
-    if (!last) pdi_zlib_put(s, 0, 3);
+    s->block_start = s->start = k * PDI_ZLIB_CHUNK_SIZE;
+    s->size = last ? size : s->start + PDI_ZLIB_CHUNK_SIZE;
+    for (size_t at = k ? s->start - PDI_ZLIB_LOOKBACK : 0; at < s->start; at++) pdi_zlib_insert_position(s, at);
+    pdi_zlib_compress(s);
+    if (last || s->symbol_count) pdi_zlib_write_block(s, s->size, last);
+    if (!last) pdi_zlib_write_bits(s, 0, 3);
     if (!last) pdi_zlib_write_stored(s, 0);
-    else if (s->bit_count) pdi_zlib_put(s, 0, 8 - s->bit_count);
-    s->adler = pdi_zlib_adler(data + s->start, s->size - s->start);
+    else if (s->bit_count) pdi_zlib_write_bits(s, 0, 8 - s->bit_count);
+    s->adler = pdi_zlib_adler32(data + s->start, s->size - s->start);
 }
 
 /* Adler-32 of two sequences from that of each; size [byte] of the second one. */
-static uint32_t pdi_zlib_join(uint32_t adler, uint32_t more, size_t size)
+static uint32_t pdi_zlib_combine_adler32(uint32_t adler, uint32_t more, size_t size)
 {
     uint32_t a = adler & 0xffff, b = adler >> 16, n = (uint32_t)(size % 65521);
     b = (uint32_t)((b + (more >> 16) + (uint64_t)n * (a + 65520)) % 65521); /* each byte adds a, and has counted 1 */
@@ -539,18 +539,18 @@ static uint32_t pdi_zlib_join(uint32_t adler, uint32_t more, size_t size)
 }
 
 /* Compress all chunks in parallel, as many at a time as there are writers, and append them to out. */
-static pd_status pdi_zlib_pieces(pd_ctx *ctx, pdi_zlib_writer *writer, int writers, const uint8_t *data, size_t size,
-                                 pdi_bytes *out)
+static pd_status pdi_zlib_deflate_chunks(pd_ctx *ctx, pdi_zlib_writer *writer, int writers, const uint8_t *data,
+                                         size_t size, pdi_bytes *out)
 {
-    size_t pieces = size ? (size - 1) / PDI_ZLIB_PIECE + 1 : 1;
+    size_t pieces = size ? (size - 1) / PDI_ZLIB_CHUNK_SIZE + 1 : 1;
     uint32_t adler = 1;
     for (size_t k = 0; k < pieces; k += (size_t)writers) {
         int count = pieces - k < (size_t)writers ? (int)(pieces - k) : writers;
         PDI_PARALLEL_FOR(writers)
-        for (int w = 0; w < count; w++) pdi_zlib_piece(&writer[w], data, size, k + (size_t)w);
+        for (int w = 0; w < count; w++) pdi_zlib_deflate_chunk(&writer[w], data, size, k + (size_t)w);
         for (int w = 0; w < count; w++) {
             PDI_TRY(pdi_bytes_add(ctx, out, writer[w].out, writer[w].used));
-            adler = pdi_zlib_join(adler, writer[w].adler, writer[w].size - writer[w].start);
+            adler = pdi_zlib_combine_adler32(adler, writer[w].adler, writer[w].size - writer[w].start);
         }
     }
     uint8_t tail[4] = {(uint8_t)(adler >> 24), (uint8_t)(adler >> 16), (uint8_t)(adler >> 8), (uint8_t)adler};
@@ -563,12 +563,12 @@ PDI_FN pd_status pdi_zlib_deflate(pd_ctx *ctx, const uint8_t *data, size_t size,
     if (size > (size_t)1 << 30)
         return pdi_fail(ctx, PD_ERR_SIZE, "zlib", "%.0f bytes are too many for one stream", (double)size);
     PDI_TRY(pdi_bytes_add(ctx, out, zlib_head, sizeof zlib_head));
-    int pieces = (int)(size / PDI_ZLIB_PIECE) + 1, writers = pdi_par_threads(ctx, (int64_t)size);
-    if (writers > PDI_ZLIB_TEAM) writers = PDI_ZLIB_TEAM;
+    int pieces = (int)(size / PDI_ZLIB_CHUNK_SIZE) + 1, writers = pdi_par_threads(ctx, (int64_t)size);
+    if (writers > PDI_ZLIB_MAX_THREADS) writers = PDI_ZLIB_MAX_THREADS;
     if (writers > pieces) writers = pieces;
     pdi_zlib_writer *writer = NULL;
     PDI_TRY(PDI_NEW(ctx, "zlib", writers, writer));
-    pd_status status = pdi_zlib_pieces(ctx, writer, writers, data, size, out);
+    pd_status status = pdi_zlib_deflate_chunks(ctx, writer, writers, data, size, out);
     PDI_DELETE(ctx, writers, writer);
     return status;
 }
@@ -577,36 +577,36 @@ PDI_FN pd_status pdi_zlib_deflate(pd_ctx *ctx, const uint8_t *data, size_t size,
 
 typedef struct pdi_zlib_reader {
     const uint8_t *data;
-    size_t size, at; /* [byte] length of data, and position */
+    size_t size, position; /* [byte] length of data, and position */
     uint32_t bits;
     int bit_count;
     uint8_t *out;
-    size_t out_size, out_at;
+    size_t out_size, out_position;
     const char *error; /* NULL: none so far */
 } pdi_zlib_reader;
 
 /* A canonical code set: how many codes of each length, and the symbols in the order of their codes. */
 typedef struct pdi_zlib_decoder {
     int count[16];
-    int symbol[PDI_ZLIB_FIXED];
+    int symbol[PDI_ZLIB_FIXED_CODES];
 } pdi_zlib_decoder;
 
 PDI_COLD_BEGIN
 /* Note an error, unless there is one already. Returns 0. */
-static int pdi_zlib_error(pdi_zlib_reader *s, const char *text)
+static int pdi_zlib_set_error(pdi_zlib_reader *s, const char *text)
 {
     if (!s->error) s->error = text;
     return 0;
 }
 
-static uint32_t pdi_zlib_get(pdi_zlib_reader *s, int count)
+static uint32_t pdi_zlib_read_bits(pdi_zlib_reader *s, int count)
 {
     while (s->bit_count < count) {
-        if (s->at >= s->size) {
-            pdi_zlib_error(s, "the compressed data end early");
+        if (s->position >= s->size) {
+            pdi_zlib_set_error(s, "the compressed data end early");
             return 0;
         }
-        s->bits |= (uint32_t)s->data[s->at++] << s->bit_count;
+        s->bits |= (uint32_t)s->data[s->position++] << s->bit_count;
         s->bit_count += 8;
     }
     uint32_t value = s->bits & ((1u << count) - 1);
@@ -617,7 +617,7 @@ static uint32_t pdi_zlib_get(pdi_zlib_reader *s, int count)
 
 /* Build a decoder from code lengths. Returns 1 for a complete code; a single code of one bit is allowed where
  * `single`. */
-static int pdi_zlib_decoder_prepare(pdi_zlib_decoder *codes, const uint8_t *lengths, int n, int single)
+static int pdi_zlib_build_decoder(pdi_zlib_decoder *codes, const uint8_t *lengths, int n, int single)
 {
     int offset[16], left = 1, used = 0;
     memset(codes->count, 0, sizeof codes->count);
@@ -640,7 +640,7 @@ static int pdi_zlib_read_symbol(pdi_zlib_reader *s, const pdi_zlib_decoder *code
 {
     int code = 0, first = 0, index = 0;
     for (int l = 1; l < 16; l++) {
-        code |= (int)pdi_zlib_get(s, 1);
+        code |= (int)pdi_zlib_read_bits(s, 1);
         if (s->error) return -1;
         int count = codes->count[l];
         if (code - count < first) return codes->symbol[index + (code - first)];
@@ -648,15 +648,16 @@ static int pdi_zlib_read_symbol(pdi_zlib_reader *s, const pdi_zlib_decoder *code
         first = (first + count) << 1;
         code <<= 1;
     }
-    pdi_zlib_error(s, "a code that was not defined");
+    pdi_zlib_set_error(s, "a code that was not defined");
     return -1;
 }
 
 static int pdi_zlib_read_copy(pdi_zlib_reader *s, uint32_t length, uint32_t distance)
 {
-    if (distance > s->out_at) return pdi_zlib_error(s, "a reference to before the start of the data");
-    if (length > s->out_size - s->out_at) return pdi_zlib_error(s, "more data than the picture holds");
-    for (uint32_t i = 0; i < length; i++, s->out_at++) s->out[s->out_at] = s->out[s->out_at - distance];
+    if (distance > s->out_position) return pdi_zlib_set_error(s, "a reference to before the start of the data");
+    if (length > s->out_size - s->out_position) return pdi_zlib_set_error(s, "more data than the picture holds");
+    for (uint32_t i = 0; i < length; i++, s->out_position++)
+        s->out[s->out_position] = s->out[s->out_position - distance];
     return 1;
 }
 
@@ -668,20 +669,20 @@ static int pdi_zlib_read_coded(pdi_zlib_reader *s, const pdi_zlib_decoder *liter
         if (symbol < 0) return 0;
         if (symbol == 256) return 1;
         if (symbol < 256) {
-            if (s->out_at >= s->out_size) return pdi_zlib_error(s, "more data than the picture holds");
-            s->out[s->out_at++] = (uint8_t)symbol;
+            if (s->out_position >= s->out_size) return pdi_zlib_set_error(s, "more data than the picture holds");
+            s->out[s->out_position++] = (uint8_t)symbol;
             continue;
         }
-        if (symbol > 285) return pdi_zlib_error(s, "a length code that does not exist");
+        if (symbol > 285) return pdi_zlib_set_error(s, "a length code that does not exist");
         int k = symbol - 257, extra = k < 8 || k == 28 ? 0 : k / 4 - 1;
         uint32_t length = k == 28 ? 258u : k < 8 ? (uint32_t)k + 3 : (4u + (uint32_t)(k & 3)) << extra;
-        if (k >= 8 && k < 28) length += 3 + pdi_zlib_get(s, extra);
+        if (k >= 8 && k < 28) length += 3 + pdi_zlib_read_bits(s, extra);
         k = pdi_zlib_read_symbol(s, distances);
         if (k < 0) return 0;
-        if (k > 29) return pdi_zlib_error(s, "a distance code that does not exist");
+        if (k > 29) return pdi_zlib_set_error(s, "a distance code that does not exist");
         extra = k < 4 ? 0 : k / 2 - 1;
         uint32_t distance = k < 4 ? (uint32_t)k + 1 : ((2u + (uint32_t)(k & 1)) << extra) + 1;
-        distance += pdi_zlib_get(s, extra);
+        distance += pdi_zlib_read_bits(s, extra);
         if (s->error || !pdi_zlib_read_copy(s, length, distance)) return 0;
     }
 }
@@ -690,25 +691,25 @@ static int pdi_zlib_read_stored(pdi_zlib_reader *s)
 {
     s->bits = 0; /* to the next whole byte; fewer than 8 bits are ever held */
     s->bit_count = 0;
-    uint32_t length = pdi_zlib_get(s, 16), check = pdi_zlib_get(s, 16);
+    uint32_t length = pdi_zlib_read_bits(s, 16), check = pdi_zlib_read_bits(s, 16);
     if (s->error) return 0;
-    if (length != (~check & 0xffff)) return pdi_zlib_error(s, "a stored block with a wrong length check");
-    if (length > s->size - s->at) return pdi_zlib_error(s, "the compressed data end early");
-    if (length > s->out_size - s->out_at) return pdi_zlib_error(s, "more data than the picture holds");
-    if (length) memcpy(s->out + s->out_at, s->data + s->at, length);
-    s->at += length;
-    s->out_at += length;
+    if (length != (~check & 0xffff)) return pdi_zlib_set_error(s, "a stored block with a wrong length check");
+    if (length > s->size - s->position) return pdi_zlib_set_error(s, "the compressed data end early");
+    if (length > s->out_size - s->out_position) return pdi_zlib_set_error(s, "more data than the picture holds");
+    if (length) memcpy(s->out + s->out_position, s->data + s->position, length);
+    s->position += length;
+    s->out_position += length;
     return 1;
 }
 
 static int pdi_zlib_read_fixed(pdi_zlib_reader *s)
 {
     pdi_zlib_decoder literals, distances;
-    uint8_t lengths[PDI_ZLIB_FIXED];
-    for (int i = 0; i < PDI_ZLIB_FIXED; i++) lengths[i] = (uint8_t)(i < 144 ? 8 : i < 256 ? 9 : i < 280 ? 7 : 8);
-    pdi_zlib_decoder_prepare(&literals, lengths, PDI_ZLIB_FIXED, 0);
+    uint8_t lengths[PDI_ZLIB_FIXED_CODES];
+    for (int i = 0; i < PDI_ZLIB_FIXED_CODES; i++) lengths[i] = (uint8_t)(i < 144 ? 8 : i < 256 ? 9 : i < 280 ? 7 : 8);
+    pdi_zlib_build_decoder(&literals, lengths, PDI_ZLIB_FIXED_CODES, 0);
     memset(lengths, 5, 32);
-    pdi_zlib_decoder_prepare(&distances, lengths, 32, 0);
+    pdi_zlib_build_decoder(&distances, lengths, 32, 0);
     return pdi_zlib_read_coded(s, &literals, &distances);
 }
 
@@ -721,12 +722,12 @@ static int pdi_zlib_read_lengths(pdi_zlib_reader *s, const pdi_zlib_decoder *cod
         if (symbol < 0) return 0;
         if (symbol < 16) value = (uint8_t)symbol;
         else if (symbol == 16) {
-            if (i == 0) return pdi_zlib_error(s, "a repeated code length without a first one");
+            if (i == 0) return pdi_zlib_set_error(s, "a repeated code length without a first one");
             value = lengths[i - 1];
-            run = 3 + (int)pdi_zlib_get(s, 2);
-        } else run = symbol == 17 ? 3 + (int)pdi_zlib_get(s, 3) : 11 + (int)pdi_zlib_get(s, 7);
+            run = 3 + (int)pdi_zlib_read_bits(s, 2);
+        } else run = symbol == 17 ? 3 + (int)pdi_zlib_read_bits(s, 3) : 11 + (int)pdi_zlib_read_bits(s, 7);
         if (s->error) return 0;
-        if (run > n - i) return pdi_zlib_error(s, "too many code lengths");
+        if (run > n - i) return pdi_zlib_set_error(s, "too many code lengths");
         while (run--) lengths[i++] = value;
     }
     return 1;
@@ -735,49 +736,49 @@ static int pdi_zlib_read_lengths(pdi_zlib_reader *s, const pdi_zlib_decoder *cod
 static int pdi_zlib_read_dynamic(pdi_zlib_reader *s)
 {
     pdi_zlib_decoder literals, distances;
-    uint8_t lengths[PDI_ZLIB_FIXED + 32] = {0};
-    int literal_count = 257 + (int)pdi_zlib_get(s, 5), distance_count = 1 + (int)pdi_zlib_get(s, 5);
-    int listed = 4 + (int)pdi_zlib_get(s, 4);
+    uint8_t lengths[PDI_ZLIB_FIXED_CODES + 32] = {0};
+    int literal_count = 257 + (int)pdi_zlib_read_bits(s, 5), distance_count = 1 + (int)pdi_zlib_read_bits(s, 5);
+    int listed = 4 + (int)pdi_zlib_read_bits(s, 4);
     if (literal_count > PDI_ZLIB_LITERALS || distance_count > PDI_ZLIB_DISTANCES)
-        return pdi_zlib_error(s, "a block with too many codes");
-    for (int i = 0; i < listed; i++) lengths[pdi_zlib_order[i]] = (uint8_t)pdi_zlib_get(s, 3);
+        return pdi_zlib_set_error(s, "a block with too many codes");
+    for (int i = 0; i < listed; i++) lengths[pdi_zlib_length_order[i]] = (uint8_t)pdi_zlib_read_bits(s, 3);
     if (s->error) return 0;
-    if (!pdi_zlib_decoder_prepare(&literals, lengths, PDI_ZLIB_LENGTH_CODES, 0))
-        return pdi_zlib_error(s, "a block with an impossible set of codes");
+    if (!pdi_zlib_build_decoder(&literals, lengths, PDI_ZLIB_LENGTH_CODES, 0))
+        return pdi_zlib_set_error(s, "a block with an impossible set of codes");
     memset(lengths, 0, sizeof lengths);
     if (!pdi_zlib_read_lengths(s, &literals, lengths, literal_count + distance_count)) return 0;
-    if (!lengths[256]) return pdi_zlib_error(s, "a block without an end code");
-    if (!pdi_zlib_decoder_prepare(&literals, lengths, literal_count, 1) ||
-        !pdi_zlib_decoder_prepare(&distances, lengths + literal_count, distance_count, 1))
-        return pdi_zlib_error(s, "a block with an impossible set of codes");
+    if (!lengths[256]) return pdi_zlib_set_error(s, "a block without an end code");
+    if (!pdi_zlib_build_decoder(&literals, lengths, literal_count, 1) ||
+        !pdi_zlib_build_decoder(&distances, lengths + literal_count, distance_count, 1))
+        return pdi_zlib_set_error(s, "a block with an impossible set of codes");
     return pdi_zlib_read_coded(s, &literals, &distances);
 }
 
-static void pdi_zlib_unpack(pdi_zlib_reader *s)
+static void pdi_zlib_inflate_stream(pdi_zlib_reader *s)
 {
-    uint32_t head = pdi_zlib_get(s, 8) << 8;
-    head |= pdi_zlib_get(s, 8);
+    uint32_t head = pdi_zlib_read_bits(s, 8) << 8;
+    head |= pdi_zlib_read_bits(s, 8);
     if (!s->error && ((head >> 8 & 15) != 8 || head >> 12 > 7 || (head & 32) || head % 31))
-        pdi_zlib_error(s, "not a zlib stream");
+        pdi_zlib_set_error(s, "not a zlib stream");
     for (uint32_t last = 0; !last && !s->error;) {
-        last = pdi_zlib_get(s, 1);
-        uint32_t kind = pdi_zlib_get(s, 2);
+        last = pdi_zlib_read_bits(s, 1);
+        uint32_t kind = pdi_zlib_read_bits(s, 2);
         if (s->error) return;
         if (kind == 0) pdi_zlib_read_stored(s);
         else if (kind == 1) pdi_zlib_read_fixed(s);
         else if (kind == 2) pdi_zlib_read_dynamic(s);
-        else pdi_zlib_error(s, "a block of an unknown kind");
+        else pdi_zlib_set_error(s, "a block of an unknown kind");
     }
     if (s->error) return;
-    if (s->out_at != s->out_size) {
-        pdi_zlib_error(s, "less data than the picture holds");
+    if (s->out_position != s->out_size) {
+        pdi_zlib_set_error(s, "less data than the picture holds");
         return;
     }
     s->bits = 0;
     s->bit_count = 0;
     uint32_t adler = 0;
-    for (int i = 0; i < 4; i++) adler = adler << 8 | pdi_zlib_get(s, 8);
-    if (!s->error && adler != pdi_zlib_adler(s->out, s->out_size)) pdi_zlib_error(s, "the checksum is wrong");
+    for (int i = 0; i < 4; i++) adler = adler << 8 | pdi_zlib_read_bits(s, 8);
+    if (!s->error && adler != pdi_zlib_adler32(s->out, s->out_size)) pdi_zlib_set_error(s, "the checksum is wrong");
 }
 
 PDI_FN pd_status pdi_zlib_inflate(pd_ctx *ctx, const char *name, const uint8_t *data, size_t size, uint8_t *out,
@@ -789,10 +790,10 @@ PDI_FN pd_status pdi_zlib_inflate(pd_ctx *ctx, const char *name, const uint8_t *
     s.size = size;
     s.out = out;
     s.out_size = out_size;
-    pdi_zlib_unpack(&s);
+    pdi_zlib_inflate_stream(&s);
     if (s.error)
         return pdi_fail(ctx, PD_ERR_PARSE, "zlib", "%s: damaged compressed data (%s, at byte %.0f of %.0f)", name,
-                        s.error, (double)s.at, (double)size);
+                        s.error, (double)s.position, (double)size);
     return PD_OK;
 }
 PDI_COLD_END

@@ -28,9 +28,9 @@ PDI_FN pd_status pdi_zlib_deflate(pd_ctx *ctx, const uint8_t *data, size_t size,
 PDI_FN pd_status pdi_zlib_inflate(pd_ctx *ctx, const char *name, const uint8_t *data, size_t size, uint8_t *out,
                                   size_t out_size);
 /* Update a CRC-32 (ISO 3309) with more data; start with 0. */
-PDI_FN uint32_t pdi_zlib_crc(uint32_t crc, const uint8_t *data, size_t size);
+PDI_FN uint32_t pdi_zlib_crc32(uint32_t crc, const uint8_t *data, size_t size);
 /* Adler-32 checksum (RFC 1950). */
-PDI_FN uint32_t pdi_zlib_adler(const uint8_t *data, size_t size);
+PDI_FN uint32_t pdi_zlib_adler32(const uint8_t *data, size_t size);
 #endif
 
 #endif

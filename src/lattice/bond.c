@@ -8,36 +8,38 @@
 
 /* [-] Smallest fraction t of a bond at which it is cut: a node on the wall counts as 1e-3 of a bond away from it, so
  * that its wall term a/t stays representable against the weights of its other bonds. */
-#define PDI_BOND_MIN_T 1e-3
+#define PDI_BOND_MIN_FRACTION 1e-3
 /* [-] Curvature times the spacing above which a surface counts as an edge, and below which as flat. A radius of two
  * cells gives one half; the factor keeps rounding of the differences from deciding on it. */
-#define PDI_BOND_SHARP (0.5 * (1.0 + 1e-5))
-#define PDI_BOND_FLAT 1e-5
+#define PDI_BOND_EDGE_CURVATURE (0.5 * (1.0 + 1e-5))
+#define PDI_BOND_FLAT_CURVATURE 1e-5
 /* [-] A blocked bond whose line grazes the surface is extended up to this multiple of its length to find the
  * intersection: the chord that it lies on grows with the square root of the radius. */
-#define PDI_BOND_MAX_T 16.0
+#define PDI_BOND_MAX_FRACTION 16.0
 /* [-] A unit normal whose largest component is closer than this to 1 is along an axis, but for rounding. */
-#define PDI_BOND_LEVEL 1e-9
+#define PDI_BOND_AXIS_TOLERANCE 1e-9
 /* [-] The gradient of a distance has the norm 1, and less at an edge. Below this value normals cancel to rounding. */
-#define PDI_BOND_SLOPE 1e-6
+#define PDI_BOND_MIN_GRADIENT 1e-6
 /* [cells] An intersection farther than this from the smooth surface is on a cell face instead. */
-#define PDI_BOND_OFF 1e-3
+#define PDI_BOND_SURFACE_TOLERANCE 1e-3
 /* [-] Below this pivot ratio of the moments the open bonds do not span space (a channel one node wide). */
 #define PDI_BOND_MIN_PIVOT 1e-3
 
 /* Intersection of a cut bond with the surface, and the geometry of the surface there. */
-typedef struct pdi_cut {
-    double t;              /* [-] fraction of the bond */
+typedef struct pdi_bond_intersection {
+    double fraction;       /* [-] fraction of the bond */
     double normal[PD_DIM]; /* unit, towards the fluid */
     double distance;       /* [m] of the node from a curved surface; 0: unknown or flat, then the next two are 0 */
-    double mean;           /* [1/m] sum of the principal curvatures: Laplacian of the distance */
-    double bend;           /* [m] xi.D xi - mean (xi.N)^2 with the second derivatives D of the distance */
-    int smooth;            /* 1: on the zero level of a shape that is curved or inclined against the lattice */
-} pdi_cut;
+    double curvature;      /* [1/m] sum of the principal curvatures: Laplacian of the distance */
+    /* [m] xi.D xi - mean (xi.N)^2 with the second derivatives D of the distance */
+    double tangential_curvature;
+    int is_smooth; /* 1: on the zero level of a shape that is curved or inclined against the lattice */
+} pdi_bond_intersection;
 
 /* Intersection with the face of the closed cell that the bond enters. Through an edge or corner the normal is that of
  * the faces whose near side is open. */
-static void pdi_bond_face_cut(const pd_paths *paths, int32_t node, int k, int group, pdi_cut *cut)
+static void pdi_bond_intersect_cell_face(const pd_paths *paths, int32_t node, int k, int group,
+                                         pdi_bond_intersection *cut)
 {
     const pd_stencil *s = paths->stencil;
     const pd_grid *grid = paths->grid;
@@ -46,86 +48,87 @@ static void pdi_bond_face_cut(const pd_paths *paths, int32_t node, int k, int gr
     int32_t at = node + paths->cell_shift[s->group_cell[group]];
     int single = s->group_cell[group + 1] - s->group_cell[group] == 1;
     double length = 0.0;
-    cut->distance = cut->mean = cut->bend = 0.0;
-    cut->smooth = 0;
+    cut->distance = cut->curvature = cut->tangential_curvature = 0.0;
+    cut->is_smooth = 0;
     for (int pass = 0; pass < 2 && !used; pass++)
         for (int d = 0; d < PD_DIM; d++) {
             int sign = n[d] < 0 ? -1 : 1;
             cut->normal[d] = 0.0;
             if (!((axes >> d) & 1)) continue;
-            if (pass == 0 && single && !pdi_grid_open(grid->kind[at - sign * grid->stride[d]])) continue;
+            if (pass == 0 && single && !pdi_grid_is_open(grid->kind[at - sign * grid->stride[d]])) continue;
             cut->normal[d] = -(double)sign;
             used = 1;
         }
     for (int d = 0; d < PD_DIM; d++) length += cut->normal[d] * cut->normal[d];
     for (int d = 0; d < PD_DIM; d++) cut->normal[d] /= sqrt(length);
-    cut->t = s->group_entry[group];
+    cut->fraction = s->group_entry[group];
 }
 
 /* Signed distance [m] from a shape of the point at fraction t of the bond xi from x, positive in the fluid. */
-static double pdi_bond_distance(const pd_grid *grid, int shape, const double *x, const double *xi, double t)
+static double pdi_bond_shape_distance_along(const pd_grid *grid, int shape, const double *x, const double *xi, double t)
 {
     double at[PD_DIM];
     for (int d = 0; d < PD_DIM; d++) at[d] = x[d] + t * xi[d];
-    return pdi_grid_level(grid, shape, at);
+    return pdi_grid_signed_distance(grid, shape, at);
 }
 
 /* 1: a node inside `shape` has dissolved in front of the closed group of the bond, so the surface is that of cell
  * faces, no longer the shape. */
-static int pdi_bond_receded(const pd_paths *paths, int shape, int32_t node, int k, int group)
+static int pdi_bond_has_receded(const pd_paths *paths, int shape, int32_t node, int k, int group)
 {
     const pd_stencil *s = paths->stencil;
     const pd_grid *grid = paths->grid;
     double x[PD_DIM];
     for (int c = s->group_cell[s->group_first[k]]; c < s->group_cell[group]; c++) {
         int32_t at = node + paths->cell_shift[c];
-        if (!pdi_grid_open(grid->kind[at])) continue;
+        if (!pdi_grid_is_open(grid->kind[at])) continue;
         pd_grid_position(grid, at, x);
-        if (pdi_grid_level(grid, shape, x) <= pdi_shape_tie(grid->h, x)) return 1;
+        if (pdi_grid_signed_distance(grid, shape, x) <= pdi_shape_tolerance(grid->h, x)) return 1;
     }
     return 0;
 }
 
 /* Normal and curvatures of the smooth surface at the intersection, by central differences of the distance with a step
  * of 1e-3 spacings. An edge counts as flat. */
-static void pdi_bond_curve(const pd_grid *grid, int shape, const double *x, const double *xi, pdi_cut *cut)
+static void pdi_bond_compute_curvature(const pd_grid *grid, int shape, const double *x, const double *xi,
+                                       pdi_bond_intersection *cut)
 {
-    double gradient[PD_DIM], p[PD_DIM], eps = 1e-3 * pdi_vec_least(grid->h), mean = 0.0, sharpest = 0.0;
-    for (int d = 0; d < PD_DIM; d++) p[d] = x[d] + cut->t * xi[d];
-    double centre = pdi_grid_level(grid, shape, p), length = pdi_vec_norm(xi);
+    double gradient[PD_DIM], p[PD_DIM], eps = 1e-3 * pdi_vec_min(grid->h), mean = 0.0, sharpest = 0.0;
+    for (int d = 0; d < PD_DIM; d++) p[d] = x[d] + cut->fraction * xi[d];
+    double centre = pdi_grid_signed_distance(grid, shape, p), length = pdi_vec_norm(xi);
     for (int d = 0; d < PD_DIM; d++) {
         double at = p[d];
         p[d] = at + eps;
-        double up = pdi_grid_level(grid, shape, p);
+        double up = pdi_grid_signed_distance(grid, shape, p);
         p[d] = at - eps;
-        double down = pdi_grid_level(grid, shape, p), second = (up - centre) - (centre - down);
+        double down = pdi_grid_signed_distance(grid, shape, p), second = (up - centre) - (centre - down);
         p[d] = at;
         gradient[d] = (up - down) / (2.0 * eps);
         mean += second / (eps * eps);
         sharpest = pdi_max(sharpest, fabs(second) / (eps * eps) * grid->h[d]);
     }
     double norm = pdi_vec_norm(gradient), step = eps / length, reach;
-    if (!(norm > PDI_BOND_SLOPE)) return;
+    if (!(norm > PDI_BOND_MIN_GRADIENT)) return;
     double largest = 0.0;
     for (int d = 0; d < PD_DIM; d++) {
         cut->normal[d] = gradient[d] / norm;
         largest = pdi_max(largest, fabs(cut->normal[d]));
     }
-    cut->smooth = largest < 1.0 - PDI_BOND_LEVEL || !(sharpest < PDI_BOND_FLAT);
-    double second = (pdi_bond_distance(grid, shape, x, xi, cut->t + step) - centre) -
-                    (centre - pdi_bond_distance(grid, shape, x, xi, cut->t - step));
+    cut->is_smooth = largest < 1.0 - PDI_BOND_AXIS_TOLERANCE || !(sharpest < PDI_BOND_FLAT_CURVATURE);
+    double second = (pdi_bond_shape_distance_along(grid, shape, x, xi, cut->fraction + step) - centre) -
+                    (centre - pdi_bond_shape_distance_along(grid, shape, x, xi, cut->fraction - step));
     /* no closer than the least t allows, and not out where the expansion about the surface ends */
-    double distance = pdi_max(pdi_grid_level(grid, shape, x), PDI_BOND_MIN_T * pdi_vec_least(grid->h));
-    if (!(sharpest < PDI_BOND_SHARP) || sharpest < PDI_BOND_FLAT || !(distance * mean < 1.5)) return;
+    double distance = pdi_max(pdi_grid_signed_distance(grid, shape, x), PDI_BOND_MIN_FRACTION * pdi_vec_min(grid->h));
+    if (!(sharpest < PDI_BOND_EDGE_CURVATURE) || sharpest < PDI_BOND_FLAT_CURVATURE || !(distance * mean < 1.5)) return;
     reach = pdi_vec_dot(xi, cut->normal);
     cut->distance = distance;
-    cut->mean = mean;
-    cut->bend = second / (step * step) - mean * reach * reach;
+    cut->curvature = mean;
+    cut->tangential_curvature = second / (step * step) - mean * reach * reach;
 }
 
 /* First fraction of bond k from node x at which it passes a node that belongs to `shape`; HUGE_VAL: none. Such a node
  * is closed even where the line only touches the shape. */
-static double pdi_bond_node(const pd_grid *grid, int shape, const double *x, const pd_stencil *s, int k)
+static double pdi_bond_find_node_in_shape(const pd_grid *grid, int shape, const double *x, const pd_stencil *s, int k)
 {
     const int *n = s->offset + k * PD_DIM;
     int steps = 0;
@@ -137,7 +140,7 @@ static double pdi_bond_node(const pd_grid *grid, int shape, const double *x, con
     for (int j = 1; j <= steps; j++) {
         double at[PD_DIM], t = (double)j / steps;
         for (int d = 0; d < PD_DIM; d++) at[d] = x[d] + t * s->xi[k * PD_DIM + d];
-        if (pdi_grid_level(grid, shape, at) <= pdi_shape_tie(grid->h, at)) return t;
+        if (pdi_grid_signed_distance(grid, shape, at) <= pdi_shape_tolerance(grid->h, at)) return t;
     }
     return HUGE_VAL;
 }
@@ -145,60 +148,63 @@ static double pdi_bond_node(const pd_grid *grid, int shape, const double *x, con
 /* Moves the intersection to the point at which bond k enters `shape`: before the cell face or, where the line grazes
  * the closed cell, behind it, up to fraction `limit`. In a tube that may lie behind the far end, where cells at the
  * wall block the line between two fluid nodes. */
-static void pdi_bond_shape_cut(const pd_grid *grid, int shape, const double *x, const pd_stencil *s, int k,
-                               double limit, pdi_cut *cut)
+static void pdi_bond_intersect_shape(const pd_grid *grid, int shape, const double *x, const pd_stencil *s, int k,
+                                     double limit, pdi_bond_intersection *cut)
 {
     const double *xi = s->xi + k * PD_DIM;
-    if (!(pdi_grid_level(grid, shape, x) > pdi_shape_tie(grid->h, x))) return;
-    double node = pdi_bond_node(grid, shape, x, s, k);
-    double t = pdi_min(pdi_grid_enter(grid, shape, x, xi, pdi_min(limit, node)), node);
+    if (!(pdi_grid_signed_distance(grid, shape, x) > pdi_shape_tolerance(grid->h, x))) return;
+    double node = pdi_bond_find_node_in_shape(grid, shape, x, s, k);
+    double t = pdi_min(pdi_grid_find_shape_entry(grid, shape, x, xi, pdi_min(limit, node)), node);
     if (!(t <= limit)) return;
-    cut->t = t;
-    pdi_bond_curve(grid, shape, x, xi, cut);
+    cut->fraction = t;
+    pdi_bond_compute_curvature(grid, shape, x, xi, cut);
 }
 
-PDI_FN int pdi_bond_shape(const pd_grid *grid, int32_t closed, int walled)
+PDI_FN int pdi_bond_find_surface_shape(const pd_grid *grid, int32_t closed, int walled)
 {
-    uint8_t kind = grid->kind[pdi_grid_image(grid, closed, NULL)];
-    int shape = walled ? grid->wall : kind == PD_SOLID ? grid->solid : pdi_grid_open(kind) ? -1 : grid->wall;
-    return shape >= 0 && pdi_shape_exact(grid->shapes, shape) ? shape : -1;
+    uint8_t kind = grid->kind[pdi_grid_find_source(grid, closed, NULL)];
+    int shape = walled ? grid->wall : kind == PD_SOLID ? grid->solid : pdi_grid_is_open(kind) ? -1 : grid->wall;
+    return shape >= 0 && pdi_shape_is_smooth(grid->shapes, shape) ? shape : -1;
 }
 
 /* Axisymmetric grid: adds the curvature N_r/r of a surface of revolution in the plane of the ring. */
-static void pdi_bond_revolve(const pd_grid *grid, const double *x, const double *xi, pdi_cut *cut)
+static void pdi_bond_add_ring_curvature(const pd_grid *grid, const double *x, const double *xi,
+                                        pdi_bond_intersection *cut)
 {
     int r = PD_DIM - 1;
-    double radius = x[r] + cut->t * xi[r], normal_length = pdi_vec_dot(xi, cut->normal);
+    double radius = x[r] + cut->fraction * xi[r], normal_length = pdi_vec_dot(xi, cut->normal);
     double ring_curvature = radius > 0.0 ? cut->normal[r] / radius : 0.0;
-    double distance = cut->distance > 0.0 ? cut->distance : cut->t * fabs(normal_length);
-    if (!(fabs(ring_curvature) * grid->h[r] < PDI_BOND_SHARP) || !(distance * (cut->mean + ring_curvature) < 1.5))
+    double distance = cut->distance > 0.0 ? cut->distance : cut->fraction * fabs(normal_length);
+    if (!(fabs(ring_curvature) * grid->h[r] < PDI_BOND_EDGE_CURVATURE) ||
+        !(distance * (cut->curvature + ring_curvature) < 1.5))
         return;
     cut->distance = distance;
-    cut->mean += ring_curvature;
-    cut->bend -= ring_curvature * normal_length * normal_length;
+    cut->curvature += ring_curvature;
+    cut->tangential_curvature -= ring_curvature * normal_length * normal_length;
 }
 
 /* Computes the intersection of bond k of `node`, blocked at `group`, with the surface: smooth shape or cell face. */
-static void pdi_bond_cut(const pd_paths *paths, int32_t node, int k, int group, pdi_cut *cut)
+static void pdi_bond_find_intersection(const pd_paths *paths, int32_t node, int k, int group,
+                                       pdi_bond_intersection *cut)
 {
     const pd_grid *grid = paths->grid;
     const pd_stencil *s = paths->stencil;
-    int32_t closed = pdi_path_closed_cell(paths, node, group);
-    int walled = pdi_grid_walled(grid, closed), shape = pdi_bond_shape(grid, closed, walled);
+    int32_t closed = pdi_bond_path_find_closed_cell(paths, node, group);
+    int walled = pdi_grid_is_behind_wall(grid, closed), shape = pdi_bond_find_surface_shape(grid, closed, walled);
     double x[PD_DIM];
-    pdi_bond_face_cut(paths, node, k, group, cut);
+    pdi_bond_intersect_cell_face(paths, node, k, group, cut);
     pd_grid_position(grid, node, x);
     /* a tube that touches the box: its wall lies at or before the side */
-    if (shape >= 0 && !pdi_bond_receded(paths, shape, node, k, group))
-        pdi_bond_shape_cut(grid, shape, x, s, k, walled ? cut->t : PDI_BOND_MAX_T, cut);
-    if (cut->t < PDI_BOND_MIN_T) cut->t = PDI_BOND_MIN_T;
-    if (PD_DIM == 2 && grid->circumference) pdi_bond_revolve(grid, x, s->xi + k * PD_DIM, cut);
+    if (shape >= 0 && !pdi_bond_has_receded(paths, shape, node, k, group))
+        pdi_bond_intersect_shape(grid, shape, x, s, k, walled ? cut->fraction : PDI_BOND_MAX_FRACTION, cut);
+    if (cut->fraction < PDI_BOND_MIN_FRACTION) cut->fraction = PDI_BOND_MIN_FRACTION;
+    if (PD_DIM == 2 && grid->circumference) pdi_bond_add_ring_curvature(grid, x, s->xi + k * PD_DIM, cut);
 }
 
 /* Inverts the moment matrix [PD_DIM][PD_DIM], plus `closure` where that is not NULL, scaled by the moments `norm` of a
  * full family so that the ratio of the spacings does not matter. 0: the pivot ratio is below `min_pivot`. */
-static int pdi_bond_invert(const double *norm, const double *moment, const double *closure, double min_pivot,
-                           double *inverse)
+static int pdi_bond_invert_moment(const double *norm, const double *moment, const double *closure, double min_pivot,
+                                  double *inverse)
 {
     double scaled[PD_DIM * PD_DIM], scale[PD_DIM];
     for (int a = 0; a < PD_DIM; a++) scale[a] = sqrt(norm[a]);
@@ -213,7 +219,7 @@ static int pdi_bond_invert(const double *norm, const double *moment, const doubl
 }
 
 /* 1: the family of `node` is full: all far ends are fluid, images or outlets; inlet ghosts carry no pressure. */
-static int pdi_bond_whole(const pd_bonds *bonds, int32_t node)
+static int pdi_bond_is_family_full(const pd_bonds *bonds, int32_t node)
 {
     for (int k = 0; k < bonds->stencil->count; k++) {
         uint8_t kind = bonds->grid->kind[node + bonds->paths.shift[k]];
@@ -225,85 +231,86 @@ static int pdi_bond_whole(const pd_bonds *bonds, int32_t node)
 /* Adds the contributions of cut bond k to wall_lap and wall_curv (eq. 3.3, 3.4). The field along the bond is u_i + s
  * u' + s^2/2 u'' with its zero at t. Near a wall at distance d it is u = g d + q d^2/2, so that u'' = g (xi.D xi) + q
  * (xi.N)^2 and the Laplacian of u is g mean + q: both u'' and the gradient g follow from u_i and that Laplacian. */
-static void pdi_bond_add_wall(const pd_bonds *bonds, int32_t node, int k, const pdi_cut *cut, double *lap,
-                              double *curv)
+static void pdi_bond_add_wall_terms(const pd_bonds *bonds, int32_t node, int k, const pdi_bond_intersection *cut,
+                                    double *lap, double *curv)
 {
-    double a = pdi_bond_lap(bonds, node)[k], half = 0.5 * a * (1.0 - cut->t);
+    double a = pdi_bond_get_laplacian_weights(bonds, node)[k], half = 0.5 * a * (1.0 - cut->fraction);
     double normal_length = pdi_vec_dot(bonds->stencil->xi + k * PD_DIM, cut->normal);
-    *lap += a / cut->t;
+    *lap += a / cut->fraction;
     *curv += half * normal_length * normal_length;
     if (!(cut->distance > 0.0)) return;
-    double gradient = 1.0 / (1.0 - 0.5 * cut->distance * cut->mean);
-    *lap -= half * cut->bend * gradient / cut->distance;
-    *curv -= half * cut->bend * gradient * 0.5 * cut->distance;
+    double gradient = 1.0 / (1.0 - 0.5 * cut->distance * cut->curvature);
+    *lap -= half * cut->tangential_curvature * gradient / cut->distance;
+    *curv -= half * cut->tangential_curvature * gradient * 0.5 * cut->distance;
 }
 
 /* 1: the bond is blocked by cells of a smooth surface that its line intersects behind its far end, or nowhere. */
-static int pdi_bond_grazes(const pd_paths *paths, int32_t node, int k, int group, const pdi_cut *cut)
+static int pdi_bond_is_grazing(const pd_paths *paths, int32_t node, int k, int group, const pdi_bond_intersection *cut)
 {
     const pd_grid *grid = paths->grid;
     const double *xi = paths->stencil->xi + k * PD_DIM;
-    int32_t closed = pdi_path_closed_cell(paths, node, group);
-    int walled = pdi_grid_walled(grid, closed), shape = pdi_bond_shape(grid, closed, walled);
+    int32_t closed = pdi_bond_path_find_closed_cell(paths, node, group);
+    int walled = pdi_grid_is_behind_wall(grid, closed), shape = pdi_bond_find_surface_shape(grid, closed, walled);
     double x[PD_DIM];
-    if (cut->t > 1.0 + 1e-9) return 1;
-    if (walled || shape < 0 || pdi_bond_receded(paths, shape, node, k, group)) return 0;
+    if (cut->fraction > 1.0 + 1e-9) return 1;
+    if (walled || shape < 0 || pdi_bond_has_receded(paths, shape, node, k, group)) return 0;
     pd_grid_position(grid, node, x);
-    return !(fabs(pdi_bond_distance(grid, shape, x, xi, cut->t)) < PDI_BOND_OFF * pdi_vec_least(grid->h));
+    return !(fabs(pdi_bond_shape_distance_along(grid, shape, x, xi, cut->fraction)) <
+             PDI_BOND_SURFACE_TOLERANCE * pdi_vec_min(grid->h));
 }
 
-PDI_FN double pdi_bond_meet(const pd_paths *paths, int32_t node, int k, double *x)
+PDI_FN double pdi_bond_find_cut_fraction(const pd_paths *paths, int32_t node, int k, double *x)
 {
     const double *xi = paths->stencil->xi + k * PD_DIM;
-    pdi_cut cut;
-    pdi_bond_cut(paths, node, k, pdi_path_closed_group(paths, node, k), &cut);
+    pdi_bond_intersection cut;
+    pdi_bond_find_intersection(paths, node, k, pdi_bond_path_find_closed_group(paths, node, k), &cut);
     pd_grid_position(paths->grid, node, x);
-    for (int d = 0; d < PD_DIM; d++) x[d] += cut.t * xi[d];
-    return cut.t;
+    for (int d = 0; d < PD_DIM; d++) x[d] += cut.fraction * xi[d];
+    return cut.fraction;
 }
 
-PDI_FN void pdi_bond_find_end(const pd_bonds *bonds, int32_t row, int k, pdi_bond_end *end)
+PDI_FN void pdi_bond_find_wall_end(const pd_bonds *bonds, int32_t row, int k, pdi_bond_wall_end *end)
 {
     int32_t node = bonds->node[row];
-    int group = pdi_path_closed_group(&bonds->paths, node, k);
-    pdi_cut cut;
-    pdi_bond_cut(&bonds->paths, node, k, group, &cut);
-    pd_grid_position(bonds->grid, node, end->x);
+    int group = pdi_bond_path_find_closed_group(&bonds->paths, node, k);
+    pdi_bond_intersection cut;
+    pdi_bond_find_intersection(&bonds->paths, node, k, group, &cut);
+    pd_grid_position(bonds->grid, node, end->surface_point);
     for (int d = 0; d < PD_DIM; d++) {
         double xi = bonds->stencil->xi[k * PD_DIM + d];
-        end->at[d] = end->x[d] + pdi_min(cut.t, 1.0) * xi;
-        end->x[d] += cut.t * xi;
+        end->end_point[d] = end->surface_point[d] + pdi_min(cut.fraction, 1.0) * xi;
+        end->surface_point[d] += cut.fraction * xi;
     }
-    end->t = cut.t;
-    end->lap = end->curv = 0.0;
-    pdi_bond_add_wall(bonds, node, k, &cut, &end->lap, &end->curv);
-    end->cell = pdi_path_closed_cell(&bonds->paths, node, group);
-    end->side = pdi_grid_walled(bonds->grid, end->cell);
-    end->smooth = cut.smooth;
-    end->grazes = pdi_bond_grazes(&bonds->paths, node, k, group, &cut);
+    end->fraction = cut.fraction;
+    end->wall_lap = end->wall_curv = 0.0;
+    pdi_bond_add_wall_terms(bonds, node, k, &cut, &end->wall_lap, &end->wall_curv);
+    end->closed_cell = pdi_bond_path_find_closed_cell(&bonds->paths, node, group);
+    end->is_box_side = pdi_grid_is_behind_wall(bonds->grid, end->closed_cell);
+    end->is_smooth = cut.is_smooth;
+    end->is_grazing = pdi_bond_is_grazing(&bonds->paths, node, k, group, &cut);
 }
 
-PDI_FN double pdi_bond_smooth(const pd_bonds *bonds, int32_t closed, const double *x)
+PDI_FN double pdi_bond_surface_distance(const pd_bonds *bonds, int32_t closed, const double *x)
 {
-    int shape = pdi_bond_shape(bonds->grid, closed, pdi_grid_walled(bonds->grid, closed));
-    return shape < 0 ? (double)NAN : pdi_grid_level(bonds->grid, shape, x);
+    int shape = pdi_bond_find_surface_shape(bonds->grid, closed, pdi_grid_is_behind_wall(bonds->grid, closed));
+    return shape < 0 ? (double)NAN : pdi_grid_signed_distance(bonds->grid, shape, x);
 }
 
-PDI_FN int32_t pdi_bond_surface(const pd_bonds *bonds, int32_t row, int k, double *x, double *normal)
+PDI_FN int32_t pdi_bond_find_surface_point(const pd_bonds *bonds, int32_t row, int k, double *x, double *normal)
 {
     int32_t node = bonds->node[row];
-    int group = pdi_path_closed_group(&bonds->paths, node, k);
-    pdi_cut cut;
-    pdi_bond_cut(&bonds->paths, node, k, group, &cut);
+    int group = pdi_bond_path_find_closed_group(&bonds->paths, node, k);
+    pdi_bond_intersection cut;
+    pdi_bond_find_intersection(&bonds->paths, node, k, group, &cut);
     pd_grid_position(bonds->grid, node, x);
-    for (int d = 0; d < PD_DIM; d++) x[d] += cut.t * bonds->stencil->xi[k * PD_DIM + d];
+    for (int d = 0; d < PD_DIM; d++) x[d] += cut.fraction * bonds->stencil->xi[k * PD_DIM + d];
     memcpy(normal, cut.normal, sizeof cut.normal);
-    if (pdi_bond_grazes(&bonds->paths, node, k, group, &cut)) return -1;
-    return pdi_path_closed_cell(&bonds->paths, node, group);
+    if (pdi_bond_is_grazing(&bonds->paths, node, k, group, &cut)) return -1;
+    return pdi_bond_path_find_closed_cell(&bonds->paths, node, group);
 }
 
-PDI_FN void pdi_bond_wall_motion(const pd_bonds *bonds, int32_t row, pd_velocity_fn wall, void *user, double *motion,
-                                 double *curved)
+PDI_FN void pdi_bond_sum_wall_velocity(const pd_bonds *bonds, int32_t row, pd_velocity_fn wall, void *user,
+                                       double *motion, double *curved)
 {
     const pd_stencil *s = bonds->stencil;
     int32_t node = bonds->node[row];
@@ -311,14 +318,14 @@ PDI_FN void pdi_bond_wall_motion(const pd_bonds *bonds, int32_t row, pd_velocity
     for (int d = 0; d < PD_DIM; d++) motion[d] = 0.0;
     for (int d = 0; d < PD_DIM && curved; d++) curved[d] = 0.0;
     for (int k = 0; k < s->count; k++) {
-        pdi_cut cut;
+        pdi_bond_intersection cut;
         double lap = 0.0, curv = 0.0;
-        int group = pdi_path_closed_group(&bonds->paths, node, k);
+        int group = pdi_bond_path_find_closed_group(&bonds->paths, node, k);
         if (group < 0) continue;
-        pdi_bond_cut(&bonds->paths, node, k, group, &cut);
-        pdi_bond_add_wall(bonds, node, k, &cut, &lap, &curv);
+        pdi_bond_find_intersection(&bonds->paths, node, k, group, &cut);
+        pdi_bond_add_wall_terms(bonds, node, k, &cut, &lap, &curv);
         pd_grid_position(bonds->grid, node, x);
-        for (int d = 0; d < PD_DIM; d++) x[d] += cut.t * s->xi[k * PD_DIM + d];
+        for (int d = 0; d < PD_DIM; d++) x[d] += cut.fraction * s->xi[k * PD_DIM + d];
         wall(user, x, u);
         for (int d = 0; d < PD_DIM; d++) motion[d] += lap * u[d];
         for (int d = 0; d < PD_DIM && curved; d++) curved[d] += curv * u[d];
@@ -326,7 +333,7 @@ PDI_FN void pdi_bond_wall_motion(const pd_bonds *bonds, int32_t row, pd_velocity
 }
 
 /* Number of bond k among the nearest neighbours x-, x+, y-, ...; -1: it is longer or diagonal. */
-static int pdi_bond_leg(const pd_stencil *s, int k)
+static int pdi_bond_find_axis_neighbour(const pd_stencil *s, int k)
 {
     int neighbour = -1, steps = 0;
     for (int d = 0; d < PD_DIM; d++) {
@@ -339,7 +346,7 @@ static int pdi_bond_leg(const pd_stencil *s, int k)
 
 /* Converts inverse moments S^-1 to the flux correction N S^-T (eq. 4.2b), with the moments N = `norm` of a full
  * family, for g = w xi / N. */
-static void pdi_bond_transpose(const double *norm, double *matrix)
+static void pdi_bond_compute_flux_correction(const double *norm, double *matrix)
 {
     double inverse[PD_DIM * PD_DIM];
     memcpy(inverse, matrix, sizeof inverse);
@@ -350,45 +357,47 @@ static void pdi_bond_transpose(const double *norm, double *matrix)
 /* Computes closure [PD_DIM][PD_DIM], which the cut bonds of row r add to its moments by a zero normal gradient at the
  * surface (eq. 3.6): the mirror image of the far end is xi - 2 (1-t) (xi.N) N, and its difference from xi a known
  * multiple of the gradient. With flow it also sums the wall terms of the row (wall_lap, wall_curv, smooth, leg). */
-static void pdi_bond_close_row(pd_bonds *bonds, int32_t r, double *closure)
+static void pdi_bond_sum_wall_closure(pd_bonds *bonds, int32_t r, double *closure)
 {
     const pd_stencil *s = bonds->stencil;
     int32_t node = bonds->node[r];
     memset(closure, 0, PD_DIM * PD_DIM * sizeof *closure);
     for (int k = 0; k < s->count; k++) {
         const double *xi = s->xi + k * PD_DIM;
-        int neighbour = pdi_bond_leg(s, k);
-        pdi_cut cut;
-        if (pdi_bond_open(bonds, r, k)) continue;
-        pdi_bond_cut(&bonds->paths, node, k, pdi_path_closed_group(&bonds->paths, node, k), &cut);
-        double factor = 2.0 * s->base[k] * pdi_max(1.0 - cut.t, 0.0) * pdi_vec_dot(xi, cut.normal);
+        int neighbour = pdi_bond_find_axis_neighbour(s, k);
+        pdi_bond_intersection cut;
+        if (pdi_bond_is_open(bonds, r, k)) continue;
+        pdi_bond_find_intersection(&bonds->paths, node, k, pdi_bond_path_find_closed_group(&bonds->paths, node, k),
+                                   &cut);
+        double factor = 2.0 * s->base[k] * pdi_max(1.0 - cut.fraction, 0.0) * pdi_vec_dot(xi, cut.normal);
         for (int i = 0; i < PD_DIM * PD_DIM; i++) closure[i] += factor * xi[i / PD_DIM] * cut.normal[i % PD_DIM];
         if (bonds->options & PD_BONDS_AT_REST) continue;
-        pdi_bond_add_wall(bonds, node, k, &cut, &bonds->wall_lap[r], &bonds->wall_curv[r]);
-        if (cut.smooth) bonds->smooth[r] = 1;
-        if (neighbour >= 0) bonds->leg[(int64_t)r * 2 * PD_DIM + neighbour] = -cut.t;
+        pdi_bond_add_wall_terms(bonds, node, k, &cut, &bonds->wall_lap[r], &bonds->wall_curv[r]);
+        if (cut.is_smooth) bonds->smooth[r] = 1;
+        if (neighbour >= 0) bonds->leg[(int64_t)r * 2 * PD_DIM + neighbour] = -cut.fraction;
     }
 }
 
 /* Inverts the moments; where the open bonds do not span space (a channel one node wide) with the closure added, and
  * where that does not help either, to zero. */
-static void pdi_bond_invert_open(const double *norm, const double *moment, const double *closure, double *inverse)
+static void pdi_bond_invert_moment_closed(const double *norm, const double *moment, const double *closure,
+                                          double *inverse)
 {
-    if (pdi_bond_invert(norm, moment, NULL, PDI_BOND_MIN_PIVOT, inverse)) return;
-    if (pdi_bond_invert(norm, moment, closure, 1e-9, inverse)) return;
+    if (pdi_bond_invert_moment(norm, moment, NULL, PDI_BOND_MIN_PIVOT, inverse)) return;
+    if (pdi_bond_invert_moment(norm, moment, closure, 1e-9, inverse)) return;
     memset(inverse, 0, PD_DIM * PD_DIM * sizeof *inverse);
 }
 
 /* Inverse moments of row r without flow: the closure is computed only where the open bonds do not span space. */
-static void pdi_bond_rest(pd_bonds *bonds, int32_t r, const double *moment, double *inverse)
+static void pdi_bond_invert_moment_no_flow(pd_bonds *bonds, int32_t r, const double *moment, double *inverse)
 {
     double closure[PD_DIM * PD_DIM];
-    if (pdi_bond_invert(bonds->norm, moment, NULL, PDI_BOND_MIN_PIVOT, inverse)) return;
-    pdi_bond_close_row(bonds, r, closure);
-    pdi_bond_invert_open(bonds->norm, moment, closure, inverse);
+    if (pdi_bond_invert_moment(bonds->norm, moment, NULL, PDI_BOND_MIN_PIVOT, inverse)) return;
+    pdi_bond_sum_wall_closure(bonds, r, closure);
+    pdi_bond_invert_moment_closed(bonds->norm, moment, closure, inverse);
 }
 
-PDI_FN const double *pdi_bond_moment(const pd_bonds *bonds, int32_t r, double *buffer)
+PDI_FN const double *pdi_bond_get_inverse_moment(const pd_bonds *bonds, int32_t r, double *buffer)
 {
     enum { N = PD_DIM * PD_DIM };
     const pd_stencil *s = bonds->stencil;
@@ -399,16 +408,16 @@ PDI_FN const double *pdi_bond_moment(const pd_bonds *bonds, int32_t r, double *b
     for (int k = 0; k < s->count; k++) {
         const double *xi = s->xi + k * PD_DIM;
         int inlet = bonds->grid->kind[bonds->node[r] + bonds->paths.shift[k]] == PD_INLET;
-        if (inlet || !pdi_bond_open(bonds, r, k)) continue;
+        if (inlet || !pdi_bond_is_open(bonds, r, k)) continue;
         for (int i = 0; i < N; i++) moment[i] += s->base[k] * xi[i / PD_DIM] * xi[i % PD_DIM];
     }
-    pdi_bond_rest(&rest, r, moment, buffer);
+    pdi_bond_invert_moment_no_flow(&rest, r, moment, buffer);
     return buffer;
 }
 
 /* Computes all data of row r: the mask of open bonds, inverse moments, and with flow the wall terms and the flux
  * correction. */
-static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
+static void pdi_bond_compute_row(pd_bonds *bonds, int32_t r)
 {
     enum { N = PD_DIM * PD_DIM };
     const pd_stencil *s = bonds->stencil;
@@ -424,9 +433,9 @@ static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
     bonds->inlet[r] = 0;
     for (int k = 0; k < s->count; k++) {
         const double *xi = s->xi + k * PD_DIM;
-        double flux = s->base[k] * pdi_bond_flux(bonds, node, k);
+        double flux = s->base[k] * pdi_bond_get_flux_factor(bonds, node, k);
         for (int d = 0; d < PD_DIM; d++) norm[d] += flux * xi[d] * xi[d];
-        if (pdi_path_closed_group(&bonds->paths, node, k) >= 0) continue;
+        if (pdi_bond_path_find_closed_group(&bonds->paths, node, k) >= 0) continue;
         bonds->mask[(int64_t)(k >> 5) * bonds->capacity + r] |= 1u << (k & 31);
         int inlet = grid->kind[node + bonds->paths.shift[k]] == PD_INLET;
         if (inlet) bonds->inlet[r] = 1;
@@ -436,21 +445,21 @@ static void pdi_bond_fill_row(pd_bonds *bonds, int32_t r)
         }
     }
     if (at_rest) {
-        if (bonds->moment) pdi_bond_rest(bonds, r, moment, bonds->moment + (int64_t)r * N);
+        if (bonds->moment) pdi_bond_invert_moment_no_flow(bonds, r, moment, bonds->moment + (int64_t)r * N);
         return;
     }
     for (int i = 0; i < 2 * PD_DIM; i++) bonds->leg[(int64_t)r * 2 * PD_DIM + i] = 1.0;
     bonds->wall_lap[r] = bonds->wall_curv[r] = bonds->smooth[r] = 0;
-    pdi_bond_close_row(bonds, r, closure);
-    pdi_bond_invert_open(bonds->norm, moment, closure, bonds->moment + (int64_t)r * N);
+    pdi_bond_sum_wall_closure(bonds, r, closure);
+    pdi_bond_invert_moment_closed(bonds->norm, moment, closure, bonds->moment + (int64_t)r * N);
     double *advecting = bonds->advecting + (int64_t)r * N;
     for (int i = 0; i < N; i++) entry[i] += inner[i];
-    pdi_bond_invert_open(norm, entry, closure, advecting);
-    pdi_bond_transpose(norm, advecting);
+    pdi_bond_invert_moment_closed(norm, entry, closure, advecting);
+    pdi_bond_compute_flux_correction(norm, advecting);
 }
 
 PDI_COLD_BEGIN
-PDI_FN void pdi_bond_row_list(pdi_owner *owner, void *object)
+PDI_FN void pdi_bond_list_row_arrays(pdi_array_visitor *owner, void *object)
 {
     pd_bonds *bonds = (pd_bonds *)object;
     int64_t rows = bonds->capacity;
@@ -468,7 +477,7 @@ PDI_FN void pdi_bond_row_list(pdi_owner *owner, void *object)
 }
 
 /* Copies moments and wall terms of the first `rows` rows. */
-static void pdi_bond_copy_walls(const pd_bonds *from, size_t rows, pd_bonds *to)
+static void pdi_bond_copy_row_data(const pd_bonds *from, size_t rows, pd_bonds *to)
 {
     if (from->options & PD_BONDS_LEAN) return;
     memcpy(to->moment, from->moment, rows * PD_DIM * PD_DIM * sizeof *from->moment);
@@ -486,7 +495,7 @@ static pd_status pdi_bond_reserve(pd_ctx *ctx, int32_t rows, pd_bonds *b)
     if (rows <= b->capacity) return PD_OK;
     pd_bonds grown = *b;
     grown.capacity = rows + rows / 4 + 64;
-    pd_status status = pdi_owner_build(ctx, pdi_bond_row_list, &grown);
+    pd_status status = pdi_array_registry_build(ctx, pdi_bond_list_row_arrays, &grown);
     if (status == PD_OK) {
         size_t used = (size_t)b->rows;
         pd_bonds old = *b;
@@ -496,17 +505,17 @@ static pd_status pdi_bond_reserve(pd_ctx *ctx, int32_t rows, pd_bonds *b)
                 memcpy(grown.mask + (int64_t)w * grown.capacity, b->mask + (int64_t)w * b->capacity,
                        used * sizeof *b->mask);
             memcpy(grown.inlet, b->inlet, used * sizeof *b->inlet);
-            pdi_bond_copy_walls(b, used, &grown);
+            pdi_bond_copy_row_data(b, used, &grown);
         }
         *b = grown;
         grown = old;
     }
-    pdi_owner_free(ctx, pdi_bond_row_list, &grown);
+    pdi_array_registry_free(ctx, pdi_bond_list_row_arrays, &grown);
     return status;
 }
 
 /* Exchanges rows r and q of an array with `count` doubles a row. */
-static void pdi_bond_swap_double(double *x, int count, int32_t r, int32_t q)
+static void pdi_bond_swap_doubles(double *x, int count, int32_t r, int32_t q)
 {
     for (int i = 0; i < count; i++) {
         double keep = x[(int64_t)r * count + i];
@@ -516,7 +525,7 @@ static void pdi_bond_swap_double(double *x, int count, int32_t r, int32_t q)
 }
 
 /* Exchanges rows r and q of an array of bytes. */
-static void pdi_bond_swap_byte(uint8_t *x, int32_t r, int32_t q)
+static void pdi_bond_swap_bytes(uint8_t *x, int32_t r, int32_t q)
 {
     uint8_t keep = x[r];
     x[r] = x[q];
@@ -536,20 +545,20 @@ static void pdi_bond_swap_rows(pd_bonds *b, int32_t r, int32_t q)
     b->node[q] = node;
     b->row[b->node[r]] = r;
     b->row[b->node[q]] = q;
-    pdi_bond_swap_byte(b->inlet, r, q);
+    pdi_bond_swap_bytes(b->inlet, r, q);
     if (b->options & PD_BONDS_LEAN) return;
-    pdi_bond_swap_double(b->moment, PD_DIM * PD_DIM, r, q);
+    pdi_bond_swap_doubles(b->moment, PD_DIM * PD_DIM, r, q);
     if (b->options & PD_BONDS_AT_REST) return;
-    pdi_bond_swap_byte(b->smooth, r, q);
-    pdi_bond_swap_double(b->wall_lap, 1, r, q);
-    pdi_bond_swap_double(b->wall_curv, 1, r, q);
-    pdi_bond_swap_double(b->leg, 2 * PD_DIM, r, q);
-    pdi_bond_swap_double(b->advecting, PD_DIM * PD_DIM, r, q);
+    pdi_bond_swap_bytes(b->smooth, r, q);
+    pdi_bond_swap_doubles(b->wall_lap, 1, r, q);
+    pdi_bond_swap_doubles(b->wall_curv, 1, r, q);
+    pdi_bond_swap_doubles(b->leg, 2 * PD_DIM, r, q);
+    pdi_bond_swap_doubles(b->advecting, PD_DIM * PD_DIM, r, q);
 }
 PDI_COLD_END
 
 /* Sorts the rows: plain ones in the order of their nodes, then those with bonds to inlets. */
-static void pdi_bond_sort(pd_bonds *b)
+static void pdi_bond_sort_rows(pd_bonds *b)
 {
     int32_t next = 0;
     for (int inlet = 0; inlet < 2; inlet++) {
@@ -564,7 +573,7 @@ static void pdi_bond_sort(pd_bonds *b)
 }
 
 /* Describes the arrays of pd_runs to the array registry. */
-static void pdi_bond_run_list(pdi_owner *owner, void *object)
+static void pdi_bond_list_range_arrays(pdi_array_visitor *owner, void *object)
 {
     pd_runs *list = (pd_runs *)object;
     PDI_ARRAY(owner, list, first, list->capacity, "1");
@@ -573,7 +582,7 @@ static void pdi_bond_run_list(pdi_owner *owner, void *object)
 
 /* Lists the ranges of nodes with plain rows (cut 1) or with full families (cut 0), up to the capacity; returns their
  * number. */
-static int32_t pdi_bond_list(const pd_bonds *b, int cut, pd_runs *list)
+static int32_t pdi_bond_find_ranges(const pd_bonds *b, int cut, pd_runs *list)
 {
     int32_t count = 0, length = 0;
     for (int32_t node = 0; node <= b->grid->total; node++) {
@@ -595,31 +604,33 @@ static int32_t pdi_bond_list(const pd_bonds *b, int cut, pd_runs *list)
 }
 
 /* Updates a list of ranges, and grows it when it is too short. */
-static pd_status pdi_bond_runs(pd_ctx *ctx, const pd_bonds *b, int cut, pd_runs *list)
+static pd_status pdi_bond_update_ranges(pd_ctx *ctx, const pd_bonds *b, int cut, pd_runs *list)
 {
-    int32_t count = pdi_bond_list(b, cut, list);
+    int32_t count = pdi_bond_find_ranges(b, cut, list);
     if (count > list->capacity) {
         list->count = 0;
-        PDI_TRY(pdi_owner_renew(ctx, pdi_bond_run_list, list, &list->capacity, count + count / 4 + 16));
-        pdi_bond_list(b, cut, list);
+        PDI_TRY(
+            pdi_array_registry_rebuild(ctx, pdi_bond_list_range_arrays, list, &list->capacity, count + count / 4 + 16));
+        pdi_bond_find_ranges(b, cut, list);
     }
     list->count = count;
     return PD_OK;
 }
 
 /* Sorts the rows and updates the lists of ranges that sweeps go by. */
-static pd_status pdi_bond_arrange(pd_ctx *ctx, pd_bonds *b)
+static pd_status pdi_bond_update_order(pd_ctx *ctx, pd_bonds *b)
 {
-    pdi_bond_sort(b);
-    PDI_TRY(pdi_bond_runs(ctx, b, 0, &b->whole));
-    return pdi_bond_runs(ctx, b, 1, &b->cut);
+    pdi_bond_sort_rows(b);
+    PDI_TRY(pdi_bond_update_ranges(ctx, b, 0, &b->whole));
+    return pdi_bond_update_ranges(ctx, b, 1, &b->cut);
 }
 
 /* Updates the row of a node: adds one where its family is truncated, computes it, or removes it where it is not
  * needed. */
-static pd_status pdi_bond_renew(pd_ctx *ctx, int32_t node, pd_bonds *b)
+static pd_status pdi_bond_update_node(pd_ctx *ctx, int32_t node, pd_bonds *b)
 {
-    int needed = b->grid->kind[node] == PD_FLUID && ((b->options & PD_BONDS_ALL_ROWS) || !pdi_bond_whole(b, node));
+    int needed =
+        b->grid->kind[node] == PD_FLUID && ((b->options & PD_BONDS_ALL_ROWS) || !pdi_bond_is_family_full(b, node));
     int32_t r = b->row[node];
     if (needed && r < 0) {
         PDI_TRY(pdi_bond_reserve(ctx, b->rows + 1, b));
@@ -627,7 +638,7 @@ static pd_status pdi_bond_renew(pd_ctx *ctx, int32_t node, pd_bonds *b)
         b->node[r] = node;
     }
     if (needed) {
-        pdi_bond_fill_row(b, r);
+        pdi_bond_compute_row(b, r);
         return PD_OK;
     }
     if (r < 0) return PD_OK;
@@ -640,11 +651,11 @@ static pd_status pdi_bond_renew(pd_ctx *ctx, int32_t node, pd_bonds *b)
 }
 
 /* Nodes between two checks for cancellation: a tenth of a second where each needs a row in 3D. */
-#define PDI_BOND_POLL 4096
+#define PDI_BOND_POLL_INTERVAL 4096
 
 PDI_COLD_BEGIN
 /* Describes the arrays of pd_bonds with one entry a node to the array registry. */
-static void pdi_bond_table(pdi_owner *owner, void *object)
+static void pdi_bond_list_node_arrays(pdi_array_visitor *owner, void *object)
 {
     pd_bonds *bonds = (pd_bonds *)object;
     const pd_stencil *stencil = bonds->stencil;
@@ -655,8 +666,8 @@ static void pdi_bond_table(pdi_owner *owner, void *object)
 }
 
 /* Inner part of pd_bonds_build: what it leaves behind on failure is freed by the caller. */
-static pd_status pdi_bond_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, int options,
-                               pd_bonds *bonds)
+static pd_status pdi_bond_build_inner(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, int options,
+                                      pd_bonds *bonds)
 {
     memset(bonds, 0, sizeof *bonds);
     if ((options & PD_BONDS_LEAN) && !(options & PD_BONDS_AT_REST))
@@ -668,29 +679,30 @@ static pd_status pdi_bond_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_
     for (int k = 0; k < stencil->count; k++)
         for (int d = 0; d < PD_DIM; d++)
             bonds->norm[d] += stencil->base[k] * stencil->xi[k * PD_DIM + d] * stencil->xi[k * PD_DIM + d];
-    PDI_TRY(pdi_path_build(ctx, stencil, grid, &bonds->paths));
-    PDI_TRY(pdi_owner_build(ctx, pdi_bond_table, bonds));
+    PDI_TRY(pdi_bond_path_build(ctx, stencil, grid, &bonds->paths));
+    PDI_TRY(pdi_array_registry_build(ctx, pdi_bond_list_node_arrays, bonds));
     PDI_TRY(pdi_ghosts_build(ctx, grid, &bonds->ghosts));
-    PDI_TRY(pdi_spans_build(ctx, grid, &bonds->spans));
+    PDI_TRY(pdi_active_range_build(ctx, grid, &bonds->spans));
     PDI_TRY(pdi_axisym_build(ctx, stencil, grid, &bonds->axisym));
-    pdi_grid_line_shift(grid, stencil, bonds->line_shift);
+    pdi_grid_compute_line_shifts(grid, stencil, bonds->line_shift);
     int32_t rows = 0;
     for (int32_t node = 0; node < grid->total; node++) {
         bonds->row[node] = -1;
-        if (node % PDI_BOND_POLL == 0) PDI_TRY(pdi_poll(ctx, "bonds: rows", node));
-        if (grid->kind[node] == PD_FLUID) rows += (options & PD_BONDS_ALL_ROWS) || !pdi_bond_whole(bonds, node);
+        if (node % PDI_BOND_POLL_INTERVAL == 0) PDI_TRY(pdi_check_cancel(ctx, "bonds: rows", node));
+        if (grid->kind[node] == PD_FLUID)
+            rows += (options & PD_BONDS_ALL_ROWS) || !pdi_bond_is_family_full(bonds, node);
     }
     PDI_TRY(pdi_bond_reserve(ctx, rows, bonds));
     for (int32_t node = 0; node < grid->total; node++) {
-        if (node % PDI_BOND_POLL == 0) PDI_TRY(pdi_poll(ctx, "bonds", node));
-        if (grid->kind[node] == PD_FLUID) PDI_TRY(pdi_bond_renew(ctx, node, bonds));
+        if (node % PDI_BOND_POLL_INTERVAL == 0) PDI_TRY(pdi_check_cancel(ctx, "bonds", node));
+        if (grid->kind[node] == PD_FLUID) PDI_TRY(pdi_bond_update_node(ctx, node, bonds));
     }
-    return pdi_bond_arrange(ctx, bonds);
+    return pdi_bond_update_order(ctx, bonds);
 }
 
 pd_status pd_bonds_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, int options, pd_bonds *bonds)
 {
-    pd_status status = pdi_bond_make(ctx, stencil, grid, options, bonds);
+    pd_status status = pdi_bond_build_inner(ctx, stencil, grid, options, bonds);
     if (status < 0) pd_bonds_free(ctx, bonds);
     return status;
 }
@@ -709,14 +721,14 @@ pd_status pd_bonds_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd
         for (int k = 0; k < s->count; k++) {
             /* who has an image of the node in its family */
             for (int d = 0; d < PD_DIM; d++) j[d] = i[d] + s->offset[k * PD_DIM + d];
-            pdi_grid_fold(grid, j);
+            pdi_grid_fold_index(grid, j);
             int32_t node = pd_grid_node(grid, j);
             if (grid->kind[node] == PD_FLUID) bonds->renewed[node] = bonds->version;
         }
     }
     for (int32_t node = 0; node < grid->total && count > 0; node++)
-        if (bonds->renewed[node] == bonds->version) PDI_TRY(pdi_bond_renew(ctx, node, bonds));
-    return pdi_bond_arrange(ctx, bonds);
+        if (bonds->renewed[node] == bonds->version) PDI_TRY(pdi_bond_update_node(ctx, node, bonds));
+    return pdi_bond_update_order(ctx, bonds);
 }
 
 PDI_COLD_BEGIN
@@ -726,19 +738,19 @@ pd_status pd_bonds_validate(pd_ctx *ctx, const pd_bonds *b)
     int64_t covered = b->rows - b->plain;
     for (int32_t k = 0; k < b->whole.count; k++) covered += b->whole.length[k];
     for (int32_t k = 0; k < b->cut.count; k++) covered += b->cut.length[k];
-    if (covered != pdi_grid_count(b->grid, PD_FLUID))
-        return pdi_fail(ctx, PD_ERR_INTERNAL, "bond", "rows and runs cover %.0f of %.0f fluid nodes",
-                        (double)covered, (double)pdi_grid_count(b->grid, PD_FLUID));
+    if (covered != pdi_grid_count_kind(b->grid, PD_FLUID))
+        return pdi_fail(ctx, PD_ERR_INTERNAL, "bond", "rows and runs cover %.0f of %.0f fluid nodes", (double)covered,
+                        (double)pdi_grid_count_kind(b->grid, PD_FLUID));
     for (int32_t r = 0; r < b->rows; r++) {
         int plain = r < b->plain, ordered = r == 0 || r == b->plain || b->node[r - 1] < b->node[r];
         if (b->row[b->node[r]] != r || b->inlet[r] == plain || !ordered)
             return pdi_fail(ctx, PD_ERR_INTERNAL, "bond", "row %d of node %d stands out of order", (int)r,
                             (int)b->node[r]);
         for (int k = 0; k < s->count; k++) {
-            if (!pdi_bond_open(b, r, k)) continue;
+            if (!pdi_bond_is_open(b, r, k)) continue;
             int32_t other = b->node[r] + b->paths.shift[k];
             if (b->grid->kind[other] != PD_FLUID) continue;
-            if (pdi_path_closed_group(&b->paths, other, s->count - 1 - k) >= 0)
+            if (pdi_bond_path_find_closed_group(&b->paths, other, s->count - 1 - k) >= 0)
                 return pdi_fail(ctx, PD_ERR_INTERNAL, "bond", "the bond from node %d to node %d is open one way only",
                                 (int)b->node[r], (int)other);
         }
@@ -748,14 +760,14 @@ pd_status pd_bonds_validate(pd_ctx *ctx, const pd_bonds *b)
 
 void pd_bonds_free(pd_ctx *ctx, pd_bonds *b)
 {
-    pdi_owner_free(ctx, pdi_bond_table, b);
-    pdi_owner_free(ctx, pdi_bond_row_list, b);
-    pdi_owner_free(ctx, pdi_bond_run_list, &b->whole);
-    pdi_owner_free(ctx, pdi_bond_run_list, &b->cut);
+    pdi_array_registry_free(ctx, pdi_bond_list_node_arrays, b);
+    pdi_array_registry_free(ctx, pdi_bond_list_row_arrays, b);
+    pdi_array_registry_free(ctx, pdi_bond_list_range_arrays, &b->whole);
+    pdi_array_registry_free(ctx, pdi_bond_list_range_arrays, &b->cut);
     pdi_ghosts_free(ctx, &b->ghosts);
-    pdi_spans_free(ctx, &b->spans);
+    pdi_active_range_free(ctx, &b->spans);
     pdi_axisym_free(ctx, &b->axisym);
-    pdi_path_free(ctx, &b->paths);
+    pdi_bond_path_free(ctx, &b->paths);
     memset(b, 0, sizeof *b);
 }
 PDI_COLD_END

@@ -10,10 +10,10 @@
  */
 #ifndef PD_BOND_H
 #define PD_BOND_H
-#include "core/owner.h"
-#include "lattice/span.h"
+#include "core/array_registry.h"
+#include "lattice/active_range.h"
 #include "lattice/ghost.h"
-#include "lattice/path.h"
+#include "lattice/bond_path.h"
 #include "lattice/axisym.h"
 
 /* Velocity u [PD_DIM] [m/s] of a wall at the position x [m]. */
@@ -82,107 +82,107 @@ PD_API void pd_bonds_free(pd_ctx *ctx, pd_bonds *bonds);
 
 #ifdef PDI_INTERNAL
 /* Describes the arrays of pd_bonds with one entry a row to the array registry. */
-PDI_FN void pdi_bond_row_list(pdi_owner *owner, void *object);
+PDI_FN void pdi_bond_list_row_arrays(pdi_array_visitor *owner, void *object);
 /* Inverse moment matrix [PD_DIM][PD_DIM] of row r (eq. 3.5). Lean bonds compute it into `buffer` [PD_DIM][PD_DIM]. */
-PDI_FN const double *pdi_bond_moment(const pd_bonds *bonds, int32_t r, double *buffer);
+PDI_FN const double *pdi_bond_get_inverse_moment(const pd_bonds *bonds, int32_t r, double *buffer);
 /* Laplacian weights a(n) [count] [1/m2] of the bonds of `node`: those of the stencil, or of its row of an
  * axisymmetric grid. */
-static inline const double *pdi_bond_lap(const pd_bonds *bonds, int32_t node)
+static inline const double *pdi_bond_get_laplacian_weights(const pd_bonds *bonds, int32_t node)
 {
     const pd_axisym *axisym = &bonds->axisym;
     if (!axisym->lap) return bonds->stencil->lap;
     return axisym->lap + (int64_t)(node / bonds->grid->stride[PD_DIM - 1]) * axisym->count;
 }
 /* Factor [-] on the gradient weight g(n) in the flux along bond k of `node`: 1 on a planar grid, else of pd_axisym. */
-static inline double pdi_bond_flux(const pd_bonds *bonds, int32_t node, int k)
+static inline double pdi_bond_get_flux_factor(const pd_bonds *bonds, int32_t node, int k)
 {
     const pd_axisym *axisym = &bonds->axisym;
     return axisym->flux ? axisym->flux[(int64_t)(node / bonds->grid->stride[PD_DIM - 1]) * axisym->count + k] : 1.0;
 }
 /* 1: bond k of a row is open. */
-static inline int pdi_bond_open(const pd_bonds *bonds, int32_t row, int k)
+static inline int pdi_bond_is_open(const pd_bonds *bonds, int32_t row, int k)
 {
     return (int)(bonds->mask[(int64_t)(k >> 5) * bonds->capacity + row] >> (k & 31) & 1u);
 }
 /* Which of a block of rows have a bond open. */
-typedef enum pdi_openness {
-    PDI_OPEN_NONE,
-    PDI_OPEN_ALL,
-    PDI_OPEN_SOME
-} pdi_openness;
+typedef enum pdi_bond_openness { PDI_BOND_OPEN_NONE, PDI_BOND_OPEN_ALL, PDI_BOND_OPEN_SOME } pdi_bond_openness;
 /* Open-bond masks of a block of consecutive rows, for 32 bonds at a time. Initialised with {NULL, 0, 0, 0}. */
-typedef struct pdi_bond_gate {
-    const uint32_t *word; /* mask of each row */
+typedef struct pdi_bond_mask_block {
+    const uint32_t *words; /* mask of each row */
     uint32_t any, all;    /* bonds that are open in at least one row, and in all rows */
-    int group;            /* bonds 32 group .. 32 group + 31 */
-} pdi_bond_gate;
+    int word_index;       /* bonds 32 group .. 32 group + 31 */
+} pdi_bond_mask_block;
 /* Mask words, from `row` on, of the 32 bonds that bond k is one of. */
-static inline const uint32_t *pdi_bond_words(const pd_bonds *bonds, int32_t row, int k)
+static inline const uint32_t *pdi_bond_get_mask_words(const pd_bonds *bonds, int32_t row, int k)
 {
     return bonds->mask + (int64_t)(k >> 5) * bonds->capacity + row;
 }
 /* Loads the masks of the 32 bonds that bond k is one of, for the rows row .. row+count-1. */
-static inline void pdi_bond_gate_load(const pd_bonds *bonds, int32_t row, int k, int count, pdi_bond_gate *masks)
+static inline void pdi_bond_update_mask_block(const pd_bonds *bonds, int32_t row, int k, int count,
+                                              pdi_bond_mask_block *masks)
 {
-    masks->word = pdi_bond_words(bonds, row, k);
-    masks->group = k >> 5;
+    masks->words = pdi_bond_get_mask_words(bonds, row, k);
+    masks->word_index = k >> 5;
     masks->any = 0;
     masks->all = ~(uint32_t)0;
     for (int b = 0; b < count; b++) {
-        masks->any |= masks->word[b];
-        masks->all &= masks->word[b];
+        masks->any |= masks->words[b];
+        masks->all &= masks->words[b];
     }
 }
 /* 1.0: row b of the block has bond k open, 0.0: it is blocked. */
-static inline double pdi_bond_gate_value(const pdi_bond_gate *masks, int k, int b)
+static inline double pdi_bond_get_open_factor(const pdi_bond_mask_block *masks, int k, int b)
 {
-    return (double)(int32_t)(masks->word[b] >> (k & 31) & 1u);
+    return (double)(int32_t)(masks->words[b] >> (k & 31) & 1u);
 }
 /* Which of the rows row .. row+count-1 have bond k open: none, all or some. Use one `masks` for one block of rows. */
-static inline pdi_openness pdi_bond_gate_of(const pd_bonds *bonds, int32_t row, int k, int count, pdi_bond_gate *masks)
+static inline pdi_bond_openness pdi_bond_find_rows_open(const pd_bonds *bonds, int32_t row, int k, int count,
+                                                        pdi_bond_mask_block *masks)
 {
-    if (!masks->word || masks->group != k >> 5) pdi_bond_gate_load(bonds, row, k, count, masks);
-    if (masks->all >> (k & 31) & 1u) return PDI_OPEN_ALL;
-    return masks->any >> (k & 31) & 1u ? PDI_OPEN_SOME : PDI_OPEN_NONE;
+    if (!masks->words || masks->word_index != k >> 5) pdi_bond_update_mask_block(bonds, row, k, count, masks);
+    if (masks->all >> (k & 31) & 1u) return PDI_BOND_OPEN_ALL;
+    return masks->any >> (k & 31) & 1u ? PDI_BOND_OPEN_SOME : PDI_BOND_OPEN_NONE;
 }
 /* Which of `count` consecutive nodes have bond k open: none, all or some. They own the rows from `row` on, or have
  * full families (row -1: all open). When some are open, open[b] is 1.0 for those and 0.0 for the others. */
-static inline pdi_openness pdi_bond_gate_open(const pd_bonds *bonds, int32_t row, int k, int count,
-                                              pdi_bond_gate *masks, double *open)
+static inline pdi_bond_openness pdi_bond_find_nodes_open(const pd_bonds *bonds, int32_t row, int k, int count,
+                                                         pdi_bond_mask_block *masks, double *open)
 {
-    pdi_openness which = row < 0 ? PDI_OPEN_ALL : pdi_bond_gate_of(bonds, row, k, count, masks);
-    for (int b = 0; b < count && which == PDI_OPEN_SOME; b++) open[b] = pdi_bond_gate_value(masks, k, b);
+    pdi_bond_openness which = row < 0 ? PDI_BOND_OPEN_ALL : pdi_bond_find_rows_open(bonds, row, k, count, masks);
+    for (int b = 0; b < count && which == PDI_BOND_OPEN_SOME; b++) open[b] = pdi_bond_get_open_factor(masks, k, b);
     return which;
 }
 /* Terms of a moving wall in the Laplacian of a row (eq. 3.3): motion [PD_DIM] = sum over its cut bonds of their part
  * of wall_lap times the wall velocity at the intersection [unit of the velocity / m2]. curved [PD_DIM] (or NULL): the
  * same with their part of wall_curv. */
-PDI_FN void pdi_bond_wall_motion(const pd_bonds *bonds, int32_t row, pd_velocity_fn wall, void *user,
-                                 double *motion, double *curved);
+PDI_FN void pdi_bond_sum_wall_velocity(const pd_bonds *bonds, int32_t row, pd_velocity_fn wall, void *user,
+                                       double *motion, double *curved);
 /* Index of the shape whose zero level is the surface at a closed node; -1: the surface is that of cell faces. walled:
  * the node lies behind a side of the box. */
-PDI_FN int pdi_bond_shape(const pd_grid *grid, int32_t closed, int walled);
+PDI_FN int pdi_bond_find_surface_shape(const pd_grid *grid, int32_t closed, int walled);
 /* Fraction t at which cut bond k of a node intersects the surface; x: the point [m]. */
-PDI_FN double pdi_bond_meet(const pd_paths *paths, int32_t node, int k, double *x);
+PDI_FN double pdi_bond_find_cut_fraction(const pd_paths *paths, int32_t node, int k, double *x);
 /* Point x [m] at which cut bond k of a row intersects the surface, and the unit normal towards the fluid. Returns the
  * closed node behind it, or -1 where the line only grazes the cells of a smooth surface. */
-PDI_FN int32_t pdi_bond_surface(const pd_bonds *bonds, int32_t row, int k, double *x, double *normal);
+PDI_FN int32_t pdi_bond_find_surface_point(const pd_bonds *bonds, int32_t row, int k, double *x, double *normal);
 /* Signed distance [m] of x from the smooth surface through the cell of node `closed`; NaN: the surface there is that
  * of cell faces. */
-PDI_FN double pdi_bond_smooth(const pd_bonds *bonds, int32_t closed, const double *x);
+PDI_FN double pdi_bond_surface_distance(const pd_bonds *bonds, int32_t closed, const double *x);
 /* Intersection of a cut bond with the surface. */
-typedef struct pdi_bond_end {
-    double t;            /* [-] fraction of the bond */
-    double x[PD_DIM];    /* [m] point on the surface; that of a grazing line may lie far behind the end of the bond */
-    double at[PD_DIM];   /* [m] the same point, or the far end of the bond when that comes first */
-    double lap, curv;    /* [1/m2], [-] contributions to wall_lap and wall_curv */
-    int32_t cell;        /* first closed cell on the bond */
-    int side;            /* 1: that cell lies behind a side of the box that is a wall */
-    int smooth;          /* 1: on a smooth shape that is curved or inclined against the lattice there */
-    int grazes;          /* 1: the line crosses cells of a smooth surface, but meets that behind its end or nowhere */
-} pdi_bond_end;
+typedef struct pdi_bond_wall_end {
+    double fraction; /* [-] fraction of the bond */
+    /* [m] point on the surface; that of a grazing line may lie far behind the end of the bond */
+    double surface_point[PD_DIM];
+    double end_point[PD_DIM];   /* [m] the same point, or the far end of the bond when that comes first */
+    double wall_lap, wall_curv; /* [1/m2], [-] contributions to wall_lap and wall_curv */
+    int32_t closed_cell;        /* first closed cell on the bond */
+    int is_box_side;            /* 1: that cell lies behind a side of the box that is a wall */
+    int is_smooth;              /* 1: on a smooth shape that is curved or inclined against the lattice there */
+    /* 1: the line crosses cells of a smooth surface, but meets that behind its end or nowhere */
+    int is_grazing;
+} pdi_bond_wall_end;
 /* Computes the intersection of cut bond k of a row with the surface, and its contributions to the wall terms. */
-PDI_FN void pdi_bond_find_end(const pd_bonds *bonds, int32_t row, int k, pdi_bond_end *end);
+PDI_FN void pdi_bond_find_wall_end(const pd_bonds *bonds, int32_t row, int k, pdi_bond_wall_end *end);
 #endif
 
 #endif

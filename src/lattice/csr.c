@@ -11,12 +11,12 @@ typedef struct pdi_csr_work {
     int8_t *sign;     /* [total] sign of the component at an image */
     int32_t *column;  /* [count + 1] entries of one row, ascending: given nodes as -1 - node, then columns */
     double *weight;   /* [count + 1] [unit of the operator] */
-    int32_t room;     /* capacity of a row: bonds and the diagonal */
+    int32_t capacity; /* capacity of a row: bonds and the diagonal */
     int32_t size;     /* entries of the row so far */
 } pdi_csr_work;
 
 /* PD_ERR_ARGUMENT: unknown operator, axis out of range, or a diffusivity that is missing, negative or not finite. */
-static pd_status pdi_csr_check(pd_ctx *ctx, const pd_bonds *bonds, const pd_csr_desc *d)
+static pd_status pdi_csr_check_input(pd_ctx *ctx, const pd_bonds *bonds, const pd_csr_desc *d)
 {
     int along = d->op == PD_CSR_GRADIENT || d->op == PD_CSR_DIVERGENCE;
     if (d->op < PD_CSR_LAPLACIAN || d->op > PD_CSR_DIVERGENCE)
@@ -37,7 +37,7 @@ static pd_status pdi_csr_check(pd_ctx *ctx, const pd_bonds *bonds, const pd_csr_
 
 /* Adds `weight` to the row entry of the value at far end `far` (a node or ghost of the lattice), and inserts the
  * entry when it is new. */
-static void pdi_csr_add(pdi_csr_work *w, int32_t far, double weight)
+static void pdi_csr_add_entry(pdi_csr_work *w, int32_t far, double weight)
 {
     int32_t node = w->source[far], at = w->size;
     int32_t column = w->csr->index[node] >= 0 ? w->csr->index[node] : -1 - node;
@@ -56,7 +56,7 @@ static void pdi_csr_add(pdi_csr_work *w, int32_t far, double weight)
 
 /* Returns the weight of the value at the far end of bond k of node i; *diagonal: that of the value at node i itself
  * in this bond. */
-static double pdi_csr_weight(const pdi_csr_work *w, int32_t i, int k, double *diagonal)
+static double pdi_csr_compute_weight(const pdi_csr_work *w, int32_t i, int k, double *diagonal)
 {
     const pd_bonds *b = w->bonds;
     const pd_stencil *s = b->stencil;
@@ -65,21 +65,22 @@ static double pdi_csr_weight(const pdi_csr_work *w, int32_t i, int k, double *di
     const double *inverse = NULL;
     int axis = w->desc->axis;
     switch (w->desc->op) {
-    case PD_CSR_LAPLACIAN: weight = pdi_bond_lap(b, i)[k]; break;
+    case PD_CSR_LAPLACIAN: weight = pdi_bond_get_laplacian_weights(b, i)[k]; break;
     case PD_CSR_DIFFUSE: {
         double one = w->desc->diffusivity[i], other = w->desc->diffusivity[w->source[i + b->paths.shift[k]]];
         double lower = one < other ? one : other, upper = one < other ? other : one;
-        weight = upper > 0.0 ? pdi_bond_lap(b, i)[k] * (2.0 * lower / (1.0 + lower / upper)) : 0.0; /* eq. 5.2 */
+        /* eq. 5.2 */
+        weight = upper > 0.0 ? pdi_bond_get_laplacian_weights(b, i)[k] * (2.0 * lower / (1.0 + lower / upper)) : 0.0;
         break;
     }
     case PD_CSR_GRADIENT: /* eq. 2.4; at truncated families eq. 3.5 */
         weight = r < 0 ? s->grad[k * PD_DIM + axis] : 0.0;
         if (r >= 0 && b->grid->kind[i + b->paths.shift[k]] == PD_INLET) break;
-        if (r >= 0) inverse = pdi_bond_moment(b, r, buffer) + axis * PD_DIM;
+        if (r >= 0) inverse = pdi_bond_get_inverse_moment(b, r, buffer) + axis * PD_DIM;
         for (int e = 0; e < PD_DIM && inverse; e++) weight += inverse[e] * s->base[k] * s->xi[k * PD_DIM + e];
         break;
     case PD_CSR_DIVERGENCE: /* eq. 4.2 */
-        weight = s->grad[k * PD_DIM + axis] * pdi_bond_flux(b, i, k);
+        weight = s->grad[k * PD_DIM + axis] * pdi_bond_get_flux_factor(b, i, k);
         *diagonal = weight;
         return weight;
     }
@@ -88,30 +89,30 @@ static double pdi_csr_weight(const pdi_csr_work *w, int32_t i, int k, double *di
 }
 
 /* Assembles the row of node i. */
-static void pdi_csr_row(pdi_csr_work *w, int32_t i)
+static void pdi_csr_assemble_row(pdi_csr_work *w, int32_t i)
 {
     const pd_bonds *b = w->bonds;
     int32_t r = b->row[i];
     double sum = 0.0, diagonal;
     w->size = 0;
     for (int k = 0; k < b->stencil->count; k++) {
-        if (r >= 0 && !pdi_bond_open(b, r, k)) continue;
-        double weight = pdi_csr_weight(w, i, k, &diagonal);
+        if (r >= 0 && !pdi_bond_is_open(b, r, k)) continue;
+        double weight = pdi_csr_compute_weight(w, i, k, &diagonal);
         sum += diagonal;
-        if (weight != 0.0) pdi_csr_add(w, i + b->paths.shift[k], weight);
+        if (weight != 0.0) pdi_csr_add_entry(w, i + b->paths.shift[k], weight);
     }
     /* the opposite bonds of a full family cancel to the last bit in op.h */
     if (r < 0 && (w->desc->op == PD_CSR_GRADIENT || (w->desc->op == PD_CSR_DIVERGENCE && !b->axisym.flux))) sum = 0.0;
-    pdi_csr_add(w, i, sum);
+    pdi_csr_add_entry(w, i, sum);
 }
 
 /* Assembles all rows; count 1: only their lengths (row and given_row). */
-static void pdi_csr_rows(pdi_csr_work *w, int count)
+static void pdi_csr_assemble_rows(pdi_csr_work *w, int count)
 {
     pd_csr *c = w->csr;
     for (int32_t r = 0; r < c->rows; r++) {
         int32_t given = 0;
-        pdi_csr_row(w, c->node[r]);
+        pdi_csr_assemble_row(w, c->node[r]);
         while (given < w->size && w->column[given] < 0) given++;
         if (count) {
             c->given_row[r + 1] = c->given_row[r] + given;
@@ -128,50 +129,50 @@ static void pdi_csr_rows(pdi_csr_work *w, int count)
 }
 
 /* 1: node i is an unknown: fluid and in the set. */
-static int pdi_csr_takes(const pd_bonds *bonds, const pd_csr_desc *desc, int32_t i)
+static int pdi_csr_is_unknown(const pd_bonds *bonds, const pd_csr_desc *desc, int32_t i)
 {
     return bonds->grid->kind[i] == PD_FLUID && (!desc->mask || desc->mask[i]);
 }
 
 /* Numbers the unknowns and allocates the arrays by row. */
-static pd_status pdi_csr_nodes(pd_ctx *ctx, const pd_bonds *bonds, const pd_csr_desc *desc, pd_csr *csr)
+static pd_status pdi_csr_set_unknowns(pd_ctx *ctx, const pd_bonds *bonds, const pd_csr_desc *desc, pd_csr *csr)
 {
     csr->total = bonds->grid->total;
-    for (int32_t i = 0; i < csr->total; i++) csr->rows += pdi_csr_takes(bonds, desc, i);
+    for (int32_t i = 0; i < csr->total; i++) csr->rows += pdi_csr_is_unknown(bonds, desc, i);
     if (!csr->rows) return pdi_fail(ctx, PD_ERR_GEOMETRY, "csr", "no fluid node is of the set");
     PDI_TRY(PDI_NEW(ctx, "csr", csr->rows, csr->node));
     PDI_TRY(PDI_NEW(ctx, "csr", csr->total, csr->index));
     PDI_TRY(PDI_NEW(ctx, "csr", csr->rows + 1, csr->row));
     PDI_TRY(PDI_NEW(ctx, "csr", csr->rows + 1, csr->given_row));
     for (int32_t i = 0, r = 0; i < csr->total; i++) {
-        csr->index[i] = pdi_csr_takes(bonds, desc, i) ? r : -1;
+        csr->index[i] = pdi_csr_is_unknown(bonds, desc, i) ? r : -1;
         if (csr->index[i] >= 0) csr->node[r++] = i;
     }
     return PD_OK;
 }
 
 /* Builds the matrix: sources of images, lengths of rows, then entries. */
-static pd_status pdi_csr_fill(pd_ctx *ctx, pdi_csr_work *w)
+static pd_status pdi_csr_build_inner(pd_ctx *ctx, pdi_csr_work *w)
 {
     const pd_ghosts *g = &w->bonds->ghosts;
     pd_csr *c = w->csr;
-    PDI_TRY(pdi_csr_nodes(ctx, w->bonds, w->desc, c));
+    PDI_TRY(pdi_csr_set_unknowns(ctx, w->bonds, w->desc, c));
     PDI_TRY(PDI_NEW(ctx, "csr", c->total, w->source));
     PDI_TRY(PDI_NEW(ctx, "csr", c->total, w->sign));
-    PDI_TRY(PDI_NEW(ctx, "csr", w->room, w->column));
-    PDI_TRY(PDI_NEW(ctx, "csr", w->room, w->weight));
+    PDI_TRY(PDI_NEW(ctx, "csr", w->capacity, w->column));
+    PDI_TRY(PDI_NEW(ctx, "csr", w->capacity, w->weight));
     for (int32_t i = 0; i < c->total; i++) w->source[i] = i;
     for (int32_t k = 0; k < g->images; k++) {
         int odd = w->desc->op == PD_CSR_DIVERGENCE && (g->odd[k] >> w->desc->axis & 1);
         w->source[g->node[k]] = g->source[k];
         w->sign[g->node[k]] = (int8_t)(odd ? -1 : 1);
     }
-    pdi_csr_rows(w, 1);
+    pdi_csr_assemble_rows(w, 1);
     PDI_TRY(PDI_NEW(ctx, "csr", c->row[c->rows], c->column));
     PDI_TRY(PDI_NEW(ctx, "csr", c->row[c->rows], c->weight));
     PDI_TRY(PDI_NEW(ctx, "csr", c->given_row[c->rows], c->given));
     PDI_TRY(PDI_NEW(ctx, "csr", c->given_row[c->rows], c->given_weight));
-    pdi_csr_rows(w, 0);
+    pdi_csr_assemble_rows(w, 0);
     return PD_OK;
 }
 
@@ -180,16 +181,16 @@ pd_status pd_csr_build(pd_ctx *ctx, const pd_bonds *bonds, const pd_csr_desc *de
     pdi_csr_work w;
     memset(csr, 0, sizeof *csr);
     memset(&w, 0, sizeof w);
-    PDI_TRY(pdi_csr_check(ctx, bonds, desc));
+    PDI_TRY(pdi_csr_check_input(ctx, bonds, desc));
     w.bonds = bonds;
     w.desc = desc;
     w.csr = csr;
-    w.room = bonds->stencil->count + 1;
-    pd_status status = pdi_csr_fill(ctx, &w);
+    w.capacity = bonds->stencil->count + 1;
+    pd_status status = pdi_csr_build_inner(ctx, &w);
     PDI_DELETE(ctx, bonds->grid->total, w.source);
     PDI_DELETE(ctx, bonds->grid->total, w.sign);
-    PDI_DELETE(ctx, w.room, w.column);
-    PDI_DELETE(ctx, w.room, w.weight);
+    PDI_DELETE(ctx, w.capacity, w.column);
+    PDI_DELETE(ctx, w.capacity, w.weight);
     if (status < 0) pd_csr_free(ctx, csr);
     return status;
 }

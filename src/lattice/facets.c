@@ -4,34 +4,34 @@
  * Detection, ch. 5 and 6.
  */
 #include "lattice/facets.h"
-#include "lattice/weld.h"
-#include "core/sets.h"
+#include "lattice/vertex_merge.h"
+#include "core/disjoint_sets.h"
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 /* Largest number of triangles in a leaf of the tree. */
-#define PDI_FACETS_LEAF 4
+#define PDI_FACETS_LEAF_SIZE 4
 /* [-] Rounding error of a distance over the largest coordinate of the surface: about 50 units of double precision. */
 #define PDI_FACETS_ROUNDING 1e-14
 /* [-] Degenerate triangles: (twice the area)^2 is below this fraction of the fourth power of the longest edge. They are
  * treated as three segments. */
 #define PDI_FACETS_SLIVER 1e-16
 /* Number of overlapping bodies for which the distance is evaluated as documented; with more it is a bound. */
-#define PDI_FACETS_NEARER 16
+#define PDI_FACETS_MAX_OVERLAP 16
 /* Approximate number of triangles whose orientation is tested, and the smallest component along axis 0 of a unit normal
  * that a ray along axis 0 can test. */
-#define PDI_FACETS_LOOKS 20000
-#define PDI_FACETS_STEEP 0.1
+#define PDI_FACETS_ORIENTATION_SAMPLES 20000
+#define PDI_FACETS_MIN_NORMAL 0.1
 /* Stack size of tree traversals: each level halves the triangles, of which there are fewer than 2^31. */
-#define PDI_FACETS_DEPTH 64
+#define PDI_FACETS_MAX_DEPTH 64
 /* [-] A segment that misses an edge by this fraction of its length still intersects the triangle; for boxes, a fraction
  * of the largest coordinate. A superfluous intersection does no harm. */
-#define PDI_FACETS_EDGE 1e-9
+#define PDI_FACETS_EDGE_TOLERANCE 1e-9
 
 /* Describes the arrays of the surface (name, size, unit) to the array registry. */
-static void pdi_facets_list(pdi_owner *owner, void *object)
+static void pdi_facets_list_arrays(pdi_array_visitor *owner, void *object)
 {
     pd_facets *facets = (pd_facets *)object;
     PDI_ARRAY(owner, facets, corner, (int64_t)facets->count * 9, "m");
@@ -46,7 +46,7 @@ static void pdi_facets_list(pdi_owner *owner, void *object)
 PDI_FN int64_t pdi_facets_bytes(const pd_facets *facets)
 {
     pd_facets copy = *facets;
-    return pdi_owner_bytes(pdi_facets_list, &copy);
+    return pdi_array_registry_count_bytes(pdi_facets_list_arrays, &copy);
 }
 
 /* ---- is the surface closed? ---- */
@@ -54,15 +54,15 @@ PDI_FN int64_t pdi_facets_bytes(const pd_facets *facets)
 /* A directed edge of a triangle, for sorting. */
 typedef struct pdi_facets_edge {
     int32_t low, high; /* vertices */
-    int32_t at;        /* corner (3 triangle + 0..2) where it begins */
-    int32_t sense;     /* 1: from low to high */
+    int32_t corner;    /* corner (3 triangle + 0..2) where it begins */
+    int32_t is_forward; /* 1: from low to high */
 } pdi_facets_edge;
 
 /* A triangle by its sorted vertices, to find pairs of coincident triangles. */
 typedef struct pdi_facets_face {
     int32_t vertex[3]; /* ascending */
-    int32_t sense;     /* 1: the sorted order is the orientation of the triangle, -1: the opposite one */
-    int32_t at;        /* triangle */
+    int32_t orientation; /* 1: the sorted order is the orientation of the triangle, -1: the opposite one */
+    int32_t triangle;    /* triangle */
 } pdi_facets_face;
 
 /* Working arrays while the surface is built. */
@@ -70,11 +70,13 @@ typedef struct pdi_facets_work {
     const double *corner; /* [count][3][3] [m] as they were given */
     int32_t count;
     int32_t *vertex;      /* [3 count] vertex of a corner: the first corner at that point */
-    int32_t *part;        /* [count] shell of a triangle: its first triangle; -1: left out */
-    int32_t *root;        /* [3 count] parents of disjoint sets, and other scratch */
-    int32_t joined;       /* corners merged with a vertex nearby */
-    int32_t open;         /* unmatched edges: more triangles in one direction than in the other. The first of them: */
-    int32_t at, triangles, along; /* its first corner, its triangles, those in the direction of that corner */
+    int32_t *shell;       /* [count] shell of a triangle: its first triangle; -1: left out */
+    int32_t *parent;      /* [3 count] parents of disjoint sets, and other scratch */
+    int32_t merged;       /* corners merged with a vertex nearby */
+    /* unmatched edges: more triangles in one direction than in the other. The first of them: */
+    int32_t unmatched;
+    /* its first corner, its triangles, those in the direction of that corner */
+    int32_t unmatched_corner, unmatched_triangles, unmatched_forward;
 } pdi_facets_work;
 
 /* qsort: order edges by vertices, then direction, then corner. */
@@ -83,8 +85,8 @@ static int pdi_facets_compare_edges(const void *a, const void *b)
     const pdi_facets_edge *p = (const pdi_facets_edge *)a, *q = (const pdi_facets_edge *)b;
     if (p->low != q->low) return p->low < q->low ? -1 : 1;
     if (p->high != q->high) return p->high < q->high ? -1 : 1;
-    if (p->sense != q->sense) return p->sense < q->sense ? -1 : 1;
-    return (p->at > q->at) - (p->at < q->at);
+    if (p->is_forward != q->is_forward) return p->is_forward < q->is_forward ? -1 : 1;
+    return (p->corner > q->corner) - (p->corner < q->corner);
 }
 
 /* qsort: order triangles by vertices, then orientation, then number. */
@@ -93,37 +95,37 @@ static int pdi_facets_compare_faces(const void *a, const void *b)
     const pdi_facets_face *p = (const pdi_facets_face *)a, *q = (const pdi_facets_face *)b;
     for (int k = 0; k < 3; k++)
         if (p->vertex[k] != q->vertex[k]) return p->vertex[k] < q->vertex[k] ? -1 : 1;
-    if (p->sense != q->sense) return p->sense < q->sense ? -1 : 1;
-    return (p->at > q->at) - (p->at < q->at);
+    if (p->orientation != q->orientation) return p->orientation < q->orientation ? -1 : 1;
+    return (p->triangle > q->triangle) - (p->triangle < q->triangle);
 }
 
 /* Excludes triangles with two equal vertices, and pairs of coincident triangles of opposite orientation (touching
  * bodies): their shell is -1. Others start as shells of their own. */
-static pd_status pdi_facets_choose(pd_ctx *ctx, pdi_facets_work *w)
+static pd_status pdi_facets_remove_degenerate(pd_ctx *ctx, pdi_facets_work *w)
 {
     pdi_facets_face *face = NULL;
     int32_t count = 0;
     PDI_TRY(PDI_NEW(ctx, "facets", w->count, face));
     for (int32_t k = 0; k < w->count; k++) {
         const int32_t *v = w->vertex + 3 * (int64_t)k;
-        w->part[k] = v[0] == v[1] || v[1] == v[2] || v[2] == v[0] ? -1 : k;
-        if (w->part[k] < 0) continue;
+        w->shell[k] = v[0] == v[1] || v[1] == v[2] || v[2] == v[0] ? -1 : k;
+        if (w->shell[k] < 0) continue;
         int first = v[0] < v[1] ? v[0] < v[2] ? 0 : 2 : v[1] < v[2] ? 1 : 2;
         int32_t second = v[(first + 1) % 3], third = v[(first + 2) % 3];
         face[count].vertex[0] = v[first];
         face[count].vertex[1] = second < third ? second : third;
         face[count].vertex[2] = second < third ? third : second;
-        face[count].sense = second < third ? 1 : -1;
-        face[count++].at = k;
+        face[count].orientation = second < third ? 1 : -1;
+        face[count++].triangle = k;
     }
     qsort(face, (size_t)count, sizeof *face, pdi_facets_compare_faces);
     for (int32_t k = 0, next; k < count; k = next) {
         int32_t back = 0, size;
         for (next = k; next < count && memcmp(face[next].vertex, face[k].vertex, sizeof face[k].vertex) == 0; next++)
-            back += face[next].sense < 0; /* they come first */
+            back += face[next].orientation < 0; /* they come first */
         size = next - k;
         int32_t pairs = back < size - back ? back : size - back;
-        for (int32_t p = 0; p < pairs; p++) w->part[face[k + p].at] = w->part[face[next - 1 - p].at] = -1;
+        for (int32_t p = 0; p < pairs; p++) w->shell[face[k + p].triangle] = w->shell[face[next - 1 - p].triangle] = -1;
     }
     PDI_DELETE(ctx, w->count, face);
     return PD_OK;
@@ -131,71 +133,74 @@ static pd_status pdi_facets_choose(pd_ctx *ctx, pdi_facets_work *w)
 
 /* From the sorted directed edges edge[count]: unites triangles that share an edge into shells, and counts the edges
  * with more triangles in one direction than in the other. */
-static void pdi_facets_pairs(pdi_facets_work *w, const pdi_facets_edge *edge, int32_t count)
+static void pdi_facets_find_shells(pdi_facets_work *w, const pdi_facets_edge *edge, int32_t count)
 {
-    w->open = 0;
-    for (int32_t k = 0; k < w->count; k++) w->root[k] = k;
+    w->unmatched = 0;
+    for (int32_t k = 0; k < w->count; k++) w->parent[k] = k;
     for (int32_t k = 0, next; k < count; k = next) {
         int32_t forward = 0;
         for (next = k; next < count && edge[next].low == edge[k].low && edge[next].high == edge[k].high; next++) {
-            forward += edge[next].sense;
-            pdi_sets_unite(w->root, edge[k].at / 3, edge[next].at / 3);
+            forward += edge[next].is_forward;
+            pdi_disjoint_sets_merge(w->parent, edge[k].corner / 3, edge[next].corner / 3);
         }
         if (2 * forward == next - k) continue;
-        if (!w->open++) {
-            w->at = edge[k].at;
-            w->triangles = next - k;
-            w->along = edge[k].sense ? forward : next - k - forward;
+        if (!w->unmatched++) {
+            w->unmatched_corner = edge[k].corner;
+            w->unmatched_triangles = next - k;
+            w->unmatched_forward = edge[k].is_forward ? forward : next - k - forward;
         }
     }
     for (int32_t k = 0; k < w->count; k++)
-        if (w->part[k] >= 0) w->part[k] = pdi_sets_root(w->root, k);
+        if (w->shell[k] >= 0) w->shell[k] = pdi_disjoint_sets_find_root(w->parent, k);
 }
 
 /* Builds and sorts the edge list of all triangles that count, and finds shells and unmatched edges with it. */
-static pd_status pdi_facets_edges(pd_ctx *ctx, pdi_facets_work *w)
+static pd_status pdi_facets_match_edges(pd_ctx *ctx, pdi_facets_work *w)
 {
     pdi_facets_edge *edge = NULL;
     int32_t n = 0;
-    PDI_TRY(pdi_facets_choose(ctx, w));
+    PDI_TRY(pdi_facets_remove_degenerate(ctx, w));
     PDI_TRY(PDI_NEW(ctx, "facets", 3 * w->count, edge));
     for (int32_t k = 0; k < 3 * w->count; k++) {
-        if (w->part[k / 3] < 0) continue;
+        if (w->shell[k / 3] < 0) continue;
         int32_t from = w->vertex[k], to = w->vertex[k % 3 < 2 ? k + 1 : k - 2];
         edge[n].low = from < to ? from : to;
         edge[n].high = from < to ? to : from;
-        edge[n].at = k;
-        edge[n++].sense = from < to;
+        edge[n].corner = k;
+        edge[n++].is_forward = from < to;
     }
     qsort(edge, (size_t)n, sizeof *edge, pdi_facets_compare_edges);
-    pdi_facets_pairs(w, edge, n);
+    pdi_facets_find_shells(w, edge, n);
     PDI_DELETE(ctx, 3 * w->count, edge);
     return PD_OK;
 }
 
 /* PD_OK: the surface is closed, with identical corners merged, or corners within tolerance too. PD_ERR_GEOMETRY: it
  * has unmatched edges; the message names the first one. */
-static pd_status pdi_facets_closed(pd_ctx *ctx, pdi_facets_work *w)
+static pd_status pdi_facets_check_closed(pd_ctx *ctx, pdi_facets_work *w)
 {
-    PDI_TRY(pdi_weld_exact(ctx, w->corner, 3 * w->count, w->vertex));
-    PDI_TRY(pdi_facets_edges(ctx, w));
-    if (w->open) {
-        PDI_TRY(pdi_weld_near(ctx, w->corner, 3 * w->count, w->vertex, w->root, &w->joined));
-        PDI_TRY(pdi_facets_edges(ctx, w));
+    PDI_TRY(pdi_vertex_merge_identical(ctx, w->corner, 3 * w->count, w->vertex));
+    PDI_TRY(pdi_facets_match_edges(ctx, w));
+    if (w->unmatched) {
+        PDI_TRY(pdi_vertex_merge_nearby(ctx, w->corner, 3 * w->count, w->vertex, w->parent, &w->merged));
+        PDI_TRY(pdi_facets_match_edges(ctx, w));
     }
-    if (!w->open) return PD_OK;
-    const double *x = w->corner + (int64_t)w->at * 3;
-    const double *y = w->corner + (int64_t)(w->at % 3 < 2 ? w->at + 1 : w->at - 2) * 3;
+    if (!w->unmatched) return PD_OK;
+    const double *x = w->corner + (int64_t)w->unmatched_corner * 3;
+    const double *y =
+        w->corner + (int64_t)(w->unmatched_corner % 3 < 2 ? w->unmatched_corner + 1 : w->unmatched_corner - 2) * 3;
     char more[40] = "";
-    if (w->open > 1) snprintf(more, sizeof more, "; so have %d more edges", (int)w->open - 1);
-    return pdi_fail(ctx, PD_ERR_GEOMETRY, "facets", "the edge from (%.9g %.9g %.9g) to (%.9g %.9g %.9g) m has %d "
+    if (w->unmatched > 1) snprintf(more, sizeof more, "; so have %d more edges", (int)w->unmatched - 1);
+    return pdi_fail(ctx, PD_ERR_GEOMETRY, "facets",
+                    "the edge from (%.9g %.9g %.9g) to (%.9g %.9g %.9g) m has %d "
                     "triangle%s, %d of them along it, expected as many along it as against it: the surface is not "
-                    "closed, or a triangle is turned over%s", x[0], x[1], x[2], y[0], y[1], y[2], (int)w->triangles,
-                    w->triangles > 1 ? "s" : "", (int)w->along, more);
+                    "closed, or a triangle is turned over%s",
+                    x[0], x[1], x[2], y[0], y[1], y[2], (int)w->unmatched_triangles,
+                    w->unmatched_triangles > 1 ? "s" : "", (int)w->unmatched_forward, more);
 }
 
 /* PD_ERR_ARGUMENT: number of triangles outside 4 .. INT32_MAX/9, or a coordinate that is not finite. */
-static pd_status pdi_facets_check(pd_ctx *ctx, const double *corner, int64_t count)
+static pd_status pdi_facets_check_input(pd_ctx *ctx, const double *corner, int64_t count)
 {
     if (count < 4 || count > INT32_MAX / 9)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "facets", "%.0f triangles, expected 4 to %d", (double)count,
@@ -208,7 +213,7 @@ static pd_status pdi_facets_check(pd_ctx *ctx, const double *corner, int64_t cou
 }
 
 /* Six times the signed volume [m3] enclosed by `count` triangles, as a sum of tetrahedra with apex `origin` [m]. */
-static double pdi_facets_volume(const double *corner, int32_t count, const double *origin)
+static double pdi_facets_compute_six_volumes(const double *corner, int32_t count, const double *origin)
 {
     double volume = 0.0;
     for (int64_t k = 0; k < count; k++) {
@@ -224,22 +229,23 @@ static double pdi_facets_volume(const double *corner, int32_t count, const doubl
 /* ---- the tree ---- */
 
 /* Sort key of a triangle. */
-typedef struct pdi_facets_key {
-    double middle; /* [m] coordinate of its centroid along the axis of the split */
-    int32_t at;    /* triangle */
-} pdi_facets_key;
+typedef struct pdi_facets_centroid_key {
+    double centroid;  /* [m] coordinate of its centroid along the axis of the split */
+    int32_t triangle; /* triangle */
+} pdi_facets_centroid_key;
 
 /* qsort: order by the coordinate of the centroid, then by number. */
 static int pdi_facets_compare_keys(const void *a, const void *b)
 {
-    const pdi_facets_key *p = (const pdi_facets_key *)a, *q = (const pdi_facets_key *)b;
-    if (p->middle < q->middle || p->middle > q->middle) return p->middle < q->middle ? -1 : 1;
-    return (p->at > q->at) - (p->at < q->at);
+    const pdi_facets_centroid_key *p = (const pdi_facets_centroid_key *)a, *q = (const pdi_facets_centroid_key *)b;
+    if (p->centroid < q->centroid || p->centroid > q->centroid) return p->centroid < q->centroid ? -1 : 1;
+    return (p->triangle > q->triangle) - (p->triangle < q->triangle);
 }
 
 /* Builds the box of the triangles first .. first + size - 1 of `key`, and recursively its two children: a median
  * split along the longest edge of the box. Reorders `key`. */
-static void pdi_facets_divide(pd_facets *f, const double *corner, pdi_facets_key *key, int32_t first, int32_t size)
+static void pdi_facets_build_subtree(pd_facets *f, const double *corner, pdi_facets_centroid_key *key, int32_t first,
+                                     int32_t size)
 {
     int32_t index = f->boxes++;
     double *box = f->box + 6 * (int64_t)index;
@@ -252,21 +258,21 @@ static void pdi_facets_divide(pd_facets *f, const double *corner, pdi_facets_key
         box[3 + d] = -HUGE_VAL;
         for (int32_t k = first; k < first + size; k++)
             for (int p = 0; p < 3; p++) {
-                double x = corner[9 * (int64_t)key[k].at + 3 * p + d];
+                double x = corner[9 * (int64_t)key[k].triangle + 3 * p + d];
                 box[d] = pdi_min(box[d], x);
                 box[3 + d] = pdi_max(box[3 + d], x);
             }
         if (box[3 + d] - box[d] > box[3 + axis] - box[axis]) axis = d;
     }
-    if (size <= PDI_FACETS_LEAF) return;
+    if (size <= PDI_FACETS_LEAF_SIZE) return;
     for (int32_t k = first; k < first + size; k++) {
-        const double *x = corner + 9 * (int64_t)key[k].at + axis;
-        key[k].middle = x[0] / 3.0 + x[3] / 3.0 + x[6] / 3.0;
+        const double *x = corner + 9 * (int64_t)key[k].triangle + axis;
+        key[k].centroid = x[0] / 3.0 + x[3] / 3.0 + x[6] / 3.0;
     }
     qsort(key + first, (size_t)size, sizeof *key, pdi_facets_compare_keys);
-    pdi_facets_divide(f, corner, key, first, size / 2);
+    pdi_facets_build_subtree(f, corner, key, first, size / 2);
     f->second[index] = f->boxes;
-    pdi_facets_divide(f, corner, key, first + size / 2, size - size / 2);
+    pdi_facets_build_subtree(f, corner, key, first + size / 2, size - size / 2);
 }
 
 /* ---- distance ---- */
@@ -275,7 +281,7 @@ static void pdi_facets_divide(pd_facets *f, const double *corner, pdi_facets_key
 static double pdi_facets_dot(const double *a, const double *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
 /* Squared distance [m2] of point x from the segment a b. */
-static double pdi_facets_segment(const double *a, const double *b, const double *x)
+static double pdi_facets_square_distance_segment(const double *a, const double *b, const double *x)
 {
     double edge[3], offset[3];
     for (int d = 0; d < 3; d++) {
@@ -290,7 +296,7 @@ static double pdi_facets_segment(const double *a, const double *b, const double 
 
 /* Squared distance [m2] of point x from a triangle corner [3][3]: to its plane where x projects into it, else to the
  * nearest edge. Degenerate triangles count as their edges. */
-static double pdi_facets_square(const double *corner, const double *x)
+static double pdi_facets_square_distance_triangle(const double *corner, const double *x)
 {
     double e[3][3], offset[3], normal[3], longest = 0.0, best = HUGE_VAL;
     for (int k = 0; k < 3; k++) {
@@ -314,7 +320,7 @@ static double pdi_facets_square(const double *corner, const double *x)
         }
         if (plane && side >= 0.0) continue;
         outside = 1;
-        double square = pdi_facets_segment(from, corner + (3 * k + 3) % 9, x);
+        double square = pdi_facets_square_distance_segment(from, corner + (3 * k + 3) % 9, x);
         best = square < best ? square : best;
     }
     if (outside) return best;
@@ -323,7 +329,7 @@ static double pdi_facets_square(const double *corner, const double *x)
 }
 
 /* Squared distance [m2] of point x from box k; 0 inside. */
-static double pdi_facets_beyond(const pd_facets *f, int32_t k, const double *x)
+static double pdi_facets_square_distance_box(const pd_facets *f, int32_t k, const double *x)
 {
     const double *box = f->box + 6 * (int64_t)k;
     double square = 0.0;
@@ -336,10 +342,11 @@ static double pdi_facets_beyond(const pd_facets *f, int32_t k, const double *x)
 
 /* Squared distance [m2] of x from the nearest triangle in the tree below `root`, without triangle `skip` (-1: none);
  * `best` when none is nearer. Branch and bound, the nearer child first. */
-static double pdi_facets_nearest(const pd_facets *f, int32_t root, int32_t skip, const double *x, double best)
+static double pdi_facets_square_distance_tree(const pd_facets *f, int32_t root, int32_t skip, const double *x,
+                                              double best)
 {
-    int32_t stack[PDI_FACETS_DEPTH];
-    double bound[PDI_FACETS_DEPTH];
+    int32_t stack[PDI_FACETS_MAX_DEPTH];
+    double bound[PDI_FACETS_MAX_DEPTH];
     int depth = 1;
     stack[0] = root;
     bound[0] = 0.0;
@@ -347,7 +354,8 @@ static double pdi_facets_nearest(const pd_facets *f, int32_t root, int32_t skip,
         int32_t index = stack[--depth], second = f->second[index];
         if (bound[depth] >= best) continue;
         if (second) {
-            double left = pdi_facets_beyond(f, index + 1, x), right = pdi_facets_beyond(f, second, x);
+            double left = pdi_facets_square_distance_box(f, index + 1, x),
+                   right = pdi_facets_square_distance_box(f, second, x);
             int swap = left < right;
             stack[depth] = swap ? second : index + 1;
             bound[depth++] = swap ? right : left;
@@ -356,7 +364,7 @@ static double pdi_facets_nearest(const pd_facets *f, int32_t root, int32_t skip,
             continue;
         }
         for (int32_t k = f->first[index]; k < f->first[index] + f->size[index]; k++) {
-            double square = k == skip ? best : pdi_facets_square(f->corner + 9 * (int64_t)k, x);
+            double square = k == skip ? best : pdi_facets_square_distance_triangle(f->corner + 9 * (int64_t)k, x);
             best = square < best ? square : best;
         }
     }
@@ -367,7 +375,7 @@ static double pdi_facets_nearest(const pd_facets *f, int32_t root, int32_t skip,
 
 /* Does the edge p q, projected along axis 0, cross the half-line from x towards +axis 1? 1: upwards along axis 2, -1:
  * downwards, 0: no. Evaluates the same expression for both triangles at an edge. */
-static int pdi_facets_passes(const double *p, const double *q, const double *x)
+static int pdi_facets_edge_crossing_sign(const double *p, const double *q, const double *x)
 {
     if ((p[2] <= x[2]) == (q[2] <= x[2])) return 0;
     int up = p[2] < q[2] ? 1 : -1;
@@ -378,10 +386,11 @@ static int pdi_facets_passes(const double *p, const double *q, const double *x)
 }
 
 /* Does the ray from x towards +axis 0 intersect the triangle? 1: it leaves the body there, -1: it enters, 0: no. */
-static int pdi_facets_meets(const double *corner, const double *x)
+static int pdi_facets_ray_crossing_sign(const double *corner, const double *x)
 {
     const double *a = corner, *b = corner + 3, *c = corner + 6;
-    int leaves = pdi_facets_passes(a, b, x) + pdi_facets_passes(b, c, x) + pdi_facets_passes(c, a, x);
+    int leaves = pdi_facets_edge_crossing_sign(a, b, x) + pdi_facets_edge_crossing_sign(b, c, x) +
+                 pdi_facets_edge_crossing_sign(c, a, x);
     if (!leaves) return 0;
     double low = pdi_min(a[0], pdi_min(b[0], c[0])), high = pdi_max(a[0], pdi_max(b[0], c[0])), slope[3];
     if (x[0] < low || x[0] >= high) return x[0] < low ? leaves : 0;
@@ -395,9 +404,9 @@ static int pdi_facets_meets(const double *corner, const double *x)
 
 /* Winding number about x of the triangles in the tree below `root`, without triangle `skip` (-1: none): signed count
  * of ray intersections. */
-static int pdi_facets_winding(const pd_facets *f, int32_t root, int32_t skip, const double *x)
+static int pdi_facets_winding_number(const pd_facets *f, int32_t root, int32_t skip, const double *x)
 {
-    int32_t stack[PDI_FACETS_DEPTH];
+    int32_t stack[PDI_FACETS_MAX_DEPTH];
     int depth = 1, sum = 0;
     stack[0] = root;
     while (depth) {
@@ -410,33 +419,33 @@ static int pdi_facets_winding(const pd_facets *f, int32_t root, int32_t skip, co
             continue;
         }
         for (int32_t k = f->first[index]; k < f->first[index] + f->size[index]; k++)
-            if (k != skip) sum += pdi_facets_meets(f->corner + 9 * (int64_t)k, x);
+            if (k != skip) sum += pdi_facets_ray_crossing_sign(f->corner + 9 * (int64_t)k, x);
     }
     return sum;
 }
 
 /* 1: x lies in the region that shell s encloses, whatever the direction of its normals. */
-static int pdi_facets_within(const pd_facets *f, int32_t s, const double *x)
+static int pdi_facets_is_inside_shell(const pd_facets *f, int32_t s, const double *x)
 {
-    return f->sense[s] * pdi_facets_winding(f, f->root[s], -1, x) > 0;
+    return f->sense[s] * pdi_facets_winding_number(f, f->root[s], -1, x) > 0;
 }
 
 /* Unsigned distance [m] to the surface of a union of several shells; *inside: 1 when x is in the body. Offsetting
  * every shell by t changes how many of them contain x; the distance is the offset t at which bodies minus cavities
  * changes sign, which is the `wanted`-th smallest distance of those shells that can bring it about. */
-static double pdi_facets_among(const pd_facets *f, const double *x, int *inside)
+static double pdi_facets_distance_to_union(const pd_facets *f, const double *x, int *inside)
 {
-    double nearest[PDI_FACETS_NEARER];
+    double nearest[PDI_FACETS_MAX_OVERLAP];
     int depth = 0, found = 0;
-    for (int32_t s = 0; s < f->shells; s++) depth += f->sense[s] * pdi_facets_within(f, s, x);
+    for (int32_t s = 0; s < f->shells; s++) depth += f->sense[s] * pdi_facets_is_inside_shell(f, s, x);
     *inside = depth > 0;
     int wanted = *inside ? depth : 1 - depth;
-    if (wanted > PDI_FACETS_NEARER) wanted = PDI_FACETS_NEARER;
+    if (wanted > PDI_FACETS_MAX_OVERLAP) wanted = PDI_FACETS_MAX_OVERLAP;
     for (int32_t s = 0; s < f->shells; s++) {
         double bound = found < wanted ? HUGE_VAL : nearest[wanted - 1];
-        if (pdi_facets_beyond(f, f->root[s], x) >= bound) continue;
-        if ((f->sense[s] > 0) != (pdi_facets_within(f, s, x) == *inside)) continue;
-        double square = pdi_facets_nearest(f, f->root[s], -1, x, bound);
+        if (pdi_facets_square_distance_box(f, f->root[s], x) >= bound) continue;
+        if ((f->sense[s] > 0) != (pdi_facets_is_inside_shell(f, s, x) == *inside)) continue;
+        double square = pdi_facets_square_distance_tree(f, f->root[s], -1, x, bound);
         if (!(square < bound)) continue;
         int k = found < wanted ? found++ : wanted - 1;
         for (; k > 0 && nearest[k - 1] > square; k--) nearest[k] = nearest[k - 1];
@@ -448,11 +457,11 @@ static double pdi_facets_among(const pd_facets *f, const double *x, int *inside)
 PDI_FN double pdi_facets_distance(const pd_facets *f, const double *x)
 {
     int inside = 0;
-    double far = 0.0, distance = f->shells > 1 ? pdi_facets_among(f, x, &inside)
-                                               : sqrt(pdi_facets_nearest(f, 0, -1, x, HUGE_VAL));
+    double far = 0.0, distance = f->shells > 1 ? pdi_facets_distance_to_union(f, x, &inside)
+                                               : sqrt(pdi_facets_square_distance_tree(f, 0, -1, x, HUGE_VAL));
     for (int d = 0; d < 6; d++) far = pdi_max(far, fabs(f->box[d]));
     if (distance <= PDI_FACETS_ROUNDING * far) return 0.0;
-    if (f->shells == 1) inside = pdi_facets_within(f, 0, x);
+    if (f->shells == 1) inside = pdi_facets_is_inside_shell(f, 0, x);
     return inside ? -distance : distance;
 }
 
@@ -460,20 +469,21 @@ PDI_FN double pdi_facets_distance(const pd_facets *f, const double *x)
 
 /* Winding number of all shells just in front (outside) of triangle k: below 0 where the triangle is oriented the
  * wrong way. normal_x: component of its normal along axis 0, not 0; middle [m]: its centroid. */
-static int pdi_facets_front(const pd_facets *f, int32_t k, double normal_x, const double *middle)
+static int pdi_facets_winding_in_front(const pd_facets *f, int32_t k, double normal_x, const double *middle)
 {
     int winding = normal_x > 0.0 ? 0 : -1;
-    for (int32_t s = 0; s < f->shells; s++) winding += pdi_facets_winding(f, f->root[s], k, middle);
+    for (int32_t s = 0; s < f->shells; s++) winding += pdi_facets_winding_number(f, f->root[s], k, middle);
     if (winding >= 0) return winding;
     double largest = 0.0, nearest = HUGE_VAL; /* triangles that lie on each other are in front of nothing */
     for (int d = 0; d < 6; d++) largest = pdi_max(largest, fabs(f->box[d]));
-    for (int32_t s = 0; s < f->shells; s++) nearest = pdi_facets_nearest(f, f->root[s], k, middle, nearest);
-    return nearest > PDI_WELD_NEAR * PDI_WELD_NEAR * largest * largest ? winding : 0;
+    for (int32_t s = 0; s < f->shells; s++)
+        nearest = pdi_facets_square_distance_tree(f, f->root[s], k, middle, nearest);
+    return nearest > PDI_VERTEX_MERGE_TOLERANCE * PDI_VERTEX_MERGE_TOLERANCE * largest * largest ? winding : 0;
 }
 
 /* 1: the orientation of triangle k can be tested by a ray along axis 0, its normal not being across it. *normal_x:
  * component of the normal along axis 0 [m2]; middle [m]: the centroid. */
-static int pdi_facets_faces(const pd_facets *f, int32_t k, double *normal_x, double *middle)
+static int pdi_facets_is_orientation_testable(const pd_facets *f, int32_t k, double *normal_x, double *middle)
 {
     const double *a = f->corner + 9 * (int64_t)k, *b = a + 3, *c = a + 6;
     double normal[3];
@@ -483,22 +493,22 @@ static int pdi_facets_faces(const pd_facets *f, int32_t k, double *normal_x, dou
         middle[d] = a[d] / 3.0 + b[d] / 3.0 + c[d] / 3.0;
     }
     *normal_x = normal[0];
-    return fabs(normal[0]) > PDI_FACETS_STEEP * sqrt(pdi_facets_dot(normal, normal));
+    return fabs(normal[0]) > PDI_FACETS_MIN_NORMAL * sqrt(pdi_facets_dot(normal, normal));
 }
 
 /* PD_ERR_GEOMETRY: a sampled triangle has its normal towards the inside of the body. Samples about 8 triangles or
- * more of each shell, and about PDI_FACETS_LOOKS in all. */
-static pd_status pdi_facets_face_out(pd_ctx *ctx, const pd_facets *f)
+ * more of each shell, and about PDI_FACETS_ORIENTATION_SAMPLES in all. */
+static pd_status pdi_facets_check_orientation(pd_ctx *ctx, const pd_facets *f)
 {
-    int32_t tested = 0, wrong = 0, first = 0, step = 1 + f->count / PDI_FACETS_LOOKS;
+    int32_t tested = 0, wrong = 0, first = 0, step = 1 + f->count / PDI_FACETS_ORIENTATION_SAMPLES;
     double place[3] = {0.0, 0.0, 0.0};
     for (int32_t s = 0; s < f->shells; s++) {
         int32_t size = f->size[f->root[s]], stride = step < 1 + size / 8 ? step : 1 + size / 8;
         for (int32_t k = first; k < first + size; k += stride) {
             double normal_x, middle[3];
-            if (!pdi_facets_faces(f, k, &normal_x, middle)) continue;
+            if (!pdi_facets_is_orientation_testable(f, k, &normal_x, middle)) continue;
             tested++;
-            if (pdi_facets_front(f, k, normal_x, middle) >= 0) continue;
+            if (pdi_facets_winding_in_front(f, k, normal_x, middle) >= 0) continue;
             for (int d = 0; d < 3 && !wrong; d++) place[d] = middle[d];
             wrong++;
         }
@@ -514,25 +524,25 @@ static pd_status pdi_facets_face_out(pd_ctx *ctx, const pd_facets *f)
 
 /* Copies the triangles that count to corner [count][3][3], shell by shell; size [shells] receives their numbers.
  * Flips all of them when the enclosed volume is negative. */
-static void pdi_facets_sort(const pdi_facets_work *w, pd_facets *f, double *corner, int32_t *size)
+static void pdi_facets_sort_by_shell(const pdi_facets_work *w, pd_facets *f, double *corner, int32_t *size)
 {
     int32_t count = 0, shells = 0;
     for (int32_t k = 0; k < w->count; k++)
-        if (w->part[k] == k) w->root[k] = shells++;
+        if (w->shell[k] == k) w->parent[k] = shells++;
     memset(size, 0, (size_t)shells * sizeof *size);
     for (int32_t k = 0; k < w->count; k++)
-        if (w->part[k] >= 0) size[w->root[w->part[k]]]++;
+        if (w->shell[k] >= 0) size[w->parent[w->shell[k]]]++;
     for (int32_t s = 0, first = 0; s < shells; s++) {
         f->root[s] = first; /* for now: its next place */
         first += size[s];
     }
     for (int32_t k = 0; k < w->count; k++) {
-        if (w->part[k] < 0) continue;
-        double *to = corner + 9 * (int64_t)f->root[w->root[w->part[k]]]++;
+        if (w->shell[k] < 0) continue;
+        double *to = corner + 9 * (int64_t)f->root[w->parent[w->shell[k]]]++;
         for (int c = 0; c < 9; c++) to[c] = w->corner[3 * (int64_t)w->vertex[3 * (int64_t)k + c / 3] + c % 3];
         count++;
     }
-    double volume = pdi_facets_volume(corner, count, corner);
+    double volume = pdi_facets_compute_six_volumes(corner, count, corner);
     f->turned = volume < 0.0;
     for (int64_t k = 0; k < count && f->turned; k++)
         for (int d = 0; d < 3; d++) {
@@ -544,10 +554,11 @@ static void pdi_facets_sort(const pdi_facets_work *w, pd_facets *f, double *corn
 
 /* Builds one tree for each shell (below a common box when there are several), sets the sign of each shell by its
  * volume, and stores the triangles in the order of the leaves. */
-static void pdi_facets_plant(pd_facets *f, const double *corner, pdi_facets_key *key, const int32_t *size)
+static void pdi_facets_build_trees(pd_facets *f, const double *corner, pdi_facets_centroid_key *key,
+                                   const int32_t *size)
 {
     int32_t first = 0;
-    for (int32_t k = 0; k < f->count; k++) key[k].at = k;
+    for (int32_t k = 0; k < f->count; k++) key[k].triangle = k;
     if (f->shells > 1) {
         f->boxes = 1;
         f->size[0] = f->count;
@@ -555,9 +566,9 @@ static void pdi_facets_plant(pd_facets *f, const double *corner, pdi_facets_key 
     }
     for (int32_t s = 0; s < f->shells; s++) {
         const double *shell = corner + 9 * (int64_t)first;
-        f->sense[s] = pdi_facets_volume(shell, size[s], shell) < 0.0 ? -1 : 1;
+        f->sense[s] = pdi_facets_compute_six_volumes(shell, size[s], shell) < 0.0 ? -1 : 1;
         f->root[s] = f->boxes;
-        pdi_facets_divide(f, corner, key, first, size[s]);
+        pdi_facets_build_subtree(f, corner, key, first, size[s]);
         const double *box = f->box + 6 * (int64_t)f->root[s];
         for (int d = 0; d < 3 && f->shells > 1; d++) {
             f->box[d] = pdi_min(f->box[d], box[d]);
@@ -566,29 +577,30 @@ static void pdi_facets_plant(pd_facets *f, const double *corner, pdi_facets_key 
         first += size[s];
     }
     for (int32_t k = 0; k < f->count; k++) /* + 0: no zero has a sign */
-        for (int c = 0; c < 9; c++) f->corner[9 * (int64_t)k + c] = corner[9 * (int64_t)key[k].at + c] + 0.0;
+        for (int c = 0; c < 9; c++) f->corner[9 * (int64_t)k + c] = corner[9 * (int64_t)key[k].triangle + c] + 0.0;
 }
 
 /* Allocates the surface and fills it from the closed triangles of w. PD_ERR_GEOMETRY: no volume. */
-static pd_status pdi_facets_shells(pd_ctx *ctx, const pdi_facets_work *w, pd_facets *f)
+static pd_status pdi_facets_build_shells(pd_ctx *ctx, const pdi_facets_work *w, pd_facets *f)
 {
-    pdi_facets_key *key = NULL;
+    pdi_facets_centroid_key *key = NULL;
     double *corner = NULL;
     int32_t *size = NULL;
     for (int32_t k = 0; k < w->count; k++) {
-        f->count += w->part[k] >= 0;
-        f->shells += w->part[k] == k;
+        f->count += w->shell[k] >= 0;
+        f->shells += w->shell[k] == k;
     }
-    f->joined = w->joined;
+    f->joined = w->merged;
     if (f->count < 4)
         return pdi_fail(ctx, PD_ERR_GEOMETRY, "facets", "the surface of %d triangles has no volume", (int)w->count);
-    PDI_TRY(pdi_owner_build(ctx, pdi_facets_list, f));
+    PDI_TRY(pdi_array_registry_build(ctx, pdi_facets_list_arrays, f));
     pd_status status = PDI_NEW(ctx, "facets", f->count, key);
     if (status == PD_OK) status = PDI_NEW(ctx, "facets", 9 * (int64_t)f->count, corner);
     if (status == PD_OK) status = PDI_NEW(ctx, "facets", f->shells, size);
     if (status == PD_OK) {
-        pdi_facets_sort(w, f, corner, size);
-        if (fabs(pdi_facets_volume(corner, f->count, corner)) > 0.0) pdi_facets_plant(f, corner, key, size);
+        pdi_facets_sort_by_shell(w, f, corner, size);
+        if (fabs(pdi_facets_compute_six_volumes(corner, f->count, corner)) > 0.0)
+            pdi_facets_build_trees(f, corner, key, size);
         else status = pdi_fail(ctx, PD_ERR_GEOMETRY, "facets", "the surface of %d triangles has no volume",
                                (int)w->count);
     }
@@ -599,42 +611,42 @@ static pd_status pdi_facets_shells(pd_ctx *ctx, const pdi_facets_work *w, pd_fac
 }
 
 /* Inner part of pd_facets_build: what it leaves behind on failure is freed by the caller. */
-static pd_status pdi_facets_make(pd_ctx *ctx, const double *corner, int64_t count, pd_facets *f)
+static pd_status pdi_facets_build_inner(pd_ctx *ctx, const double *corner, int64_t count, pd_facets *f)
 {
     pdi_facets_work w;
     memset(&w, 0, sizeof w);
-    PDI_TRY(pdi_facets_check(ctx, corner, count));
+    PDI_TRY(pdi_facets_check_input(ctx, corner, count));
     w.corner = corner;
     w.count = (int32_t)count;
     pd_status status = PDI_NEW(ctx, "facets", 3 * count, w.vertex);
-    if (status == PD_OK) status = PDI_NEW(ctx, "facets", 3 * count, w.root);
-    if (status == PD_OK) status = PDI_NEW(ctx, "facets", count, w.part);
-    if (status == PD_OK) status = pdi_facets_closed(ctx, &w);
-    if (status == PD_OK) status = pdi_facets_shells(ctx, &w, f);
-    PDI_DELETE(ctx, count, w.part);
-    PDI_DELETE(ctx, 3 * count, w.root);
+    if (status == PD_OK) status = PDI_NEW(ctx, "facets", 3 * count, w.parent);
+    if (status == PD_OK) status = PDI_NEW(ctx, "facets", count, w.shell);
+    if (status == PD_OK) status = pdi_facets_check_closed(ctx, &w);
+    if (status == PD_OK) status = pdi_facets_build_shells(ctx, &w, f);
+    PDI_DELETE(ctx, count, w.shell);
+    PDI_DELETE(ctx, 3 * count, w.parent);
     PDI_DELETE(ctx, 3 * count, w.vertex);
-    return status == PD_OK ? pdi_facets_face_out(ctx, f) : status;
+    return status == PD_OK ? pdi_facets_check_orientation(ctx, f) : status;
 }
 
 pd_status pd_facets_build(pd_ctx *ctx, const double *corner, int64_t count, pd_facets *facets)
 {
     memset(facets, 0, sizeof *facets);
-    pd_status status = pdi_facets_make(ctx, corner, count, facets);
+    pd_status status = pdi_facets_build_inner(ctx, corner, count, facets);
     if (status < 0) pd_facets_free(ctx, facets);
     return status;
 }
 
 void pd_facets_free(pd_ctx *ctx, pd_facets *facets)
 {
-    pdi_owner_free(ctx, pdi_facets_list, facets);
+    pdi_array_registry_free(ctx, pdi_facets_list_arrays, facets);
     memset(facets, 0, sizeof *facets);
 }
 
 /* ---- intersections with segments ---- */
 
 /* 1: the segment x + t xi, 0 <= t <= 1, intersects the box [6] enlarged by `tolerance` [m] (slab test). */
-static int pdi_facets_through(const double *box, const double *x, const double *xi, double tolerance)
+static int pdi_facets_is_box_hit(const double *box, const double *x, const double *xi, double tolerance)
 {
     double from = 0.0, to = 1.0;
     for (int d = 0; d < 3; d++) {
@@ -649,8 +661,8 @@ static int pdi_facets_through(const double *box, const double *x, const double *
 }
 
 /* Parameter t at which the line x + t xi intersects the triangle; HUGE_VAL: it does not. Moeller and Trumbore 1997,
- * with the tolerance PDI_FACETS_EDGE. */
-static double pdi_facets_hit(const double *corner, const double *x, const double *xi)
+ * with the tolerance PDI_FACETS_EDGE_TOLERANCE. */
+static double pdi_facets_find_triangle_crossing(const double *corner, const double *x, const double *xi)
 {
     double e[2][3], offset[3], across[3], cross[3];
     for (int d = 0; d < 3; d++) {
@@ -666,38 +678,39 @@ static double pdi_facets_hit(const double *corner, const double *x, const double
     double volume = pdi_facets_dot(e[0], across);
     if (!(fabs(volume) > 0.0)) return HUGE_VAL;
     double u = pdi_facets_dot(offset, across) / volume, v = pdi_facets_dot(xi, cross) / volume;
-    if (u < -PDI_FACETS_EDGE || v < -PDI_FACETS_EDGE || u + v > 1.0 + PDI_FACETS_EDGE) return HUGE_VAL;
+    if (u < -PDI_FACETS_EDGE_TOLERANCE || v < -PDI_FACETS_EDGE_TOLERANCE || u + v > 1.0 + PDI_FACETS_EDGE_TOLERANCE)
+        return HUGE_VAL;
     return pdi_facets_dot(e[1], cross) / volume;
 }
 
-PDI_FN double pdi_facets_crossing(const pd_facets *f, const double *x, const double *xi, double after)
+PDI_FN double pdi_facets_find_crossing(const pd_facets *f, const double *x, const double *xi, double after)
 {
-    int32_t stack[PDI_FACETS_DEPTH];
+    int32_t stack[PDI_FACETS_MAX_DEPTH];
     int depth = 1;
     double best = HUGE_VAL, largest = 0.0;
     for (int d = 0; d < 6; d++) largest = pdi_max(largest, fabs(f->box[d]));
     stack[0] = 0;
     while (depth) {
         int32_t index = stack[--depth];
-        if (!pdi_facets_through(f->box + 6 * (int64_t)index, x, xi, PDI_FACETS_EDGE * largest)) continue;
+        if (!pdi_facets_is_box_hit(f->box + 6 * (int64_t)index, x, xi, PDI_FACETS_EDGE_TOLERANCE * largest)) continue;
         if (f->second[index]) {
             stack[depth++] = index + 1;
             stack[depth++] = f->second[index];
             continue;
         }
         for (int32_t k = f->first[index]; k < f->first[index] + f->size[index]; k++) {
-            double t = pdi_facets_hit(f->corner + 9 * (int64_t)k, x, xi);
+            double t = pdi_facets_find_triangle_crossing(f->corner + 9 * (int64_t)k, x, xi);
             if (t > after && t < best) best = t;
         }
     }
     return best <= 1.0 ? best : HUGE_VAL;
 }
 
-#undef PDI_FACETS_LEAF
-#undef PDI_FACETS_EDGE
+#undef PDI_FACETS_LEAF_SIZE
+#undef PDI_FACETS_EDGE_TOLERANCE
 #undef PDI_FACETS_ROUNDING
 #undef PDI_FACETS_SLIVER
-#undef PDI_FACETS_NEARER
-#undef PDI_FACETS_LOOKS
-#undef PDI_FACETS_STEEP
-#undef PDI_FACETS_DEPTH
+#undef PDI_FACETS_MAX_OVERLAP
+#undef PDI_FACETS_ORIENTATION_SAMPLES
+#undef PDI_FACETS_MIN_NORMAL
+#undef PDI_FACETS_MAX_DEPTH

@@ -12,7 +12,7 @@
  */
 #ifndef PD_FACETS_H
 #define PD_FACETS_H
-#include "core/owner.h"
+#include "core/array_registry.h"
 
 typedef struct pd_facets {
     int32_t count;   /* triangles */
@@ -43,8 +43,8 @@ PD_API void pd_facets_free(pd_ctx *ctx, pd_facets *facets);
  * size of rounding is returned as 0. */
 PDI_FN double pdi_facets_distance(const pd_facets *facets, const double *x);
 /* First intersection of the segment x + t xi, 0 <= t <= 1, with the surface behind t = `after`: returns t, or
- * HUGE_VAL without one. A segment that passes an edge within PDI_FACETS_EDGE counts as intersecting. */
-PDI_FN double pdi_facets_crossing(const pd_facets *facets, const double *x, const double *xi, double after);
+ * HUGE_VAL without one. A segment that passes an edge within PDI_FACETS_EDGE_TOLERANCE counts as intersecting. */
+PDI_FN double pdi_facets_find_crossing(const pd_facets *facets, const double *x, const double *xi, double after);
 /* Memory [byte] of all arrays of the surface. */
 PDI_FN int64_t pdi_facets_bytes(const pd_facets *facets);
 #endif

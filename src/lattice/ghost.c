@@ -1,10 +1,10 @@
 /* ghost: see ghost.h */
 #include "lattice/ghost.h"
-#include "core/owner.h"
+#include "core/array_registry.h"
 #include <string.h>
 
 /* Describes the arrays of the list to the array registry. */
-static void pdi_ghost_list(pdi_owner *owner, void *object)
+static void pdi_ghost_list_arrays(pdi_array_visitor *owner, void *object)
 {
     pd_ghosts *ghosts = (pd_ghosts *)object;
     PDI_ARRAY(owner, ghosts, node, ghosts->capacity, "1");
@@ -14,7 +14,7 @@ static void pdi_ghost_list(pdi_owner *owner, void *object)
 }
 
 /* Inner part of pdi_ghosts_build: what it leaves behind on failure is freed by the caller. */
-static pd_status pdi_ghost_make(pd_ctx *ctx, const pd_grid *grid, pd_ghosts *g)
+static pd_status pdi_ghost_build_inner(pd_ctx *ctx, const pd_grid *grid, pd_ghosts *g)
 {
     memset(g, 0, sizeof *g);
     g->grid = grid;
@@ -23,17 +23,17 @@ static pd_status pdi_ghost_make(pd_ctx *ctx, const pd_grid *grid, pd_ghosts *g)
 
 PDI_FN pd_status pdi_ghosts_build(pd_ctx *ctx, const pd_grid *grid, pd_ghosts *g)
 {
-    pd_status status = pdi_ghost_make(ctx, grid, g);
+    pd_status status = pdi_ghost_build_inner(ctx, grid, g);
     if (status < 0) pdi_ghosts_free(ctx, g);
     return status;
 }
 
 /* Bit of the axis normal to the inlet or outlet behind which a ghost lies; 0: an image. */
-static int pdi_ghost_across(const pd_grid *grid, int32_t node)
+static int pdi_ghost_find_normal_axis(const pd_grid *grid, int32_t node)
 {
     int i[PD_DIM], across = 0;
     pdi_grid_index(grid, node, i);
-    pdi_grid_fold(grid, i);
+    pdi_grid_fold_index(grid, i);
     for (int d = 0; d < PD_DIM; d++)
         if (i[d] < 0 || i[d] >= grid->n[d]) across |= 1 << d;
     return across;
@@ -45,9 +45,9 @@ static void pdi_ghost_add(pd_ghosts *g, int32_t node)
     const pd_grid *grid = g->grid;
     int i[PD_DIM], odd, flip;
     pdi_grid_index(grid, node, i);
-    odd = pdi_grid_fold(grid, i);
-    g->source[g->listed] = pdi_grid_image(grid, node, &flip);
-    g->across[g->listed] = (uint8_t)pdi_ghost_across(grid, node);
+    odd = pdi_grid_fold_index(grid, i);
+    g->source[g->listed] = pdi_grid_find_source(grid, node, &flip);
+    g->across[g->listed] = (uint8_t)pdi_ghost_find_normal_axis(grid, node);
     /* all components but the normal one change their sign behind an outlet */
     if (grid->kind[node] == PD_OUTLET) odd ^= ((1 << PD_DIM) - 1) & ~g->across[g->listed];
     if (grid->kind[node] == PD_INLET) odd = flip;
@@ -65,7 +65,7 @@ PDI_FN pd_status pdi_ghosts_update(pd_ctx *ctx, pd_ghosts *g)
     end[2] = &g->listed;
     for (int32_t node = 0; node < grid->total; node++) count += grid->kind[node] >= PD_INLET;
     g->listed = g->count = g->images = 0;
-    if (count > g->capacity) PDI_TRY(pdi_owner_renew(ctx, pdi_ghost_list, g, &g->capacity, count));
+    if (count > g->capacity) PDI_TRY(pdi_array_registry_rebuild(ctx, pdi_ghost_list_arrays, g, &g->capacity, count));
     for (int k = 0; k < 3; k++) {
         for (int32_t node = 0; node < grid->total; node++)
             if (grid->kind[node] == kinds[k]) pdi_ghost_add(g, node);
@@ -89,7 +89,7 @@ void pd_ghosts_vector(const pd_ghosts *g, double *v)
         }
 }
 
-PDI_FN void pdi_ghosts_held(const pd_ghosts *g, const double *held, double *v)
+PDI_FN void pdi_ghosts_set_inlet_velocity(const pd_ghosts *g, const double *held, double *v)
 {
     int32_t inlets = g->listed - g->count;
     for (int d = 0; d < PD_DIM; d++)
@@ -103,20 +103,20 @@ PDI_FN void pdi_ghosts_held(const pd_ghosts *g, const double *held, double *v)
         }
 }
 
-PDI_FN void pdi_ghosts_pressure(const pd_ghosts *g, double held, double *p)
+PDI_FN void pdi_ghosts_set_pressure(const pd_ghosts *g, double held, double *p)
 {
     pd_ghosts_scalar(g, p);
     for (int32_t k = g->images; k < g->count; k++) p[g->node[k]] = 2.0 * held - p[g->source[k]];
 }
 
-PDI_FN void pdi_ghosts_potential(const pd_ghosts *g, double *q)
+PDI_FN void pdi_ghosts_set_potential(const pd_ghosts *g, double *q)
 {
     pd_ghosts_scalar(g, q);
     for (int32_t k = g->count; k < g->listed && g->count > g->images; k++)
         q[g->node[k]] = g->grid->kind[g->source[k]] == PD_FLUID ? q[g->source[k]] : 0.0;
 }
 
-PDI_FN void pdi_ghosts_clear(const pd_ghosts *g, int components, double *x)
+PDI_FN void pdi_ghosts_set_zero(const pd_ghosts *g, int components, double *x)
 {
     int64_t total = g->grid->total;
     for (int d = 0; d < components; d++)
@@ -125,6 +125,6 @@ PDI_FN void pdi_ghosts_clear(const pd_ghosts *g, int components, double *x)
 
 PDI_FN void pdi_ghosts_free(pd_ctx *ctx, pd_ghosts *g)
 {
-    pdi_owner_free(ctx, pdi_ghost_list, g);
+    pdi_array_registry_free(ctx, pdi_ghost_list_arrays, g);
     memset(g, 0, sizeof *g);
 }

@@ -36,14 +36,14 @@ PD_API void pd_ghosts_vector(const pd_ghosts *ghosts, double *v);
 /* Velocity v [PD_DIM][total] behind inlets: odd extension about the prescribed values on the side, held
  * [PD_DIM][listed - count] in the order of the list (NULL: zero); where the source is no fluid, the prescribed value
  * itself. */
-PDI_FN void pdi_ghosts_held(const pd_ghosts *ghosts, const double *held, double *v);
+PDI_FN void pdi_ghosts_set_inlet_velocity(const pd_ghosts *ghosts, const double *held, double *v);
 /* Pressure p [total]: images, and outlets by odd extension about the prescribed value `held`, in the unit of p. */
-PDI_FN void pdi_ghosts_pressure(const pd_ghosts *ghosts, double held, double *p);
+PDI_FN void pdi_ghosts_set_pressure(const pd_ghosts *ghosts, double held, double *p);
 /* Potential q [total] of a velocity correction (projection): images; inlets have zero normal gradient, so that the
  * correction leaves the prescribed inflow; outlets stay zero, and without outlets so do inlets. */
-PDI_FN void pdi_ghosts_potential(const pd_ghosts *ghosts, double *q);
+PDI_FN void pdi_ghosts_set_potential(const pd_ghosts *ghosts, double *q);
 /* Sets x [components][total] to zero at all listed ghosts, inlets included. */
-PDI_FN void pdi_ghosts_clear(const pd_ghosts *ghosts, int components, double *x);
+PDI_FN void pdi_ghosts_set_zero(const pd_ghosts *ghosts, int components, double *x);
 PDI_FN void pdi_ghosts_free(pd_ctx *ctx, pd_ghosts *ghosts);
 #endif
 

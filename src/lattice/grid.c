@@ -1,17 +1,17 @@
 /* grid: see grid.h */
 #include "lattice/grid.h"
 #include "core/par.h"
-#include "core/owner.h"
-#include "core/bracket.h"
+#include "core/array_registry.h"
+#include "core/root_bracket.h"
 #include "core/vec.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
 /* [cells] Tolerance of comparisons of positions with bounds; shorter parts of a line do not count. */
-#define PDI_GRID_SLACK 1e-6
+#define PDI_GRID_TOLERANCE 1e-6
 /* Nodes between two checks for cancellation by the caller. */
-#define PDI_GRID_POLL 65536
+#define PDI_GRID_POLL_INTERVAL 65536
 
 PDI_FN void pdi_grid_index(const pd_grid *grid, int32_t node, int *i)
 {
@@ -21,25 +21,25 @@ PDI_FN void pdi_grid_index(const pd_grid *grid, int32_t node, int *i)
     }
 }
 
-PDI_FN const char *pdi_grid_place(const pd_grid *grid, int32_t node, char *text)
+PDI_FN const char *pdi_grid_format_position(const pd_grid *grid, int32_t node, char *text)
 {
     double x[PD_DIM];
     int used = 0;
     pd_grid_position(grid, node, x);
     for (int d = 0; d < PD_DIM; d++)
-        used += snprintf(text + used, (size_t)(PDI_GRID_PLACE - used), "%s%.6g", d ? ", " : "(", x[d]);
-    snprintf(text + used, (size_t)(PDI_GRID_PLACE - used), ")");
+        used += snprintf(text + used, (size_t)(PDI_GRID_POSITION_LENGTH - used), "%s%.6g", d ? ", " : "(", x[d]);
+    snprintf(text + used, (size_t)(PDI_GRID_POSITION_LENGTH - used), ")");
     return text;
 }
 
-PDI_FN int pdi_grid_inside(const pd_grid *grid, const int *i)
+PDI_FN int pdi_grid_is_inside(const pd_grid *grid, const int *i)
 {
     for (int d = 0; d < PD_DIM; d++)
         if (i[d] < 0 || i[d] >= grid->n[d]) return 0;
     return 1;
 }
 
-PDI_FN int pdi_grid_walled(const pd_grid *grid, int32_t node)
+PDI_FN int pdi_grid_is_behind_wall(const pd_grid *grid, int32_t node)
 {
     int i[PD_DIM];
     pdi_grid_index(grid, node, i);
@@ -50,7 +50,7 @@ PDI_FN int pdi_grid_walled(const pd_grid *grid, int32_t node)
     return 0;
 }
 
-PDI_FN int32_t pdi_grid_near(const pd_grid *grid, int32_t node, int reach, int k, int *far)
+PDI_FN int32_t pdi_grid_find_cube_node(const pd_grid *grid, int32_t node, int reach, int k, int *far)
 {
     int at[PD_DIM], width = 2 * reach + 1;
     *far = 0;
@@ -60,7 +60,7 @@ PDI_FN int32_t pdi_grid_near(const pd_grid *grid, int32_t node, int reach, int k
         at[d] += step;
         *far = step > *far ? step : -step > *far ? -step : *far;
     }
-    return pdi_grid_inside(grid, at) ? pd_grid_node(grid, at) : -1;
+    return pdi_grid_is_inside(grid, at) ? pd_grid_node(grid, at) : -1;
 }
 
 int32_t pd_grid_node(const pd_grid *grid, const int *i)
@@ -77,14 +77,14 @@ void pd_grid_position(const pd_grid *grid, int32_t node, double *x)
     for (int d = 0; d < PD_DIM; d++) x[d] = grid->lo[d] + ((double)i[d] + 0.5) * grid->h[d];
 }
 
-PDI_FN int64_t pdi_grid_count(const pd_grid *grid, pd_kind kind)
+PDI_FN int64_t pdi_grid_count_kind(const pd_grid *grid, pd_kind kind)
 {
     int64_t count = 0;
     for (int32_t node = 0; node < grid->total; node++) count += grid->kind[node] == (uint8_t)kind;
     return count;
 }
 
-PDI_FN double pdi_grid_around(const pd_grid *grid, int32_t node, double out)
+PDI_FN double pdi_grid_circumference_at(const pd_grid *grid, int32_t node, double out)
 {
     double x[PD_DIM];
     if (!grid->circumference) return 1.0;
@@ -92,17 +92,17 @@ PDI_FN double pdi_grid_around(const pd_grid *grid, int32_t node, double out)
     return 2.0 * PDI_PI * fabs(x[PD_DIM - 1] + out);
 }
 
-PDI_FN int pdi_grid_between(const pd_grid *grid, const double *lo, const double *hi, const double *x)
+PDI_FN int pdi_grid_is_between(const pd_grid *grid, const double *lo, const double *hi, const double *x)
 {
     for (int d = 0; d < PD_DIM; d++) {
-        double slack = PDI_GRID_SLACK * grid->h[d];
+        double slack = PDI_GRID_TOLERANCE * grid->h[d];
         if (!(x[d] >= lo[d] - slack) || !(x[d] <= hi[d] + slack)) return 0;
     }
     return 1;
 }
 
 /* Side of the box behind which index i[] lies; -1: inside the box; -2: behind an edge or corner. */
-static int pdi_grid_side(const pd_grid *grid, const int *i)
+static int pdi_grid_find_side(const pd_grid *grid, const int *i)
 {
     int side = -1;
     for (int d = 0; d < PD_DIM; d++) {
@@ -137,7 +137,7 @@ static int pdi_grid_fold_axis(const pd_grid *grid, int d, int all, int *i)
     return flipped ? 1 << d : 0;
 }
 
-PDI_FN int32_t pdi_grid_image(const pd_grid *grid, int32_t node, int *flip)
+PDI_FN int32_t pdi_grid_find_source(const pd_grid *grid, int32_t node, int *flip)
 {
     if (grid->home && !flip) return grid->home[node];
     int i[PD_DIM], flipped = 0;
@@ -147,22 +147,23 @@ PDI_FN int32_t pdi_grid_image(const pd_grid *grid, int32_t node, int *flip)
     return pd_grid_node(grid, i);
 }
 
-PDI_FN int pdi_grid_fold(const pd_grid *grid, int *i)
+PDI_FN int pdi_grid_fold_index(const pd_grid *grid, int *i)
 {
     int flipped = 0;
     for (int d = 0; d < PD_DIM; d++) flipped |= pdi_grid_fold_axis(grid, d, 0, &i[d]);
     return flipped;
 }
 
-PDI_FN int pdi_grid_fold_images(const pd_grid *grid, double *x)
+PDI_FN int pdi_grid_fold_position_images(const pd_grid *grid, double *x)
 {
-    double folded[PD_DIM], tolerance = pdi_shape_tie(grid->h, x);
+    double folded[PD_DIM], tolerance = pdi_shape_tolerance(grid->h, x);
     int flip = 0;
     memcpy(folded, x, sizeof folded);
     pdi_grid_fold_position(grid, folded);
     for (int d = 0; d < PD_DIM; d++) {
         pd_side side = grid->side[2 * d + (x[d] > grid->hi[d])];
-        if (pdi_grid_port(side) || (x[d] >= grid->lo[d] - tolerance && x[d] <= grid->hi[d] + tolerance)) continue;
+        if (pdi_grid_is_inlet_or_outlet(side) || (x[d] >= grid->lo[d] - tolerance && x[d] <= grid->hi[d] + tolerance))
+            continue;
         int once = grid->side[2 * d] == PD_SIDE_WALL || grid->side[2 * d + 1] == PD_SIDE_WALL;
         double boxes = floor((x[d] - grid->lo[d]) / (grid->hi[d] - grid->lo[d]));
         if (side == PD_SIDE_MIRROR && (once || fabs(fmod(boxes, 2.0)) > 0.5)) flip |= 1 << d;
@@ -192,58 +193,59 @@ PDI_FN void pdi_grid_fold_position(const pd_grid *grid, double *x)
 
 /* Signed distance [m] of x from a shape and its periodic images behind the sides of `frame` across axis d or a later
  * one. */
-static double pdi_grid_periodic(const pd_grid *grid, int shape, const pdi_shape_frame *frame, int d, const double *x)
+static double pdi_grid_distance_periodic(const pd_grid *grid, int shape, const pdi_shape_continued_box *frame, int d,
+                                         const double *x)
 {
-    if (d == PD_DIM) return pdi_shape_framed(grid->shapes, shape, frame, x);
-    double distance = pdi_grid_periodic(grid, shape, frame, d + 1, x), length = grid->hi[d] - grid->lo[d];
+    if (d == PD_DIM) return pdi_shape_distance_continued(grid->shapes, shape, frame, x);
+    double distance = pdi_grid_distance_periodic(grid, shape, frame, d + 1, x), length = grid->hi[d] - grid->lo[d];
     double shifted[PD_DIM];
     for (int up = 0; up < 2 && grid->side[2 * d] == PD_SIDE_PERIODIC; up++) {
-        pdi_shape_frame next = *frame, alone = *frame;
+        pdi_shape_continued_box next = *frame, alone = *frame;
         if (!(frame->sides >> (2 * d + up) & 1)) continue;
         memcpy(shifted, x, sizeof shifted);
         shifted[d] += up ? -length : length;
         next.sides ^= 3 << 2 * d;
         alone.sides &= ~(3 << 2 * d);
         double plane = up ? grid->hi[d] - x[d] : x[d] - grid->lo[d];
-        double other = pdi_grid_periodic(grid, shape, &next, d + 1, shifted);
-        double ends = distance > 0.0 ? pdi_grid_periodic(grid, shape, &alone, d + 1, shifted) : 0.0;
+        double other = pdi_grid_distance_periodic(grid, shape, &next, d + 1, shifted);
+        double ends = distance > 0.0 ? pdi_grid_distance_periodic(grid, shape, &alone, d + 1, shifted) : 0.0;
         if (distance > 0.0) distance = pdi_min(distance, pdi_max(plane, pdi_max(other, ends)));
         else distance = pdi_max(distance, -pdi_max(plane, -other));
     }
     return distance;
 }
 
-PDI_FN double pdi_grid_level(const pd_grid *grid, int shape, const double *x)
+PDI_FN double pdi_grid_signed_distance(const pd_grid *grid, int shape, const double *x)
 {
-    double folded[PD_DIM], tolerance = PDI_GRID_SLACK * pdi_vec_least(grid->h);
-    pdi_shape_frame frame;
+    double folded[PD_DIM], tolerance = PDI_GRID_TOLERANCE * pdi_vec_min(grid->h);
+    pdi_shape_continued_box frame;
     memcpy(folded, x, sizeof folded);
     pdi_grid_fold_position(grid, folded);
     double distance = pd_shape_distance(grid->shapes, shape, folded);
     frame.lo = grid->lo;
     frame.hi = grid->hi;
-    frame.slack = tolerance;
+    frame.tolerance = tolerance;
     frame.sides = 0;
     /* what is farther than the surface cannot change it */
     for (int s = 0; s < 2 * PD_DIM; s++) {
         double plane = s % 2 ? grid->hi[s / 2] - folded[s / 2] : folded[s / 2] - grid->lo[s / 2];
         if (grid->side[s] != PD_SIDE_WALL && plane <= fabs(distance) + tolerance) frame.sides |= 1 << s;
     }
-    return frame.sides ? pdi_grid_periodic(grid, shape, &frame, 0, folded) : distance;
+    return frame.sides ? pdi_grid_distance_periodic(grid, shape, &frame, 0, folded) : distance;
 }
 
 /* ---- first intersection of a line with a shape ---- */
 
 /* A straight line x + t xi [m], and its image y + t eta in the box, which is straight for from <= t <= to. */
-typedef struct pdi_grid_line {
+typedef struct pdi_grid_folded_line {
     const pd_grid *grid;
     const double *x, *xi;
     double y[PD_DIM], eta[PD_DIM], from, to;
-} pdi_grid_line;
+} pdi_grid_folded_line;
 
 /* Smallest t behind the start of the present part, at most `end`, at which the line crosses a plane through which
  * positions are folded. */
-static double pdi_grid_next_plane(const pdi_grid_line *line, double end)
+static double pdi_grid_find_next_fold(const pdi_grid_folded_line *line, double end)
 {
     const pd_grid *grid = line->grid;
     for (int d = 0; d < PD_DIM; d++) {
@@ -258,10 +260,10 @@ static double pdi_grid_next_plane(const pdi_grid_line *line, double end)
 }
 
 /* Sets the image of the line in the box from the start of the present part on, up to the next folding plane. */
-static void pdi_grid_straight(pdi_grid_line *line, double end)
+static void pdi_grid_set_line_image(pdi_grid_folded_line *line, double end)
 {
     double other[PD_DIM];
-    line->to = pdi_grid_next_plane(line, end);
+    line->to = pdi_grid_find_next_fold(line, end);
     for (int d = 0; d < PD_DIM; d++) {
         line->y[d] = line->x[d];
         line->eta[d] = line->xi[d];
@@ -282,53 +284,53 @@ static void pdi_grid_straight(pdi_grid_line *line, double end)
 
 /* Signed distance [m] of the point at t from a shape of the grid; *tie (or NULL): tolerance of the surface there [m].
  */
-static double pdi_grid_line_level(const pdi_grid_line *line, int shape, double t, double *tie)
+static double pdi_grid_line_distance(const pdi_grid_folded_line *line, int shape, double t, double *tie)
 {
     double at[PD_DIM];
     for (int d = 0; d < PD_DIM; d++) at[d] = line->x[d] + t * line->xi[d];
-    if (tie) *tie = pdi_shape_tie(line->grid->h, at);
-    return pdi_grid_level(line->grid, shape, at);
+    if (tie) *tie = pdi_shape_tolerance(line->grid->h, at);
+    return pdi_grid_signed_distance(line->grid, shape, at);
 }
 
 /* The line is outside at `from` and inside at `to`: t of the root of the signed distance between them, where no face
  * is known; `from` when the distance has no sign change. */
-static double pdi_grid_sign_change(const pdi_grid_line *line, int shape, double from, double to)
+static double pdi_grid_find_sign_change(const pdi_grid_folded_line *line, int shape, double from, double to)
 {
-    double low = pdi_grid_line_level(line, shape, from, NULL), high = pdi_grid_line_level(line, shape, to, NULL);
+    double low = pdi_grid_line_distance(line, shape, from, NULL), high = pdi_grid_line_distance(line, shape, to, NULL);
     double t = to, f = low;
-    if (!(low > PDI_GRID_SLACK * pdi_vec_least(line->grid->h)) || !(high < 0.0)) return from;
-    pdi_bracket s = {from, low, to, high, 0, 0};
-    while (fabs(f) > 1e-12 * (low - high) && pdi_bracket_next(&s, &t)) {
-        f = pdi_grid_line_level(line, shape, t, NULL);
-        pdi_bracket_take(&s, t, f);
+    if (!(low > PDI_GRID_TOLERANCE * pdi_vec_min(line->grid->h)) || !(high < 0.0)) return from;
+    pdi_root_bracket s = {from, low, to, high, 0, 0};
+    while (fabs(f) > 1e-12 * (low - high) && pdi_root_bracket_get_next(&s, &t)) {
+        f = pdi_grid_line_distance(line, shape, t, NULL);
+        pdi_root_bracket_update(&s, t, f);
     }
     return t;
 }
 
-PDI_FN double pdi_grid_enter(const pd_grid *grid, int shape, const double *x, const double *xi, double limit)
+PDI_FN double pdi_grid_find_shape_entry(const pd_grid *grid, int shape, const double *x, const double *xi, double limit)
 {
-    double slack = PDI_GRID_SLACK * pdi_vec_least(grid->h) / pdi_vec_norm(xi), end = limit + 2.0 * slack;
-    pdi_grid_line line;
+    double slack = PDI_GRID_TOLERANCE * pdi_vec_min(grid->h) / pdi_vec_norm(xi), end = limit + 2.0 * slack;
+    pdi_grid_folded_line line;
     line.grid = grid;
     line.x = x;
     line.xi = xi;
     for (line.from = 0.0; line.from < end; line.from = line.to) {
-        double whole[PD_DIM], touch = pdi_shape_tie(grid->h, x);
-        pdi_grid_straight(&line, end);
+        double whole[PD_DIM], touch = pdi_shape_tolerance(grid->h, x);
+        pdi_grid_set_line_image(&line, end);
         for (int d = 0; d < PD_DIM; d++) whole[d] = line.to * line.eta[d];
         for (double from = line.from / line.to, to; from < 1.0; from = to) { /* shares of line.to */
             double tie, middle;
-            to = pdi_min(pdi_shape_crossing(grid->shapes, shape, line.y, whole, from, touch), 1.0);
+            to = pdi_min(pdi_shape_find_crossing(grid->shapes, shape, line.y, whole, from, touch), 1.0);
             middle = 0.5 * (from + to) * line.to;
-            if ((to - from) * line.to > slack && pdi_grid_line_level(&line, shape, middle, &tie) <= tie)
-                return pdi_min(pdi_grid_sign_change(&line, shape, from * line.to, middle), limit);
+            if ((to - from) * line.to > slack && pdi_grid_line_distance(&line, shape, middle, &tie) <= tie)
+                return pdi_min(pdi_grid_find_sign_change(&line, shape, from * line.to, middle), limit);
         }
     }
     return HUGE_VAL;
 }
 
 /* 1: the ghost i[] behind the inlet or outlet `side` is an inlet. */
-static int pdi_grid_enters(const pd_grid *grid, const int *i, int side)
+static int pdi_grid_is_inlet_ghost(const pd_grid *grid, const int *i, int side)
 {
     double x[PD_DIM];
     if (!grid->entry) return grid->side[side] == PD_SIDE_INLET;
@@ -339,39 +341,40 @@ static int pdi_grid_enters(const pd_grid *grid, const int *i, int side)
 
 /* Kind of a ghost. Behind inlets and outlets it is open only in front of fluid; elsewhere it continues the wall.
  * Behind periodic and mirror sides it is that of its source; solid is as closed as a wall. */
-static uint8_t pdi_grid_ghost_kind(const pd_grid *grid, int32_t node)
+static uint8_t pdi_grid_get_ghost_kind(const pd_grid *grid, int32_t node)
 {
     int i[PD_DIM];
     pdi_grid_index(grid, node, i);
-    pdi_grid_fold(grid, i);
-    int side = pdi_grid_side(grid, i);
-    uint8_t behind = grid->kind[pdi_grid_image(grid, node, NULL)];
+    pdi_grid_fold_index(grid, i);
+    int side = pdi_grid_find_side(grid, i);
+    uint8_t behind = grid->kind[pdi_grid_find_source(grid, node, NULL)];
     if (side == -2 || behind != PD_FLUID) return PD_WALL;
     if (side == -1) return PD_IMAGE;
     if (grid->side[side] == PD_SIDE_WALL) return PD_WALL;
-    return pdi_grid_enters(grid, i, side) ? PD_INLET : PD_OUTLET;
+    return pdi_grid_is_inlet_ghost(grid, i, side) ? PD_INLET : PD_OUTLET;
 }
 
 /* Sets the kinds of all ghosts. */
-static void pdi_grid_ghosts(pd_grid *grid)
+static void pdi_grid_set_ghost_kinds(pd_grid *grid)
 {
     for (int32_t node = 0; node < grid->total; node++) {
         int i[PD_DIM];
         pdi_grid_index(grid, node, i);
-        if (!pdi_grid_inside(grid, i)) grid->kind[node] = pdi_grid_ghost_kind(grid, node);
+        if (!pdi_grid_is_inside(grid, i)) grid->kind[node] = pdi_grid_get_ghost_kind(grid, node);
     }
 }
 
 /* Sets grid->ends: sides that are an inlet at some points and an outlet at others, whatever lies in front. */
-static void pdi_grid_ends(pd_grid *grid)
+static void pdi_grid_mark_mixed_sides(pd_grid *grid)
 {
     int seen[2] = {0, 0};
     for (int32_t node = 0; node < grid->total && grid->entry; node++) {
         int i[PD_DIM];
         pdi_grid_index(grid, node, i);
-        pdi_grid_fold(grid, i);
-        int side = pdi_grid_side(grid, i);
-        if (side >= 0 && pdi_grid_port(grid->side[side])) seen[pdi_grid_enters(grid, i, side) ? 1 : 0] |= 1 << side;
+        pdi_grid_fold_index(grid, i);
+        int side = pdi_grid_find_side(grid, i);
+        if (side >= 0 && pdi_grid_is_inlet_or_outlet(grid->side[side]))
+            seen[pdi_grid_is_inlet_ghost(grid, i, side) ? 1 : 0] |= 1 << side;
     }
     grid->ends = (uint8_t)(seen[0] & seen[1]);
 }
@@ -386,8 +389,8 @@ static void pdi_grid_mark_outside(const pd_stencil *stencil, pd_grid *grid)
         for (int k = 0; k < stencil->count && !near_fluid; k++) {
             int j[PD_DIM];
             for (int d = 0; d < PD_DIM; d++) j[d] = i[d] + stencil->offset[k * PD_DIM + d];
-            near_fluid = pdi_grid_inside(grid, j) && (grid->kind[pd_grid_node(grid, j)] == PD_FLUID ||
-                                                      grid->kind[pd_grid_node(grid, j)] == PD_SOLID);
+            near_fluid = pdi_grid_is_inside(grid, j) && (grid->kind[pd_grid_node(grid, j)] == PD_FLUID ||
+                                                         grid->kind[pd_grid_node(grid, j)] == PD_SOLID);
         }
         if (!near_fluid) grid->kind[node] = PD_OUTSIDE;
     }
@@ -395,7 +398,7 @@ static void pdi_grid_mark_outside(const pd_stencil *stencil, pd_grid *grid)
 
 PDI_COLD_BEGIN
 /* Bounding box lo .. hi [m] of shape `index`; unbounded directions are +-infinity. */
-static void pdi_grid_bounds(const pd_shape *shapes, int index, double *lo, double *hi)
+static void pdi_grid_compute_bounds(const pd_shape *shapes, int index, double *lo, double *hi)
 {
     const pd_shape *s = &shapes[index];
     for (int d = 0; d < PD_DIM; d++) {
@@ -420,7 +423,7 @@ static void pdi_grid_bounds(const pd_shape *shapes, int index, double *lo, doubl
     int used = s->type == PD_SHAPE_DIFFERENCE ? 1 : s->children;
     for (int c = 0; c < used && (is_union || is_intersection); c++) {
         double clo[PD_DIM], chi[PD_DIM];
-        pdi_grid_bounds(shapes, s->child[c], clo, chi);
+        pdi_grid_compute_bounds(shapes, s->child[c], clo, chi);
         for (int d = 0; d < PD_DIM; d++) {
             if (c == 0) {
                 lo[d] = clo[d];
@@ -437,7 +440,7 @@ static void pdi_grid_bounds(const pd_shape *shapes, int index, double *lo, doubl
 static pd_status pdi_grid_check_solid(pd_ctx *ctx, const pd_grid *grid)
 {
     double lo[PD_DIM], hi[PD_DIM];
-    pdi_grid_bounds(grid->shapes, grid->solid, lo, hi);
+    pdi_grid_compute_bounds(grid->shapes, grid->solid, lo, hi);
     for (int d = 0; d < PD_DIM; d++) {
         double tolerance = 1e-9 * (grid->hi[d] - grid->lo[d]);
         int below = lo[d] < grid->lo[d] - tolerance && lo[d] > -HUGE_VAL && grid->side[2 * d] < PD_SIDE_PERIODIC;
@@ -451,7 +454,7 @@ static pd_status pdi_grid_check_solid(pd_ctx *ctx, const pd_grid *grid)
 }
 
 /* Sets cells, spacings, strides and sides from desc, and checks them. */
-static pd_status pdi_grid_size(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_desc *desc, pd_grid *grid)
+static pd_status pdi_grid_set_size(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_desc *desc, pd_grid *grid)
 {
     double total = 1.0;
     grid->ghost = desc->ghost > stencil->reach ? desc->ghost : stencil->reach;
@@ -493,7 +496,7 @@ static pd_status pdi_grid_size(pd_ctx *ctx, const pd_stencil *stencil, const pd_
 
 /* Computes the circumferences of an axisymmetric grid. Refuses boxes and sides with which fluxes would not be
  * conservative. */
-static pd_status pdi_grid_rings(pd_ctx *ctx, pd_grid *grid)
+static pd_status pdi_grid_compute_circumferences(pd_ctx *ctx, pd_grid *grid)
 {
     int r = PD_DIM - 1, at_axis = fabs(grid->lo[r]) <= 1e-9 * grid->h[r];
     if (PD_DIM != 2)
@@ -517,7 +520,7 @@ static pd_status pdi_grid_rings(pd_ctx *ctx, pd_grid *grid)
     return PD_OK;
 }
 
-PDI_FN int pdi_grid_repeats(const pd_grid *grid)
+PDI_FN int pdi_grid_has_images(const pd_grid *grid)
 {
     int images = 0;
     for (int s = 0; s < 2 * PD_DIM; s++) images = images || grid->side[s] >= PD_SIDE_PERIODIC;
@@ -525,57 +528,57 @@ PDI_FN int pdi_grid_repeats(const pd_grid *grid)
 }
 
 /* Describes the arrays of the grid to the array registry. */
-static void pdi_grid_list(pdi_owner *owner, void *object)
+static void pdi_grid_list_arrays(pdi_array_visitor *owner, void *object)
 {
     pd_grid *grid = (pd_grid *)object;
     PDI_ARRAY(owner, grid, kind, grid->total, "1");
-    if (pdi_grid_repeats(grid)) PDI_ARRAY(owner, grid, home, grid->total, "1");
-    PDI_ROOM(owner, grid, circumference, grid->np[PD_DIM - 1], "m");
+    if (pdi_grid_has_images(grid)) PDI_ARRAY(owner, grid, home, grid->total, "1");
+    PDI_ARRAY_GROWING(owner, grid, circumference, grid->np[PD_DIM - 1], "m");
 }
 
 /* 1: x belongs to shape `index` (-1: none). *touched grows by one when x is on its surface. */
-static int pdi_grid_has(const pd_grid *grid, int index, const double *x, int64_t *touched)
+static int pdi_grid_is_in_shape(const pd_grid *grid, int index, const double *x, int64_t *touched)
 {
     if (index < 0) return 0;
-    double distance = pd_shape_distance(grid->shapes, index, x), tolerance = pdi_shape_tie(grid->h, x);
+    double distance = pd_shape_distance(grid->shapes, index, x), tolerance = pdi_shape_tolerance(grid->h, x);
     *touched += fabs(distance) <= tolerance;
     return distance <= tolerance;
 }
 
 /* Kind of a node of the box at x [m] by the shapes: wall before metal before fluid. Counts nodes on surfaces. */
-static uint8_t pdi_grid_kind(pd_grid *grid, const double *x)
+static uint8_t pdi_grid_classify_point(pd_grid *grid, const double *x)
 {
-    if (pdi_grid_has(grid, grid->wall, x, &grid->touched[1])) return PD_WALL;
-    return pdi_grid_has(grid, grid->solid, x, &grid->touched[0]) ? PD_SOLID : PD_FLUID;
+    if (pdi_grid_is_in_shape(grid, grid->wall, x, &grid->touched[1])) return PD_WALL;
+    return pdi_grid_is_in_shape(grid, grid->solid, x, &grid->touched[0]) ? PD_SOLID : PD_FLUID;
 }
 
 /* Inner part of pd_grid_build: what it leaves behind on failure is freed by the caller. */
-static pd_status pdi_grid_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_desc *desc, pd_grid *grid)
+static pd_status pdi_grid_build_inner(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_desc *desc, pd_grid *grid)
 {
     memset(grid, 0, sizeof *grid);
     if ((desc->solid || desc->wall) && !desc->shapes)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "grid",
                         "solid and wall point into shapes, which is NULL: an array of shapes is expected");
-    PDI_TRY(pdi_grid_size(ctx, stencil, desc, grid));
-    if (desc->axisymmetric) PDI_TRY(pdi_grid_rings(ctx, grid));
+    PDI_TRY(pdi_grid_set_size(ctx, stencil, desc, grid));
+    if (desc->axisymmetric) PDI_TRY(pdi_grid_compute_circumferences(ctx, grid));
     grid->shapes = desc->shapes;
     grid->solid = desc->solid ? (int)(desc->solid - desc->shapes) : -1;
     grid->wall = desc->wall ? (int)(desc->wall - desc->shapes) : -1;
     grid->entry = desc->entry;
     grid->entry_user = desc->entry_user;
     if (grid->solid >= 0) PDI_TRY(pdi_grid_check_solid(ctx, grid));
-    PDI_TRY(pdi_owner_build(ctx, pdi_grid_list, grid));
+    PDI_TRY(pdi_array_registry_build(ctx, pdi_grid_list_arrays, grid));
     for (int32_t node = 0; node < grid->total; node++) {
         int i[PD_DIM];
         double x[PD_DIM];
-        if (node % PDI_GRID_POLL == 0) PDI_TRY(pdi_poll(ctx, "grid", node));
+        if (node % PDI_GRID_POLL_INTERVAL == 0) PDI_TRY(pdi_check_cancel(ctx, "grid", node));
         pdi_grid_index(grid, node, i);
-        if (!pdi_grid_inside(grid, i)) continue;
+        if (!pdi_grid_is_inside(grid, i)) continue;
         pd_grid_position(grid, node, x);
-        grid->kind[node] = pdi_grid_kind(grid, x);
+        grid->kind[node] = pdi_grid_classify_point(grid, x);
     }
-    grid->fluid_count = pdi_grid_count(grid, PD_FLUID);
-    grid->solid_count = pdi_grid_count(grid, PD_SOLID);
+    grid->fluid_count = pdi_grid_count_kind(grid, PD_FLUID);
+    grid->solid_count = pdi_grid_count_kind(grid, PD_SOLID);
     if (grid->solid >= 0 && grid->solid_count == 0)
         return pdi_fail(ctx, PD_ERR_GEOMETRY, "grid",
                         "the solid covers no node: it is thinner than the spacing or lies inside the wall");
@@ -583,17 +586,17 @@ static pd_status pdi_grid_make(pd_ctx *ctx, const pd_stencil *stencil, const pd_
         return pdi_fail(ctx, PD_ERR_GEOMETRY, "grid", "the wall covers every node of the box");
     for (int32_t node = 0; grid->home && node < grid->total; node++) {
         int flip;
-        grid->home[node] = pdi_grid_image(grid, node, &flip);
+        grid->home[node] = pdi_grid_find_source(grid, node, &flip);
     }
-    pdi_grid_ghosts(grid);
-    pdi_grid_ends(grid);
+    pdi_grid_set_ghost_kinds(grid);
+    pdi_grid_mark_mixed_sides(grid);
     pdi_grid_mark_outside(stencil, grid);
     return PD_OK;
 }
 
 pd_status pd_grid_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid_desc *desc, pd_grid *grid)
 {
-    pd_status status = pdi_grid_make(ctx, stencil, desc, grid);
+    pd_status status = pdi_grid_build_inner(ctx, stencil, desc, grid);
     if (status < 0) pd_grid_free(ctx, grid);
     return status;
 }
@@ -601,7 +604,7 @@ PDI_COLD_END
 
 /* 1: the kind of a node with index j along axis d depends on a box node with index i: it is the node or a ghost that
  * it is the source of. */
-static int pdi_grid_follows(const pd_grid *grid, int d, int i, int j)
+static int pdi_grid_is_dependent(const pd_grid *grid, int d, int i, int j)
 {
     if (j >= 0 && j < grid->n[d]) return i == j;
     pd_side side = grid->side[2 * d + (j < 0 ? 0 : 1)];
@@ -611,15 +614,15 @@ static int pdi_grid_follows(const pd_grid *grid, int d, int i, int j)
 }
 
 /* Next index after j, along axis d, of a node that depends on the box node with index i. */
-static int pdi_grid_follower(const pd_grid *grid, int d, int i, int j)
+static int pdi_grid_next_dependent(const pd_grid *grid, int d, int i, int j)
 {
     int end = grid->n[d] + grid->ghost;
     do j = j == -1 ? i : j == i ? grid->n[d] : j + 1;
-    while (j < end && !pdi_grid_follows(grid, d, i, j));
+    while (j < end && !pdi_grid_is_dependent(grid, d, i, j));
     return j;
 }
 
-PDI_FN void pdi_grid_dissolve(pd_grid *grid, int32_t node)
+PDI_FN void pdi_grid_set_fluid(pd_grid *grid, int32_t node)
 {
     int i[PD_DIM], j[PD_DIM], d;
     grid->kind[node] = PD_FLUID;
@@ -630,58 +633,58 @@ PDI_FN void pdi_grid_dissolve(pd_grid *grid, int32_t node)
     for (d = 0; d < PD_DIM; d++) j[d] = -ghost - 1;
     /* all combinations of followers along the axes */
     for (d = 0; d >= 0;) {
-        j[d] = pdi_grid_follower(grid, d, i[d], j[d]);
+        j[d] = pdi_grid_next_dependent(grid, d, i[d], j[d]);
         if (j[d] >= grid->n[d] + ghost) {
             j[d--] = -ghost - 1;
             continue;
         }
         if (++d < PD_DIM) continue;
         d = PD_DIM - 1;
-        if (pdi_grid_inside(grid, j)) continue;
+        if (pdi_grid_is_inside(grid, j)) continue;
         int32_t ghost_node = pd_grid_node(grid, j);
-        grid->kind[ghost_node] = pdi_grid_ghost_kind(grid, ghost_node);
+        grid->kind[ghost_node] = pdi_grid_get_ghost_kind(grid, ghost_node);
     }
 }
 
-enum { PDI_GRID_PARTS = 64 }; /* of a sum, by layers */
+enum { PDI_GRID_SUM_PARTS = 64 }; /* of a sum, by layers */
 
 /* Body of one thread: part[q] = compensated sum of the field over the nodes of a kind in part q of the layers. */
-static void pdi_grid_sums(const pd_grid *grid, uint8_t kind, const uint8_t *which, int wanted, const double *field,
-                          pdi_sum *part)
+static void pdi_grid_sum_layers(const pd_grid *grid, uint8_t kind, const uint8_t *which, int wanted,
+                                const double *field, pdi_compensated_sum *part)
 {
     int64_t layers = grid->np[PD_DIM - 1], nodes = grid->stride[PD_DIM - 1];
-    PDI_FOR
-    for (int q = 0; q < PDI_GRID_PARTS; q++) {
-        part[q].sum = part[q].carry = 0.0;
-        for (int64_t layer = layers * q / PDI_GRID_PARTS; layer < layers * (q + 1) / PDI_GRID_PARTS; layer++) {
+    PDI_FOR_NOWAIT
+    for (int q = 0; q < PDI_GRID_SUM_PARTS; q++) {
+        part[q].sum = part[q].compensation = 0.0;
+        for (int64_t layer = layers * q / PDI_GRID_SUM_PARTS; layer < layers * (q + 1) / PDI_GRID_SUM_PARTS; layer++) {
             int64_t at = layer * nodes;
-            double sum = pdi_par_sum_of(nodes, grid->kind + at, kind, which ? which + at : grid->kind + at,
-                                        which ? (uint8_t)wanted : kind, field + at);
-            pdi_sum_add(&part[q], sum * pdi_grid_circumference(grid, (int32_t)at));
+            double sum = pdi_par_sum_where(nodes, grid->kind + at, kind, which ? which + at : grid->kind + at,
+                                           which ? (uint8_t)wanted : kind, field + at);
+            pdi_compensated_sum_add(&part[q], sum * pdi_grid_circumference(grid, (int32_t)at));
         }
     }
 }
 
-PDI_FN double pdi_grid_sum(const pd_ctx *ctx, const pd_grid *grid, uint8_t kind, const uint8_t *which, int wanted,
-                           const double *field)
+PDI_FN double pdi_grid_sum_field(const pd_ctx *ctx, const pd_grid *grid, uint8_t kind, const uint8_t *which, int wanted,
+                                 const double *field)
 {
-    pdi_sum part[PDI_GRID_PARTS], all = {0.0, 0.0};
+    pdi_compensated_sum part[PDI_GRID_SUM_PARTS], all = {0.0, 0.0};
     int nt = pdi_par_threads(ctx, grid->total);
-    PDI_SHARE(nt, pdi_grid_sums(grid, kind, which, wanted, field, part));
-    for (int q = 0; q < PDI_GRID_PARTS; q++) {
-        pdi_sum_add(&all, part[q].sum);
-        pdi_sum_add(&all, part[q].carry);
+    PDI_PARALLEL_CALL(nt, pdi_grid_sum_layers(grid, kind, which, wanted, field, part));
+    for (int q = 0; q < PDI_GRID_SUM_PARTS; q++) {
+        pdi_compensated_sum_add(&all, part[q].sum);
+        pdi_compensated_sum_add(&all, part[q].compensation);
     }
-    return pdi_sum_total(&all);
+    return pdi_compensated_sum_total(&all);
 }
 
 void pd_grid_free(pd_ctx *ctx, pd_grid *grid)
 {
-    pdi_owner_free(ctx, pdi_grid_list, grid);
+    pdi_array_registry_free(ctx, pdi_grid_list_arrays, grid);
     memset(grid, 0, sizeof *grid);
 }
 
-PDI_FN void pdi_grid_line_shift(const pd_grid *grid, const pd_stencil *stencil, int32_t *shift)
+PDI_FN void pdi_grid_compute_line_shifts(const pd_grid *grid, const pd_stencil *stencil, int32_t *shift)
 {
     for (int l = 0; l < stencil->line_first[stencil->kinds]; l++) {
         shift[l] = 0;

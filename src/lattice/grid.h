@@ -61,7 +61,7 @@ typedef struct pd_grid {
     uint8_t ends;         /* bit s: side s is an inlet at some points and an outlet at others */
     double *circumference; /* [np of the last axis] [m] 2 pi |r| of axisymmetric rows of nodes; NULL: planar */
     uint8_t *kind;        /* [total] pd_kind */
-    int32_t *home;        /* [total] source node of each node (pdi_grid_image); NULL: no images, or no metal */
+    int32_t *home;        /* [total] source node of each node (pdi_grid_find_source); NULL: no images, or no metal */
     int64_t fluid_count, solid_count;
     int64_t touched[2];   /* nodes exactly on the surface of metal, and of walls, when the grid was built */
 } pd_grid;
@@ -84,29 +84,30 @@ PD_API void pd_grid_position(const pd_grid *grid, int32_t node, double *x);
 PD_API int32_t pd_grid_node(const pd_grid *grid, const int *i);
 #ifdef PDI_INTERNAL
 /* 1: there is metal, and a periodic or mirror side behind which it has images. */
-PDI_FN int pdi_grid_repeats(const pd_grid *grid);
+PDI_FN int pdi_grid_has_images(const pd_grid *grid);
 /* Number of nodes of one kind, ghosts included. */
-PDI_FN int64_t pdi_grid_count(const pd_grid *grid, pd_kind kind);
+PDI_FN int64_t pdi_grid_count_kind(const pd_grid *grid, pd_kind kind);
 
 /* Length of a vector of the inner loops: shorter pieces of grid lines are not worth one. */
-#define PDI_VECTOR 8
+#define PDI_VECTOR_LENGTH 8
 /* Cell index i[] of a node (negative or >= n in ghosts). */
 PDI_FN void pdi_grid_index(const pd_grid *grid, int32_t node, int *i);
 /* Cell index of a node along one axis. */
-static inline int pdi_grid_along(const pd_grid *grid, int32_t node, int axis)
+static inline int pdi_grid_index_along(const pd_grid *grid, int32_t node, int axis)
 {
     return (int)(node / grid->stride[axis] % grid->np[axis]) - grid->ghost;
 }
 /* Length of the text of a position. */
-#define PDI_GRID_PLACE 80
-/* Formats the position of a node as "(x, y, z)" [m] for messages: into text [PDI_GRID_PLACE], which is returned. */
-PDI_FN const char *pdi_grid_place(const pd_grid *grid, int32_t node, char *text);
+#define PDI_GRID_POSITION_LENGTH 80
+/* Formats the position of a node as "(x, y, z)" [m] for messages: into text [PDI_GRID_POSITION_LENGTH], which is
+ * returned. */
+PDI_FN const char *pdi_grid_format_position(const pd_grid *grid, int32_t node, char *text);
 /* 1: the cell index lies inside the box, not in ghost layers. */
-PDI_FN int pdi_grid_inside(const pd_grid *grid, const int *i);
+PDI_FN int pdi_grid_is_inside(const pd_grid *grid, const int *i);
 /* 1: the node is a ghost behind a side of the box that is a wall. */
-PDI_FN int pdi_grid_walled(const pd_grid *grid, int32_t node);
+PDI_FN int pdi_grid_is_behind_wall(const pd_grid *grid, int32_t node);
 /* Number of nodes of a cube with `reach` cells on either side of its centre. */
-static inline int pdi_grid_cube(int reach)
+static inline int pdi_grid_count_cube(int reach)
 {
     int count = 1;
     for (int d = 0; d < PD_DIM; d++) count *= 2 * reach + 1;
@@ -114,10 +115,10 @@ static inline int pdi_grid_cube(int reach)
 }
 /* Node k of the cube with `reach` cells on either side of `node`; -1: it lies outside of the box. *far: its largest
  * distance from the centre along an axis [cells]. */
-PDI_FN int32_t pdi_grid_near(const pd_grid *grid, int32_t node, int reach, int k, int *far);
+PDI_FN int32_t pdi_grid_find_cube_node(const pd_grid *grid, int32_t node, int reach, int k, int *far);
 /* Node of the box that a ghost stands for: shifted by periods behind periodic sides, the mirror image behind all
  * others; the node itself inside the box. *flip (or NULL): bit d set when it is mirrored along axis d. */
-PDI_FN int32_t pdi_grid_image(const pd_grid *grid, int32_t node, int *flip);
+PDI_FN int32_t pdi_grid_find_source(const pd_grid *grid, int32_t node, int *flip);
 /* Factor of the cell volume in sums over volume: the circumference of the ring of a node on an axisymmetric grid [m],
  * else 1. */
 static inline double pdi_grid_circumference(const pd_grid *grid, int32_t node)
@@ -125,39 +126,40 @@ static inline double pdi_grid_circumference(const pd_grid *grid, int32_t node)
     return PD_DIM == 2 && grid->circumference ? grid->circumference[node / grid->stride[PD_DIM - 1]] : 1.0;
 }
 /* Circumference [m] of a ring whose radius is that of the node plus `offset` [m]; 1 on a planar grid. */
-PDI_FN double pdi_grid_around(const pd_grid *grid, int32_t node, double offset);
+PDI_FN double pdi_grid_circumference_at(const pd_grid *grid, int32_t node, double offset);
 /* Sum of a field over the nodes of a kind, times their circumferences; of those with which[node] == wanted only where
  * `which` is not NULL. Rounding is that of a few terms; the same bits for any number of threads. */
-PDI_FN double pdi_grid_sum(const pd_ctx *ctx, const pd_grid *grid, uint8_t kind, const uint8_t *which, int wanted,
-                           const double *field);
+PDI_FN double pdi_grid_sum_field(const pd_ctx *ctx, const pd_grid *grid, uint8_t kind, const uint8_t *which, int wanted,
+                                 const double *field);
 /* 1: the point x [m] lies in the box lo .. hi [m] or, within tolerance, on its faces: surfaces and nodes often do. */
-PDI_FN int pdi_grid_between(const pd_grid *grid, const double *lo, const double *hi, const double *x);
+PDI_FN int pdi_grid_is_between(const pd_grid *grid, const double *lo, const double *hi, const double *x);
 /* Maps a cell index i[] back into the box through periodic and mirror sides only. Returns the bits of the mirrored
  * axes. */
-PDI_FN int pdi_grid_fold(const pd_grid *grid, int *i);
+PDI_FN int pdi_grid_fold_index(const pd_grid *grid, int *i);
 /* Maps a position x [m] into the box through all sides but walls: behind inlets and outlets the geometry is continued
  * by mirroring, too. */
 PDI_FN void pdi_grid_fold_position(const pd_grid *grid, double *x);
 /* Signed distance [m] of x [m] from a shape of the grid, continued behind all sides but walls: where the shape meets
  * such a side there is no surface, unless it ends there on a periodic side. Exact near the surface; elsewhere a bound
  * of the right sign. */
-PDI_FN double pdi_grid_level(const pd_grid *grid, int shape, const double *x);
+PDI_FN double pdi_grid_signed_distance(const pd_grid *grid, int shape, const double *x);
 /* First point at which the line x + t xi, beginning outside, enters a shape of the grid: the smallest t, at most
  * `limit`; HUGE_VAL: none. A part of the line is judged by its midpoint. A part on the surface belongs to the shape:
  * faces shared by two bodies of a union are not entries. Not for voxel masks. */
-PDI_FN double pdi_grid_enter(const pd_grid *grid, int shape, const double *x, const double *xi, double limit);
+PDI_FN double pdi_grid_find_shape_entry(const pd_grid *grid, int shape, const double *x, const double *xi,
+                                        double limit);
 /* Maps a position x [m] into the box through periodic and mirror sides only; points on them stay. Returns the bits of
  * the mirrored axes. */
-PDI_FN int pdi_grid_fold_images(const pd_grid *grid, double *x);
+PDI_FN int pdi_grid_fold_position_images(const pd_grid *grid, double *x);
 /* 1: fluid passes the side (inlet or outlet). */
-static inline int pdi_grid_port(pd_side side) { return side == PD_SIDE_INLET || side == PD_SIDE_OUTLET; }
+static inline int pdi_grid_is_inlet_or_outlet(pd_side side) { return side == PD_SIDE_INLET || side == PD_SIDE_OUTLET; }
 /* Converts a solid node to fluid: its kind, the counts, and the kinds of the ghosts that stand for it or lie in front
  * of it. */
-PDI_FN void pdi_grid_dissolve(pd_grid *grid, int32_t node);
+PDI_FN void pdi_grid_set_fluid(pd_grid *grid, int32_t node);
 /* Computes shift [lines of the stencil]: node id on a grid line of the family minus that of the node at its middle. */
-PDI_FN void pdi_grid_line_shift(const pd_grid *grid, const pd_stencil *stencil, int32_t *shift);
+PDI_FN void pdi_grid_compute_line_shifts(const pd_grid *grid, const pd_stencil *stencil, int32_t *shift);
 /* 1: nodes of this kind take part in fluxes (fluid, inlet, outlet, image), so bonds between them are not blocked. */
-static inline int pdi_grid_open(uint8_t kind) { return kind == PD_FLUID || kind >= PD_INLET; }
+static inline int pdi_grid_is_open(uint8_t kind) { return kind == PD_FLUID || kind >= PD_INLET; }
 #endif
 
 #endif

@@ -13,7 +13,7 @@ pd_status pd_lattice_build(pd_ctx *ctx, const pd_lattice_desc *desc, pd_lattice 
 }
 
 /* Grows the list of fields. */
-static pd_status pdi_lattice_grow(pd_ctx *ctx, pd_lattice *l)
+static pd_status pdi_lattice_grow_fields(pd_ctx *ctx, pd_lattice *l)
 {
     int capacity = 2 * l->capacity + 4;
     int *components = NULL;
@@ -41,7 +41,7 @@ pd_status pd_lattice_field(pd_ctx *ctx, pd_lattice *l, int components, double **
     *field = NULL;
     if (components < 1 || components > 1024)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "lattice", "a field of %d components, expected 1 to 1024", components);
-    if (l->fields == l->capacity) PDI_TRY(pdi_lattice_grow(ctx, l));
+    if (l->fields == l->capacity) PDI_TRY(pdi_lattice_grow_fields(ctx, l));
     PDI_TRY(PDI_NEW(ctx, "lattice", (int64_t)components * l->grid.total, l->field[l->fields]));
     l->components[l->fields] = components;
     *field = l->field[l->fields++];

@@ -1,61 +1,63 @@
 /* op: see op.h
  *
- * Loops work on up to PDI_PIECE neighbours along axis 0 at once, bond by bond, so that the inner loops are vector
+ * Loops work on up to PDI_CHUNK neighbours along axis 0 at once, bond by bond, so that the inner loops are vector
  * loops: nodes with full families share the weights (opposite bonds are paired), rows mask their blocked bonds.
  */
 #include "lattice/op.h"
 #include "core/vec.h"
 #include "core/par.h"
-#include "lattice/line.h"
+#include "lattice/line_laplacian.h"
 #include <string.h>
 
 /* Body of an operator: `count` nodes with full families from node `first`, or rows from row `first`, with consecutive
  * nodes. */
-typedef struct pdi_op_sweep pdi_op_sweep;
-typedef void (*pdi_op_piece_fn)(const pdi_op_sweep *w, int32_t first, int count);
+typedef struct pdi_op_operands pdi_op_operands;
+typedef void (*pdi_op_chunk_fn)(const pdi_op_operands *w, int32_t first, int count);
 
 /* Operands of one operator. */
-struct pdi_op_sweep {
+struct pdi_op_operands {
     const pd_bonds *bonds;
     int32_t total;
-    const double *f, *d; /* [total] field [any unit]; diffusivity [m2/s] or NULL */
+    const double *f, *diffusivity; /* [total] field [any unit]; diffusivity [m2/s] or NULL */
     double *out;         /* result */
-    pdi_op_piece_fn whole, cut; /* bodies for full and for truncated families */
+    pdi_op_chunk_fn full_family, truncated_family; /* bodies for full and for truncated families */
     int any_length;      /* 1: `whole` takes ranges of any length */
 };
 
-/* Body of the loop over ranges: calls the body for full (row -1) or truncated families in pieces of up to PDI_PIECE
+/* Body of the loop over ranges: calls the body for full (row -1) or truncated families in pieces of up to PDI_CHUNK
  * nodes. */
-static void pdi_op_run(const void *user, int32_t i, int32_t row, int32_t length)
+static void pdi_op_apply_range(const void *user, int32_t i, int32_t row, int32_t length)
 {
-    const pdi_op_sweep *w = (const pdi_op_sweep *)user;
+    const pdi_op_operands *w = (const pdi_op_operands *)user;
     int count;
     if (row < 0 && w->any_length) {
-        w->whole(w, i, length);
+        w->full_family(w, i, length);
         return;
     }
     for (int32_t at = 0; at < length; at += count) {
-        count = pdi_traverse_piece(length, PDI_PIECE, &at);
-        if (row < 0) w->whole(w, i + at, count);
-        else w->cut(w, row + at, count);
+        count = pdi_node_loop_next_chunk(length, PDI_CHUNK, &at);
+        if (row < 0) w->full_family(w, i + at, count);
+        else w->truncated_family(w, row + at, count);
     }
 }
 
 /* Evaluates an operator at all fluid nodes, with threads. */
-static void pdi_op_apply(const pd_ctx *ctx, pdi_op_sweep *w, pdi_op_piece_fn whole, pdi_op_piece_fn cut)
+static void pdi_op_apply_all(const pd_ctx *ctx, pdi_op_operands *w, pdi_op_chunk_fn whole, pdi_op_chunk_fn cut)
 {
-    w->whole = whole;
-    w->cut = cut;
-    pdi_traverse_sweep(ctx, w->bonds, w->bonds->grid->fluid_count * w->bonds->stencil->count * 4, 0, pdi_op_run, w);
+    w->full_family = whole;
+    w->truncated_family = cut;
+    pdi_node_loop_by_ranges(ctx, w->bonds, w->bonds->grid->fluid_count * w->bonds->stencil->count * 4, 0,
+                            pdi_op_apply_range, w);
 }
 
 /* Sets the operands of an operator. */
-static void pdi_op_sweep_init(const pd_bonds *bonds, const double *f, const double *d, double *out, pdi_op_sweep *w)
+static void pdi_op_init_operands(const pd_bonds *bonds, const double *f, const double *d, double *out,
+                                 pdi_op_operands *w)
 {
     w->bonds = bonds;
     w->total = bonds->grid->total;
     w->f = f;
-    w->d = d;
+    w->diffusivity = d;
     w->out = out;
     w->any_length = 0;
 }
@@ -64,8 +66,8 @@ static void pdi_op_sweep_init(const pd_bonds *bonds, const double *f, const doub
 
 /* slope [PD_DIM][count] = gradient of f at `count` nodes with full families from node i (eq. 2.4); opposite bonds are
  * paired. */
-static void pdi_op_slope_whole(const pd_bonds *bonds, const double *f, int32_t i, int count,
-                               double slope[PD_DIM][PDI_PIECE])
+static void pdi_op_compute_gradient_full(const pd_bonds *bonds, const double *f, int32_t i, int count,
+                                         double slope[PD_DIM][PDI_CHUNK])
 {
     const pd_stencil *s = bonds->stencil;
     memset(slope, 0, PD_DIM * sizeof *slope);
@@ -79,28 +81,28 @@ static void pdi_op_slope_whole(const pd_bonds *bonds, const double *f, int32_t i
 
 /* slope [PD_DIM][count] = gradient K^-1 sum w xi (f_j - f_i) at `count` rows from row r, with the moments K of the
  * open bonds (eq. 3.5). Inlet ghosts are left out. */
-static void pdi_op_slope_cut(const pd_bonds *bonds, const double *field, int32_t r, int count,
-                             double slope[PD_DIM][PDI_PIECE])
+static void pdi_op_compute_gradient_truncated(const pd_bonds *bonds, const double *field, int32_t r, int count,
+                                              double slope[PD_DIM][PDI_CHUNK])
 {
     const pd_stencil *s = bonds->stencil;
     int32_t i = bonds->node[r];
-    double sum[PD_DIM][PDI_PIECE], open[PDI_PIECE];
+    double sum[PD_DIM][PDI_CHUNK], open[PDI_CHUNK];
     memset(sum, 0, sizeof sum);
-    pdi_bond_gate gate = {NULL, 0, 0, 0};
+    pdi_bond_mask_block gate = {NULL, 0, 0, 0};
     for (int k = 0; k < s->count; k++) {
         const double *far = field + i + bonds->paths.shift[k], *f = field + i, *xi = s->xi + k * PD_DIM;
         double base = s->base[k];
-        pdi_openness which = pdi_bond_gate_open(bonds, r, k, count, &gate, open);
-        if (which == PDI_OPEN_NONE) continue;
+        pdi_bond_openness which = pdi_bond_find_nodes_open(bonds, r, k, count, &gate, open);
+        if (which == PDI_BOND_OPEN_NONE) continue;
         if (r >= bonds->plain && bonds->grid->kind[i + bonds->paths.shift[k]] == PD_INLET) continue;
         for (int b = 0; b < count; b++) {
-            double difference = which == PDI_OPEN_ALL || open[b] > 0.0 ? base * (far[b] - f[b]) : 0.0;
+            double difference = which == PDI_BOND_OPEN_ALL || open[b] > 0.0 ? base * (far[b] - f[b]) : 0.0;
             for (int d = 0; d < PD_DIM; d++) sum[d][b] += difference * xi[d];
         }
     }
     for (int b = 0; b < count; b++) {
         double buffer[PD_DIM * PD_DIM];
-        const double *inverse = pdi_bond_moment(bonds, r + b, buffer);
+        const double *inverse = pdi_bond_get_inverse_moment(bonds, r + b, buffer);
         for (int d = 0; d < PD_DIM; d++) {
             double value = 0.0;
             for (int e = 0; e < PD_DIM; e++) value += inverse[d * PD_DIM + e] * sum[e][b];
@@ -110,63 +112,63 @@ static void pdi_op_slope_cut(const pd_bonds *bonds, const double *field, int32_t
 }
 
 /* Writes the gradients of `count` nodes from node i to the result [PD_DIM][total]. */
-static void pdi_op_gradient_put(const pdi_op_sweep *w, int32_t i, int count, double slope[PD_DIM][PDI_PIECE])
+static void pdi_op_set_gradient(const pdi_op_operands *w, int32_t i, int count, double slope[PD_DIM][PDI_CHUNK])
 {
     for (int d = 0; d < PD_DIM; d++)
         memcpy(w->out + (int64_t)d * w->total + i, slope[d], (size_t)count * sizeof(double));
 }
 
 /* Gradient at `count` nodes with full families from node i. */
-static void pdi_op_gradient_whole(const pdi_op_sweep *w, int32_t i, int count)
+static void pdi_op_gradient_full(const pdi_op_operands *w, int32_t i, int count)
 {
-    double slope[PD_DIM][PDI_PIECE];
-    pdi_op_slope_whole(w->bonds, w->f, i, count, slope);
-    pdi_op_gradient_put(w, i, count, slope);
+    double slope[PD_DIM][PDI_CHUNK];
+    pdi_op_compute_gradient_full(w->bonds, w->f, i, count, slope);
+    pdi_op_set_gradient(w, i, count, slope);
 }
 
 /* Gradient at `count` rows (truncated families) from row r. */
-static void pdi_op_gradient_cut(const pdi_op_sweep *w, int32_t r, int count)
+static void pdi_op_gradient_truncated(const pdi_op_operands *w, int32_t r, int count)
 {
-    double slope[PD_DIM][PDI_PIECE];
-    pdi_op_slope_cut(w->bonds, w->f, r, count, slope);
-    pdi_op_gradient_put(w, w->bonds->node[r], count, slope);
+    double slope[PD_DIM][PDI_CHUNK];
+    pdi_op_compute_gradient_truncated(w->bonds, w->f, r, count, slope);
+    pdi_op_set_gradient(w, w->bonds->node[r], count, slope);
 }
 
 void pd_op_gradient(const pd_ctx *ctx, const pd_bonds *bonds, const double *f, double *grad)
 {
-    pdi_op_sweep w;
-    pdi_op_sweep_init(bonds, f, NULL, grad, &w);
-    pdi_op_apply(ctx, &w, pdi_op_gradient_whole, pdi_op_gradient_cut);
+    pdi_op_operands w;
+    pdi_op_init_operands(bonds, f, NULL, grad, &w);
+    pdi_op_apply_all(ctx, &w, pdi_op_gradient_full, pdi_op_gradient_truncated);
 }
 
 /* ---- divergence: D u_i = sum g.(u_i + u_j), antisymmetric in i and j (eq. 4.2) ---- */
 
 /* Divergence at the nodes i .. i+count-1, which own the rows from r (-1: full families), bond by bond. */
-static void pdi_op_divergence_bonds(const pdi_op_sweep *w, int32_t i, int32_t r, int count)
+static void pdi_op_divergence_bonds(const pdi_op_operands *w, int32_t i, int32_t r, int count)
 {
     const pd_bonds *bonds = w->bonds;
     const pd_stencil *s = bonds->stencil;
-    double sum[PDI_PIECE], open[PDI_PIECE];
+    double sum[PDI_CHUNK], open[PDI_CHUNK];
     memset(sum, 0, sizeof sum);
-    pdi_bond_gate gate = {NULL, 0, 0, 0};
+    pdi_bond_mask_block gate = {NULL, 0, 0, 0};
     for (int k = 0; k < s->count; k++) {
-        pdi_openness which = pdi_bond_gate_open(bonds, r, k, count, &gate, open);
-        if (which == PDI_OPEN_NONE) continue;
+        pdi_bond_openness which = pdi_bond_find_nodes_open(bonds, r, k, count, &gate, open);
+        if (which == PDI_BOND_OPEN_NONE) continue;
         for (int d = 0; d < PD_DIM; d++) {
             const double *u = w->f + (int64_t)d * w->total + i, *far = u + bonds->paths.shift[k];
-            double g = s->grad[k * PD_DIM + d] * pdi_bond_flux(bonds, i, k);
+            double g = s->grad[k * PD_DIM + d] * pdi_bond_get_flux_factor(bonds, i, k);
             for (int b = 0; b < count; b++)
-                sum[b] += which == PDI_OPEN_ALL || open[b] > 0.0 ? g * (u[b] + far[b]) : 0.0;
+                sum[b] += which == PDI_BOND_OPEN_ALL || open[b] > 0.0 ? g * (u[b] + far[b]) : 0.0;
         }
     }
     memcpy(w->out + i, sum, (size_t)count * sizeof(double));
 }
 
 /* Divergence at nodes with full families: opposite bonds are paired; on an axisymmetric grid bond by bond. */
-static void pdi_op_divergence_whole(const pdi_op_sweep *w, int32_t i, int count)
+static void pdi_op_divergence_full(const pdi_op_operands *w, int32_t i, int count)
 {
     const pd_stencil *s = w->bonds->stencil;
-    double sum[PDI_PIECE];
+    double sum[PDI_CHUNK];
     if (w->bonds->axisym.flux) {
         pdi_op_divergence_bonds(w, i, -1, count);
         return;
@@ -183,102 +185,108 @@ static void pdi_op_divergence_whole(const pdi_op_sweep *w, int32_t i, int count)
 }
 
 /* Divergence at `count` rows (truncated families) from row r. */
-static void pdi_op_divergence_cut(const pdi_op_sweep *w, int32_t r, int count)
+static void pdi_op_divergence_truncated(const pdi_op_operands *w, int32_t r, int count)
 {
     pdi_op_divergence_bonds(w, w->bonds->node[r], r, count);
 }
 
 void pd_op_divergence(const pd_ctx *ctx, const pd_bonds *bonds, const double *u, double *div)
 {
-    pdi_op_sweep w;
-    pdi_op_sweep_init(bonds, u, NULL, div, &w);
-    pdi_op_apply(ctx, &w, pdi_op_divergence_whole, pdi_op_divergence_cut);
+    pdi_op_operands w;
+    pdi_op_init_operands(bonds, u, NULL, div, &w);
+    pdi_op_apply_all(ctx, &w, pdi_op_divergence_full, pdi_op_divergence_truncated);
 }
 
 /* ---- Laplacian: L f_i = sum a (f_j - f_i), symmetric weights (eq. 2.3) ---- */
 
 /* Laplacian at the nodes i .. i+count-1, which own the rows from r (-1: full families), bond by bond. */
-static void pdi_op_laplacian_bonds(const pdi_op_sweep *w, int32_t i, int32_t r, int count)
+static void pdi_op_laplacian_bonds(const pdi_op_operands *w, int32_t i, int32_t r, int count)
 {
     const pd_bonds *bonds = w->bonds;
-    const double *f = w->f + i, *lap = pdi_bond_lap(bonds, i);
-    double sum[PDI_PIECE], open[PDI_PIECE];
+    const double *f = w->f + i, *lap = pdi_bond_get_laplacian_weights(bonds, i);
+    double sum[PDI_CHUNK], open[PDI_CHUNK];
     memset(sum, 0, sizeof sum);
-    pdi_bond_gate gate = {NULL, 0, 0, 0};
+    pdi_bond_mask_block gate = {NULL, 0, 0, 0};
     for (int k = 0; k < bonds->stencil->count; k++) {
         const double *far = f + bonds->paths.shift[k];
         double a = lap[k];
-        pdi_openness which = pdi_bond_gate_open(bonds, r, k, count, &gate, open);
-        if (which == PDI_OPEN_NONE) continue;
-        for (int b = 0; b < count; b++) sum[b] += which == PDI_OPEN_ALL || open[b] > 0.0 ? a * (far[b] - f[b]) : 0.0;
+        pdi_bond_openness which = pdi_bond_find_nodes_open(bonds, r, k, count, &gate, open);
+        if (which == PDI_BOND_OPEN_NONE) continue;
+        for (int b = 0; b < count; b++)
+            sum[b] += which == PDI_BOND_OPEN_ALL || open[b] > 0.0 ? a * (far[b] - f[b]) : 0.0;
     }
     memcpy(w->out + i, sum, (size_t)count * sizeof(double));
 }
 
-/* Laplacian at nodes with full families of a planar grid, by grid lines (lattice/line). */
-static void pdi_op_laplacian_whole(const pdi_op_sweep *w, int32_t i, int count)
+/* Laplacian at nodes with full families of a planar grid, by grid lines (lattice/line_laplacian). */
+static void pdi_op_laplacian_full(const pdi_op_operands *w, int32_t i, int count)
 {
-    pdi_lines lines;
+    pdi_line_laplacian_data lines;
     lines.grid = w->bonds->grid;
     lines.stencil = w->bonds->stencil;
     lines.shift = w->bonds->line_shift;
-    pdi_line_laplacian(&lines, w->f, i, count, w->out + i);
+    pdi_line_laplacian_apply(&lines, w->f, i, count, w->out + i);
 }
 
 /* Laplacian at nodes with full families of an axisymmetric grid, bond by bond. */
-static void pdi_op_laplacian_rings(const pdi_op_sweep *w, int32_t i, int count)
+static void pdi_op_laplacian_axisymmetric(const pdi_op_operands *w, int32_t i, int count)
 {
     pdi_op_laplacian_bonds(w, i, -1, count);
 }
 
 /* Laplacian at `count` rows (truncated families) from row r. */
-static void pdi_op_laplacian_cut(const pdi_op_sweep *w, int32_t r, int count)
+static void pdi_op_laplacian_truncated(const pdi_op_operands *w, int32_t r, int count)
 {
     pdi_op_laplacian_bonds(w, w->bonds->node[r], r, count);
 }
 
 void pd_op_laplacian(const pd_ctx *ctx, const pd_bonds *bonds, const double *f, double *lap)
 {
-    pdi_op_sweep w;
-    pdi_op_sweep_init(bonds, f, NULL, lap, &w);
+    pdi_op_operands w;
+    pdi_op_init_operands(bonds, f, NULL, lap, &w);
     w.any_length = !bonds->axisym.lap;
-    pdi_op_apply(ctx, &w, bonds->axisym.lap ? pdi_op_laplacian_rings : pdi_op_laplacian_whole, pdi_op_laplacian_cut);
+    pdi_op_apply_all(ctx, &w, bonds->axisym.lap ? pdi_op_laplacian_axisymmetric : pdi_op_laplacian_full,
+                     pdi_op_laplacian_truncated);
 }
 
 /* ---- diffusion: sum D_ij a (f_j - f_i), D_ij = 2 D_i D_j / (D_i + D_j) (eq. 5.2) ---- */
 
 /* Harmonic mean 2ab/(a + b), in a form that does not overflow and gives the same bits from both ends. */
-static inline double pdi_op_harmonic(double a, double b)
+static inline double pdi_op_harmonic_mean(double a, double b)
 {
     double lower = a < b ? a : b, upper = a < b ? b : a;
     return upper > 0.0 ? 2.0 * lower / (1.0 + lower / upper) : 0.0;
 }
 
 /* Diffusion at the nodes i .. i+count-1, which own the rows from r (-1: full families), bond by bond (eq. 5.2). */
-static void pdi_op_diffuse_bonds(const pdi_op_sweep *w, int32_t i, int32_t r, int count)
+static void pdi_op_diffuse_bonds(const pdi_op_operands *w, int32_t i, int32_t r, int count)
 {
     const pd_bonds *bonds = w->bonds;
-    const double *f = w->f + i, *d = w->d + i, *lap = pdi_bond_lap(bonds, i);
-    double sum[PDI_PIECE], open[PDI_PIECE];
+    const double *f = w->f + i, *d = w->diffusivity + i, *lap = pdi_bond_get_laplacian_weights(bonds, i);
+    double sum[PDI_CHUNK], open[PDI_CHUNK];
     memset(sum, 0, sizeof sum);
-    pdi_bond_gate gate = {NULL, 0, 0, 0};
+    pdi_bond_mask_block gate = {NULL, 0, 0, 0};
     for (int k = 0; k < bonds->stencil->count; k++) {
         const double *far = f + bonds->paths.shift[k], *d_far = d + bonds->paths.shift[k];
         double a = lap[k];
-        pdi_openness which = pdi_bond_gate_open(bonds, r, k, count, &gate, open);
-        if (which == PDI_OPEN_NONE) continue;
+        pdi_bond_openness which = pdi_bond_find_nodes_open(bonds, r, k, count, &gate, open);
+        if (which == PDI_BOND_OPEN_NONE) continue;
         for (int b = 0; b < count; b++)
-            sum[b] +=
-                which == PDI_OPEN_ALL || open[b] > 0.0 ? a * pdi_op_harmonic(d[b], d_far[b]) * (far[b] - f[b]) : 0.0;
+            sum[b] += which == PDI_BOND_OPEN_ALL || open[b] > 0.0
+                          ? a * pdi_op_harmonic_mean(d[b], d_far[b]) * (far[b] - f[b])
+                          : 0.0;
     }
     memcpy(w->out + i, sum, (size_t)count * sizeof(double));
 }
 
 /* Diffusion at `count` nodes with full families from node i. */
-static void pdi_op_diffuse_whole(const pdi_op_sweep *w, int32_t i, int count) { pdi_op_diffuse_bonds(w, i, -1, count); }
+static void pdi_op_diffuse_full(const pdi_op_operands *w, int32_t i, int count)
+{
+    pdi_op_diffuse_bonds(w, i, -1, count);
+}
 
 /* Diffusion at `count` rows (truncated families) from row r. */
-static void pdi_op_diffuse_cut(const pdi_op_sweep *w, int32_t r, int count)
+static void pdi_op_diffuse_truncated(const pdi_op_operands *w, int32_t r, int count)
 {
     pdi_op_diffuse_bonds(w, w->bonds->node[r], r, count);
 }
@@ -286,12 +294,12 @@ static void pdi_op_diffuse_cut(const pdi_op_sweep *w, int32_t r, int count)
 pd_status pd_op_diffuse(pd_ctx *ctx, const pd_bonds *bonds, const double *diffusivity, const double *f, double *out)
 {
     const pd_grid *grid = bonds->grid;
-    pdi_op_sweep w;
+    pdi_op_operands w;
     for (int32_t node = 0; node < grid->total; node++)
-        if (pdi_grid_open(grid->kind[node]) && !(diffusivity[node] >= 0.0 && diffusivity[node] < 1e300))
+        if (pdi_grid_is_open(grid->kind[node]) && !(diffusivity[node] >= 0.0 && diffusivity[node] < 1e300))
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "op", "the diffusivity of node %d is %g m2/s, expected one >= 0",
                             (int)node, diffusivity[node]);
-    pdi_op_sweep_init(bonds, f, diffusivity, out, &w);
-    pdi_op_apply(ctx, &w, pdi_op_diffuse_whole, pdi_op_diffuse_cut);
+    pdi_op_init_operands(bonds, f, diffusivity, out, &w);
+    pdi_op_apply_all(ctx, &w, pdi_op_diffuse_full, pdi_op_diffuse_truncated);
     return PD_OK;
 }

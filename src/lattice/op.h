@@ -16,7 +16,7 @@
  */
 #ifndef PD_OP_H
 #define PD_OP_H
-#include "lattice/traverse.h"
+#include "lattice/node_loop.h"
 
 #define pd_op_gradient PD_NAME(pd_op_gradient)
 #define pd_op_divergence PD_NAME(pd_op_divergence)

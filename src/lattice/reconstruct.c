@@ -1,7 +1,7 @@
 /* reconstruct: see reconstruct.h */
 #include "lattice/reconstruct.h"
 #include "lattice/surface.h"
-#include "core/owner.h"
+#include "core/array_registry.h"
 #include "core/par.h"
 #include "core/vec.h"
 #include <math.h>
@@ -13,16 +13,16 @@
  * 3.2). */
 #define PDI_RECONSTRUCT_MIN_PIVOT 1e-3
 /* [-] Step of central differences over the spacing. */
-#define PDI_RECONSTRUCT_NEAR 0.05
+#define PDI_RECONSTRUCT_STEP 0.05
 
 /* Matrix of the normal equations of a fit. */
-typedef struct pdi_reconstruct_moments {
+typedef struct pdi_reconstruct_normal_matrix {
     double sum[PDI_RECONSTRUCT_TERMS * PDI_RECONSTRUCT_TERMS]; /* later scaled by `unit` on both sides and factored */
-    double unit[PDI_RECONSTRUCT_TERMS]; /* 1/sqrt of the diagonal for a full family */
-} pdi_reconstruct_moments;
+    double scale[PDI_RECONSTRUCT_TERMS];                       /* 1/sqrt of the diagonal for a full family */
+} pdi_reconstruct_normal_matrix;
 
 /* term [terms] = the linear and quadratic terms of the point at fraction t of bond k, in cells. */
-static void pdi_reconstruct_terms(const pd_stencil *s, int k, double t, double *term)
+static void pdi_reconstruct_compute_terms(const pd_stencil *s, int k, double t, double *term)
 {
     const int *n = s->offset + k * PD_DIM;
     int at = PD_DIM;
@@ -34,14 +34,18 @@ static void pdi_reconstruct_terms(const pd_stencil *s, int k, double t, double *
 
 /* term [terms] at the surface point nearest to the end of a bond of row r that only grazes the surface; 0: none
  * found. */
-static int pdi_reconstruct_below(const pd_bonds *bonds, int32_t r, const pdi_bond_end *end, double *term)
+static int pdi_reconstruct_compute_surface_terms(const pd_bonds *bonds, int32_t r, const pdi_bond_wall_end *end,
+                                                 double *term)
 {
     const double *h = bonds->grid->h;
     double x[PD_DIM], foot[PD_DIM], normal[PD_DIM], distance;
     int at = PD_DIM;
-    if (!pdi_surface_rise(bonds, end->cell, end->x, PDI_RECONSTRUCT_NEAR, &distance, normal)) return 0;
-    for (int a = 0; a < PD_DIM; a++) foot[a] = end->x[a] - distance * normal[a];
-    if (!(fabs(pdi_bond_smooth(bonds, end->cell, foot)) < PDI_RECONSTRUCT_NEAR * pdi_vec_least(h))) return 0;
+    if (!pdi_surface_compute_normal(bonds, end->closed_cell, end->surface_point, PDI_RECONSTRUCT_STEP, &distance,
+                                    normal))
+        return 0;
+    for (int a = 0; a < PD_DIM; a++) foot[a] = end->surface_point[a] - distance * normal[a];
+    if (!(fabs(pdi_bond_surface_distance(bonds, end->closed_cell, foot)) < PDI_RECONSTRUCT_STEP * pdi_vec_min(h)))
+        return 0;
     pd_grid_position(bonds->grid, bonds->node[r], x);
     for (int a = 0; a < PD_DIM; a++) {
         term[a] = (foot[a] - x[a]) / h[a];
@@ -51,7 +55,7 @@ static int pdi_reconstruct_below(const pd_bonds *bonds, int32_t r, const pdi_bon
 }
 
 /* Adds a datum with its weight to the normal equations. */
-static void pdi_reconstruct_add(const double *term, double weight, pdi_reconstruct_moments *m)
+static void pdi_reconstruct_add_datum(const double *term, double weight, pdi_reconstruct_normal_matrix *m)
 {
     for (int a = 0; a < PDI_RECONSTRUCT_TERMS; a++)
         for (int b = 0; b < PDI_RECONSTRUCT_TERMS; b++)
@@ -59,85 +63,86 @@ static void pdi_reconstruct_add(const double *term, double weight, pdi_reconstru
 }
 
 /* Scales and factors the normal equations (Cholesky). 0: the data do not determine a quadratic. */
-static int pdi_reconstruct_factor(pdi_reconstruct_moments *m)
+static int pdi_reconstruct_factor_normal_matrix(pdi_reconstruct_normal_matrix *m)
 {
     double least[PDI_RECONSTRUCT_TERMS];
     for (int a = 0; a < PDI_RECONSTRUCT_TERMS; a++) {
         least[a] = PDI_RECONSTRUCT_MIN_PIVOT;
         for (int b = 0; b < PDI_RECONSTRUCT_TERMS; b++)
-            m->sum[a * PDI_RECONSTRUCT_TERMS + b] *= m->unit[a] * m->unit[b];
+            m->sum[a * PDI_RECONSTRUCT_TERMS + b] *= m->scale[a] * m->scale[b];
     }
-    return pdi_vec_factor_any(PDI_RECONSTRUCT_TERMS, PDI_RECONSTRUCT_TERMS, least, m->sum);
+    return pdi_vec_cholesky_any_order(PDI_RECONSTRUCT_TERMS, PDI_RECONSTRUCT_TERMS, least, m->sum);
 }
 
 /* x = M^-1 y with factored normal equations M. */
-static void pdi_reconstruct_solve(const pdi_reconstruct_moments *m, const double *y, double *x)
+static void pdi_reconstruct_solve_normal_matrix(const pdi_reconstruct_normal_matrix *m, const double *y, double *x)
 {
-    for (int r = 0; r < PDI_RECONSTRUCT_TERMS; r++) x[r] = y[r] * m->unit[r];
-    pdi_vec_substitute(PDI_RECONSTRUCT_TERMS, PDI_RECONSTRUCT_TERMS, m->sum, x);
-    for (int r = 0; r < PDI_RECONSTRUCT_TERMS; r++) x[r] *= m->unit[r];
+    for (int r = 0; r < PDI_RECONSTRUCT_TERMS; r++) x[r] = y[r] * m->scale[r];
+    pdi_vec_cholesky_solve(PDI_RECONSTRUCT_TERMS, PDI_RECONSTRUCT_TERMS, m->sum, x);
+    for (int r = 0; r < PDI_RECONSTRUCT_TERMS; r++) x[r] *= m->scale[r];
 }
 
 /* Empty normal equations, with the scales of a full family. */
-static void pdi_reconstruct_start(const pd_stencil *s, pdi_reconstruct_moments *m)
+static void pdi_reconstruct_init_normal_matrix(const pd_stencil *s, pdi_reconstruct_normal_matrix *m)
 {
     double term[PDI_RECONSTRUCT_TERMS];
     memset(m, 0, sizeof *m);
     for (int k = 0; k < s->count; k++) {
-        pdi_reconstruct_terms(s, k, 1.0, term);
-        for (int a = 0; a < PDI_RECONSTRUCT_TERMS; a++) m->unit[a] += s->base[k] * term[a] * term[a];
+        pdi_reconstruct_compute_terms(s, k, 1.0, term);
+        for (int a = 0; a < PDI_RECONSTRUCT_TERMS; a++) m->scale[a] += s->base[k] * term[a] * term[a];
     }
-    for (int a = 0; a < PDI_RECONSTRUCT_TERMS; a++) m->unit[a] = 1.0 / sqrt(m->unit[a]);
+    for (int a = 0; a < PDI_RECONSTRUCT_TERMS; a++) m->scale[a] = 1.0 / sqrt(m->scale[a]);
 }
 
 /* 1: bond k of row r is open and its far end has a scalar value (inlet ghosts have none). */
-static int pdi_reconstruct_carries(const pd_bonds *bonds, int32_t r, int k)
+static int pdi_reconstruct_is_scalar_bond(const pd_bonds *bonds, int32_t r, int k)
 {
-    return pdi_bond_open(bonds, r, k) && bonds->grid->kind[bonds->node[r] + bonds->paths.shift[k]] != PD_INLET;
+    return pdi_bond_is_open(bonds, r, k) && bonds->grid->kind[bonds->node[r] + bonds->paths.shift[k]] != PD_INLET;
 }
 
 /* 1: the node has a scalar value: open and no inlet. */
-static int pdi_reconstruct_stands(const pd_grid *grid, int32_t node)
+static int pdi_reconstruct_is_scalar_node(const pd_grid *grid, int32_t node)
 {
-    return pdi_grid_open(grid->kind[node]) && grid->kind[node] != PD_INLET;
+    return pdi_grid_is_open(grid->kind[node]) && grid->kind[node] != PD_INLET;
 }
 
 /* step [2]: differences of node ids to the two other nodes of a parabola along axis d: both neighbours, or the next
  * two on one side. 0: there are none. */
-static int pdi_reconstruct_line(const pd_grid *grid, int32_t node, int d, int32_t step[2])
+static int pdi_reconstruct_find_parabola(const pd_grid *grid, int32_t node, int d, int32_t step[2])
 {
     int32_t stride = grid->stride[d];
-    int below = pdi_reconstruct_stands(grid, node - stride), above = pdi_reconstruct_stands(grid, node + stride);
+    int below = pdi_reconstruct_is_scalar_node(grid, node - stride),
+        above = pdi_reconstruct_is_scalar_node(grid, node + stride);
     step[0] = above ? stride : -stride;
     step[1] = above && below ? -stride : 2 * step[0];
     if (above && below) return 1;
-    return grid->kind[node + step[0]] == PD_FLUID && pdi_reconstruct_stands(grid, node + step[1]);
+    return grid->kind[node + step[0]] == PD_FLUID && pdi_reconstruct_is_scalar_node(grid, node + step[1]);
 }
 
 /* Computes the scalar fit of row r of a wide family: its gradient as a linear map of the data (eq. 3.5b). 0: the
  * bonds determine none, or there is no parabola along an axis: in such a gap the quadratic would take the gradient
  * from nodes in front of it, by mixed derivatives. */
-static int pdi_reconstruct_scalar(pd_reconstruct *rec, int32_t r)
+static int pdi_reconstruct_compute_scalar_fit(pd_reconstruct *rec, int32_t r)
 {
     const pd_bonds *bonds = rec->bonds;
     const pd_stencil *s = bonds->stencil;
     double *slope = rec->slope + (int64_t)rec->place[r] * PD_DIM * PDI_RECONSTRUCT_TERMS;
     double term[PDI_RECONSTRUCT_TERMS];
     int32_t step[2];
-    pdi_reconstruct_moments m;
+    pdi_reconstruct_normal_matrix m;
     for (int d = 0; d < PD_DIM; d++)
-        if (!pdi_reconstruct_line(bonds->grid, bonds->node[r], d, step)) return 0;
-    pdi_reconstruct_start(s, &m);
+        if (!pdi_reconstruct_find_parabola(bonds->grid, bonds->node[r], d, step)) return 0;
+    pdi_reconstruct_init_normal_matrix(s, &m);
     for (int k = 0; k < s->count; k++) {
-        if (!pdi_reconstruct_carries(bonds, r, k)) continue;
-        pdi_reconstruct_terms(s, k, 1.0, term);
-        pdi_reconstruct_add(term, s->base[k], &m);
+        if (!pdi_reconstruct_is_scalar_bond(bonds, r, k)) continue;
+        pdi_reconstruct_compute_terms(s, k, 1.0, term);
+        pdi_reconstruct_add_datum(term, s->base[k], &m);
     }
-    if (!pdi_reconstruct_factor(&m)) return 0;
+    if (!pdi_reconstruct_factor_normal_matrix(&m)) return 0;
     for (int d = 0; d < PD_DIM; d++) {
         memset(term, 0, sizeof term);
         term[d] = 1.0 / bonds->grid->h[d];
-        pdi_reconstruct_solve(&m, term, slope + d * PDI_RECONSTRUCT_TERMS);
+        pdi_reconstruct_solve_normal_matrix(&m, term, slope + d * PDI_RECONSTRUCT_TERMS);
     }
     return 1;
 }
@@ -145,32 +150,34 @@ static int pdi_reconstruct_scalar(pd_reconstruct *rec, int32_t r)
 /* Computes the velocity fit of row r (eq. 3.4b): the contribution of cut bonds to the Laplacian of a velocity that
  * vanishes on the surface, as coefficients[terms] of the sums over open bonds and *drag [1/m2] of the velocity of the
  * node. 0: the bonds determine no fit. */
-static int pdi_reconstruct_velocity(const pd_bonds *bonds, int32_t r, const double *extra_weight, double factor,
-                                    double *coefficients, double *drag)
+static int pdi_reconstruct_compute_velocity_fit(const pd_bonds *bonds, int32_t r, const double *extra_weight,
+                                                double factor, double *coefficients, double *drag)
 {
     const pd_stencil *s = bonds->stencil;
     double term[PDI_RECONSTRUCT_TERMS], far[PDI_RECONSTRUCT_TERMS], wall[PDI_RECONSTRUCT_TERMS];
-    pdi_reconstruct_moments m;
+    pdi_reconstruct_normal_matrix m;
     memset(far, 0, sizeof far);
     memset(wall, 0, sizeof wall);
-    pdi_reconstruct_start(s, &m);
+    pdi_reconstruct_init_normal_matrix(s, &m);
     for (int k = 0; k < s->count; k++) {
         double weight = s->base[k];
-        pdi_reconstruct_terms(s, k, 1.0, term);
-        if (!pdi_bond_open(bonds, r, k)) {
-            pdi_bond_end end;
-            double a = pdi_bond_lap(bonds, bonds->node[r])[k] + (extra_weight ? factor * extra_weight[k] : 0.0);
-            pdi_bond_find_end(bonds, r, k, &end);
+        pdi_reconstruct_compute_terms(s, k, 1.0, term);
+        if (!pdi_bond_is_open(bonds, r, k)) {
+            pdi_bond_wall_end end;
+            double a = pdi_bond_get_laplacian_weights(bonds, bonds->node[r])[k] +
+                       (extra_weight ? factor * extra_weight[k] : 0.0);
+            pdi_bond_find_wall_end(bonds, r, k, &end);
             for (int c = 0; c < PDI_RECONSTRUCT_TERMS; c++) far[c] += a * term[c];
-            if (end.t > 1.0 + 1e-9) continue; /* the line grazes the surface, and meets it far behind */
-            weight /= end.t * end.t;
-            if (!end.grazes || !pdi_reconstruct_below(bonds, r, &end, term)) pdi_reconstruct_terms(s, k, end.t, term);
+            if (end.fraction > 1.0 + 1e-9) continue; /* the line grazes the surface, and meets it far behind */
+            weight /= end.fraction * end.fraction;
+            if (!end.is_grazing || !pdi_reconstruct_compute_surface_terms(bonds, r, &end, term))
+                pdi_reconstruct_compute_terms(s, k, end.fraction, term);
             for (int c = 0; c < PDI_RECONSTRUCT_TERMS; c++) wall[c] += weight * term[c];
         }
-        pdi_reconstruct_add(term, weight, &m);
+        pdi_reconstruct_add_datum(term, weight, &m);
     }
-    if (!pdi_reconstruct_factor(&m)) return 0;
-    pdi_reconstruct_solve(&m, far, coefficients);
+    if (!pdi_reconstruct_factor_normal_matrix(&m)) return 0;
+    pdi_reconstruct_solve_normal_matrix(&m, far, coefficients);
     *drag = 0.0;
     for (int c = 0; c < PDI_RECONSTRUCT_TERMS; c++) *drag += coefficients[c] * wall[c];
     return 1;
@@ -179,54 +186,57 @@ static int pdi_reconstruct_velocity(const pd_bonds *bonds, int32_t r, const doub
 /* ---- the cubic part of a velocity near a wall (eq. 3.4c) ---- */
 
 /* [-] Sum of the principal curvatures times h from which a surface counts as an edge. */
-#define PDI_RECONSTRUCT_SHARP 0.5
+#define PDI_RECONSTRUCT_EDGE_CURVATURE 0.5
 
 /* The surface point nearest to a node. */
-typedef struct pdi_reconstruct_foot {
+typedef struct pdi_reconstruct_surface_point {
     const pd_bonds *bonds;
-    int32_t closed;                    /* closed node behind it */
-    double at[PD_DIM], normal[PD_DIM]; /* [m], [-] point, and normal towards the fluid */
-} pdi_reconstruct_foot;
+    int32_t closed_node;                  /* closed node behind it */
+    double point[PD_DIM], normal[PD_DIM]; /* [m], [-] point, and normal towards the fluid */
+} pdi_reconstruct_surface_point;
 
 /* Finds the surface point nearest to the node of row r. 0: no smooth surface, or an edge nearby. */
-static int pdi_reconstruct_find_foot(const pd_bonds *bonds, int32_t r, pdi_reconstruct_foot *foot)
+static int pdi_reconstruct_find_surface_point(const pd_bonds *bonds, int32_t r, pdi_reconstruct_surface_point *foot)
 {
     const pd_stencil *s = bonds->stencil;
     double x[PD_DIM], distance, nearest = HUGE_VAL, curvature = 0.0;
     foot->bonds = bonds;
-    foot->closed = -1;
+    foot->closed_node = -1;
     for (int k = 0; k < s->count; k++) {
-        pdi_bond_end end;
-        if (pdi_bond_open(bonds, r, k)) continue;
-        pdi_bond_find_end(bonds, r, k, &end);
-        double length = end.t * pdi_vec_norm(s->xi + k * PD_DIM);
-        if (!end.smooth || end.side || !(length < nearest)) continue;
+        pdi_bond_wall_end end;
+        if (pdi_bond_is_open(bonds, r, k)) continue;
+        pdi_bond_find_wall_end(bonds, r, k, &end);
+        double length = end.fraction * pdi_vec_norm(s->xi + k * PD_DIM);
+        if (!end.is_smooth || end.is_box_side || !(length < nearest)) continue;
         nearest = length;
-        foot->closed = end.cell;
+        foot->closed_node = end.closed_cell;
     }
-    if (foot->closed < 0) return 0;
+    if (foot->closed_node < 0) return 0;
     pd_grid_position(bonds->grid, bonds->node[r], x);
-    if (!pdi_surface_rise(bonds, foot->closed, x, PDI_RECONSTRUCT_NEAR, &distance, foot->normal)) return 0;
+    if (!pdi_surface_compute_normal(bonds, foot->closed_node, x, PDI_RECONSTRUCT_STEP, &distance, foot->normal))
+        return 0;
     if (!(distance >= 0.0)) return 0;
-    for (int d = 0; d < PD_DIM; d++) x[d] = foot->at[d] = x[d] - distance * foot->normal[d];
+    for (int d = 0; d < PD_DIM; d++) x[d] = foot->point[d] = x[d] - distance * foot->normal[d];
     for (int d = 0; d < PD_DIM; d++) {
-        double at = x[d], eps = PDI_RECONSTRUCT_NEAR * bonds->grid->h[d];
+        double at = x[d], eps = PDI_RECONSTRUCT_STEP * bonds->grid->h[d];
         x[d] = at + eps;
-        double up = pdi_bond_smooth(bonds, foot->closed, x);
+        double up = pdi_bond_surface_distance(bonds, foot->closed_node, x);
         x[d] = at - eps;
-        curvature += (up + pdi_bond_smooth(bonds, foot->closed, x)) / (eps * eps) * bonds->grid->h[d];
+        curvature += (up + pdi_bond_surface_distance(bonds, foot->closed_node, x)) / (eps * eps) * bonds->grid->h[d];
         x[d] = at;
     }
-    return fabs(curvature) < PDI_RECONSTRUCT_SHARP;
+    return fabs(curvature) < PDI_RECONSTRUCT_EDGE_CURVATURE;
 }
 
 /* Velocity times viscosity, u [PD_DIM] at x [m], of Stokes flow that vanishes on the surface and whose pressure has the
  * second derivatives `hessian` (xx, yx, yy, ..) and no other part (eq. 3.4c). */
-static void pdi_reconstruct_slow(const pdi_reconstruct_foot *foot, const double *hessian, const double *x, double *u)
+static void pdi_reconstruct_stokes_velocity(const pdi_reconstruct_surface_point *foot, const double *hessian,
+                                            const double *x, double *u)
 {
-    double d = pdi_bond_smooth(foot->bonds, foot->closed, x), s[PD_DIM], hn[PD_DIM], hs[PD_DIM], square = 0.0;
+    double d = pdi_bond_surface_distance(foot->bonds, foot->closed_node, x), s[PD_DIM], hn[PD_DIM], hs[PD_DIM],
+           square = 0.0;
     const double *n = foot->normal;
-    for (int a = 0; a < PD_DIM; a++) s[a] = x[a] - foot->at[a];
+    for (int a = 0; a < PD_DIM; a++) s[a] = x[a] - foot->point[a];
     double along = pdi_vec_dot(s, n);
     for (int a = 0; a < PD_DIM; a++) {
         s[a] -= along * n[a];
@@ -251,31 +261,33 @@ static void pdi_reconstruct_slow(const pdi_reconstruct_foot *foot, const double 
 }
 
 /* error [PD_DIM]: discrete minus exact Laplacian of that velocity at row r. */
-static void pdi_reconstruct_excess(const pd_reconstruct *rec, const pdi_reconstruct_foot *foot, int32_t r,
-                                   const double *hessian, const double *extra_weight, double factor, double *error)
+static void pdi_reconstruct_laplacian_error(const pd_reconstruct *rec, const pdi_reconstruct_surface_point *foot,
+                                            int32_t r, const double *hessian, const double *extra_weight, double factor,
+                                            double *error)
 {
     const pd_bonds *bonds = foot->bonds;
     const pd_stencil *s = bonds->stencil;
     int64_t q = rec->place[r];
     double x[PD_DIM], y[PD_DIM], here[PD_DIM], u[2][PD_DIM];
     pd_grid_position(bonds->grid, bonds->node[r], x);
-    pdi_reconstruct_slow(foot, hessian, x, here);
+    pdi_reconstruct_stokes_velocity(foot, hessian, x, here);
     for (int a = 0; a < PD_DIM; a++) error[a] = -rec->drag[q] * here[a];
     for (int k = 0; k < s->count; k++) {
-        double weight = pdi_bond_lap(bonds, bonds->node[r])[k] + (extra_weight ? factor * extra_weight[k] : 0.0);
-        if (!pdi_bond_open(bonds, r, k)) continue;
+        double weight =
+            pdi_bond_get_laplacian_weights(bonds, bonds->node[r])[k] + (extra_weight ? factor * extra_weight[k] : 0.0);
+        if (!pdi_bond_is_open(bonds, r, k)) continue;
         for (int c = 0; c < PDI_RECONSTRUCT_TERMS; c++)
             weight += rec->bend[q * PDI_RECONSTRUCT_TERMS + c] * rec->term[k * PDI_RECONSTRUCT_TERMS + c];
         for (int d = 0; d < PD_DIM; d++) y[d] = x[d] + s->xi[k * PD_DIM + d];
-        pdi_reconstruct_slow(foot, hessian, y, u[0]);
+        pdi_reconstruct_stokes_velocity(foot, hessian, y, u[0]);
         for (int a = 0; a < PD_DIM; a++) error[a] += weight * (u[0][a] - here[a]);
     }
     for (int d = 0; d < PD_DIM; d++) {
-        double eps = PDI_RECONSTRUCT_NEAR * bonds->grid->h[d];
+        double eps = PDI_RECONSTRUCT_STEP * bonds->grid->h[d];
         for (int side = 0; side < 2; side++) {
             memcpy(y, x, sizeof y);
             y[d] += side ? eps : -eps;
-            pdi_reconstruct_slow(foot, hessian, y, u[side]);
+            pdi_reconstruct_stokes_velocity(foot, hessian, y, u[side]);
         }
         for (int a = 0; a < PD_DIM; a++) error[a] -= ((u[1][a] - here[a]) - (here[a] - u[0][a])) / (eps * eps);
     }
@@ -283,25 +295,26 @@ static void pdi_reconstruct_excess(const pd_reconstruct *rec, const pdi_reconstr
 
 /* Computes the errors of row r for each second derivative of the pressure (nearest neighbours only); zero without a
  * velocity fit or smooth surface. */
-static void pdi_reconstruct_cubic(pd_reconstruct *rec, int32_t r, const double *extra_weight, double factor)
+static void pdi_reconstruct_compute_cubic_errors(pd_reconstruct *rec, int32_t r, const double *extra_weight,
+                                                 double factor)
 {
     int64_t q = rec->place[r];
-    pdi_reconstruct_foot foot;
+    pdi_reconstruct_surface_point foot;
     if (rec->wide) return;
-    double *error = rec->miss + q * PD_DIM * PDI_RECONSTRUCT_BENDS;
-    memset(error, 0, PD_DIM * PDI_RECONSTRUCT_BENDS * sizeof *error);
-    if (!rec->fits[q] || !pdi_reconstruct_find_foot(rec->bonds, r, &foot)) return;
-    for (int c = 0; c < PDI_RECONSTRUCT_BENDS; c++) {
-        double hessian[PDI_RECONSTRUCT_BENDS], part[PD_DIM];
+    double *error = rec->miss + q * PD_DIM * PDI_RECONSTRUCT_HESSIAN_SIZE;
+    memset(error, 0, PD_DIM * PDI_RECONSTRUCT_HESSIAN_SIZE * sizeof *error);
+    if (!rec->fits[q] || !pdi_reconstruct_find_surface_point(rec->bonds, r, &foot)) return;
+    for (int c = 0; c < PDI_RECONSTRUCT_HESSIAN_SIZE; c++) {
+        double hessian[PDI_RECONSTRUCT_HESSIAN_SIZE], part[PD_DIM];
         memset(hessian, 0, sizeof hessian);
         hessian[c] = 1.0;
-        pdi_reconstruct_excess(rec, &foot, r, hessian, extra_weight, factor, part);
-        for (int a = 0; a < PD_DIM; a++) error[a * PDI_RECONSTRUCT_BENDS + c] = part[a];
+        pdi_reconstruct_laplacian_error(rec, &foot, r, hessian, extra_weight, factor, part);
+        for (int a = 0; a < PD_DIM; a++) error[a * PDI_RECONSTRUCT_HESSIAN_SIZE + c] = part[a];
     }
 }
 
 /* slope [PD_DIM] = gradient of the scalar fit of f at row r of a wide family. */
-static void pdi_reconstruct_fit(const pd_reconstruct *rec, int32_t r, const double *f, double *slope)
+static void pdi_reconstruct_apply_scalar_fit(const pd_reconstruct *rec, int32_t r, const double *f, double *slope)
 {
     const pd_bonds *bonds = rec->bonds;
     int32_t node = bonds->node[r];
@@ -309,7 +322,7 @@ static void pdi_reconstruct_fit(const pd_reconstruct *rec, int32_t r, const doub
     double sum[PDI_RECONSTRUCT_TERMS];
     memset(sum, 0, sizeof sum);
     for (int k = 0; k < bonds->stencil->count; k++) {
-        if (!pdi_reconstruct_carries(bonds, r, k)) continue;
+        if (!pdi_reconstruct_is_scalar_bond(bonds, r, k)) continue;
         const double *term = rec->term + k * PDI_RECONSTRUCT_TERMS;
         double difference = f[node + bonds->paths.shift[k]] - f[node];
         for (int c = 0; c < PDI_RECONSTRUCT_TERMS; c++) sum[c] += difference * term[c];
@@ -323,26 +336,27 @@ static void pdi_reconstruct_fit(const pd_reconstruct *rec, int32_t r, const doub
 
 /* hessian: second derivatives (xx, yx, yy, ..) of f at a node: of parabolas along the axes (four nodes where they are
  * one-sided), and mixed ones as the mean over the squares of nodes next to it. */
-static void pdi_reconstruct_curve(const pd_grid *grid, int32_t node, const double *f, double *hessian)
+static void pdi_reconstruct_compute_hessian(const pd_grid *grid, int32_t node, const double *f, double *hessian)
 {
     for (int a = 0, at = 0; a < PD_DIM; a++)
         for (int b = 0; b <= a; b++, at++) {
             int32_t step[2];
             int count = 0;
             hessian[at] = 0.0;
-            if (a == b && pdi_reconstruct_line(grid, node, a, step)) {
+            if (a == b && pdi_reconstruct_find_parabola(grid, node, a, step)) {
                 int32_t third = step[0] + step[1];
                 double first = f[node + step[0]] - f[node], second = f[node + step[1]] - f[node];
                 hessian[at] = third ? second - 2.0 * first : first + second;
-                if (third && grid->kind[node + step[1]] == PD_FLUID && pdi_reconstruct_stands(grid, node + third))
+                if (third && grid->kind[node + step[1]] == PD_FLUID &&
+                    pdi_reconstruct_is_scalar_node(grid, node + third))
                     hessian[at] = 4.0 * second - 5.0 * first - (f[node + third] - f[node]);
                 hessian[at] /= grid->h[a] * grid->h[a];
             }
             for (int which = 0; which < 4 && a != b; which++) {
                 int32_t i = node + (which & 1 ? grid->stride[a] : -grid->stride[a]);
                 int32_t j = node + (which & 2 ? grid->stride[b] : -grid->stride[b]), k = i + j - node;
-                if (!pdi_reconstruct_stands(grid, i) || !pdi_reconstruct_stands(grid, j) ||
-                    !pdi_reconstruct_stands(grid, k))
+                if (!pdi_reconstruct_is_scalar_node(grid, i) || !pdi_reconstruct_is_scalar_node(grid, j) ||
+                    !pdi_reconstruct_is_scalar_node(grid, k))
                     continue;
                 double mixed = f[k] - f[i] - f[j] + f[node];
                 hessian[at] += which == 0 || which == 3 ? mixed : -mixed;
@@ -352,20 +366,21 @@ static void pdi_reconstruct_curve(const pd_grid *grid, int32_t node, const doubl
         }
 }
 
-PDI_FN void pdi_reconstruct_miss(const pd_reconstruct *rec, int32_t r, const double *f, double *error)
+PDI_FN void pdi_reconstruct_compute_viscous_error(const pd_reconstruct *rec, int32_t r, const double *f, double *error)
 {
-    double hessian[PDI_RECONSTRUCT_BENDS];
+    double hessian[PDI_RECONSTRUCT_HESSIAN_SIZE];
     for (int a = 0; a < PD_DIM; a++) error[a] = 0.0;
     if (rec->wide) return;
-    const double *part = rec->miss + (int64_t)rec->place[r] * PD_DIM * PDI_RECONSTRUCT_BENDS;
-    pdi_reconstruct_curve(rec->bonds->grid, rec->bonds->node[r], f, hessian);
+    const double *part = rec->miss + (int64_t)rec->place[r] * PD_DIM * PDI_RECONSTRUCT_HESSIAN_SIZE;
+    pdi_reconstruct_compute_hessian(rec->bonds->grid, rec->bonds->node[r], f, hessian);
     for (int a = 0; a < PD_DIM; a++)
-        for (int c = 0; c < PDI_RECONSTRUCT_BENDS; c++) error[a] += part[a * PDI_RECONSTRUCT_BENDS + c] * hessian[c];
+        for (int c = 0; c < PDI_RECONSTRUCT_HESSIAN_SIZE; c++)
+            error[a] += part[a * PDI_RECONSTRUCT_HESSIAN_SIZE + c] * hessian[c];
 }
 
 PDI_COLD_BEGIN
 /* Describes the arrays of pd_reconstruct to the array registry. */
-static void pdi_reconstruct_list(pdi_owner *owner, void *object)
+static void pdi_reconstruct_list_arrays(pdi_array_visitor *owner, void *object)
 {
     pd_reconstruct *slopes = (pd_reconstruct *)object;
     int64_t count = slopes->capacity, terms = PDI_RECONSTRUCT_TERMS, wide = slopes->wide;
@@ -373,7 +388,7 @@ static void pdi_reconstruct_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, slopes, fits, count, "1");
     PDI_ARRAY(owner, slopes, bend, count * terms, "1/m2");
     PDI_ARRAY(owner, slopes, drag, count, "1/m2");
-    PDI_ARRAY(owner, slopes, miss, (count - wide) * PD_DIM * PDI_RECONSTRUCT_BENDS, "m");
+    PDI_ARRAY(owner, slopes, miss, (count - wide) * PD_DIM * PDI_RECONSTRUCT_HESSIAN_SIZE, "m");
     PDI_ARRAY(owner, slopes, known, wide, "1");
     PDI_ARRAY(owner, slopes, slope, wide * PD_DIM * terms, "1/m");
     PDI_ARRAY(owner, slopes, term, slopes->bonds ? slopes->bonds->stencil->count * terms : 0, "1");
@@ -390,7 +405,7 @@ static pd_status pdi_reconstruct_reserve(pd_ctx *ctx, int32_t count, pd_reconstr
     rec->capacity = count + count / 4;
     rec->wide = bonds->stencil->reach > 1 ? rec->capacity : 0;
     rec->rows = bonds->capacity;
-    return pdi_owner_build(ctx, pdi_reconstruct_list, rec);
+    return pdi_array_registry_build(ctx, pdi_reconstruct_list_arrays, rec);
 }
 PDI_COLD_END
 
@@ -404,7 +419,7 @@ PDI_FN pd_status pdi_reconstruct_update(pd_ctx *ctx, const pd_bonds *bonds, cons
     rec->count = 0;
     for (int k = 0; k < bonds->stencil->count && count; k++) {
         double *term = rec->term + k * PDI_RECONSTRUCT_TERMS;
-        pdi_reconstruct_terms(bonds->stencil, k, 1.0, term);
+        pdi_reconstruct_compute_terms(bonds->stencil, k, 1.0, term);
         for (int a = 0; a < PDI_RECONSTRUCT_TERMS; a++) term[a] *= bonds->stencil->base[k];
     }
     for (int32_t r = 0; r < rec->rows; r++) {
@@ -413,17 +428,16 @@ PDI_FN pd_status pdi_reconstruct_update(pd_ctx *ctx, const pd_bonds *bonds, cons
         if (r >= bonds->rows || !bonds->smooth[r]) continue;
         rec->place[r] = q;
         rec->row[q] = r;
-        rec->fits[q] = (uint8_t)pdi_reconstruct_velocity(bonds, r, extra_weight, factor,
-                                                         rec->bend + (int64_t)q * PDI_RECONSTRUCT_TERMS,
-                                                         rec->drag + q);
-        pdi_reconstruct_cubic(rec, r, extra_weight, factor);
-        if (rec->wide) rec->known[q] = (uint8_t)pdi_reconstruct_scalar(rec, r);
+        rec->fits[q] = (uint8_t)pdi_reconstruct_compute_velocity_fit(
+            bonds, r, extra_weight, factor, rec->bend + (int64_t)q * PDI_RECONSTRUCT_TERMS, rec->drag + q);
+        pdi_reconstruct_compute_cubic_errors(rec, r, extra_weight, factor);
+        if (rec->wide) rec->known[q] = (uint8_t)pdi_reconstruct_compute_scalar_fit(rec, r);
         rec->count++;
     }
     return PD_OK;
 }
 
-PDI_FN void pdi_reconstruct_gradient(const pd_ctx *ctx, const pd_reconstruct *rec, const double *f, double *grad)
+PDI_FN void pdi_reconstruct_set_gradient(const pd_ctx *ctx, const pd_reconstruct *rec, const double *f, double *grad)
 {
     const pd_bonds *bonds = rec->bonds;
     if (!rec->count) return;
@@ -436,11 +450,11 @@ PDI_FN void pdi_reconstruct_gradient(const pd_ctx *ctx, const pd_reconstruct *re
         int32_t node = bonds->node[rec->row[q]];
         double fit[PD_DIM];
         int known = rec->wide && rec->known[q];
-        if (known) pdi_reconstruct_fit(rec, rec->row[q], f, fit);
+        if (known) pdi_reconstruct_apply_scalar_fit(rec, rec->row[q], f, fit);
         for (int d = 0; d < PD_DIM && known; d++) grad[(int64_t)d * grid->total + node] = fit[d];
         for (int d = 0; d < PD_DIM && !known; d++) {
             int32_t step[2];
-            if (!pdi_reconstruct_line(grid, node, d, step)) continue;
+            if (!pdi_reconstruct_find_parabola(grid, node, d, step)) continue;
             double first = f[node + step[0]] - f[node], second = f[node + step[1]] - f[node];
             double slope = step[1] == -step[0] ? 0.5 * (first - second) : 2.0 * first - 0.5 * second;
             grad[(int64_t)d * grid->total + node] = (step[0] > 0 ? slope : -slope) / grid->h[d];
@@ -448,7 +462,7 @@ PDI_FN void pdi_reconstruct_gradient(const pd_ctx *ctx, const pd_reconstruct *re
     }
 }
 
-PDI_FN void pdi_reconstruct_bend(const pd_reconstruct *rec, int32_t r, const double *u, double *wall)
+PDI_FN void pdi_reconstruct_apply_wall_laplacian(const pd_reconstruct *rec, int32_t r, const double *u, double *wall)
 {
     const pd_bonds *bonds = rec->bonds;
     const pd_stencil *s = bonds->stencil;
@@ -459,7 +473,7 @@ PDI_FN void pdi_reconstruct_bend(const pd_reconstruct *rec, int32_t r, const dou
     for (int k = 0; k < s->count; k++) {
         const double *term = rec->term + k * PDI_RECONSTRUCT_TERMS;
         double weight = 0.0;
-        if (!pdi_bond_open(bonds, r, k)) continue;
+        if (!pdi_bond_is_open(bonds, r, k)) continue;
         for (int a = 0; a < PDI_RECONSTRUCT_TERMS; a++) weight += coefficients[a] * term[a];
         for (int d = 0; d < PD_DIM; d++)
             wall[d] += weight * (u[d * total + node + bonds->paths.shift[k]] - u[d * total + node]);
@@ -468,11 +482,11 @@ PDI_FN void pdi_reconstruct_bend(const pd_reconstruct *rec, int32_t r, const dou
 
 PDI_FN void pdi_reconstruct_free(pd_ctx *ctx, pd_reconstruct *rec)
 {
-    pdi_owner_free(ctx, pdi_reconstruct_list, rec);
+    pdi_array_registry_free(ctx, pdi_reconstruct_list_arrays, rec);
     memset(rec, 0, sizeof *rec);
 }
 
 #undef PDI_RECONSTRUCT_TERMS
 #undef PDI_RECONSTRUCT_MIN_PIVOT
-#undef PDI_RECONSTRUCT_NEAR
-#undef PDI_RECONSTRUCT_SHARP
+#undef PDI_RECONSTRUCT_STEP
+#undef PDI_RECONSTRUCT_EDGE_CURVATURE

@@ -38,23 +38,23 @@ PDI_FN pd_status pdi_reconstruct_update(pd_ctx *ctx, const pd_bonds *bonds, cons
                                         pd_reconstruct *rec);
 PDI_FN void pdi_reconstruct_free(pd_ctx *ctx, pd_reconstruct *rec);
 
-#define PDI_RECONSTRUCT_BENDS (PD_DIM * (PD_DIM + 1) / 2) /* second derivatives: xx, yx, yy, .. */
+#define PDI_RECONSTRUCT_HESSIAN_SIZE (PD_DIM * (PD_DIM + 1) / 2) /* second derivatives: xx, yx, yy, .. */
 /* Replaces grad [PD_DIM][total] of f [total] at the rows near smooth surfaces (eq. 3.5b): by the fit of wide families,
  * else by parabolas along the axes on which they have neighbours. Ghost values must be set. */
-PDI_FN void pdi_reconstruct_gradient(const pd_ctx *ctx, const pd_reconstruct *rec, const double *f, double *grad);
+PDI_FN void pdi_reconstruct_set_gradient(const pd_ctx *ctx, const pd_reconstruct *rec, const double *f, double *grad);
 /* 1: row r of the bonds has a velocity fit. */
-static inline int pdi_reconstruct_bent(const pd_reconstruct *rec, int32_t r)
+static inline int pdi_reconstruct_has_velocity_fit(const pd_reconstruct *rec, int32_t r)
 {
     return r < rec->rows && rec->place[r] >= 0 && rec->fits[rec->place[r]];
 }
 /* wall [PD_DIM] = contribution of the cut bonds of row r to the Laplacian of the velocity u [PD_DIM][total], for a
  * wall at rest (second sum of eq. 3.4b). */
-PDI_FN void pdi_reconstruct_bend(const pd_reconstruct *rec, int32_t r, const double *u, double *wall);
+PDI_FN void pdi_reconstruct_apply_wall_laplacian(const pd_reconstruct *rec, int32_t r, const double *u, double *wall);
 /* error [PD_DIM] [unit of f / m]: error of the viscous term of row r for the pressure f [total], to be subtracted (eq.
  * 3.4c). */
-PDI_FN void pdi_reconstruct_miss(const pd_reconstruct *rec, int32_t r, const double *f, double *error);
+PDI_FN void pdi_reconstruct_compute_viscous_error(const pd_reconstruct *rec, int32_t r, const double *f, double *error);
 /* Derivative at 0 of the parabola through the values `below` at -a, `at` at 0 and `above` at b. */
-static inline double pdi_reconstruct_parabola(double a, double b, double below, double at, double above)
+static inline double pdi_reconstruct_parabola_derivative(double a, double b, double below, double at, double above)
 {
     return ((above - at) * a / b + (at - below) * b / a) / (a + b);
 }

@@ -12,7 +12,7 @@
 #define PDI_SHAPE_ROUNDING (16.0 * DBL_EPSILON)
 
 /* Signed distance [m] of x from the axis-aligned box lo .. hi, exact. */
-static double pdi_shape_box(const double *lo, const double *hi, const double *x)
+static double pdi_shape_box_distance(const double *lo, const double *hi, const double *x)
 {
     double outside[PD_DIM], inside = -HUGE_VAL;
     for (int d = 0; d < PD_DIM; d++) {
@@ -25,27 +25,27 @@ static double pdi_shape_box(const double *lo, const double *hi, const double *x)
 
 /* 1: the lower (upper 0) or upper (upper 1) face of a shape across axis d, at the coordinate `face` [m], lies on or
  * behind a plane of the frame f where shapes continue, and so is no surface. */
-static int pdi_shape_goes_on(const pdi_shape_frame *f, int d, int upper, double face)
+static int pdi_shape_is_face_continued(const pdi_shape_continued_box *f, int d, int upper, double face)
 {
     if (!(f->sides >> (2 * d + upper) & 1)) return 0;
-    return upper ? face >= f->hi[d] - f->slack : face <= f->lo[d] + f->slack;
+    return upper ? face >= f->hi[d] - f->tolerance : face <= f->lo[d] + f->tolerance;
 }
 
 /* Signed distance [m] of x from box s, whose faces behind planes of the frame are moved away by the distance between
  * the planes. */
-static double pdi_shape_box_framed(const pd_shape *s, const pdi_shape_frame *f, const double *x)
+static double pdi_shape_box_distance_continued(const pd_shape *s, const pdi_shape_continued_box *f, const double *x)
 {
     double lo[PD_DIM], hi[PD_DIM];
     for (int d = 0; d < PD_DIM; d++) {
         double length = f->hi[d] - f->lo[d];
-        lo[d] = pdi_shape_goes_on(f, d, 0, s->a[d]) ? f->lo[d] - length : s->a[d];
-        hi[d] = pdi_shape_goes_on(f, d, 1, s->b[d]) ? f->hi[d] + length : s->b[d];
+        lo[d] = pdi_shape_is_face_continued(f, d, 0, s->a[d]) ? f->lo[d] - length : s->a[d];
+        hi[d] = pdi_shape_is_face_continued(f, d, 1, s->b[d]) ? f->hi[d] + length : s->b[d];
     }
-    return pdi_shape_box(lo, hi, x);
+    return pdi_shape_box_distance(lo, hi, x);
 }
 
 /* Signed distance [m] of x from an unbounded cylinder (2D: a disc or a slab). */
-static double pdi_shape_cylinder(const pd_shape *s, const double *x)
+static double pdi_shape_cylinder_distance(const pd_shape *s, const double *x)
 {
     double radial[PD_DIM];
     for (int d = 0; d < PD_DIM; d++) radial[d] = PD_DIM > 1 && d == s->axis ? 0.0 : x[d] - s->a[d];
@@ -53,7 +53,7 @@ static double pdi_shape_cylinder(const pd_shape *s, const double *x)
 }
 
 /* Signed distance [m] of x from a half-space. */
-static double pdi_shape_half_space(const pd_shape *s, const double *x)
+static double pdi_shape_half_space_distance(const pd_shape *s, const double *x)
 {
     double offset[PD_DIM];
     for (int d = 0; d < PD_DIM; d++) offset[d] = x[d] - s->a[d];
@@ -62,7 +62,8 @@ static double pdi_shape_half_space(const pd_shape *s, const double *x)
 
 /* Signed distance [m] of x from a half-space. A face normal to an axis, on or behind a plane of the frame, is moved
  * away by the distance between the planes, so that all points between them are on one side of it. */
-static double pdi_shape_half_space_framed(const pd_shape *s, const pdi_shape_frame *f, const double *x)
+static double pdi_shape_half_space_distance_continued(const pd_shape *s, const pdi_shape_continued_box *f,
+                                                      const double *x)
 {
     int axis = -1, axes = 0;
     double at[PD_DIM];
@@ -72,15 +73,15 @@ static double pdi_shape_half_space_framed(const pd_shape *s, const pdi_shape_fra
         axis = d;
         axes++;
     }
-    if (axes != 1) return pdi_shape_half_space(s, x);
+    if (axes != 1) return pdi_shape_half_space_distance(s, x);
     double length = f->hi[axis] - f->lo[axis];
-    if (pdi_shape_goes_on(f, axis, 0, s->a[axis])) at[axis] += length;
-    else if (pdi_shape_goes_on(f, axis, 1, s->a[axis])) at[axis] -= length;
-    return pdi_shape_half_space(s, at);
+    if (pdi_shape_is_face_continued(f, axis, 0, s->a[axis])) at[axis] += length;
+    else if (pdi_shape_is_face_continued(f, axis, 1, s->a[axis])) at[axis] -= length;
+    return pdi_shape_half_space_distance(s, at);
 }
 
 /* 1: voxel i[] of the mask is set. Voxels outside of the mask are empty. */
-static int pdi_shape_cell(const pd_shape *s, const int64_t *i)
+static int pdi_shape_is_voxel_set(const pd_shape *s, const int64_t *i)
 {
     size_t cell = 0, stride = 1;
     for (int d = 0; d < PD_DIM; d++) {
@@ -93,7 +94,7 @@ static int pdi_shape_cell(const pd_shape *s, const int64_t *i)
 
 /* Signed distance [m] of x from a voxel mask: to the nearest voxel of the other value, at most the shortest edge of a
  * voxel (only direct neighbours can be nearer); outside at least the distance to the box of the mask. */
-static double pdi_shape_voxels(const pd_shape *s, const double *x)
+static double pdi_shape_voxel_distance(const pd_shape *s, const double *x)
 {
     double hi[PD_DIM], nearest = HUGE_VAL;
     int64_t at[PD_DIM];
@@ -105,8 +106,8 @@ static double pdi_shape_voxels(const pd_shape *s, const double *x)
         nearest = pdi_min(nearest, s->b[d]);
         neighbours *= 3;
     }
-    double box = pdi_shape_box(s->a, hi, x);
-    int value = pdi_shape_cell(s, at);
+    double box = pdi_shape_box_distance(s->a, hi, x);
+    int value = pdi_shape_is_voxel_set(s, at);
     for (int k = 0; k < neighbours && box < nearest; k++) {
         double lo[PD_DIM], up[PD_DIM];
         int64_t j[PD_DIM];
@@ -117,34 +118,37 @@ static double pdi_shape_voxels(const pd_shape *s, const double *x)
             lo[d] = s->a[d] + (double)j[d] * s->b[d];
             up[d] = lo[d] + s->b[d];
         }
-        if (pdi_shape_cell(s, j) != value)
-            nearest = pdi_min(nearest, pdi_max(pdi_shape_box(lo, up, x), 0.0));
+        if (pdi_shape_is_voxel_set(s, j) != value)
+            nearest = pdi_min(nearest, pdi_max(pdi_shape_box_distance(lo, up, x), 0.0));
     }
     return value ? -nearest : pdi_max(nearest, box);
 }
 
 /* Signed distance [m] of x from shape `index`, set operations by minimum and maximum of their children; frame NULL:
  * no planes behind which shapes continue. */
-static double pdi_shape_level(const pd_shape *shapes, int index, const pdi_shape_frame *frame, const double *x)
+static double pdi_shape_signed_distance(const pd_shape *shapes, int index, const pdi_shape_continued_box *frame,
+                                        const double *x)
 {
     const pd_shape *s = &shapes[index];
     double offset[PD_DIM], distance;
     switch (s->type) {
-    case PD_SHAPE_BOX: return frame ? pdi_shape_box_framed(s, frame, x) : pdi_shape_box(s->a, s->b, x);
+    case PD_SHAPE_BOX:
+        return frame ? pdi_shape_box_distance_continued(s, frame, x) : pdi_shape_box_distance(s->a, s->b, x);
     case PD_SHAPE_BALL:
         for (int d = 0; d < PD_DIM; d++) offset[d] = x[d] - s->a[d];
         return pdi_vec_norm(offset) - s->r;
-    case PD_SHAPE_CYLINDER: return pdi_shape_cylinder(s, x);
-    case PD_SHAPE_HALF_SPACE: return frame ? pdi_shape_half_space_framed(s, frame, x) : pdi_shape_half_space(s, x);
-    case PD_SHAPE_VOXELS: return pdi_shape_voxels(s, x);
+    case PD_SHAPE_CYLINDER: return pdi_shape_cylinder_distance(s, x);
+    case PD_SHAPE_HALF_SPACE:
+        return frame ? pdi_shape_half_space_distance_continued(s, frame, x) : pdi_shape_half_space_distance(s, x);
+    case PD_SHAPE_VOXELS: return pdi_shape_voxel_distance(s, x);
     case PD_SHAPE_FACETS: return PD_DIM == 3 ? pdi_facets_distance(s->facets, x) : HUGE_VAL;
-    case PD_SHAPE_COMPLEMENT: return -pdi_shape_level(shapes, s->child[0], frame, x);
+    case PD_SHAPE_COMPLEMENT: return -pdi_shape_signed_distance(shapes, s->child[0], frame, x);
     case PD_SHAPE_UNION:
     case PD_SHAPE_INTERSECT:
     case PD_SHAPE_DIFFERENCE:
-        distance = pdi_shape_level(shapes, s->child[0], frame, x);
+        distance = pdi_shape_signed_distance(shapes, s->child[0], frame, x);
         for (int c = 1; c < s->children; c++) {
-            double other = pdi_shape_level(shapes, s->child[c], frame, x);
+            double other = pdi_shape_signed_distance(shapes, s->child[c], frame, x);
             if (s->type == PD_SHAPE_UNION) distance = pdi_min(distance, other);
             else distance = pdi_max(distance, s->type == PD_SHAPE_DIFFERENCE ? -other : other);
         }
@@ -156,28 +160,32 @@ static double pdi_shape_level(const pd_shape *shapes, int index, const pdi_shape
 
 double pd_shape_distance(const pd_shape *shapes, int index, const double *x)
 {
-    return pdi_shape_level(shapes, index, NULL, x);
+    return pdi_shape_signed_distance(shapes, index, NULL, x);
 }
 
-PDI_FN double pdi_shape_tie(const double *h, const double *x)
+PDI_FN double pdi_shape_tolerance(const double *h, const double *x)
 {
     double largest = 0.0;
     for (int d = 0; d < PD_DIM; d++) largest = pdi_max(largest, fabs(x[d]));
-    return pdi_max(PDI_SHAPE_TIE * pdi_vec_least(h), PDI_SHAPE_ROUNDING * largest);
+    return pdi_max(PDI_SHAPE_TOLERANCE * pdi_vec_min(h), PDI_SHAPE_ROUNDING * largest);
 }
 
-PDI_FN double pdi_shape_framed(const pd_shape *shapes, int index, const pdi_shape_frame *frame, const double *x)
+PDI_FN double pdi_shape_distance_continued(const pd_shape *shapes, int index, const pdi_shape_continued_box *frame,
+                                           const double *x)
 {
-    return pdi_shape_level(shapes, index, frame, x);
+    return pdi_shape_signed_distance(shapes, index, frame, x);
 }
 
 /* The smaller one of t and best, as far as it is larger than `after`. */
-static double pdi_shape_next(double t, double after, double best) { return t > after && t < best ? t : best; }
+static double pdi_shape_nearer_crossing(double t, double after, double best)
+{
+    return t > after && t < best ? t : best;
+}
 
 /* First intersection, behind t = after, of the line with a sphere or a cylinder; axis `along` (-1: none) is not
  * counted in the radius. A line that passes within `tie` [m] of the surface touches it once. */
-static double pdi_shape_crossing_round(const pd_shape *s, int along, const double *x, const double *xi, double after,
-                                       double tie)
+static double pdi_shape_find_round_crossing(const pd_shape *s, int along, const double *x, const double *xi,
+                                            double after, double tie)
 {
     double square = 0.0, linear = 0.0, constant = -s->r * s->r;
     for (int d = 0; d < PD_DIM; d++) {
@@ -189,66 +197,68 @@ static double pdi_shape_crossing_round(const pd_shape *s, int along, const doubl
     }
     double discriminant = linear * linear - square * constant;
     if (!(square > 0.0)) return HUGE_VAL;
-    if (fabs(discriminant) <= 2.0 * s->r * tie * square) return pdi_shape_next(-linear / square, after, HUGE_VAL);
+    if (fabs(discriminant) <= 2.0 * s->r * tie * square)
+        return pdi_shape_nearer_crossing(-linear / square, after, HUGE_VAL);
     if (!(discriminant > 0.0)) return HUGE_VAL;
-    double first = pdi_shape_next((-linear - sqrt(discriminant)) / square, after, HUGE_VAL);
-    return pdi_shape_next((-linear + sqrt(discriminant)) / square, after, first);
+    double first = pdi_shape_nearer_crossing((-linear - sqrt(discriminant)) / square, after, HUGE_VAL);
+    return pdi_shape_nearer_crossing((-linear + sqrt(discriminant)) / square, after, first);
 }
 
 /* First intersection, behind t = after, of the line x + t xi with the surface of one primitive; HUGE_VAL: none, or s
  * is a set operation. */
-static double pdi_shape_crossing_one(const pd_shape *s, const double *x, const double *xi, double after, double tie)
+static double pdi_shape_find_primitive_crossing(const pd_shape *s, const double *x, const double *xi, double after,
+                                                double tie)
 {
     double best = HUGE_VAL, offset[PD_DIM];
     switch (s->type) {
     case PD_SHAPE_BOX:
         for (int d = 0; d < PD_DIM; d++) {
             if (!(fabs(xi[d]) > 0.0)) continue;
-            best = pdi_shape_next((s->a[d] - x[d]) / xi[d], after, best);
-            best = pdi_shape_next((s->b[d] - x[d]) / xi[d], after, best);
+            best = pdi_shape_nearer_crossing((s->a[d] - x[d]) / xi[d], after, best);
+            best = pdi_shape_nearer_crossing((s->b[d] - x[d]) / xi[d], after, best);
         }
         return best;
-    case PD_SHAPE_BALL: return pdi_shape_crossing_round(s, -1, x, xi, after, tie);
-    case PD_SHAPE_CYLINDER: return pdi_shape_crossing_round(s, PD_DIM > 1 ? s->axis : -1, x, xi, after, tie);
+    case PD_SHAPE_BALL: return pdi_shape_find_round_crossing(s, -1, x, xi, after, tie);
+    case PD_SHAPE_CYLINDER: return pdi_shape_find_round_crossing(s, PD_DIM > 1 ? s->axis : -1, x, xi, after, tie);
     case PD_SHAPE_HALF_SPACE:
         for (int d = 0; d < PD_DIM; d++) offset[d] = s->a[d] - x[d];
         if (fabs(pdi_vec_dot(xi, s->b)) > 0.0)
-            best = pdi_shape_next(pdi_vec_dot(offset, s->b) / pdi_vec_dot(xi, s->b), after, best);
+            best = pdi_shape_nearer_crossing(pdi_vec_dot(offset, s->b) / pdi_vec_dot(xi, s->b), after, best);
         return best;
-    case PD_SHAPE_FACETS: return PD_DIM == 3 ? pdi_facets_crossing(s->facets, x, xi, after) : HUGE_VAL;
+    case PD_SHAPE_FACETS: return PD_DIM == 3 ? pdi_facets_find_crossing(s->facets, x, xi, after) : HUGE_VAL;
     default: return HUGE_VAL;
     }
 }
 
-PDI_FN double pdi_shape_crossing(const pd_shape *shapes, int index, const double *x, const double *xi, double after,
-                                 double tie)
+PDI_FN double pdi_shape_find_crossing(const pd_shape *shapes, int index, const double *x, const double *xi,
+                                      double after, double tie)
 {
     double best = HUGE_VAL;
     for (int k = 0; k <= index; k++)
-        best = pdi_shape_next(pdi_shape_crossing_one(&shapes[k], x, xi, after, tie), after, best);
+        best = pdi_shape_nearer_crossing(pdi_shape_find_primitive_crossing(&shapes[k], x, xi, after, tie), after, best);
     return best <= 1.0 ? best : HUGE_VAL;
 }
 
-PDI_FN int pdi_shape_convex(const pd_shape *shapes, int index)
+PDI_FN int pdi_shape_is_convex(const pd_shape *shapes, int index)
 {
     const pd_shape *s = &shapes[index];
     if (s->type == PD_SHAPE_UNION || s->type == PD_SHAPE_INTERSECT) {
         if (s->type == PD_SHAPE_UNION && s->children > 1) return 0;
         for (int c = 0; c < s->children; c++)
-            if (!pdi_shape_convex(shapes, s->child[c])) return 0;
+            if (!pdi_shape_is_convex(shapes, s->child[c])) return 0;
         return 1;
     }
     return s->type == PD_SHAPE_BOX || s->type == PD_SHAPE_BALL || s->type == PD_SHAPE_CYLINDER ||
            s->type == PD_SHAPE_HALF_SPACE;
 }
 
-PDI_FN int pdi_shape_exact(const pd_shape *shapes, int index)
+PDI_FN int pdi_shape_is_smooth(const pd_shape *shapes, int index)
 {
     const pd_shape *s = &shapes[index];
     if (s->type == PD_SHAPE_VOXELS) return 0;
     int children = s->type >= PD_SHAPE_UNION ? s->children : 0;
     for (int c = 0; c < children; c++)
-        if (!pdi_shape_exact(shapes, s->child[c])) return 0;
+        if (!pdi_shape_is_smooth(shapes, s->child[c])) return 0;
     return 1;
 }
 

@@ -46,15 +46,15 @@ typedef struct pd_shape {
 PD_API double pd_shape_distance(const pd_shape *shapes, int index, const double *x);
 #ifdef PDI_INTERNAL
 /* [-] of the smallest spacing: a point nearer than that to a surface counts as on it. */
-#define PDI_SHAPE_TIE 1e-9
-/* [m] Distance below which a point x counts as on a surface: PDI_SHAPE_TIE of the smallest spacing h [PD_DIM], or the
- * rounding of coordinates of the size of x. */
-PDI_FN double pdi_shape_tie(const double *h, const double *x);
+#define PDI_SHAPE_TOLERANCE 1e-9
+/* [m] Distance below which a point x counts as on a surface: PDI_SHAPE_TOLERANCE of the smallest spacing h [PD_DIM], or
+ * the rounding of coordinates of the size of x. */
+PDI_FN double pdi_shape_tolerance(const double *h, const double *x);
 /* 1: the point x belongs to the shape. Points on the surface do, so that mirrored, rotated and shifted bodies have
  * the same nodes. */
-static inline int pdi_shape_has(const pd_shape *shapes, int index, const double *h, const double *x)
+static inline int pdi_shape_contains(const pd_shape *shapes, int index, const double *h, const double *x)
 {
-    return pd_shape_distance(shapes, index, x) <= pdi_shape_tie(h, x);
+    return pd_shape_distance(shapes, index, x) <= pdi_shape_tolerance(h, x);
 }
 /* Checks `count` shapes: parameters finite, radii positive, boxes not empty, children earlier in the array.
  * PD_ERR_ARGUMENT: names the first shape and parameter at fault. PD_ERR_SIZE: PD_SHAPE_MAX or
@@ -62,24 +62,25 @@ static inline int pdi_shape_has(const pd_shape *shapes, int index, const double 
 PDI_FN pd_status pdi_shape_validate(pd_ctx *ctx, const pd_shape *shapes, int count);
 /* Planes of a box behind which shapes continue (periodic and mirror sides): x_d = lo[d] for bit 2 d of `sides`, and
  * x_d = hi[d] for bit 2 d + 1. */
-typedef struct pdi_shape_frame {
+typedef struct pdi_shape_continued_box {
     const double *lo, *hi; /* [m] */
-    double slack;          /* [m] tolerance: a point nearer than that to a plane lies on it */
+    double tolerance;      /* [m] tolerance: a point nearer than that to a plane lies on it */
     int sides;             /* bits of the planes */
-} pdi_shape_frame;
+} pdi_shape_continued_box;
 /* Signed distance [m] of x between the planes, where faces of boxes and half-spaces on or behind a plane of the frame
  * are no surface: they are moved away by the distance between the two planes. */
-PDI_FN double pdi_shape_framed(const pd_shape *shapes, int index, const pdi_shape_frame *frame, const double *x);
+PDI_FN double pdi_shape_distance_continued(const pd_shape *shapes, int index, const pdi_shape_continued_box *frame,
+                                           const double *x);
 /* First intersection of the segment x + t xi with the surface of one of the shapes 0 .. index: the smallest t >
  * after, at most 1; HUGE_VAL: none. Between two intersections the segment is on one side of each surface. A ball or
  * cylinder that it only touches within `tie` [m] has one intersection. Not for voxel masks. */
-PDI_FN double pdi_shape_crossing(const pd_shape *shapes, int index, const double *x, const double *xi, double after,
-                                 double tie);
+PDI_FN double pdi_shape_find_crossing(const pd_shape *shapes, int index, const double *x, const double *xi,
+                                      double after, double tie);
 /* 1: the shape is convex, as its type and those of its children say; 0: it may not be. */
-PDI_FN int pdi_shape_convex(const pd_shape *shapes, int index);
+PDI_FN int pdi_shape_is_convex(const pd_shape *shapes, int index);
 /* 1: the zero level of the signed distance is a smooth description of the surface (there is no voxel mask in the
  * tree). */
-PDI_FN int pdi_shape_exact(const pd_shape *shapes, int index);
+PDI_FN int pdi_shape_is_smooth(const pd_shape *shapes, int index);
 #endif
 
 #endif

@@ -1,8 +1,8 @@
 /* stencil: see stencil.h */
 #include "lattice/stencil.h"
-#include "core/owner.h"
+#include "core/array_registry.h"
 #include "core/vec.h"
-#include "lattice/area.h"
+#include "lattice/area_weights.h"
 #include <math.h>
 #include <string.h>
 
@@ -18,7 +18,7 @@ static double pdi_stencil_lattice_length(const int *n)
 
 /* Moves n to the next offset of the cube [-reach, reach]^d in lexicographic order, axis 0 fastest. 0: it was the last
  * one. */
-static int pdi_stencil_next(int *n, int reach)
+static int pdi_stencil_next_offset(int *n, int reach)
 {
     for (int d = 0; d < PD_DIM; d++) {
         if (++n[d] <= reach) return 1;
@@ -29,7 +29,7 @@ static int pdi_stencil_next(int *n, int reach)
 
 /* Partial volume beta of the cell at offset n (eq. 2.1) [-]; 0: not in the family. The tolerance of 1e-12 keeps the
  * rounding of sqrt from deciding on membership. */
-static double pdi_stencil_beta(const int *n, double m, pd_family family)
+static double pdi_stencil_partial_volume(const int *n, double m, pd_family family)
 {
     double length = pdi_stencil_lattice_length(n), limit = family == PD_FAMILY_WHOLE ? m + 1e-12 : m + 0.5 - 1e-12;
     if (!(length > 0.0) || !(length < limit)) return 0.0;
@@ -37,7 +37,7 @@ static double pdi_stencil_beta(const int *n, double m, pd_family family)
 }
 
 /* Describes the arrays by bonds and grid lines to the array registry. */
-static void pdi_stencil_list(pdi_owner *owner, void *object)
+static void pdi_stencil_list_arrays(pdi_array_visitor *owner, void *object)
 {
     pd_stencil *stencil = (pd_stencil *)object;
     int64_t count = stencil->count, width = stencil->reach + 1;
@@ -56,7 +56,7 @@ static void pdi_stencil_list(pdi_owner *owner, void *object)
 }
 
 /* Describes the arrays of crossed cells to the array registry, once their number is known. */
-static void pdi_stencil_path_list(pdi_owner *owner, void *object)
+static void pdi_stencil_list_path_arrays(pdi_array_visitor *owner, void *object)
 {
     pd_stencil *stencil = (pd_stencil *)object;
     PDI_ARRAY(owner, stencil, group_first, stencil->count + 1, "1");
@@ -68,21 +68,21 @@ static void pdi_stencil_path_list(pdi_owner *owner, void *object)
 
 /* Counts the bonds of the family, allocates the arrays, and fills offset, xi, beta and the base weights w(n) (eq.
  * 2.2). */
-static pd_status pdi_stencil_family(pd_ctx *ctx, pd_family family, pd_stencil *s)
+static pd_status pdi_stencil_build_family(pd_ctx *ctx, pd_family family, pd_stencil *s)
 {
     int limit = (int)(s->m + 0.5), n[PD_DIM];
     for (int d = 0; d < PD_DIM; d++) n[d] = -limit;
     do {
-        if (!(pdi_stencil_beta(n, s->m, family) > 0.0)) continue;
+        if (!(pdi_stencil_partial_volume(n, s->m, family) > 0.0)) continue;
         for (int d = 0; d < PD_DIM; d++)
             if (n[d] > s->reach) s->reach = n[d];
         s->count++;
-    } while (pdi_stencil_next(n, limit));
-    PDI_TRY(pdi_owner_build(ctx, pdi_stencil_list, s));
+    } while (pdi_stencil_next_offset(n, limit));
+    PDI_TRY(pdi_array_registry_build(ctx, pdi_stencil_list_arrays, s));
     int k = 0;
     for (int d = 0; d < PD_DIM; d++) n[d] = -limit;
     do {
-        double beta = pdi_stencil_beta(n, s->m, family);
+        double beta = pdi_stencil_partial_volume(n, s->m, family);
         if (!(beta > 0.0)) continue;
         for (int d = 0; d < PD_DIM; d++) {
             s->offset[k * PD_DIM + d] = n[d];
@@ -94,14 +94,14 @@ static pd_status pdi_stencil_family(pd_ctx *ctx, pd_family family, pd_stencil *s
         double xi2 = pdi_vec_dot(s->xi + k * PD_DIM, s->xi + k * PD_DIM);
         s->base[k] = s->beta[k] * s->volume * pow(length / sqrt(xi2), PD_DIM) / xi2;
         k++;
-    } while (pdi_stencil_next(n, limit));
+    } while (pdi_stencil_next_offset(n, limit));
     return PD_OK;
 }
 
 /* Sets lap and grad to the coefficients of the continuum as published: lap = k_L sum df/|xi|^2 V beta, grad = (d/V_H)
  * sum df e/|xi| V beta. Elliptical horizons: delta_theta = m |xi|/|n| in place of delta (Jafarzadeh et al. 2022, eq.
  * 16, corrected). */
-static void pdi_stencil_printed(pd_stencil *s)
+static void pdi_stencil_set_published_weights(pd_stencil *s)
 {
     double horizon_volume = PD_DIM == 1 ? 2.0 : PD_DIM == 2 ? PDI_PI : 4.0 * PDI_PI / 3.0;
     double lap_scale = PD_DIM == 1 ? 1.0 : PD_DIM == 2 ? 4.0 / PDI_PI : 9.0 / (2.0 * PDI_PI);
@@ -133,7 +133,7 @@ static void pdi_stencil_add_weights(pd_stencil *s, const double *scale, double *
 
 /* Calibrates the weights on discrete moments: a(n) = w(n) sum_b s_b e_b^2 with sum_n a(n) xi_a^2 = 2 for every axis
  * (eq. 2.3), and g(n) = w(n) xi / sum w xi_a^2 (eq. 2.4). PD_ERR_GEOMETRY: singular moments, or a negative weight. */
-static pd_status pdi_stencil_calibrate(pd_ctx *ctx, pd_stencil *s)
+static pd_status pdi_stencil_calibrate_weights(pd_ctx *ctx, pd_stencil *s)
 {
     double matrix[PD_DIM * PD_DIM], residual[PD_DIM], scale[PD_DIM], moment[PD_DIM];
     memset(matrix, 0, sizeof matrix);
@@ -170,19 +170,20 @@ static pd_status pdi_stencil_calibrate(pd_ctx *ctx, pd_stencil *s)
 
 /* A face between two cells that a bond crosses: face number k normal to `axis` is crossed at the fraction
  * numerator/denominator = (2 k + 1) / (2 |n_axis|) of the bond. */
-typedef struct pdi_crossing {
+typedef struct pdi_stencil_face_crossing {
     int axis, numerator, denominator;
-} pdi_crossing;
+} pdi_stencil_face_crossing;
 
 /* 1: the bond crosses face a before face b (exact, in integers). */
-static int pdi_stencil_earlier(const pdi_crossing *a, const pdi_crossing *b)
+static int pdi_stencil_is_earlier(const pdi_stencil_face_crossing *a, const pdi_stencil_face_crossing *b)
 {
     return a->numerator * b->denominator < b->numerator * a->denominator;
 }
 
 /* Appends one group of alternative cells: `from` plus one step along the axes of each subset of `axes` whose bit is
  * set in `members`. Only counts while the arrays are NULL. entry: fraction of the bond. */
-static void pdi_stencil_group(pd_stencil *s, const int *from, const int *sign, int axes, int members, double entry)
+static void pdi_stencil_add_cell_group(pd_stencil *s, const int *from, const int *sign, int axes, int members,
+                                       double entry)
 {
     if (s->group_cell) {
         s->group_cell[s->groups] = s->cells;
@@ -202,7 +203,7 @@ static void pdi_stencil_group(pd_stencil *s, const int *from, const int *sign, i
 /* Appends the groups of a bond that passes through a cell edge (two axes) or a corner (three). The passage is blocked
  * when no path from face to face leads around it: both cells beside the edge are closed, or a cut of the ring of six
  * cells around the corner (the cells after one face, those after two, or all but one cell and the opposite one). */
-static void pdi_stencil_passage(pd_stencil *s, const int *from, const int *sign, int axes, double entry)
+static void pdi_stencil_add_edge_groups(pd_stencil *s, const int *from, const int *sign, int axes, double entry)
 {
     int single = 0, twofold = 0;
     for (int subset = 1; subset < axes; subset++) {
@@ -210,54 +211,55 @@ static void pdi_stencil_passage(pd_stencil *s, const int *from, const int *sign,
         if (subset & (subset - 1)) twofold |= 1 << subset;
         else single |= 1 << subset;
     }
-    pdi_stencil_group(s, from, sign, axes, single, entry);
+    pdi_stencil_add_cell_group(s, from, sign, axes, single, entry);
     if (!twofold) return;
-    pdi_stencil_group(s, from, sign, axes, twofold, entry);
+    pdi_stencil_add_cell_group(s, from, sign, axes, twofold, entry);
     for (int axis = 1; axis < axes; axis *= 2)
-        pdi_stencil_group(s, from, sign, axes, (single | twofold) & ~(1 << axis) & ~(1 << (axes ^ axis)), entry);
+        pdi_stencil_add_cell_group(s, from, sign, axes, (single | twofold) & ~(1 << axis) & ~(1 << (axes ^ axis)),
+                                   entry);
 }
 
 /* Appends the groups of cells that the straight bond n crosses, cell by cell. Where it passes through an edge or a
  * corner the cells beside the passage are alternatives, so that a solid without a path from face to face through it
  * blocks all bonds, however thin it is. */
-static void pdi_stencil_path(pd_stencil *s, const int *n)
+static void pdi_stencil_add_bond_path(pd_stencil *s, const int *n)
 {
-    pdi_crossing list[PD_DIM * (PDI_STENCIL_MAX_M + 1)];
+    pdi_stencil_face_crossing list[PD_DIM * (PDI_STENCIL_MAX_M + 1)];
     int sign[PD_DIM], at[PD_DIM], count = 0;
     for (int d = 0; d < PD_DIM; d++) {
         int steps = n[d] < 0 ? -n[d] : n[d];
         sign[d] = n[d] < 0 ? -1 : 1;
         at[d] = 0;
         for (int k = 0; k < steps; k++) {
-            pdi_crossing c;
+            pdi_stencil_face_crossing c;
             c.axis = d;
             c.numerator = 2 * k + 1;
             c.denominator = 2 * steps;
             int place = count++;
-            for (; place > 0 && pdi_stencil_earlier(&c, &list[place - 1]); place--) list[place] = list[place - 1];
+            for (; place > 0 && pdi_stencil_is_earlier(&c, &list[place - 1]); place--) list[place] = list[place - 1];
             list[place] = c;
         }
     }
     for (int k = 0; k < count;) {
         int axes = 0, first = k;
         do axes |= 1 << list[k++].axis;
-        while (k < count && !pdi_stencil_earlier(&list[first], &list[k]));
+        while (k < count && !pdi_stencil_is_earlier(&list[first], &list[k]));
         double entry = (double)list[first].numerator / (double)list[first].denominator;
-        if (axes & (axes - 1)) pdi_stencil_passage(s, at, sign, axes, entry);
-        pdi_stencil_group(s, at, sign, axes, 1 << axes, entry);
+        if (axes & (axes - 1)) pdi_stencil_add_edge_groups(s, at, sign, axes, entry);
+        pdi_stencil_add_cell_group(s, at, sign, axes, 1 << axes, entry);
         for (int d = 0; d < PD_DIM; d++) at[d] += ((axes >> d) & 1) * sign[d];
     }
 }
 
 /* Counts the crossed cells of all bonds, allocates their arrays and fills them. */
-static pd_status pdi_stencil_paths(pd_ctx *ctx, pd_stencil *s)
+static pd_status pdi_stencil_build_bond_paths(pd_ctx *ctx, pd_stencil *s)
 {
-    for (int k = 0; k < s->count; k++) pdi_stencil_path(s, s->offset + k * PD_DIM);
-    PDI_TRY(pdi_owner_build(ctx, pdi_stencil_path_list, s));
+    for (int k = 0; k < s->count; k++) pdi_stencil_add_bond_path(s, s->offset + k * PD_DIM);
+    PDI_TRY(pdi_array_registry_build(ctx, pdi_stencil_list_path_arrays, s));
     s->groups = s->cells = 0;
     for (int k = 0; k < s->count; k++) {
         s->group_first[k] = s->groups;
-        pdi_stencil_path(s, s->offset + k * PD_DIM);
+        pdi_stencil_add_bond_path(s, s->offset + k * PD_DIM);
     }
     s->group_first[s->count] = s->groups;
     s->group_cell[s->groups] = s->cells;
@@ -265,10 +267,10 @@ static pd_status pdi_stencil_paths(pd_ctx *ctx, pd_stencil *s)
 }
 
 /* [-] Weights that differ by less than this fraction are equal to rounding. */
-#define PDI_STENCIL_SAME 1e-13
+#define PDI_STENCIL_WEIGHT_TOLERANCE 1e-13
 
 /* Weight a(n) [1/m2] of the bond that ends on the grid line through `line` at n_0 = n0; 0: there is no such bond. */
-static double pdi_stencil_on_line(const pd_stencil *s, const int *line, int n0)
+static double pdi_stencil_get_line_weight(const pd_stencil *s, const int *line, int n0)
 {
     for (int k = 0; k < s->count; k++) {
         int same = s->offset[k * PD_DIM] == n0;
@@ -279,41 +281,42 @@ static double pdi_stencil_on_line(const pd_stencil *s, const int *line, int n0)
 }
 
 /* 1: the grid lines through the bonds k and j have the same weights. */
-static int pdi_stencil_same_kind(const pd_stencil *s, int k, int j)
+static int pdi_stencil_is_same_line_kind(const pd_stencil *s, int k, int j)
 {
     for (int n0 = 0; n0 <= s->reach; n0++) {
-        double a = pdi_stencil_on_line(s, s->offset + k * PD_DIM, n0);
-        double b = pdi_stencil_on_line(s, s->offset + j * PD_DIM, n0);
-        if (!(fabs(a - b) <= PDI_STENCIL_SAME * fabs(a))) return 0;
+        double a = pdi_stencil_get_line_weight(s, s->offset + k * PD_DIM, n0);
+        double b = pdi_stencil_get_line_weight(s, s->offset + j * PD_DIM, n0);
+        if (!(fabs(a - b) <= PDI_STENCIL_WEIGHT_TOLERANCE * fabs(a))) return 0;
     }
     return 1;
 }
 
 /* Largest n_0 of the bonds that end on the grid line through bond k. */
-static int pdi_stencil_line_reach(const pd_stencil *s, int k)
+static int pdi_stencil_find_line_reach(const pd_stencil *s, int k)
 {
     int reach = s->reach;
-    while (reach > 0 && !(pdi_stencil_on_line(s, s->offset + k * PD_DIM, reach) > 0.0)) reach--;
+    while (reach > 0 && !(pdi_stencil_get_line_weight(s, s->offset + k * PD_DIM, reach) > 0.0)) reach--;
     return reach;
 }
 
 /* Sorts the family into grid lines along axis 0 by kinds of equal weights, those with the largest reach first (used
- * by lattice/line). A line is represented by its bond with n_0 = 0. */
-static void pdi_stencil_lines(pd_stencil *s)
+ * by lattice/line_laplacian). A line is represented by its bond with n_0 = 0. */
+static void pdi_stencil_build_grid_lines(pd_stencil *s)
 {
     int width = s->reach + 1;
     for (int k = 0; k < s->count; k++)
         if (s->offset[k * PD_DIM] > 0) s->layer_lap[s->offset[k * PD_DIM]] += s->lap[k];
     for (int reach = s->reach, used = 0; reach >= 0; reach--)
         for (int k = 0; k < s->count; k++) {
-            int seen = s->offset[k * PD_DIM] != 0 || pdi_stencil_line_reach(s, k) != reach;
-            for (int j = 0; j < k && !seen; j++) seen = s->offset[j * PD_DIM] == 0 && pdi_stencil_same_kind(s, j, k);
+            int seen = s->offset[k * PD_DIM] != 0 || pdi_stencil_find_line_reach(s, k) != reach;
+            for (int j = 0; j < k && !seen; j++)
+                seen = s->offset[j * PD_DIM] == 0 && pdi_stencil_is_same_line_kind(s, j, k);
             if (seen) continue;
             for (int n0 = 0; n0 < width; n0++)
-                s->line_lap[s->kinds * width + n0] = pdi_stencil_on_line(s, s->offset + k * PD_DIM, n0);
+                s->line_lap[s->kinds * width + n0] = pdi_stencil_get_line_weight(s, s->offset + k * PD_DIM, n0);
             s->line_reach[s->kinds] = reach;
             for (int j = k; j < s->count; j++) {
-                if (s->offset[j * PD_DIM] != 0 || !pdi_stencil_same_kind(s, k, j)) continue;
+                if (s->offset[j * PD_DIM] != 0 || !pdi_stencil_is_same_line_kind(s, k, j)) continue;
                 memcpy(s->line + used++ * PD_DIM, s->offset + j * PD_DIM, PD_DIM * sizeof *s->line);
             }
             s->line_first[++s->kinds] = used;
@@ -321,7 +324,7 @@ static void pdi_stencil_lines(pd_stencil *s)
 }
 
 /* Inner part of pd_stencil_build: what it leaves behind on failure is freed by the caller. */
-static pd_status pdi_stencil_make(pd_ctx *ctx, const pd_stencil_desc *desc, pd_stencil *stencil)
+static pd_status pdi_stencil_build_inner(pd_ctx *ctx, const pd_stencil_desc *desc, pd_stencil *stencil)
 {
     memset(stencil, 0, sizeof *stencil);
     stencil->m = desc->m > 0.0 ? desc->m : 3.0;
@@ -336,26 +339,26 @@ static pd_status pdi_stencil_make(pd_ctx *ctx, const pd_stencil_desc *desc, pd_s
         stencil->h[d] = desc->h[d];
         stencil->volume *= desc->h[d];
     }
-    PDI_TRY(pdi_stencil_family(ctx, desc->family, stencil));
-    if (desc->weights == PD_WEIGHTS_PRINTED) pdi_stencil_printed(stencil);
-    else PDI_TRY(pdi_stencil_calibrate(ctx, stencil));
+    PDI_TRY(pdi_stencil_build_family(ctx, desc->family, stencil));
+    if (desc->weights == PD_WEIGHTS_PRINTED) pdi_stencil_set_published_weights(stencil);
+    else PDI_TRY(pdi_stencil_calibrate_weights(ctx, stencil));
     for (int k = 0; k < stencil->count; k++) stencil->lap_sum += stencil->lap[k];
-    PDI_TRY(pdi_area_weights(ctx, stencil->count, stencil->xi, stencil->beta, stencil->m, stencil->h, stencil->area,
-                             &stencil->anisotropy));
-    pdi_stencil_lines(stencil);
-    return pdi_stencil_paths(ctx, stencil);
+    PDI_TRY(pdi_area_weights_compute(ctx, stencil->count, stencil->xi, stencil->beta, stencil->m, stencil->h,
+                                     stencil->area, &stencil->anisotropy));
+    pdi_stencil_build_grid_lines(stencil);
+    return pdi_stencil_build_bond_paths(ctx, stencil);
 }
 
 pd_status pd_stencil_build(pd_ctx *ctx, const pd_stencil_desc *desc, pd_stencil *stencil)
 {
-    pd_status status = pdi_stencil_make(ctx, desc, stencil);
+    pd_status status = pdi_stencil_build_inner(ctx, desc, stencil);
     if (status < 0) pd_stencil_free(ctx, stencil);
     return status;
 }
 
 void pd_stencil_free(pd_ctx *ctx, pd_stencil *s)
 {
-    pdi_owner_free(ctx, pdi_stencil_list, s);
-    pdi_owner_free(ctx, pdi_stencil_path_list, s);
+    pdi_array_registry_free(ctx, pdi_stencil_list_arrays, s);
+    pdi_array_registry_free(ctx, pdi_stencil_list_path_arrays, s);
     memset(s, 0, sizeof *s);
 }

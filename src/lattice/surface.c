@@ -5,30 +5,30 @@
 #include <string.h>
 
 /* [cells] A shorter segment has no direction. */
-#define PDI_SURFACE_SHORT 1e-9
+#define PDI_SURFACE_MIN_LENGTH 1e-9
 /* [cells] A point nearer than this to a surface lies on it. */
-#define PDI_SURFACE_TOUCH 1e-6
+#define PDI_SURFACE_TOLERANCE 1e-6
 /* [cells] Step of the central differences for a normal. */
 #define PDI_SURFACE_STEP 1e-3
 /* [cells] Surfaces farther away are not searched: beyond, distances of set operations are bounds. */
-#define PDI_SURFACE_FAR 2.0
+#define PDI_SURFACE_MAX_DISTANCE 2.0
 /* [-] A gradient of the distance whose norm differs from 1 by more than this has an edge nearby. */
-#define PDI_SURFACE_EDGE 1e-2
+#define PDI_SURFACE_EDGE_TOLERANCE 1e-2
 
 /* A search for the surface nearest to a point, and the best candidate so far. */
-typedef struct pdi_surface {
+typedef struct pdi_surface_search {
     const pd_bonds *bonds;
     double x[PD_DIM], xi[PD_DIM]; /* [m] position of the node, and vector from it to the point */
-    double end;                   /* [-] multiple of xi at which the search ends */
+    double end_fraction;          /* [-] multiple of xi at which the search ends */
     double nearest;               /* [cells] distance of the candidate from the point; HUGE_VAL: none */
-    int behind;                   /* 1: the point lies behind the surface */
-    double place[PD_DIM], normal[PD_DIM]; /* [m], [-] the candidate */
-    int32_t closed;               /* closed node behind it */
-} pdi_surface;
+    int is_behind;                /* 1: the point lies behind the surface */
+    double point[PD_DIM], normal[PD_DIM]; /* [m], [-] the candidate */
+    int32_t closed_node;                  /* closed node behind it */
+} pdi_surface_search;
 
 /* Candidate: the face of the first closed cell on the segment, by a walk from cell to cell; a side of the box that is a
  * wall counts as one. */
-static void pdi_surface_faces(pdi_surface *search)
+static void pdi_surface_find_cell_face(pdi_surface_search *search)
 {
     const pd_grid *grid = search->bonds->grid;
     int i[PD_DIM];
@@ -36,7 +36,7 @@ static void pdi_surface_faces(pdi_surface *search)
     for (int d = 0; d < PD_DIM; d++) {
         i[d] = (int)floor((search->x[d] - grid->lo[d]) / grid->h[d]);
         double step = fabs(search->xi[d]);
-        next[d] = step > PDI_SURFACE_SHORT * grid->h[d] ? 0.5 * grid->h[d] / step : HUGE_VAL;
+        next[d] = step > PDI_SURFACE_MIN_LENGTH * grid->h[d] ? 0.5 * grid->h[d] / step : HUGE_VAL;
     }
     for (;;) {
         int d = 0;
@@ -44,7 +44,7 @@ static void pdi_surface_faces(pdi_surface *search)
         for (int a = 1; a < PD_DIM; a++)
             if (next[a] < next[d]) d = a;
         t = next[d];
-        if (!(t <= search->end)) return;
+        if (!(t <= search->end_fraction)) return;
         int up = search->xi[d] > 0.0;
         i[d] += up ? 1 : -1;
         next[d] += grid->h[d] / fabs(search->xi[d]);
@@ -52,34 +52,34 @@ static void pdi_surface_faces(pdi_surface *search)
         if (i[d] < -grid->ghost || i[d] >= grid->n[d] + grid->ghost) return;
         if (outside && grid->side[2 * d + up] != PD_SIDE_WALL) continue;
         int32_t node = pd_grid_node(grid, i);
-        if (!outside && pdi_grid_open(grid->kind[node])) continue;
+        if (!outside && pdi_grid_is_open(grid->kind[node])) continue;
         /* a smooth surface is found by its distance, unless it has receded to these cells */
         for (int a = 0; a < PD_DIM; a++) at[a] = search->x[a];
-        double smooth = outside ? (double)NAN : pdi_bond_smooth(search->bonds, node, at);
-        if (smooth > pdi_shape_tie(grid->h, at)) return;
+        double smooth = outside ? (double)NAN : pdi_bond_surface_distance(search->bonds, node, at);
+        if (smooth > pdi_shape_tolerance(grid->h, at)) return;
         double cells = 0.0;
         for (int a = 0; a < PD_DIM; a++) cells = pdi_max(cells, fabs((t - 1.0) * search->xi[a]) / grid->h[a]);
-        if (t >= 1.0 - PDI_SURFACE_SHORT && !(cells < search->nearest)) return;
+        if (t >= 1.0 - PDI_SURFACE_MIN_LENGTH && !(cells < search->nearest)) return;
         search->nearest = cells;
-        search->behind = t < 1.0;
-        search->closed = node;
-        for (int a = 0; a < PD_DIM; a++) search->place[a] = search->x[a] + t * search->xi[a];
+        search->is_behind = t < 1.0;
+        search->closed_node = node;
+        for (int a = 0; a < PD_DIM; a++) search->point[a] = search->x[a] + t * search->xi[a];
         for (int a = 0; a < PD_DIM; a++) search->normal[a] = a != d ? 0.0 : up ? -1.0 : 1.0;
         return;
     }
 }
 
 /* Unit normal at x: gradient of the signed distance of a shape, by central differences. */
-static void pdi_surface_normal(const pd_grid *grid, int shape, const double *x, double *normal)
+static void pdi_surface_compute_shape_normal(const pd_grid *grid, int shape, const double *x, double *normal)
 {
     double at[PD_DIM], length;
     memcpy(at, x, sizeof at);
     for (int d = 0; d < PD_DIM; d++) {
         double eps = PDI_SURFACE_STEP * grid->h[d], keep = at[d];
         at[d] = keep + eps;
-        normal[d] = pdi_grid_level(grid, shape, at);
+        normal[d] = pdi_grid_signed_distance(grid, shape, at);
         at[d] = keep - eps;
-        normal[d] = (normal[d] - pdi_grid_level(grid, shape, at)) / (2.0 * eps);
+        normal[d] = (normal[d] - pdi_grid_signed_distance(grid, shape, at)) / (2.0 * eps);
         at[d] = keep;
     }
     length = pdi_vec_norm(normal);
@@ -87,7 +87,7 @@ static void pdi_surface_normal(const pd_grid *grid, int shape, const double *x, 
 }
 
 /* Closed node up to one cell behind the surface point x; -1: the metal that was there has dissolved. */
-static int32_t pdi_surface_behind(const pdi_surface *search, const double *x, const double *normal)
+static int32_t pdi_surface_find_closed_node(const pdi_surface_search *search, const double *x, const double *normal)
 {
     const pd_grid *grid = search->bonds->grid;
     for (int half = 1; half < 3; half++) {
@@ -100,54 +100,54 @@ static int32_t pdi_surface_behind(const pdi_surface *search, const double *x, co
             inside = inside && i[d] >= -grid->ghost && i[d] < grid->n[d] + grid->ghost;
         }
         int32_t node = inside ? pd_grid_node(grid, i) : -1;
-        if (node >= 0 && !pdi_grid_open(grid->kind[node])) return node;
+        if (node >= 0 && !pdi_grid_is_open(grid->kind[node])) return node;
     }
     return -1;
 }
 
 /* Projects `at` [m] onto a smooth shape by at most 8 steps along the normal, which is returned, too. *first: signed
- * distance at the start [m]. 0: not converged, or farther away than PDI_SURFACE_FAR. */
-static int pdi_surface_nearest(const pd_grid *grid, int shape, double *at, double *normal, double *first)
+ * distance at the start [m]. 0: not converged, or farther away than PDI_SURFACE_MAX_DISTANCE. */
+static int pdi_surface_project_on_shape(const pd_grid *grid, int shape, double *at, double *normal, double *first)
 {
-    double from[PD_DIM], smallest = pdi_vec_least(grid->h), level = 0.0, cells = 0.0;
+    double from[PD_DIM], smallest = pdi_vec_min(grid->h), level = 0.0, cells = 0.0;
     memcpy(from, at, sizeof from);
     for (int step = 0; step < 8; step++) {
-        level = pdi_grid_level(grid, shape, at);
+        level = pdi_grid_signed_distance(grid, shape, at);
         if (step == 0) *first = level;
-        pdi_surface_normal(grid, shape, at, normal);
+        pdi_surface_compute_shape_normal(grid, shape, at, normal);
         if (fabs(level) <= 1e-14 * smallest) break;
         for (int d = 0; d < PD_DIM; d++) at[d] -= level * normal[d];
     }
     for (int d = 0; d < PD_DIM; d++) cells = pdi_max(cells, fabs(at[d] - from[d]) / grid->h[d]);
-    return fabs(level) <= PDI_SURFACE_TOUCH * smallest && !(cells > PDI_SURFACE_FAR);
+    return fabs(level) <= PDI_SURFACE_TOLERANCE * smallest && !(cells > PDI_SURFACE_MAX_DISTANCE);
 }
 
 /* Candidate: the point of a smooth shape nearest to `target` [m]. A shape inside which the fluid node lies has
  * receded. */
-static void pdi_surface_foot(pdi_surface *search, int shape, const double *target)
+static void pdi_surface_find_shape_point(pdi_surface_search *search, int shape, const double *target)
 {
     const pd_grid *grid = search->bonds->grid;
     double at[PD_DIM], normal[PD_DIM], first, cells = 0.0;
-    if (shape < 0 || !pdi_shape_exact(grid->shapes, shape)) return;
-    if (!(pdi_grid_level(grid, shape, search->x) > pdi_shape_tie(grid->h, search->x))) return;
+    if (shape < 0 || !pdi_shape_is_smooth(grid->shapes, shape)) return;
+    if (!(pdi_grid_signed_distance(grid, shape, search->x) > pdi_shape_tolerance(grid->h, search->x))) return;
     memcpy(at, target, sizeof at);
-    if (!pdi_surface_nearest(grid, shape, at, normal, &first)) return;
+    if (!pdi_surface_project_on_shape(grid, shape, at, normal, &first)) return;
     for (int d = 0; d < PD_DIM; d++) cells = pdi_max(cells, fabs(at[d] - target[d]) / grid->h[d]);
     if (!(cells < search->nearest)) return;
-    int32_t closed = pdi_surface_behind(search, at, normal);
+    int32_t closed = pdi_surface_find_closed_node(search, at, normal);
     if (closed < 0) return;
     search->nearest = cells;
-    search->behind = first < 0.0;
-    search->closed = closed;
-    memcpy(search->place, at, sizeof at);
+    search->is_behind = first < 0.0;
+    search->closed_node = closed;
+    memcpy(search->point, at, sizeof at);
     memcpy(search->normal, normal, sizeof normal);
 }
 
-PDI_FN int pdi_surface_meet(const pd_bonds *bonds, int32_t node, const double *target, double *point, double *normal,
-                        int32_t *closed)
+PDI_FN int pdi_surface_find_nearest(const pd_bonds *bonds, int32_t node, const double *target, double *point,
+                                    double *normal, int32_t *closed)
 {
     const pd_grid *grid = bonds->grid;
-    pdi_surface search;
+    pdi_surface_search search;
     double square = 0.0;
     memset(&search, 0, sizeof search);
     search.bonds = bonds;
@@ -157,73 +157,74 @@ PDI_FN int pdi_surface_meet(const pd_bonds *bonds, int32_t node, const double *t
         square += search.xi[d] / grid->h[d] * (search.xi[d] / grid->h[d]);
     }
     search.nearest = HUGE_VAL;
-    pdi_surface_foot(&search, grid->wall, target);
-    pdi_surface_foot(&search, grid->solid, target);
-    if (sqrt(square) > PDI_SURFACE_SHORT) {
-        search.end = 1.0 + 1.0 / sqrt(square);
-        pdi_surface_faces(&search);
+    pdi_surface_find_shape_point(&search, grid->wall, target);
+    pdi_surface_find_shape_point(&search, grid->solid, target);
+    if (sqrt(square) > PDI_SURFACE_MIN_LENGTH) {
+        search.end_fraction = 1.0 + 1.0 / sqrt(square);
+        pdi_surface_find_cell_face(&search);
     }
-    memcpy(point, search.place, sizeof search.place);
+    memcpy(point, search.point, sizeof search.point);
     memcpy(normal, search.normal, sizeof search.normal);
-    *closed = search.closed;
-    return search.nearest < HUGE_VAL ? (search.behind ? -1 : 1) : 0;
+    *closed = search.closed_node;
+    return search.nearest < HUGE_VAL ? (search.is_behind ? -1 : 1) : 0;
 }
 
-PDI_FN int pdi_surface_rise(const pd_bonds *bonds, int32_t closed, const double *x, double step, double *distance,
-                            double *normal)
+PDI_FN int pdi_surface_compute_normal(const pd_bonds *bonds, int32_t closed, const double *x, double step,
+                                      double *distance, double *normal)
 {
     double at[PD_DIM];
     memcpy(at, x, sizeof at);
-    *distance = pdi_bond_smooth(bonds, closed, x);
+    *distance = pdi_bond_surface_distance(bonds, closed, x);
     for (int d = 0; d < PD_DIM; d++) {
         double eps = step * bonds->grid->h[d];
         at[d] = x[d] + eps;
-        double up = pdi_bond_smooth(bonds, closed, at);
+        double up = pdi_bond_surface_distance(bonds, closed, at);
         at[d] = x[d] - eps;
-        normal[d] = (up - pdi_bond_smooth(bonds, closed, at)) / (2.0 * eps);
+        normal[d] = (up - pdi_bond_surface_distance(bonds, closed, at)) / (2.0 * eps);
         at[d] = x[d];
     }
-    return fabs(pdi_vec_norm(normal) - 1.0) < PDI_SURFACE_EDGE;
+    return fabs(pdi_vec_norm(normal) - 1.0) < PDI_SURFACE_EDGE_TOLERANCE;
 }
 
 /* ---- area of the surface at a cell face ---- */
 
 /* A cell face between an open and a closed node. */
-typedef struct pdi_surface_patch {
+typedef struct pdi_surface_cell_face {
     const pd_grid *grid;
-    int shape, side;     /* smooth shape of the closed node, -1: none; 1: the face lies on a side of the box */
+    int shape, is_box_side; /* smooth shape of the closed node, -1: none; 1: the face lies on a side of the box */
     int axis;            /* normal to the face */
-    double middle[PD_DIM], out[PD_DIM]; /* [m] middle of the face; its unit normal towards the open node */
-} pdi_surface_patch;
+    double middle[PD_DIM], outward[PD_DIM]; /* [m] middle of the face; its unit normal towards the open node */
+} pdi_surface_cell_face;
 
 #if PD_DIM > 1
 /* Maps a point of the face, `across` [half cells from its middle, along the other axes], to the surface: `at` [m] and
  * the unit normal. Sides of the box are the surface where no shape covers them. */
-static void pdi_surface_place(const pdi_surface_patch *face, const double *across, double *at, double *normal)
+static void pdi_surface_map_face_point(const pdi_surface_cell_face *face, const double *across, double *at,
+                                       double *normal)
 {
     double on[PD_DIM], first;
     for (int d = 0, a = 0; d < PD_DIM; d++)
         on[d] = face->middle[d] + (d == face->axis ? 0.0 : 0.5 * face->grid->h[d] * across[a++]);
     memcpy(at, on, sizeof on);
-    int bare = face->shape < 0 ||
-               (face->side && pdi_grid_level(face->grid, face->shape, on) > pdi_shape_tie(face->grid->h, on));
-    if (!bare && pdi_surface_nearest(face->grid, face->shape, at, normal, &first)) return;
+    int bare = face->shape < 0 || (face->is_box_side && pdi_grid_signed_distance(face->grid, face->shape, on) >
+                                                            pdi_shape_tolerance(face->grid->h, on));
+    if (!bare && pdi_surface_project_on_shape(face->grid, face->shape, at, normal, &first)) return;
     memcpy(at, on, sizeof on);
-    memcpy(normal, face->out, sizeof face->out);
+    memcpy(normal, face->outward, sizeof face->outward);
 }
 #endif
 
 #if PD_DIM == 3
 /* Twice the area [m2] of the surface that the square of the face about `across`, with the half edge `half` [half
  * cells], is mapped to: projected on the normal at its middle. */
-static double pdi_surface_piece(const pdi_surface_patch *f, const double *across, double half)
+static double pdi_surface_compute_double_area(const pdi_surface_cell_face *f, const double *across, double half)
 {
     double corner[4][PD_DIM], middle[PD_DIM], normal[PD_DIM], sum = 0.0;
     for (int c = 0; c < 4; c++) {
         double at[2] = {across[0] + (c == 1 || c == 2 ? half : -half), across[1] + (c > 1 ? half : -half)};
-        pdi_surface_place(f, at, corner[c], normal);
+        pdi_surface_map_face_point(f, at, corner[c], normal);
     }
-    pdi_surface_place(f, across, middle, normal);
+    pdi_surface_map_face_point(f, across, middle, normal);
     for (int d = 0; d < PD_DIM; d++) {
         int p = (d + 1) % PD_DIM, q = (d + 2) % PD_DIM;
         double one = corner[2][p] - corner[0][p], two = corner[3][q] - corner[1][q];
@@ -231,57 +232,57 @@ static double pdi_surface_piece(const pdi_surface_patch *f, const double *across
         sum += (one * two - three * four) * normal[d];
     }
     /* the axes across are in the order of the box: they go around x and z, and against y */
-    return (f->axis == 1 ? -1.0 : 1.0) * f->out[f->axis] * sum;
+    return (f->axis == 1 ? -1.0 : 1.0) * f->outward[f->axis] * sum;
 }
 #elif PD_DIM == 2
 /* Twice the length [m] of the surface segment that the part of the face about `across`, with the half edge `half` [half
  * cells], is mapped to (2D); on an axisymmetric grid twice the area of its ring [m2]. */
-static double pdi_surface_piece(const pdi_surface_patch *f, const double *across, double half)
+static double pdi_surface_compute_double_area(const pdi_surface_cell_face *f, const double *across, double half)
 {
     double from[PD_DIM], to[PD_DIM], middle[PD_DIM], normal[PD_DIM];
     double low = across[0] - half, high = across[0] + half;
-    pdi_surface_place(f, &low, from, normal);
-    pdi_surface_place(f, &high, to, normal);
-    pdi_surface_place(f, across, middle, normal);
+    pdi_surface_map_face_point(f, &low, from, normal);
+    pdi_surface_map_face_point(f, &high, to, normal);
+    pdi_surface_map_face_point(f, across, middle, normal);
     double length = (to[1] - from[1]) * normal[0] - (to[0] - from[0]) * normal[1];
     double around = f->grid->circumference ? PDI_PI * fabs(from[1] + to[1]) : 1.0;
-    return (f->axis == 0 ? 2.0 : -2.0) * f->out[f->axis] * length * around;
+    return (f->axis == 0 ? 2.0 : -2.0) * f->outward[f->axis] * length * around;
 }
 #else
 /* Twice the area of the surface at a face in 1D, where it is one point [-]. */
-static double pdi_surface_piece(const pdi_surface_patch *f, const double *across, double half)
+static double pdi_surface_compute_double_area(const pdi_surface_cell_face *f, const double *across, double half)
 {
     (void)f, (void)across;
     return half > 0.5 ? 2.0 : 0.0;
 }
 #endif
 
-PDI_FN double pdi_surface_face(const pd_grid *grid, int32_t node, int axis, int up)
+PDI_FN double pdi_surface_compute_face_area(const pd_grid *grid, int32_t node, int axis, int up)
 {
-    pdi_surface_patch face;
+    pdi_surface_cell_face face;
     int32_t closed = up ? node + grid->stride[axis] : node - grid->stride[axis];
     double across[PD_DIM], coarse, fine = 0.0;
     memset(&face, 0, sizeof face);
     memset(across, 0, sizeof across);
     face.grid = grid;
     face.axis = axis;
-    face.side = pdi_grid_walled(grid, closed);
-    face.shape = pdi_bond_shape(grid, closed, face.side);
-    face.out[axis] = up ? -1.0 : 1.0;
+    face.is_box_side = pdi_grid_is_behind_wall(grid, closed);
+    face.shape = pdi_bond_find_surface_shape(grid, closed, face.is_box_side);
+    face.outward[axis] = up ? -1.0 : 1.0;
     pd_grid_position(grid, node, face.middle);
-    face.middle[axis] -= 0.5 * grid->h[axis] * face.out[axis];
-    coarse = pdi_surface_piece(&face, across, 1.0);
+    face.middle[axis] -= 0.5 * grid->h[axis] * face.outward[axis];
+    coarse = pdi_surface_compute_double_area(&face, across, 1.0);
     if (PD_DIM == 1 || face.shape < 0) return 0.5 * coarse;
     for (int c = 0; c < 1 << (PD_DIM - 1); c++) {
         for (int a = 0; a < PD_DIM - 1; a++) across[a] = (c >> a) & 1 ? 0.5 : -0.5;
-        fine += pdi_surface_piece(&face, across, 0.5);
+        fine += pdi_surface_compute_double_area(&face, across, 0.5);
     }
     /* the error of both goes with the square of their edges */
     return 0.5 * (fine + (fine - coarse) / 3.0);
 }
 
-#undef PDI_SURFACE_SHORT
-#undef PDI_SURFACE_TOUCH
+#undef PDI_SURFACE_MIN_LENGTH
+#undef PDI_SURFACE_TOLERANCE
 #undef PDI_SURFACE_STEP
-#undef PDI_SURFACE_FAR
-#undef PDI_SURFACE_EDGE
+#undef PDI_SURFACE_MAX_DISTANCE
+#undef PDI_SURFACE_EDGE_TOLERANCE

@@ -10,17 +10,17 @@
 /* Surface point nearest to `target` [m] as seen from fluid node `node`: the closest point of smooth shapes, or the cell
  * face that the segment from the node, extended by one cell, intersects. 1: found, -1: found, and `target` lies behind
  * it (in the solid), 0: none. point [m], unit normal towards the fluid, and a closed node behind it. */
-PDI_FN int pdi_surface_meet(const pd_bonds *bonds, int32_t node, const double *target, double *point, double *normal,
-                        int32_t *closed);
+PDI_FN int pdi_surface_find_nearest(const pd_bonds *bonds, int32_t node, const double *target, double *point,
+                                    double *normal, int32_t *closed);
 /* Signed distance [m] of x from the smooth surface through the cell of node `closed`, and its gradient by central
  * differences over `step` cells: the unit normal. 0: the gradient is not of norm 1, an edge is nearby. */
-PDI_FN int pdi_surface_rise(const pd_bonds *bonds, int32_t closed, const double *x, double step, double *distance,
-                            double *normal);
+PDI_FN int pdi_surface_compute_normal(const pd_bonds *bonds, int32_t closed, const double *x, double step,
+                                      double *distance, double *normal);
 /* Area [m^(d-1); axisymmetric: m2 of the full ring] of the surface that belongs to the cell face between open node
  * `node` and the closed one next to it along `axis`, up (1) or down (0): of the projection of the face on the smooth
  * shape of the closed node, else of the face itself (theory: eq. 5.12b). Faces of a closed body share corners, so the
  * sum over them is the area of a closed surface. It is negative where the face is the back of a step. */
-PDI_FN double pdi_surface_face(const pd_grid *grid, int32_t node, int axis, int up);
+PDI_FN double pdi_surface_compute_face_area(const pd_grid *grid, int32_t node, int axis, int up);
 #endif
 
 #endif

@@ -4,14 +4,15 @@
 /* Erosion (all 1) or dilation (all 0) of the marks along the lines of axis d: a cell is marked when all, or any,
  * cells from `low` before to `high` behind it are. line [n + low + high] is scratch. Mirror sides continue the marks.
  */
-static void pdi_thickness_pass(const pd_grid *grid, uint8_t *mark, int d, int low, int high, int all, uint8_t *line)
+static void pdi_thickness_filter_axis(const pd_grid *grid, uint8_t *mark, int d, int low, int high, int all,
+                                      uint8_t *line)
 {
     int n = grid->n[d];
     int32_t stride = grid->stride[d];
     for (int32_t node = 0; node < grid->total; node++) {
         int at[PD_DIM], count = 0;
         pdi_grid_index(grid, node, at);
-        if (at[d] || !pdi_grid_inside(grid, at)) continue;
+        if (at[d] || !pdi_grid_is_inside(grid, at)) continue;
         for (int i = -low; i < n + high; i++) {
             int j = i < 0 ? -1 - i : i < n ? i : 2 * n - 1 - i;
             int inside = j == i || (j >= 0 && j < n && grid->side[2 * d + (i >= n)] == PD_SIDE_MIRROR);
@@ -27,13 +28,13 @@ static void pdi_thickness_pass(const pd_grid *grid, uint8_t *mark, int d, int lo
 }
 
 /* Dilates the marks by `low` cells before and `high` cells behind along all axes, within metal. */
-static void pdi_thickness_spread(const pd_grid *grid, uint8_t *mark, int low, int high, uint8_t *line)
+static void pdi_thickness_dilate(const pd_grid *grid, uint8_t *mark, int low, int high, uint8_t *line)
 {
-    for (int d = 0; d < PD_DIM; d++) pdi_thickness_pass(grid, mark, d, high, low, 0, line);
+    for (int d = 0; d < PD_DIM; d++) pdi_thickness_filter_axis(grid, mark, d, high, low, 0, line);
     for (int32_t node = 0; node < grid->total; node++) mark[node] = mark[node] && grid->kind[node] == PD_SOLID;
 }
 
-PDI_FN pd_status pdi_thickness_fraction(pd_ctx *ctx, const pd_grid *grid, int cells, double *fraction)
+PDI_FN pd_status pdi_thickness_compute_thin_fraction(pd_ctx *ctx, const pd_grid *grid, int cells, double *fraction)
 {
     uint8_t *mark = NULL, *line = NULL;
     int longest = 0, low = cells / 2, high = cells - 1 - low;
@@ -45,15 +46,15 @@ PDI_FN pd_status pdi_thickness_fraction(pd_ctx *ctx, const pd_grid *grid, int ce
     for (int32_t node = 0; node < grid->total && status == PD_OK; node++) {
         int at[PD_DIM];
         pdi_grid_index(grid, node, at);
-        mark[node] = grid->kind[node] == PD_SOLID && pdi_grid_inside(grid, at);
+        mark[node] = grid->kind[node] == PD_SOLID && pdi_grid_is_inside(grid, at);
     }
-    for (int d = 0; d < PD_DIM && status == PD_OK; d++) pdi_thickness_pass(grid, mark, d, low, high, 1, line);
-    if (status == PD_OK) pdi_thickness_spread(grid, mark, low, high, line);
-    for (int k = 0; k < (cells + 1) / 2 && status == PD_OK; k++) pdi_thickness_spread(grid, mark, 1, 1, line);
+    for (int d = 0; d < PD_DIM && status == PD_OK; d++) pdi_thickness_filter_axis(grid, mark, d, low, high, 1, line);
+    if (status == PD_OK) pdi_thickness_dilate(grid, mark, low, high, line);
+    for (int k = 0; k < (cells + 1) / 2 && status == PD_OK; k++) pdi_thickness_dilate(grid, mark, 1, 1, line);
     for (int32_t node = 0; node < grid->total && status == PD_OK; node++) {
         int at[PD_DIM];
         pdi_grid_index(grid, node, at);
-        if (grid->kind[node] != PD_SOLID || !pdi_grid_inside(grid, at)) continue;
+        if (grid->kind[node] != PD_SOLID || !pdi_grid_is_inside(grid, at)) continue;
         metal++;
         thin += !mark[node];
     }

@@ -359,7 +359,7 @@ static pd_status pdi_content_turn_spent(pd_ctx *ctx, pd_dissolve *d)
             if (!(d->mark[j] & PDI_CONTENT_TURNED) && pdi_content_spent(d, j)) pdi_content_note(d, j);
         }
         if (first == d->changed_count) return PD_OK;
-        for (int32_t n = first; n < d->changed_count; n++) pdi_grid_dissolve(d->grid, d->changed[n]);
+        for (int32_t n = first; n < d->changed_count; n++) pdi_grid_set_fluid(d->grid, d->changed[n]);
         for (; first < d->changed_count; first++) {
             int32_t j = d->changed[first];
             double rest = c[j] - pdi_metal_end(d, j);
@@ -484,7 +484,7 @@ static pd_status pdi_content_saturate(pd_ctx *ctx, pd_dissolve *d, double dt)
         if (c[i] <= pdi_metal_end(d, i) || pdi_content_keeps(d, i)) pdi_content_note(d, i);
     }
     for (int32_t n = 0; n < d->changed_count; n++) pdi_content_take(d, d->changed[n]); /* the list may grow */
-    for (int32_t n = 0; n < d->changed_count; n++) pdi_grid_dissolve(d->grid, d->changed[n]);
+    for (int32_t n = 0; n < d->changed_count; n++) pdi_grid_set_fluid(d->grid, d->changed[n]);
     for (int32_t n = 0; n < d->changed_count; n++) {
         int32_t i = d->changed[n];
         double least = pdi_content_least(d, i), rest = c[i] - least;
@@ -498,19 +498,19 @@ static pd_status pdi_content_saturate(pd_ctx *ctx, pd_dissolve *d, double dt)
 /* Activation control: what a node that turns holds above the fluid is gone. */
 static void pdi_content_rinse(const pd_ctx *ctx, pd_dissolve *d, double dt)
 {
-    pdi_sum gone = {0.0, 0.0};
+    pdi_compensated_sum gone = {0.0, 0.0};
     double *c = d->transport->c, *gain = d->transport->source;
     for (int32_t k = 0; k < d->beside_count; k++) {
         const pdi_beside *beside = &d->beside[k];
         gain[beside->node] = beside->weight * pdi_interface_line(d, beside) + beside->given;
     }
-    pdi_sum_add(&gone, dt * pdi_grid_sum(ctx, d->grid, PD_FLUID, NULL, 0, gain));
+    pdi_compensated_sum_add(&gone, dt * pdi_grid_sum_field(ctx, d->grid, PD_FLUID, NULL, 0, gain));
     for (int32_t n = 0; n < d->changed_count; n++) {
         int32_t i = d->changed[n];
-        pdi_sum_add(&gone, (c[i] - d->desc.bulk) * pdi_grid_circumference(d->grid, i));
+        pdi_compensated_sum_add(&gone, (c[i] - d->desc.bulk) * pdi_grid_circumference(d->grid, i));
         c[i] = d->desc.bulk;
     }
-    d->rinsed = pdi_sum_total(&gone) * d->paths.stencil->volume;
+    d->rinsed = pdi_compensated_sum_total(&gone) * d->paths.stencil->volume;
 }
 
 PDI_FN void pdi_content_turned(pd_dissolve *d, const int32_t *turned, int32_t count)
@@ -542,7 +542,7 @@ PDI_FN double pdi_content_stock(const pd_ctx *ctx, const pd_dissolve *d, double 
     double stock = 0.0;
     *volume = 0.0;
     for (int m = 0; m < d->kinds; m++) {
-        double amount = pdi_grid_sum(ctx, d->grid, PD_SOLID, d->desc.metal, m, d->transport->c);
+        double amount = pdi_grid_sum_field(ctx, d->grid, PD_SOLID, d->desc.metal, m, d->transport->c);
         stock += amount * d->paths.stencil->volume;
         *volume += amount / d->kind[m].solid * d->paths.stencil->volume;
     }

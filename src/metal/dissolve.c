@@ -83,7 +83,7 @@ static pd_status pdi_dissolve_check(pd_ctx *ctx, const pd_dissolve_desc *desc, i
     return PD_OK;
 }
 
-PDI_FN void pdi_dissolve_list(pdi_owner *owner, void *object)
+PDI_FN void pdi_dissolve_list(pdi_array_visitor *owner, void *object)
 {
     pd_dissolve *dissolve = (pd_dissolve *)object;
     if (!dissolve->grid) return;
@@ -102,25 +102,25 @@ PDI_FN void pdi_dissolve_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, dissolve, slot, total, "1");
     if (PD_DIM > 1 && desc->weights == PD_WEIGHTS_CALIBRATED) PDI_ARRAY(owner, dissolve, facing, total * PD_DIM, "1");
     if (PD_DIM > 1 && desc->weights == PD_WEIGHTS_CALIBRATED) PDI_ARRAY(owner, dissolve, tilt, total, "1");
-    if (bonds && desc->repassivation > 0.0) PDI_STATE(owner, dissolve, film, total, "1");
-    if (bonds && !desc->activation) PDI_STATE(owner, dissolve, moved, total, "mol/m3");
+    if (bonds && desc->repassivation > 0.0) PDI_ARRAY_STATE(owner, dissolve, film, total, "1");
+    if (bonds && !desc->activation) PDI_ARRAY_STATE(owner, dissolve, moved, total, "mol/m3");
     int64_t sheds = desc->sheds > 1 ? dissolve->kinds * total : total;
     if (desc->sheds && !desc->lags) PDI_ARRAY(owner, dissolve, shed, sheds, "mol/m3");
-    if (desc->sheds && desc->lags) PDI_STATE(owner, dissolve, shed, sheds, "mol/m3");
+    if (desc->sheds && desc->lags) PDI_ARRAY_STATE(owner, dissolve, shed, sheds, "mol/m3");
     if (stochastic) PDI_ARRAY(owner, dissolve, links, total, "1");
     if (stochastic) PDI_ARRAY(owner, dissolve, last, total, "mol/m3");
-    PDI_VALUE(owner, dissolve, next_dt, "s");
-    PDI_VALUE(owner, dissolve, last_dt, "s");
-    PDI_VALUE(owner, dissolve, lean, "mol");
-    PDI_VALUE(owner, dissolve, stray, "mol");
-    PDI_VALUE(owner, dissolve, last_speed, "mol/s");
-    PDI_VALUE(owner, dissolve, drift, "mol/s");
-    PDI_VALUE(owner, dissolve, turned, "1");
-    PDI_VALUE(owner, dissolve, out, "mol");
-    PDI_VALUE(owner, dissolve, in, "mol");
-    PDI_VALUE(owner, dissolve, krylov, "1");
-    PDI_VALUE(owner, dissolve, result.limiter, "1");
-    PDI_VALUE(owner, dissolve, result.change, "1");
+    PDI_SCALAR_STATE(owner, dissolve, next_dt, "s");
+    PDI_SCALAR_STATE(owner, dissolve, last_dt, "s");
+    PDI_SCALAR_STATE(owner, dissolve, lean, "mol");
+    PDI_SCALAR_STATE(owner, dissolve, stray, "mol");
+    PDI_SCALAR_STATE(owner, dissolve, last_speed, "mol/s");
+    PDI_SCALAR_STATE(owner, dissolve, drift, "mol/s");
+    PDI_SCALAR_STATE(owner, dissolve, turned, "1");
+    PDI_SCALAR_STATE(owner, dissolve, out, "mol");
+    PDI_SCALAR_STATE(owner, dissolve, in, "mol");
+    PDI_SCALAR_STATE(owner, dissolve, krylov, "1");
+    PDI_SCALAR_STATE(owner, dissolve, result.limiter, "1");
+    PDI_SCALAR_STATE(owner, dissolve, result.change, "1");
 }
 
 /* Mechanical bonds of solid nodes, and the content at which the last of them breaks. */
@@ -177,7 +177,7 @@ static pd_status pdi_dissolve_make(pd_ctx *ctx, pd_grid *grid, const pd_stencil 
                         own->m);
     d->desc = *desc;
     d->grid = grid;
-    PDI_TRY(pdi_path_build(ctx, s, grid, &d->paths));
+    PDI_TRY(pdi_bond_path_build(ctx, s, grid, &d->paths));
     d->transport = transport;
     d->weight = s->area;
     if (pdi_metal_bonds(d)) {
@@ -191,7 +191,7 @@ static pd_status pdi_dissolve_make(pd_ctx *ctx, pd_grid *grid, const pd_stencil 
         pd_metal metal = pdi_dissolve_metal(desc, m);
         d->timed = d->timed || (!metal.uniform && !metal.timeless);
     }
-    PDI_TRY(pdi_owner_build(ctx, pdi_dissolve_list, d));
+    PDI_TRY(pdi_array_registry_build(ctx, pdi_dissolve_list, d));
     PDI_TRY(pdi_dissolve_kinds(ctx, d));
     d->next_dt = HUGE_VAL;
     for (int32_t j = 0; j < grid->total; j++) {
@@ -225,11 +225,12 @@ PDI_COLD_END
 
 static pd_status pdi_dissolve_unlawful(pd_ctx *ctx, const pd_dissolve *d, pdi_law *law, int32_t i)
 {
-    char place[PDI_GRID_PLACE];
+    char place[PDI_GRID_POSITION_LENGTH];
     double c = law->at.c;
     return pdi_fail(ctx, PD_ERR_STATE, "dissolve",
                     "the rate law gives %g m/s at c = %g mol/m3, t = %g s (node %d at %s m), expected a speed below "
-                    "1e100 m/s", pdi_law_rate(law, c), c, d->time, (int)i, pdi_grid_place(d->grid, i, place));
+                    "1e100 m/s",
+                    pdi_law_rate(law, c), c, d->time, (int)i, pdi_grid_format_position(d->grid, i, place));
 }
 
 /* The metal of uniform law that is alone beside the node; NULL: there are several, or it is another law. */
@@ -610,7 +611,7 @@ static pd_status pdi_dissolve_longest(pd_ctx *ctx, void *self, pd_step *s)
     if (fastest > 0.0) s->dt = pdi_min(s->dt, s->fraction / fastest);
     pdi_error_begin(d, s->dt);
     s->dt = pdi_min(s->dt, d->next_dt);
-    PDI_TRY(pdi_process_longest(ctx, self, s));
+    PDI_TRY(pdi_physics_limit_max_step(ctx, self, s));
     if (d->desc.lags && !d->desc.found) s->dt = pdi_dissolve_shortened(d, s);
     return PD_OK;
 }
@@ -618,7 +619,7 @@ static pd_status pdi_dissolve_longest(pd_ctx *ctx, void *self, pd_step *s)
 static pd_status pdi_dissolve_limit(pd_ctx *ctx, void *self, pd_step *s)
 {
     PDI_TRY(pdi_dissolve_longest(ctx, self, s));
-    s->dt = pdi_process_even(s->limit - s->time, s->dt);
+    s->dt = pdi_physics_equal_steps(s->limit - s->time, s->dt);
     return PD_OK;
 }
 
@@ -649,7 +650,7 @@ static pd_status pdi_dissolve_reject(pd_ctx *ctx, void *self, pd_step *s)
     const pd_dissolve *d = (const pd_dissolve *)self;
     double left = s->limit - s->time;
     if (s->error < 1.0) {
-        s->dt = pdi_process_even(left, s->dt * s->error);
+        s->dt = pdi_physics_equal_steps(left, s->dt * s->error);
         return PD_OK;
     }
     if (d->retry_dt < PDI_DISSOLVE_SHORTEST * d->longest)
@@ -657,7 +658,7 @@ static pd_status pdi_dissolve_reject(pd_ctx *ctx, void *self, pd_step *s)
                         "at t = %g s law and transport have no common solution for steps of %g s or more, or the law "
                         "grows so fast that metal would lose more than %g of a cell in them. Take a smoother law",
                         s->time, s->dt, d->most);
-    s->dt = pdi_process_even(left, d->retry_dt);
+    s->dt = pdi_physics_equal_steps(left, d->retry_dt);
     return PD_OK;
 }
 
@@ -713,8 +714,9 @@ static pd_status pdi_dissolve_store(pd_ctx *ctx, void *self, pd_archive *archive
     pd_dissolve *d = (pd_dissolve *)self;
     if (archive->reading) d->reached = d->tilted = 0; /* films may be read */
     PDI_TRY(pdi_transport_store(ctx, d->transport, archive));
-    for (int m = 0; m < d->kinds; m++) PDI_TRY(PDI_KEEP(ctx, archive, "where a law touches 0", &d->kind[m].touch, 1));
-    return pdi_owner_store(ctx, pdi_dissolve_list, d, archive);
+    for (int m = 0; m < d->kinds; m++)
+        PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "where a law touches 0", &d->kind[m].touch, 1));
+    return pdi_array_registry_store(ctx, pdi_dissolve_list, d, archive);
 }
 
 static void pdi_dissolve_balance(pd_ctx *ctx, void *self, int k, pd_amounts *a)
@@ -755,9 +757,9 @@ PDI_COLD_END
 void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *d)
 {
     pdi_front_free(ctx, &d->kernel);
-    pdi_owner_free(ctx, pdi_dissolve_list, d);
-    pdi_owner_free(ctx, pdi_reach_beside_list, d);
-    pdi_owner_free(ctx, pdi_reach_list, d);
-    pdi_path_free(ctx, &d->paths);
+    pdi_array_registry_free(ctx, pdi_dissolve_list, d);
+    pdi_array_registry_free(ctx, pdi_reach_beside_list, d);
+    pdi_array_registry_free(ctx, pdi_reach_list, d);
+    pdi_bond_path_free(ctx, &d->paths);
     memset(d, 0, sizeof *d);
 }

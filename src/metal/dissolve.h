@@ -16,7 +16,7 @@
 #ifndef PD_DISSOLVE_H
 #define PD_DISSOLVE_H
 #include "metal/metal.h"
-#include "solve/process.h"
+#include "solve/physics.h"
 
 #define pd_dissolve_build PD_NAME(pd_dissolve_build)
 #define pd_dissolve_process PD_NAME(pd_dissolve_process)
@@ -50,7 +50,7 @@ PDI_FN pd_status pdi_dissolve_transport(pd_ctx *ctx, pd_dissolve *dissolve, doub
  * has lost when bonds do not break at random; 1 in fluid, 0 elsewhere. */
 PDI_FN double pdi_dissolve_damage(const pd_dissolve *dissolve, int32_t node);
 /* Its arrays, but for those of the fluid beside metal (reach.h). */
-PDI_FN void pdi_dissolve_list(pdi_owner *owner, void *dissolve);
+PDI_FN void pdi_dissolve_list(pdi_array_visitor *owner, void *dissolve);
 #endif
 
 #endif

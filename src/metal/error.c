@@ -69,7 +69,7 @@ static void pdi_error_range(const pd_dissolve *d, pdi_beside *beside, double dt,
 
 static void pdi_error_look(pd_dissolve *d, double dt, pdi_error_step *step)
 {
-    pdi_sum gone = {0.0, 0.0}, off = {0.0, 0.0}, lean = {0.0, 0.0}, aside = {0.0, 0.0};
+    pdi_compensated_sum gone = {0.0, 0.0}, off = {0.0, 0.0}, lean = {0.0, 0.0}, aside = {0.0, 0.0};
     double volume = d->paths.stencil->volume;
     for (int32_t k = 0; k < d->beside_count; k++) {
         pdi_beside *beside = &d->beside[k];
@@ -78,15 +78,15 @@ static void pdi_error_look(pd_dissolve *d, double dt, pdi_error_step *step)
         double amount = dt * beside->weight * pdi_grid_circumference(d->grid, beside->node);
         speed = pdi_interface_line(d, beside);
         pdi_error_range(d, beside, dt, &slow, &fast);
-        pdi_sum_add(&gone, amount * speed);
-        pdi_sum_add(&off, 0.5 * amount * (fast - slow));
-        pdi_sum_add(&lean, 0.5 * amount * (beside->before - speed));
-        pdi_sum_add(&aside, 0.5 * amount * (fast - slow - fabs(beside->before - speed)));
+        pdi_compensated_sum_add(&gone, amount * speed);
+        pdi_compensated_sum_add(&off, 0.5 * amount * (fast - slow));
+        pdi_compensated_sum_add(&lean, 0.5 * amount * (beside->before - speed));
+        pdi_compensated_sum_add(&aside, 0.5 * amount * (fast - slow - fabs(beside->before - speed)));
     }
-    step->gone = pdi_sum_total(&gone) * volume;
-    step->off = pdi_sum_total(&off) * volume;
-    step->lean = pdi_sum_total(&lean) * volume;
-    step->aside = pdi_sum_total(&aside) * volume;
+    step->gone = pdi_compensated_sum_total(&gone) * volume;
+    step->off = pdi_compensated_sum_total(&off) * volume;
+    step->lean = pdi_compensated_sum_total(&lean) * volume;
+    step->aside = pdi_compensated_sum_total(&aside) * volume;
 }
 
 /* The right-hand side [mol/m3/s] of the errors of the step at the nodes of the fluid: half of what changes on the way.
@@ -120,7 +120,7 @@ static pd_status pdi_error_damp(pd_ctx *ctx, pd_dissolve *d, double dt, pdi_erro
                                 pd_transport_result *result)
 {
     pd_transport *t = d->transport;
-    pdi_sum lean = {0.0, 0.0};
+    pdi_compensated_sum lean = {0.0, 0.0};
     double *error = t->work + d->grid->total;
     if (!pdi_metal_bonds(d) || d->desc.activation || pdi_transport_limits(t)) return PD_OK;
     pdi_error_right(ctx, d, dt);
@@ -134,9 +134,9 @@ static pd_status pdi_error_damp(pd_ctx *ctx, pd_dissolve *d, double dt, pdi_erro
             double late = 0.5 * beside->weight * (beside->before - pdi_interface_line(d, beside)) -
                           t->absorb[i] * error[i];
             if (beside->point.pinned) late = t->work[i] - beside->late;
-            pdi_sum_add(&lean, dt * late * pdi_grid_circumference(d->grid, i));
+            pdi_compensated_sum_add(&lean, dt * late * pdi_grid_circumference(d->grid, i));
         }
-        step->lean = pdi_sum_total(&lean) * d->paths.stencil->volume;
+        step->lean = pdi_compensated_sum_total(&lean) * d->paths.stencil->volume;
     }
     if (t->pinned_count) pdi_transport_residual(ctx, t, t->work); /* as it was */
     return status < 0 ? status : PD_OK;
@@ -189,24 +189,25 @@ static pdi_error_laws pdi_error_survey(const pd_dissolve *d)
  * one; *amount [mol]: of all of it, whatever its sign. */
 static double pdi_error_field(const pd_dissolve *d, const double *error, double scale, double *amount)
 {
-    pdi_sum all = {0.0, 0.0}, square = {0.0, 0.0}, near = {0.0, 0.0}, weight = {0.0, 0.0}, space = {0.0, 0.0};
+    pdi_compensated_sum all = {0.0, 0.0}, square = {0.0, 0.0}, near = {0.0, 0.0}, weight = {0.0, 0.0},
+                        space = {0.0, 0.0};
     for (int32_t i = 0; i < d->grid->total; i++) {
         if (d->grid->kind[i] != PD_FLUID) continue;
         double size = scale * fabs(error[i]), around = pdi_grid_circumference(d->grid, i);
-        pdi_sum_add(&all, size * around);
-        pdi_sum_add(&square, size * size * around);
-        pdi_sum_add(&space, around);
+        pdi_compensated_sum_add(&all, size * around);
+        pdi_compensated_sum_add(&square, size * size * around);
+        pdi_compensated_sum_add(&space, around);
     }
     for (int32_t k = 0; k < d->beside_count; k++) {
         const pdi_beside *beside = &d->beside[k];
         if (!(beside->weight > 0.0)) continue;
         double share = beside->weight * pdi_grid_circumference(d->grid, beside->node);
-        pdi_sum_add(&near, share * scale * fabs(error[beside->node]));
-        pdi_sum_add(&weight, share);
+        pdi_compensated_sum_add(&near, share * scale * fabs(error[beside->node]));
+        pdi_compensated_sum_add(&weight, share);
     }
-    *amount = pdi_sum_total(&all) * d->paths.stencil->volume;
-    double fluid = sqrt(pdi_sum_total(&square) / pdi_sum_total(&space));
-    return pdi_max(pdi_sum_total(&near) / pdi_sum_total(&weight), fluid);
+    *amount = pdi_compensated_sum_total(&all) * d->paths.stencil->volume;
+    double fluid = sqrt(pdi_compensated_sum_total(&square) / pdi_compensated_sum_total(&space));
+    return pdi_max(pdi_compensated_sum_total(&near) / pdi_compensated_sum_total(&weight), fluid);
 }
 
 /* By how much longer a step may be, by what it misses of the fluid. Where laws fall, the loss is off by at most the
@@ -216,7 +217,7 @@ static double pdi_error_stray_longer(const pd_dissolve *d, const pdi_error_step 
 {
     double all = d->rtol * (d->lost + step->gone), factor;
     if (!(amount > 0.0) || !(laws->slope > 0.0)) return HUGE_VAL;
-    size = pdi_max(size - 2.0 * dt * pdi_krylov_least(), 0.0) * laws->slope;
+    size = pdi_max(size - 2.0 * dt * pdi_krylov_min_norm(), 0.0) * laws->slope;
     factor = size > 0.0 ? sqrt(d->rtol / size) : HUGE_VAL;
     if (!laws->rises) {
         double left = pdi_max(PDI_ERROR_SUM * all - d->stray, 0.0);
@@ -296,16 +297,16 @@ static pd_status pdi_error_accurate(pd_ctx *ctx, pd_dissolve *d, double lost, do
 static int pdi_error_foresee(pd_dissolve *d, double lost, double dt)
 {
     const pd_transport *t = d->transport;
-    pdi_sum sum = {0.0, 0.0};
+    pdi_compensated_sum sum = {0.0, 0.0};
     int64_t nodes = 0;
     double ratio = d->last_dt > 0.0 ? dt / d->last_dt : 0.0, next = HUGE_VAL;
     for (int32_t i = 0; i < d->grid->total && d->moved; i++) {
         if (d->grid->kind[i] != PD_FLUID) continue;
         double moved = t->c[i] - t->old[i], error = 0.5 * (moved - ratio * d->moved[i]) / d->desc.saturation;
-        pdi_sum_add(&sum, error * error);
+        pdi_compensated_sum_add(&sum, error * error);
         nodes++;
     }
-    double error = nodes && !d->turned ? sqrt(pdi_sum_total(&sum) / (double)nodes) : 0.0;
+    double error = nodes && !d->turned ? sqrt(pdi_compensated_sum_total(&sum) / (double)nodes) : 0.0;
     if (d->moved && (d->moments || !(d->last_dt > 0.0)) && error > d->desc.rtol) {
         d->retry_dt = dt * pdi_max(PDI_ERROR_SAFE * sqrt(d->desc.rtol / error), 1.0 / PDI_ERROR_LONGER);
         return 0;
@@ -334,14 +335,14 @@ PDI_FN pd_status pdi_error_stands(pd_ctx *ctx, pd_dissolve *d, double lost, doub
 /* Metal [mol/s] by the speeds at the start of a step, or by those of now. */
 static double pdi_error_speed(const pd_dissolve *d, int start)
 {
-    pdi_sum sum = {0.0, 0.0};
+    pdi_compensated_sum sum = {0.0, 0.0};
     for (int32_t k = 0; k < d->beside_count; k++) {
         const pdi_beside *beside = &d->beside[k];
         double speed = start ? beside->before : pdi_interface_line(d, beside);
         if (beside->weight > 0.0)
-            pdi_sum_add(&sum, beside->weight * pdi_grid_circumference(d->grid, beside->node) * speed);
+            pdi_compensated_sum_add(&sum, beside->weight * pdi_grid_circumference(d->grid, beside->node) * speed);
     }
-    return pdi_sum_total(&sum) * d->paths.stencil->volume;
+    return pdi_compensated_sum_total(&sum) * d->paths.stencil->volume;
 }
 
 /* Metal [mol] that is faint against a cell of any metal. */

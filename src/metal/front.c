@@ -60,7 +60,7 @@ static pd_status pdi_front_print(pd_ctx *ctx, pd_front *f)
     return PD_OK;
 }
 
-PDI_FN void pdi_front_list(pdi_owner *owner, void *object)
+PDI_FN void pdi_front_list(pdi_array_visitor *owner, void *object)
 {
     pd_front *front = (pd_front *)object;
     if (front->stencil) PDI_ARRAY(owner, front, weight, front->stencil->count, "1/m");
@@ -75,7 +75,7 @@ static pd_status pdi_front_make(pd_ctx *ctx, const pd_stencil *stencil, pd_kerne
     f->kernel = kernel;
     if ((int)kernel < PD_KERNEL_AREA || (int)kernel > PD_KERNEL_INVERSE)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "front", "kernel %d, expected 0 to 2", (int)kernel);
-    PDI_TRY(pdi_owner_build(ctx, pdi_front_list, f));
+    PDI_TRY(pdi_array_registry_build(ctx, pdi_front_list, f));
     if (weights == PD_WEIGHTS_PRINTED) PDI_TRY(pdi_front_print(ctx, f));
     else if (kernel == PD_KERNEL_AREA) memcpy(f->weight, stencil->area, (size_t)stencil->count * sizeof(double));
     else PDI_TRY(pdi_front_calibrate(ctx, f));
@@ -98,6 +98,6 @@ PDI_FN pd_status pdi_front_build(pd_ctx *ctx, const pd_stencil *stencil, pd_kern
 
 PDI_FN void pdi_front_free(pd_ctx *ctx, pd_front *f)
 {
-    pdi_owner_free(ctx, pdi_front_list, f);
+    pdi_array_registry_free(ctx, pdi_front_list, f);
     memset(f, 0, sizeof *f);
 }

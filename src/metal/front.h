@@ -7,7 +7,7 @@
  */
 #ifndef PD_FRONT_H
 #define PD_FRONT_H
-#include "core/owner.h"
+#include "core/array_registry.h"
 #include "core/vec.h"
 #include "lattice/stencil.h"
 #include <math.h>
@@ -45,7 +45,7 @@ static inline double pdi_front_measure(const pd_front *front, const double *norm
 #endif
 
 #ifdef PDI_INTERNAL
-PDI_FN void pdi_front_list(pdi_owner *owner, void *front);
+PDI_FN void pdi_front_list(pdi_array_visitor *owner, void *front);
 #endif
 
 #endif

@@ -170,7 +170,7 @@ static pd_status pdi_grain_sow(pd_ctx *ctx, const pdi_grain_lattice *lattice, co
     int64_t sown = 0;
     for (int axis = 0; axis < PD_DIM; sown++) {
         uint64_t stream = pdi_grain_stream(q);
-        if (sown % PDI_GRAIN_POLL == 0) PDI_TRY(pdi_poll(ctx, "grains: seeds", sown));
+        if (sown % PDI_GRAIN_POLL == 0) PDI_TRY(pdi_check_cancel(ctx, "grains: seeds", sown));
         int seeds = pdi_grain_cell_count(lattice, stream);
         for (int k = 0; k < seeds; k++) {
             double x[PD_DIM];
@@ -352,7 +352,7 @@ static pd_status pdi_grain_assign(pd_ctx *ctx, const pd_grid *grid, double margi
     (void)nt;
     for (int32_t first = 0; first < grid->total; first += PDI_GRAIN_POLL) {
         int32_t end = grid->total - first > PDI_GRAIN_POLL ? first + PDI_GRAIN_POLL : grid->total;
-        PDI_TRY(pdi_poll(ctx, "grains: nodes", first));
+        PDI_TRY(pdi_check_cancel(ctx, "grains: nodes", first));
         PDI_PARALLEL_FOR(nt)
         for (int32_t node = first; node < end; node++) {
             double x[PD_DIM], distance;
@@ -546,7 +546,7 @@ PDI_FN pd_status pdi_grain_measure(pd_ctx *ctx, const pd_grid *grid, const pd_gr
                                    pd_grain_stats *stats)
 {
     double *share = NULL, volume = 1.0, sum = 0.0, square = 0.0;
-    pdi_sum boundary = {0.0, 0.0};
+    pdi_compensated_sum boundary = {0.0, 0.0};
     int64_t solid = 0;
     memset(stats, 0, sizeof *stats);
     if (grain->nodes != grid->total)
@@ -557,7 +557,7 @@ PDI_FN pd_status pdi_grain_measure(pd_ctx *ctx, const pd_grid *grid, const pd_gr
         if (grid->kind[node] != PD_SOLID || grain->id[node] < 0) continue;
         share[grain->id[node]] += 1.0;
         solid++;
-        if (fraction) pdi_sum_add(&boundary, (double)fraction[node]);
+        if (fraction) pdi_compensated_sum_add(&boundary, (double)fraction[node]);
     }
     for (int d = 0; d < PD_DIM; d++) volume *= grid->h[d];
     for (int32_t k = 0; k < grain->centre_count; k++) {
@@ -571,6 +571,6 @@ PDI_FN pd_status pdi_grain_measure(pd_ctx *ctx, const pd_grid *grid, const pd_gr
     if (stats->count == 0) return PD_OK;
     stats->mean = sum / stats->count;
     stats->deviation = sqrt(pdi_max(square / stats->count - stats->mean * stats->mean, 0.0));
-    stats->boundary_fraction = pdi_sum_total(&boundary) / (double)solid;
+    stats->boundary_fraction = pdi_compensated_sum_total(&boundary) / (double)solid;
     return PD_OK;
 }

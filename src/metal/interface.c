@@ -145,7 +145,7 @@ typedef void (*pdi_interface_link_fn)(pd_dissolve *d, pdi_beside *from, pdi_besi
 
 /* All of them. A bond of the fluid that the metal cuts carries a(n) times its way along the normal in a linear
  * field. */
-PDI_ONCE static void pdi_interface_link(pd_dissolve *d, pdi_interface_link_fn link)
+PDI_NOINLINE static void pdi_interface_link(pd_dissolve *d, pdi_interface_link_fn link)
 {
     const pd_paths *paths = &d->transport->bonds->paths;
     const pd_stencil *s = paths->stencil;

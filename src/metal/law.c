@@ -1,6 +1,6 @@
 /* law: see law.h */
 #include "metal/law.h"
-#include "core/bracket.h"
+#include "core/root_bracket.h"
 #include <math.h>
 
 /* The end of a law is sought in strides of concentration. This is a stride over the concentration. */
@@ -173,12 +173,12 @@ static double pdi_law_point_end(pdi_law *law, pdi_law_point *p, double c, double
 /* Solution of v = v(c + R v) between a, where the law is above v, and b, where it is not. */
 static double pdi_law_between(pdi_law *law, double resist, double c, double a, double above, double b, double below)
 {
-    pdi_bracket s = {a, above, b, below, 0, 0};
+    pdi_root_bracket s = {a, above, b, below, 0, 0};
     double v;
-    while (s.b - s.a > 1e-15 * s.b && pdi_bracket_next(&s, &v)) {
+    while (s.b - s.a > 1e-15 * s.b && pdi_root_bracket_get_next(&s, &v)) {
         double g = pdi_law_rate(law, c + resist * v) - v;
         if (!pdi_law_finite(g)) return g;
-        pdi_bracket_take(&s, v, g);
+        pdi_root_bracket_update(&s, v, g);
     }
     return s.b;
 }
@@ -377,12 +377,12 @@ static double pdi_law_crossing(pdi_law *law, pdi_law_point *p)
         if (last > a && pdi_law_at(law, p, last) > asked_a + rise * (last - p->low_c) && pdi_law_pin(law, last, b, p))
             return b;
     }
-    pdi_bracket s = {a, above, b, below, 0, 0};
+    pdi_root_bracket s = {a, above, b, below, 0, 0};
     double c;
-    while (s.b - s.a > 1e-14 * pdi_max(fabs(s.b), fabs(s.a)) && pdi_bracket_next(&s, &c)) {
+    while (s.b - s.a > 1e-14 * pdi_max(fabs(s.b), fabs(s.a)) && pdi_root_bracket_get_next(&s, &c)) {
         double g = pdi_law_at(law, p, c) - (asked_a + rise * (c - p->low_c));
         if (!pdi_law_finite(g)) return g;
-        pdi_bracket_take(&s, c, g);
+        pdi_root_bracket_update(&s, c, g);
     }
     if (s.b - s.a <= PDI_LAW_AROUND * s.b) pdi_law_pin(law, s.a, s.b, p);
     return s.b;

@@ -8,8 +8,8 @@
 #ifndef PD_METAL_H
 #define PD_METAL_H
 #include "transport/transport.h"
-#include "lattice/path.h"
-#include "solve/process.h"
+#include "lattice/bond_path.h"
+#include "solve/physics.h"
 #include "metal/front.h"
 #include "metal/law.h"
 #include <math.h>
@@ -240,7 +240,7 @@ static inline double pdi_metal_area(const pd_dissolve *d, int32_t j, int k)
 {
     const pd_stencil *s = d->paths.stencil;
     if (PD_DIM != 2 || !d->grid->circumference) return d->weight[k];
-    double middle = pdi_grid_around(d->grid, j, 0.5 * s->xi[k * PD_DIM + PD_DIM - 1]);
+    double middle = pdi_grid_circumference_at(d->grid, j, 0.5 * s->xi[k * PD_DIM + PD_DIM - 1]);
     return d->weight[k] * (middle / pdi_grid_circumference(d->grid, j));
 }
 /* The same of bond k of fluid node i, which leads to metal j. Behind a side it leads to the image of j, at another mean
@@ -251,7 +251,7 @@ static inline double pdi_metal_area_beside(const pd_dissolve *d, int32_t i, int 
     if (PD_DIM != 2 || !d->grid->circumference) return d->weight[k];
     int64_t stride = d->grid->stride[PD_DIM - 1];
     if (j / stride - i / stride == s->offset[k * PD_DIM + PD_DIM - 1]) return pdi_metal_area(d, i, k);
-    double middle = pdi_grid_around(d->grid, j, 0.5 * s->xi[k * PD_DIM + PD_DIM - 1]);
+    double middle = pdi_grid_circumference_at(d->grid, j, 0.5 * s->xi[k * PD_DIM + PD_DIM - 1]);
     return d->weight[k] * (middle / pdi_grid_circumference(d->grid, i));
 }
 /* Volume of node j over that of node i. */

@@ -1,6 +1,6 @@
 /* moments: see moments.h */
 #include "metal/moments.h"
-#include "solve/quadrature.h"
+#include "solve/time_quadrature.h"
 #include <math.h>
 #include <string.h>
 
@@ -71,17 +71,21 @@ static int pdi_moments_all(const pd_dissolve *d, const pdi_moments_piece *piece,
     double part = (piece->to - piece->from) / dt, mean;
     for (int32_t n = 0; n < d->beside_count; n++) {
         pdi_moments_node node;
-        pdi_quadrature law = {pdi_moments_at, pdi_moments_bounds, NULL, 0.0, 1.0, PDI_MOMENTS_RTOL};
+        pdi_time_quadrature law = {pdi_moments_at, pdi_moments_bounds, NULL, 0.0, 1.0, PDI_MOMENTS_RTOL};
         if (!pdi_moments_timed(d, &d->beside[n])) continue;
         pdi_moments_look(d, &d->beside[n], dt, &node);
         law.user = &node;
-        law.share = node.share;
+        law.weight = node.share;
         if (d->rtol > 0.0) law.rtol = d->rtol;
-        if (pdi_quadrature_judge(&law, piece->from, piece->to, part, middle, &mean) == PDI_QUADRATURE_DIVIDE) return 0;
+        if (pdi_time_quadrature_check(&law, piece->from, piece->to, part, middle, &mean) ==
+            PDI_TIME_QUADRATURE_SUBDIVIDE)
+            return 0;
         if (!(node.film.resist > 0.0)) continue;
         law.value = pdi_moments_behind;
         law.bounds = NULL;
-        if (pdi_quadrature_judge(&law, piece->from, piece->to, part, middle, &mean) == PDI_QUADRATURE_DIVIDE) return 0;
+        if (pdi_time_quadrature_check(&law, piece->from, piece->to, part, middle, &mean) ==
+            PDI_TIME_QUADRATURE_SUBDIVIDE)
+            return 0;
     }
     return 1;
 }
@@ -130,7 +134,7 @@ PDI_FN double pdi_moments_find(pd_dissolve *d, double t, double dt, double *take
                 continue;
             }
             for (int k = 0; k < 2; k++) {
-                d->moment[d->moments] = pdi_quadrature_instant(piece.from, piece.to, k);
+                d->moment[d->moments] = pdi_time_quadrature_gauss_point(piece.from, piece.to, k);
                 d->part[d->moments++] = 0.5 * (piece.to - piece.from) / dt;
             }
         }

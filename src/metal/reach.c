@@ -13,7 +13,7 @@ PDI_FN int32_t pdi_reach_taker(const pd_dissolve *d, int32_t j, int k)
     return pdi_entry_free(&d->paths, j, k) ? far : -1;
 }
 
-PDI_FN void pdi_reach_list(pdi_owner *owner, void *object)
+PDI_FN void pdi_reach_list(pdi_array_visitor *owner, void *object)
 {
     pd_dissolve *dissolve = (pd_dissolve *)object;
     int64_t words = dissolve->paths.words;
@@ -35,7 +35,7 @@ PDI_FN pdi_beside *pdi_reach_join(pd_dissolve *d, int32_t i)
     return &d->beside[d->slot[i]];
 }
 
-PDI_FN void pdi_reach_beside_list(pdi_owner *owner, void *object)
+PDI_FN void pdi_reach_beside_list(pdi_array_visitor *owner, void *object)
 {
     pd_dissolve *dissolve = (pd_dissolve *)object;
     int64_t count = (int64_t)dissolve->beside_capacity + 1;
@@ -56,7 +56,7 @@ PDI_FN pd_status pdi_reach_make_room(pd_ctx *ctx, pd_dissolve *d, int32_t count)
 {
     if (d->beside && count <= d->beside_capacity) return PD_OK;
     pdi_reach_forget(d);
-    pd_status status = pdi_owner_renew(ctx, pdi_reach_beside_list, d, &d->beside_capacity, count);
+    pd_status status = pdi_array_registry_rebuild(ctx, pdi_reach_beside_list, d, &d->beside_capacity, count);
     d->transport->pinned = d->pinned;
     return status;
 }
@@ -73,7 +73,8 @@ static pd_status pdi_reach_restart(pd_ctx *ctx, pd_dissolve *d)
     int64_t room = d->front_count + (int64_t)d->front_count / 4 + 1;
     pdi_reach_forget(d);
     if (room <= d->reach_rows) return PD_OK;
-    return pdi_owner_renew(ctx, pdi_reach_list, d, &d->reach_rows, (int32_t)(room < INT32_MAX ? room : INT32_MAX));
+    return pdi_array_registry_rebuild(ctx, pdi_reach_list, d, &d->reach_rows,
+                                      (int32_t)(room < INT32_MAX ? room : INT32_MAX));
 }
 
 /* Rows for exposed nodes that have none. 0: there are too few. */

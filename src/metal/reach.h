@@ -56,12 +56,12 @@ PDI_FN pd_status pdi_reach_update(pd_ctx *ctx, pd_dissolve *dissolve);
 /* Node i among the fluid beside metal, where it is put if it is not there. Where there is no room: a place that counts
  * for nothing, and beside_lacks. */
 PDI_FN pdi_beside *pdi_reach_join(pd_dissolve *dissolve, int32_t i);
-PDI_FN void pdi_reach_list(pdi_owner *owner, void *dissolve);
+PDI_FN void pdi_reach_list(pdi_array_visitor *owner, void *dissolve);
 /* Room for so many nodes beside metal, if there is less. All of them are forgotten. */
 PDI_FN pd_status pdi_reach_make_room(pd_ctx *ctx, pd_dissolve *dissolve, int32_t count);
 /* The same for more than there is room for, by a quarter. */
 PDI_FN pd_status pdi_reach_make_more(pd_ctx *ctx, pd_dissolve *dissolve);
-PDI_FN void pdi_reach_beside_list(pdi_owner *owner, void *object);
+PDI_FN void pdi_reach_beside_list(pdi_array_visitor *owner, void *object);
 #endif
 
 #endif

@@ -49,7 +49,7 @@ static int pdi_tilt_far(const pd_dissolve *d, int32_t j, int k, double *normal)
     uint8_t kind = d->grid->kind[at];
     int flip = 0;
     double dot = 0.0;
-    if (kind != PD_FLUID && kind != PD_SOLID) at = pdi_grid_image(d->grid, at, &flip);
+    if (kind != PD_FLUID && kind != PD_SOLID) at = pdi_grid_find_source(d->grid, at, &flip);
     if (d->grid->kind[at] != PD_SOLID || !d->exposed[at] || !pdi_entry_free(&d->paths, j, k)) return 0;
     for (int a = 0; a < PD_DIM; a++) {
         normal[a] = flip & 1 << a ? -(double)d->facing[(int64_t)at * PD_DIM + a] : d->facing[(int64_t)at * PD_DIM + a];

@@ -1,6 +1,6 @@
 /* balance: see balance.h */
 #include "potential/balance.h"
-#include "core/bracket.h"
+#include "core/root_bracket.h"
 #include "core/par.h"
 #include <math.h>
 
@@ -53,7 +53,7 @@ PDI_FN pdi_balance_size pdi_balance_rest(const pd_ctx *ctx, pd_potential *p)
 {
     int32_t total = p->grid->total;
     double volume = p->bonds->stencil->volume, conduct = p->bonds->stencil->lap_sum, least = 0.0, most = 0.0;
-    pdi_sum currents = {0.0, 0.0}, rounding = {0.0, 0.0};
+    pdi_compensated_sum currents = {0.0, 0.0}, rounding = {0.0, 0.0};
     pdi_balance_size size;
     pdi_par_zero(ctx, total, p->absorb);
     pdi_par_zero(ctx, total + p->floating, p->rest);
@@ -77,20 +77,20 @@ PDI_FN pdi_balance_size pdi_balance_rest(const pd_ctx *ctx, pd_potential *p)
         p->rest[c->node] += enters;
         p->absorb[c->node] += c->area * p->slope[n];
         if (place >= 0) p->rest[total + place] -= enters;
-        pdi_sum_add(&currents, enters * enters + small * small);
-        pdi_sum_add(&rounding, round * round);
+        pdi_compensated_sum_add(&currents, enters * enters + small * small);
+        pdi_compensated_sum_add(&rounding, round * round);
     }
     for (int32_t i = 0; i < total; i++) {
         if (p->grid->kind[i] != PD_FLUID) continue;
         double around = pdi_grid_circumference(p->grid, i);
         double enters = pdi_diffusion_gain(&p->diffusion, i, p->phi[i], 0.0);
         double round = DBL_EPSILON * around * conduct * pdi_potential_kappa(p, i) * pdi_max(most, -least);
-        pdi_sum_add(&currents, around * enters * around * enters);
-        pdi_sum_add(&rounding, round * round);
+        pdi_compensated_sum_add(&currents, around * enters * around * enters);
+        pdi_compensated_sum_add(&rounding, round * round);
     }
     size.lack = sqrt(pdi_par_dot(ctx, total + p->floating, p->rest, p->rest));
-    size.currents = sqrt(pdi_sum_total(&currents));
-    size.rounding = PDI_BALANCE_ROUNDING * sqrt(pdi_sum_total(&rounding));
+    size.currents = sqrt(pdi_compensated_sum_total(&currents));
+    size.rounding = PDI_BALANCE_ROUNDING * sqrt(pdi_compensated_sum_total(&rounding));
     return size;
 }
 
@@ -110,7 +110,7 @@ static double pdi_balance_slope(const pd_ctx *ctx, pd_potential *p, double start
 {
     int32_t total = p->grid->total;
     int nt = pdi_par_threads(ctx, (int64_t)p->contacts.count * PDI_BALANCE_WORK);
-    pdi_sum sum = {0.0, 0.0};
+    pdi_compensated_sum sum = {0.0, 0.0};
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t n = 0; n < p->contacts.count; n++) {
@@ -121,10 +121,10 @@ static double pdi_balance_slope(const pd_ctx *ctx, pd_potential *p, double start
         double i = pdi_electrode_through(&p->desc.electrode[c->electrode], c->share, drop, resist, &u, &slope);
         p->trial[n] = pdi_potential_area(p, c) * (i - p->current[n]) * by;
     }
-    pdi_sum_add(&sum, start);
-    pdi_sum_add(&sum, s * bend);
-    for (int32_t n = 0; n < p->contacts.count; n++) pdi_sum_add(&sum, p->trial[n]);
-    return pdi_sum_total(&sum);
+    pdi_compensated_sum_add(&sum, start);
+    pdi_compensated_sum_add(&sum, s * bend);
+    for (int32_t n = 0; n < p->contacts.count; n++) pdi_compensated_sum_add(&sum, p->trial[n]);
+    return pdi_compensated_sum_total(&sum);
 }
 
 /* The energy is convex: its slope rises along the step, from below zero. */
@@ -145,11 +145,11 @@ PDI_FN double pdi_balance_share(const pd_ctx *ctx, pd_potential *p)
         high = pdi_balance_slope(ctx, p, start, bend, hi);
     }
     if (!(high > enough)) return hi;
-    pdi_bracket b = {lo, low, hi, high, 0, 0};
-    while (pdi_bracket_next(&b, &s)) {
+    pdi_root_bracket b = {lo, low, hi, high, 0, 0};
+    while (pdi_root_bracket_get_next(&b, &s)) {
         double here = pdi_balance_slope(ctx, p, start, bend, s);
         if (fabs(here) <= enough) return s;
-        pdi_bracket_take(&b, s, here);
+        pdi_root_bracket_update(&b, s, here);
     }
     return b.a > 0.0 ? b.a : s;
 }
@@ -157,26 +157,26 @@ PDI_FN double pdi_balance_share(const pd_ctx *ctx, pd_potential *p)
 PDI_FN void pdi_balance_totals(pd_potential *p, pd_potential_result *result)
 {
     double volume = p->bonds->stencil->volume;
-    pdi_sum through = {0.0, 0.0}, size = {0.0, 0.0}, all = {0.0, 0.0}, anodic = {0.0, 0.0};
+    pdi_compensated_sum through = {0.0, 0.0}, size = {0.0, 0.0}, all = {0.0, 0.0}, anodic = {0.0, 0.0};
     for (int n = 0; n < p->desc.circuits; n++) {
-        pdi_sum sum = {0.0, 0.0};
+        pdi_compensated_sum sum = {0.0, 0.0};
         for (int32_t k = 0; k < p->contacts.count; k++) {
             const pd_contact *c = &p->contacts.list[k];
             double area = pdi_potential_area(p, c), enters = area * p->current[k];
             if (pdi_potential_circuit(p, c->electrode) != n) continue;
-            pdi_sum_add(&sum, enters);
-            pdi_sum_add(&all, enters);
-            pdi_sum_add(&size, fabs(enters) + area * p->slope[k] * PDI_POTENTIAL_SMALL);
-            pdi_sum_add(&anodic, pdi_max(enters, 0.0));
+            pdi_compensated_sum_add(&sum, enters);
+            pdi_compensated_sum_add(&all, enters);
+            pdi_compensated_sum_add(&size, fabs(enters) + area * p->slope[k] * PDI_POTENTIAL_SMALL);
+            pdi_compensated_sum_add(&anodic, pdi_max(enters, 0.0));
         }
-        p->total[n] = volume * pdi_sum_total(&sum);
+        p->total[n] = volume * pdi_compensated_sum_total(&sum);
     }
     for (int32_t i = 0; i < p->grid->total; i++) {
         if (p->grid->kind[i] != PD_FLUID) continue;
         double around = pdi_grid_circumference(p->grid, i), gain = pdi_diffusion_gain(&p->diffusion, i, p->phi[i], 0.0);
         double rate = p->diffusion.wall_rate ? p->diffusion.wall_rate[i] : 0.0;
-        pdi_sum_add(&through, around * gain);
-        pdi_sum_add(&size, around * (fabs(gain) + rate * PDI_POTENTIAL_SMALL));
+        pdi_compensated_sum_add(&through, around * gain);
+        pdi_compensated_sum_add(&size, around * (fabs(gain) + rate * PDI_POTENTIAL_SMALL));
     }
     for (int32_t n = 0; n < p->boundary.count; n++)
         for (int k = 0; k < p->bonds->stencil->count; k++) {
@@ -185,12 +185,12 @@ PDI_FN void pdi_balance_totals(pd_potential *p, pd_potential_result *result)
             if (p->grid->kind[far] != PD_INLET) continue;
             double rate = pdi_grid_circumference(p->grid, i) * p->flux.boundary_bond[slot];
             double drop = p->phi[far] - p->phi[i];
-            pdi_sum_add(&through, rate * drop);
-            pdi_sum_add(&size, rate * (fabs(drop) + PDI_POTENTIAL_SMALL));
+            pdi_compensated_sum_add(&through, rate * drop);
+            pdi_compensated_sum_add(&size, rate * (fabs(drop) + PDI_POTENTIAL_SMALL));
         }
-    pdi_sum_add(&all, pdi_sum_total(&through));
-    result->through = volume * pdi_sum_total(&through);
-    result->anodic = volume * pdi_sum_total(&anodic);
-    double sizes = pdi_sum_total(&size);
-    result->imbalance = sizes > 0.0 ? fabs(pdi_sum_total(&all)) / sizes : 0.0;
+    pdi_compensated_sum_add(&all, pdi_compensated_sum_total(&through));
+    result->through = volume * pdi_compensated_sum_total(&through);
+    result->anodic = volume * pdi_compensated_sum_total(&anodic);
+    double sizes = pdi_compensated_sum_total(&size);
+    result->imbalance = sizes > 0.0 ? fabs(pdi_compensated_sum_total(&all)) / sizes : 0.0;
 }

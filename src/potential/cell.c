@@ -8,7 +8,7 @@
 /* [cells] Contacts are looked for this far from a fluid node. */
 #define PDI_CELL_AROUND 2
 
-PDI_FN void pdi_cell_list(pdi_owner *owner, void *object)
+PDI_FN void pdi_cell_list(pdi_array_visitor *owner, void *object)
 {
     pd_cell *cell = (pd_cell *)object;
     if (!cell->grid) return;
@@ -16,12 +16,12 @@ PDI_FN void pdi_cell_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, cell, curve, electrodes, "");
     PDI_ARRAY(owner, cell, circuit, cell->desc.potential.circuits, "");
     PDI_ARRAY(owner, cell, kinds, electrodes, "1");
-    PDI_STATE(owner, cell, charge, electrodes, "C");
-    PDI_STATE(owner, cell, anodic, electrodes, "C");
-    PDI_STATE(owner, cell, charge_error, electrodes, "C");
-    PDI_STATE(owner, cell, last_current, electrodes, "A");
+    PDI_ARRAY_STATE(owner, cell, charge, electrodes, "C");
+    PDI_ARRAY_STATE(owner, cell, anodic, electrodes, "C");
+    PDI_ARRAY_STATE(owner, cell, charge_error, electrodes, "C");
+    PDI_ARRAY_STATE(owner, cell, last_current, electrodes, "A");
     PDI_ARRAY(owner, cell, stock, electrodes, "mol");
-    PDI_STATE(owner, cell, met, electrodes, "V");
+    PDI_ARRAY_STATE(owner, cell, met, electrodes, "V");
     PDI_ARRAY(owner, cell, factor, electrodes, "1");
     PDI_ARRAY(owner, cell, metal, total, "1");
     if (cell->dissolve) PDI_ARRAY(owner, cell, left, total, "1");
@@ -29,7 +29,7 @@ PDI_FN void pdi_cell_list(pdi_owner *owner, void *object)
     if (!cell->desc.conduct) return;
     PDI_ARRAY(owner, cell, field, total, "S/m");
     PDI_ARRAY(owner, cell, last_field, total, "S/m");
-    PDI_STATE(owner, cell, change, total, "S/m/s");
+    PDI_ARRAY_STATE(owner, cell, change, total, "S/m/s");
 }
 
 /* ---- the surface as it is ---- */
@@ -71,9 +71,9 @@ static void pdi_cell_add(const pd_cell *cell, int32_t i, uint32_t kinds, double 
 /* The nodes around i whose largest distance along an axis is `reach` cells. */
 static void pdi_cell_around(const pd_cell *cell, int32_t i, int reach, uint32_t kinds, double sum[3])
 {
-    for (int k = 0; k < pdi_grid_cube(reach); k++) {
+    for (int k = 0; k < pdi_grid_count_cube(reach); k++) {
         int far;
-        int32_t j = pdi_grid_near(cell->grid, i, reach, k, &far);
+        int32_t j = pdi_grid_find_cube_node(cell->grid, i, reach, k, &far);
         if (j >= 0 && far == reach) pdi_cell_add(cell, j, kinds, sum);
     }
 }
@@ -106,9 +106,10 @@ static void pdi_cell_gets(const pd_cell *cell, int32_t i, int kind, double area,
     double sum[3];
     int reach = pdi_cell_nearest(cell, i, kinds, sum);
     if (reach < 0 || !(sum[1] > 0.0)) return;
-    for (int n = 0; n < pdi_grid_cube(reach); n++) {
+    for (int n = 0; n < pdi_grid_count_cube(reach); n++) {
         int far;
-        int32_t j = pdi_grid_near(cell->grid, i, reach, n, &far), k = j >= 0 && far == reach ? cell->first[j] : -1;
+        int32_t j = pdi_grid_find_cube_node(cell->grid, i, reach, n, &far),
+                k = j >= 0 && far == reach ? cell->first[j] : -1;
         for (; pdi_cell_at_node(p, k, j); k++) {
             const pd_contact *c = &p->contacts.list[k];
             if (cell->kinds[c->electrode] & kinds) got[c->electrode] += area * c->area * p->current[k] / sum[0];
@@ -170,7 +171,7 @@ static double pdi_cell_carried(const pd_potential *p, int32_t i, int k)
     const pd_grid *grid = bonds->grid;
     int32_t row = bonds->row[i], far = i + bonds->paths.shift[k];
     double value = 0.0;
-    if (row >= 0 && !pdi_bond_open(bonds, row, k)) {
+    if (row >= 0 && !pdi_bond_is_open(bonds, row, k)) {
         double conduct = pdi_diffusion_wall(&p->diffusion, row, k, &value);
         return conduct > 0.0 ? conduct * ((p->phi[i] - p->origin) - value) : 0.0;
     }
@@ -178,7 +179,7 @@ static double pdi_cell_carried(const pd_potential *p, int32_t i, int k)
         int side = pdi_circuit_side(grid, far);
         return p->desc.held[side] ? pdi_cell_conduct(p, i, k) * (p->phi[i] - p->desc.hold[side]) : 0.0;
     }
-    int32_t home = pdi_grid_image(grid, far, NULL);
+    int32_t home = pdi_grid_find_source(grid, far, NULL);
     return grid->kind[home] == PD_FLUID ? pdi_cell_conduct(p, i, k) * (p->phi[i] - p->phi[home]) : 0.0;
 }
 
@@ -200,11 +201,12 @@ static double pdi_cell_stock(const pd_cell *cell, int electrode)
 {
     const pd_grid *grid = cell->grid;
     const pd_dissolve *d = cell->dissolve;
-    pdi_sum sum = {0.0, 0.0};
+    pdi_compensated_sum sum = {0.0, 0.0};
     for (int32_t i = 0; i < grid->total && d; i++)
-        if (grid->kind[i] == PD_SOLID && cell->metal[i] == electrode && pdi_grid_image(grid, i, NULL) == i)
-            pdi_sum_add(&sum, pdi_metal_solid(d, i) * pdi_metal_left(d, i) * pdi_grid_circumference(grid, i));
-    return pdi_sum_total(&sum) * cell->potential.bonds->stencil->volume;
+        if (grid->kind[i] == PD_SOLID && cell->metal[i] == electrode && pdi_grid_find_source(grid, i, NULL) == i)
+            pdi_compensated_sum_add(&sum,
+                                    pdi_metal_solid(d, i) * pdi_metal_left(d, i) * pdi_grid_circumference(grid, i));
+    return pdi_compensated_sum_total(&sum) * cell->potential.bonds->stencil->volume;
 }
 
 /* [V] E of a circuit; NaN: neither it is given nor a current passes. */
@@ -401,8 +403,8 @@ static pd_status pdi_cell_start(pd_ctx *ctx, void *self, double t)
 static pd_status pdi_cell_limit(pd_ctx *ctx, void *self, pd_step *s)
 {
     double left = s->dt;
-    PDI_TRY(pdi_process_longest(ctx, self, s));
-    s->dt = pdi_process_even(left, s->dt);
+    PDI_TRY(pdi_physics_limit_max_step(ctx, self, s));
+    s->dt = pdi_physics_equal_steps(left, s->dt);
     return PD_OK;
 }
 
@@ -419,14 +421,16 @@ static pd_status pdi_cell_attempt(pd_ctx *ctx, void *self, pd_step *s)
 static pd_status pdi_cell_lawful(pd_ctx *ctx, const pd_cell *cell, double t)
 {
     const pd_potential *p = &cell->potential;
-    char place[PDI_GRID_PLACE], name[PDI_CIRCUIT_NAME];
+    char place[PDI_GRID_POSITION_LENGTH], name[PDI_CIRCUIT_NAME];
     for (int32_t k = p->contacts.count; k < pdi_contact_all(&p->contacts); k++) {
         const pd_contact *c = &p->contacts.list[k];
         if (!isnan(p->surface[k]) || !(cell->kinds[c->electrode] & cell->desc.reads)) continue;
-        return pdi_fail(ctx, PD_ERR_STATE, "potential", "at t = %g s the law of the metal of %s reads E, which nothing "
+        return pdi_fail(ctx, PD_ERR_STATE, "potential",
+                        "at t = %g s the law of the metal of %s reads E, which nothing "
                         "tells beside %s m: curves there carry current into the metal only, and nothing else closes "
-                        "the circuit; expected an anodic branch of its curve, too", t,
-                        pdi_circuit_electrode(p, c->electrode, name), pdi_grid_place(cell->grid, c->node, place));
+                        "the circuit; expected an anodic branch of its curve, too",
+                        t, pdi_circuit_electrode(p, c->electrode, name),
+                        pdi_grid_format_position(cell->grid, c->node, place));
     }
     return PD_OK;
 }
@@ -463,26 +467,27 @@ static pd_status pdi_cell_store(pd_ctx *ctx, void *self, pd_archive *archive)
         cell->stale = 1;
         PDI_TRY(pdi_cell_renew(ctx, cell, 0.0));
     }
-    PDI_TRY(PDI_KEEP(ctx, archive, "potential", p->phi, cell->grid->total));
-    PDI_TRY(PDI_KEEP(ctx, archive, "potentials of metal", p->metal, p->desc.circuits));
-    PDI_TRY(PDI_KEEP(ctx, archive, "currents of circuits", p->total, p->desc.circuits));
-    PDI_TRY(PDI_KEEP(ctx, archive, "current densities", p->current, pdi_contact_all(&p->contacts)));
-    PDI_TRY(PDI_KEEP(ctx, archive, "overpotentials", p->surface, pdi_contact_all(&p->contacts)));
-    PDI_TRY(PDI_KEEP(ctx, archive, "slopes of currents", p->slope, pdi_contact_all(&p->contacts)));
-    PDI_TRY(PDI_KEEP(ctx, archive, "imbalance of currents", &cell->result.imbalance, 1));
-    PDI_TRY(PDI_KEEP(ctx, archive, "anodic current", &cell->result.anodic, 1));
-    PDI_TRY(PDI_KEEP(ctx, archive, "current through sides", &cell->result.through, 1));
-    PDI_TRY(PDI_KEEP(ctx, archive, "solves of the potential", &cell->solves, 1));
-    PDI_TRY(PDI_KEEP(ctx, archive, "time of the potential", &cell->time, 1));
-    PDI_TRY(PDI_KEEP(ctx, archive, "charges", cell->charge, p->desc.electrodes));
-    PDI_TRY(PDI_KEEP(ctx, archive, "anodic charges", cell->anodic, p->desc.electrodes));
-    PDI_TRY(PDI_KEEP(ctx, archive, "errors of charges", cell->charge_error, p->desc.electrodes));
-    PDI_TRY(PDI_KEEP(ctx, archive, "currents of the last step", cell->last_current, p->desc.electrodes));
-    PDI_TRY(PDI_KEEP(ctx, archive, "time of the charges", &cell->reached, 1));
-    if (cell->change) PDI_TRY(PDI_KEEP(ctx, archive, "changes of conductivities", cell->change, cell->grid->total));
-    PDI_TRY(PDI_KEEP(ctx, archive, "potentials met", cell->met, p->desc.electrodes));
-    PDI_TRY(PDI_KEEP(ctx, archive, "newton of the potential", &cell->newton, 1));
-    PDI_TRY(PDI_KEEP(ctx, archive, "krylov of the potential", &cell->krylov, 1));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "potential", p->phi, cell->grid->total));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "potentials of metal", p->metal, p->desc.circuits));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "currents of circuits", p->total, p->desc.circuits));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "current densities", p->current, pdi_contact_all(&p->contacts)));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "overpotentials", p->surface, pdi_contact_all(&p->contacts)));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "slopes of currents", p->slope, pdi_contact_all(&p->contacts)));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "imbalance of currents", &cell->result.imbalance, 1));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "anodic current", &cell->result.anodic, 1));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "current through sides", &cell->result.through, 1));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "solves of the potential", &cell->solves, 1));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "time of the potential", &cell->time, 1));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "charges", cell->charge, p->desc.electrodes));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "anodic charges", cell->anodic, p->desc.electrodes));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "errors of charges", cell->charge_error, p->desc.electrodes));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "currents of the last step", cell->last_current, p->desc.electrodes));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "time of the charges", &cell->reached, 1));
+    if (cell->change)
+        PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "changes of conductivities", cell->change, cell->grid->total));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "potentials met", cell->met, p->desc.electrodes));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "newton of the potential", &cell->newton, 1));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "krylov of the potential", &cell->krylov, 1));
     if (archive->reading) pdi_cell_index(cell);
     return PD_OK;
 }
@@ -512,11 +517,11 @@ static pd_status pdi_cell_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds 
     cell->desc = *desc;
     cell->grid = grid;
     cell->dissolve = dissolve;
-    PDI_TRY(pdi_owner_build(ctx, pdi_cell_list, cell));
+    PDI_TRY(pdi_array_registry_build(ctx, pdi_cell_list, cell));
     for (int e = 0; e < p.electrodes; e++) PDI_TRY(pd_electrode_build(ctx, &desc->electrode[e], &cell->curve[e]));
     for (int n = 0; n < p.circuits; n++) cell->circuit[n] = desc->circuit[n];
     for (int32_t i = 0; i < grid->total; i++) {
-        int32_t home = pdi_grid_image(grid, i, NULL);
+        int32_t home = pdi_grid_find_source(grid, i, NULL);
         if (grid->kind[home] != PD_SOLID) continue;
         int e = desc->which(desc->user, home);
         PD_ASSERT(e >= 0 && e < p.electrodes);
@@ -554,7 +559,7 @@ void pd_cell_free(pd_ctx *ctx, pd_cell *cell)
 {
     if (cell->potential.grid) pd_potential_free(ctx, &cell->potential);
     for (int e = 0; e < cell->desc.potential.electrodes && cell->curve; e++) pd_electrode_free(ctx, &cell->curve[e]);
-    pdi_owner_free(ctx, pdi_cell_list, cell);
+    pdi_array_registry_free(ctx, pdi_cell_list, cell);
     memset(cell, 0, sizeof *cell);
 }
 

@@ -9,7 +9,7 @@
 #define PD_CELL_H
 #include "metal/metal.h"
 #include "potential/distribution.h"
-#include "solve/process.h"
+#include "solve/physics.h"
 
 /* Zero-initialise. */
 typedef struct pd_cell_desc {
@@ -116,7 +116,7 @@ PDI_FN double pdi_cell_density(const pd_cell *cell, int32_t i);
  * linear field has exactly (theory: eq. 6b.8). */
 PDI_FN void pdi_cell_current(const pd_cell *cell, int32_t i, double *j);
 /* Its arrays, but for those of the potential. */
-PDI_FN void pdi_cell_list(pdi_owner *owner, void *object);
+PDI_FN void pdi_cell_list(pdi_array_visitor *owner, void *object);
 #endif
 
 #endif

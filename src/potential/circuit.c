@@ -1,7 +1,7 @@
 /* circuit: see circuit.h */
 #include "potential/circuit.h"
 #include "core/par.h"
-#include "core/sets.h"
+#include "core/disjoint_sets.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -34,8 +34,8 @@ PDI_FN int pdi_circuit_side(const pd_grid *grid, int32_t ghost)
     int i[PD_DIM];
     pdi_grid_index(grid, ghost, i);
     for (int d = 0; d < PD_DIM; d++) {
-        if (i[d] < 0 && pdi_grid_port(grid->side[2 * d])) return 2 * d;
-        if (i[d] >= grid->n[d] && pdi_grid_port(grid->side[2 * d + 1])) return 2 * d + 1;
+        if (i[d] < 0 && pdi_grid_is_inlet_or_outlet(grid->side[2 * d])) return 2 * d;
+        if (i[d] >= grid->n[d] && pdi_grid_is_inlet_or_outlet(grid->side[2 * d + 1])) return 2 * d + 1;
     }
     return 0;
 }
@@ -62,12 +62,12 @@ static void pdi_circuit_pockets(pd_potential *p)
         for (int k = 0; k < bonds->stencil->count; k++) {
             int32_t far = i + bonds->paths.shift[k];
             if (!pdi_flux_open(&p->flux, i, k)) continue;
-            if (p->grid->kind[far] == PD_IMAGE) far = pdi_grid_image(p->grid, far, NULL);
-            if (p->grid->kind[far] == PD_FLUID) pdi_sets_unite(p->part, i, far);
+            if (p->grid->kind[far] == PD_IMAGE) far = pdi_grid_find_source(p->grid, far, NULL);
+            if (p->grid->kind[far] == PD_FLUID) pdi_disjoint_sets_merge(p->part, i, far);
         }
     }
     for (int32_t i = 0; i < total; i++)
-        p->pocket[i] = p->grid->kind[i] == PD_FLUID ? pdi_sets_root(p->part, i) : -1;
+        p->pocket[i] = p->grid->kind[i] == PD_FLUID ? pdi_disjoint_sets_find_root(p->part, i) : -1;
     for (int32_t i = 0; i < total; i++) p->fixed[i] = 0;
     for (int32_t i = 0; i < total; i++)
         if (p->pocket[i] >= 0 && pdi_circuit_holds(p, i)) p->fixed[p->pocket[i]] = 1;
@@ -100,7 +100,7 @@ static pd_status pdi_circuit_idle(pd_ctx *ctx, pd_potential *p, const double *lo
  * circuit. low, high [total]: of each pocket. */
 static pd_status pdi_circuit_ranges(pd_ctx *ctx, pd_potential *p, double *low, double *high)
 {
-    char text[PDI_GRID_PLACE], name[PDI_CIRCUIT_NAME];
+    char text[PDI_GRID_POSITION_LENGTH], name[PDI_CIRCUIT_NAME];
     for (int32_t c = 0; c < p->contacts.count; c++) {
         const pd_contact *contact = &p->contacts.list[c];
         int32_t root = p->pocket[contact->node];
@@ -115,9 +115,11 @@ static pd_status pdi_circuit_ranges(pd_ctx *ctx, pd_potential *p, double *low, d
         int32_t root = p->pocket[p->contacts.list[c].node];
         if (p->fixed[root] || (low[root] < 0.0 && high[root] > 0.0)) continue;
         if (p->desc.idle) continue;
-        return pdi_fail(ctx, PD_ERR_STATE, "potential", "the metal around the electrolyte at %s m (%s) cannot carry a "
+        return pdi_fail(ctx, PD_ERR_STATE, "potential",
+                        "the metal around the electrolyte at %s m (%s) cannot carry a "
                         "current %s: there is no solution; expected %s reaction of one of the electrodes there, or a "
-                        "side that holds a potential", pdi_grid_place(p->grid, p->contacts.list[c].node, text),
+                        "side that holds a potential",
+                        pdi_grid_format_position(p->grid, p->contacts.list[c].node, text),
                         pdi_circuit_electrode(p, p->contacts.list[c].electrode, name),
                         low[root] < 0.0 ? "out of itself" : "into itself",
                         low[root] < 0.0 ? "an anodic" : "a cathodic");
@@ -130,13 +132,13 @@ static void pdi_circuit_parts(pd_potential *p)
 {
     int32_t total = p->grid->total, ground = total + p->desc.circuits;
     for (int32_t c = 0; c < p->contacts.count; c++)
-        pdi_sets_unite(p->part, p->contacts.list[c].node,
-                           total + pdi_potential_circuit(p, p->contacts.list[c].electrode));
+        pdi_disjoint_sets_merge(p->part, p->contacts.list[c].node,
+                                total + pdi_potential_circuit(p, p->contacts.list[c].electrode));
     for (int n = 0; n < p->desc.circuits; n++)
-        if (p->desc.circuit[n].control == PD_CIRCUIT_POTENTIAL) pdi_sets_unite(p->part, total + n, ground);
+        if (p->desc.circuit[n].control == PD_CIRCUIT_POTENTIAL) pdi_disjoint_sets_merge(p->part, total + n, ground);
     for (int32_t i = 0; i < total; i++)
-        if (p->fixed[i]) pdi_sets_unite(p->part, i, ground);
-    for (int32_t i = 0; i <= ground; i++) p->part[i] = pdi_sets_root(p->part, i);
+        if (p->fixed[i]) pdi_disjoint_sets_merge(p->part, i, ground);
+    for (int32_t i = 0; i <= ground; i++) p->part[i] = pdi_disjoint_sets_find_root(p->part, i);
     for (int32_t i = 0; i <= ground; i++) p->wet[i] = 0;
     for (int32_t i = total; i <= ground; i++) p->wet[p->part[i]] = 1;
     p->floating = 0;
@@ -173,15 +175,15 @@ PDI_FN void pdi_circuit_level(pd_potential *p)
     for (int n = 0; n < p->desc.circuits; n++) {
         int32_t part = p->part[total + n];
         int first = part != ground;
-        pdi_sum sum = {0.0, 0.0}, weight = {0.0, 0.0};
+        pdi_compensated_sum sum = {0.0, 0.0}, weight = {0.0, 0.0};
         for (int before = 0; before < n; before++) first = first && p->part[total + before] != part;
         for (int32_t i = 0; i < total && first; i++) {
             if (p->grid->kind[i] != PD_FLUID || p->part[i] != part) continue;
-            pdi_sum_add(&sum, p->phi[i] * pdi_grid_circumference(p->grid, i));
-            pdi_sum_add(&weight, pdi_grid_circumference(p->grid, i));
+            pdi_compensated_sum_add(&sum, p->phi[i] * pdi_grid_circumference(p->grid, i));
+            pdi_compensated_sum_add(&weight, pdi_grid_circumference(p->grid, i));
         }
-        if (!first || !(pdi_sum_total(&weight) > 0.0)) continue;
-        double mean = pdi_sum_total(&sum) / pdi_sum_total(&weight);
+        if (!first || !(pdi_compensated_sum_total(&weight) > 0.0)) continue;
+        double mean = pdi_compensated_sum_total(&sum) / pdi_compensated_sum_total(&weight);
         for (int32_t i = 0; i < total; i++)
             if (p->grid->kind[i] == PD_FLUID && p->part[i] == part) p->phi[i] -= mean;
         for (int m = 0; m < p->desc.circuits; m++)

@@ -9,7 +9,7 @@
 /* What a bond reaches along a normal that it stands across is rounding: less than this share of its length. */
 #define PDI_CONTACT_NONE 1e-9
 
-static void pdi_contact_list(pdi_owner *owner, void *object)
+static void pdi_contact_list(pdi_array_visitor *owner, void *object)
 {
     pd_contacts *contacts = (pd_contacts *)object;
     PDI_ARRAY(owner, contacts, list, contacts->capacity, "");
@@ -27,7 +27,7 @@ typedef struct pdi_contact_walk {
 static int32_t pdi_contact_home(const pd_grid *grid, int32_t at, int *flip)
 {
     *flip = 0;
-    return grid->kind[at] == PD_FLUID || grid->kind[at] == PD_SOLID ? at : pdi_grid_image(grid, at, flip);
+    return grid->kind[at] == PD_FLUID || grid->kind[at] == PD_SOLID ? at : pdi_grid_find_source(grid, at, flip);
 }
 
 /* 1: metal node j is one cell thick along an axis: fluid is at both faces. */
@@ -57,7 +57,7 @@ static int pdi_contact_cells(const pdi_contact_walk *w, int32_t j, const double 
         for (int d = 0; d < PD_DIM; d++) normal[d] += s->lap[k] * s->xi[k * PD_DIM + d];
     }
     double length = pdi_vec_norm(normal);
-    if (!(length > 1e-9 * s->lap_sum * pdi_vec_least(s->h))) return 0;
+    if (!(length > 1e-9 * s->lap_sum * pdi_vec_min(s->h))) return 0;
     for (int d = 0; d < PD_DIM; d++) normal[d] /= length;
     return 1;
 }
@@ -69,7 +69,7 @@ static void pdi_contact_add(pdi_contact_walk *w, int32_t i, int32_t j, int k, do
     const pd_bonds *bonds = w->bonds;
     int electrode = w->metal->electrode ? w->metal->electrode[j] : 0;
     double reach = -pdi_vec_dot(bonds->stencil->xi + k * PD_DIM, normal);
-    double area = share * pdi_bond_lap(bonds, i)[k] * reach;
+    double area = share * pdi_bond_get_laplacian_weights(bonds, i)[k] * reach;
     pd_contact *contact = &w->at[electrode];
     if (!(reach > PDI_CONTACT_NONE * pdi_vec_norm(bonds->stencil->xi + k * PD_DIM)) || !(area > 0.0)) return;
     w->found += !(contact->area > 0.0);
@@ -93,15 +93,15 @@ static int pdi_contact_smooth(const pdi_contact_walk *w, int32_t row, int32_t j,
     const pd_bonds *bonds = w->bonds;
     const pd_grid *grid = bonds->grid;
     double place[PD_DIM], x[PD_DIM];
-    if (pdi_bond_open(bonds, row, k)) return 0;
-    int32_t closed = pdi_bond_surface(bonds, row, k, place, normal);
-    if (closed < 0 || grid->kind[pdi_grid_image(grid, closed, NULL)] != PD_SOLID) return 0;
-    double level = pdi_bond_smooth(bonds, closed, place);
-    if (!(fabs(level) < PDI_CONTACT_TOUCH * pdi_vec_least(grid->h))) return 0;
+    if (pdi_bond_is_open(bonds, row, k)) return 0;
+    int32_t closed = pdi_bond_find_surface_point(bonds, row, k, place, normal);
+    if (closed < 0 || grid->kind[pdi_grid_find_source(grid, closed, NULL)] != PD_SOLID) return 0;
+    double level = pdi_bond_surface_distance(bonds, closed, place);
+    if (!(fabs(level) < PDI_CONTACT_TOUCH * pdi_vec_min(grid->h))) return 0;
     pd_grid_position(grid, bonds->node[row], x);
     *way = 0.0;
     for (int d = 0; d < PD_DIM; d++) *way += (x[d] - place[d]) * normal[d];
-    if (!(*way > pdi_shape_tie(grid->h, x))) return 0; /* the bond runs along it */
+    if (!(*way > pdi_shape_tolerance(grid->h, x))) return 0; /* the bond runs along it */
     *way += pdi_contact_lost(w, j, normal);
     return 1;
 }
@@ -146,7 +146,7 @@ static void pdi_contact_bond(pdi_contact_walk *w, int32_t row, int32_t i, int k)
         for (int d = 0; d < PD_DIM && fluid; d++) last[d] = mean[d] / fluid;
         if (fluid) continue;
         /* where a bond meets a side or a wall, too, the place on its surface is not that of the metal */
-        int whole = metal == cells && g == pdi_path_closed_group(&bonds->paths, i, k);
+        int whole = metal == cells && g == pdi_bond_path_find_closed_group(&bonds->paths, i, k);
         for (int c = s->group_cell[g]; c < s->group_cell[g + 1]; c++) {
             int32_t j = pdi_contact_home(grid, i + bonds->paths.cell_shift[c], &flip);
             double normal[PD_DIM], way;
@@ -165,7 +165,7 @@ static int32_t pdi_contact_node(pdi_contact_walk *w, int32_t row, pd_contact *li
     const pd_bonds *bonds = w->bonds;
     int32_t i = bonds->node[row], found = 0;
     for (int k = 0; k < bonds->stencil->count; k++)
-        if (pdi_bond_lap(bonds, i)[k] > 0.0) pdi_contact_bond(w, row, i, k);
+        if (pdi_bond_get_laplacian_weights(bonds, i)[k] > 0.0) pdi_contact_bond(w, row, i, k);
     for (int electrode = 0; electrode < PD_ELECTRODES && found < w->found; electrode++) {
         pd_contact *contact = &w->at[electrode];
         if (!(contact->area > 0.0)) continue;
@@ -194,7 +194,7 @@ PDI_FN pd_status pdi_contact_find(pd_ctx *ctx, const pd_bonds *bonds, const pdi_
     pdi_contact_free(ctx, contacts);
     for (int32_t r = 0; r < bonds->rows; r++) count += pdi_contact_node(&w, r, NULL);
     if (count > INT32_MAX) return pdi_fail(ctx, PD_ERR_SIZE, "contact", "more than 2^31 contacts");
-    PDI_TRY(pdi_owner_renew(ctx, pdi_contact_list, contacts, &contacts->capacity, (int32_t)count));
+    PDI_TRY(pdi_array_registry_rebuild(ctx, pdi_contact_list, contacts, &contacts->capacity, (int32_t)count));
     for (int32_t r = 0; r < bonds->rows; r++)
         contacts->count += pdi_contact_node(&w, r, contacts->list + contacts->count);
     return PD_OK;
@@ -202,6 +202,6 @@ PDI_FN pd_status pdi_contact_find(pd_ctx *ctx, const pd_bonds *bonds, const pdi_
 
 PDI_FN void pdi_contact_free(pd_ctx *ctx, pd_contacts *contacts)
 {
-    pdi_owner_free(ctx, pdi_contact_list, contacts);
+    pdi_array_registry_free(ctx, pdi_contact_list, contacts);
     memset(contacts, 0, sizeof *contacts);
 }

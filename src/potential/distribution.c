@@ -168,12 +168,12 @@ static pd_status pdi_distribution_linear(pd_ctx *ctx, pd_potential *p, double sh
     pdi_distribution_schur(ctx, p);
     p->krylov.desc.rtol = share;
     p->krylov.desc.atol = 0.1 * rounding;
-    PDI_TRY(pdi_arena_lend(ctx, &p->arena, pdi_krylov_list, &p->krylov));
+    PDI_TRY(pdi_arena_acquire(ctx, &p->arena, pdi_krylov_list, &p->krylov));
     pd_status status = pdi_krylov_solve(ctx, &p->krylov, pdi_distribution_apply, pdi_distribution_precondition, &user,
                                         p->rest, p->step, &linear);
     result->krylov += linear.iterations;
     if (status == PD_ERR_DIVERGED) status = PD_OK; /* the best step seen lowers the energy */
-    return pdi_arena_return(ctx, &p->arena, pdi_krylov_list, &p->krylov, status);
+    return pdi_arena_release(ctx, &p->arena, pdi_krylov_list, &p->krylov, status);
 }
 
 static pd_status pdi_distribution_check_values(pd_ctx *ctx, const pd_potential *p)
@@ -280,7 +280,7 @@ static pd_status pdi_distribution_newton(pd_ctx *ctx, pd_potential *p, pd_potent
         }
         result->worst = pdi_distribution_worst(p);
         if (result->newton >= p->desc.max_newton) return PD_NOT_CONVERGED;
-        PDI_TRY(pdi_poll(ctx, "potential: Newton", result->newton));
+        PDI_TRY(pdi_check_cancel(ctx, "potential: Newton", result->newton));
         double share = pdi_max(pdi_krylov_forcing(size.lack / last), 0.1 * most / size.lack);
         last = size.lack;
         pd_status status = pdi_distribution_linear(ctx, p, share, size.rounding, result);
@@ -302,7 +302,7 @@ static pd_status pdi_distribution_newton(pd_ctx *ctx, pd_potential *p, pd_potent
     }
 }
 
-static void pdi_distribution_work_list(pdi_owner *owner, void *object)
+static void pdi_distribution_work_list(pdi_array_visitor *owner, void *object)
 {
     pd_potential *potential = (pd_potential *)object;
     int64_t total = potential->grid->total, count = total + potential->floating;
@@ -320,8 +320,8 @@ static void pdi_distribution_work_list(pdi_owner *owner, void *object)
 pd_status pd_potential_solve(pd_ctx *ctx, pd_potential *p, pd_potential_result *result)
 {
     memset(result, 0, sizeof *result);
-    PDI_TRY(pdi_arena_lend(ctx, &p->arena, pdi_distribution_work_list, p));
-    pdi_multigrid_open(&p->inverse.mg);
+    PDI_TRY(pdi_arena_acquire(ctx, &p->arena, pdi_distribution_work_list, p));
+    pdi_multigrid_set_pointers(&p->inverse.mg);
     p->flux.absorb = p->absorb;
     p->inverse.fresh = 0;
     pd_status status = pdi_distribution_begin(ctx, p);
@@ -333,20 +333,19 @@ pd_status pd_potential_solve(pd_ctx *ctx, pd_potential *p, pd_potential_result *
         for (int32_t i = 0; i < p->grid->total; i++) p->level[i] = 0.0;
         if (status >= 0) pdi_circuit_level(p);
     }
-    pdi_multigrid_close(&p->inverse.mg);
-    return pdi_arena_return(ctx, &p->arena, pdi_distribution_work_list, p, status);
+    pdi_multigrid_clear_pointers(&p->inverse.mg);
+    return pdi_arena_release(ctx, &p->arena, pdi_distribution_work_list, p, status);
 }
 
 /* ---- building ---- */
 
-
-PDI_FN void pdi_distribution_list(pdi_owner *owner, void *object)
+PDI_FN void pdi_distribution_list(pdi_array_visitor *owner, void *object)
 {
     pd_potential *potential = (pd_potential *)object;
     if (!potential->grid) return;
     int64_t total = potential->grid->total, circuits = potential->desc.circuits;
-    PDI_STATE(owner, potential, phi, total, "V");
-    PDI_STATE(owner, potential, metal, circuits, "V");
+    PDI_ARRAY_STATE(owner, potential, phi, total, "V");
+    PDI_ARRAY_STATE(owner, potential, metal, circuits, "V");
     PDI_ARRAY(owner, potential, total, circuits, "A");
     PDI_ARRAY(owner, potential, pocket, total, "1");
     PDI_ARRAY(owner, potential, level, total, "V");
@@ -356,7 +355,7 @@ PDI_FN void pdi_distribution_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, potential, place, circuits, "1");
 }
 
-PDI_FN void pdi_distribution_contact_list(pdi_owner *owner, void *object)
+PDI_FN void pdi_distribution_contact_list(pdi_array_visitor *owner, void *object)
 {
     pd_potential *potential = (pd_potential *)object;
     int64_t count = pdi_contact_all(&potential->contacts);
@@ -394,15 +393,17 @@ static pd_status pdi_distribution_check(pd_ctx *ctx, const pd_grid *grid, const 
 /* Numbers by node, which may change with the geometry. */
 static pd_status pdi_distribution_check_nodes(pd_ctx *ctx, const pd_potential *p)
 {
-    char text[PDI_GRID_PLACE];
+    char text[PDI_GRID_POSITION_LENGTH];
     for (int32_t i = 0; i < p->grid->total; i++) {
         const pd_potential_desc *desc = &p->desc;
         if (p->grid->kind[i] == PD_SOLID && desc->metal && desc->metal[i] >= desc->electrodes)
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "potential", "the metal at %s m is electrode %d of %d",
-                            pdi_grid_place(p->grid, i, text), desc->metal[i], desc->electrodes);
+                            pdi_grid_format_position(p->grid, i, text), desc->metal[i], desc->electrodes);
         if (p->grid->kind[i] == PD_FLUID && desc->field && !(desc->field[i] > 0.0 && desc->field[i] < 1e100))
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "potential", "conductivity %g S/m at %s m, expected a positive "
-                            "number", desc->field[i], pdi_grid_place(p->grid, i, text));
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "potential",
+                            "conductivity %g S/m at %s m, expected a positive "
+                            "number",
+                            desc->field[i], pdi_grid_format_position(p->grid, i, text));
     }
     return PD_OK;
 }
@@ -425,7 +426,7 @@ static pd_status pdi_distribution_survey(pd_ctx *ctx, pd_potential *p)
     metal.wide = p->desc.wide;
     PDI_TRY(pdi_contact_find(ctx, p->bonds, &metal, &p->contacts));
     PDI_TRY(pdi_circuit_find(ctx, p));
-    PDI_TRY(pdi_owner_build(ctx, pdi_distribution_contact_list, p));
+    PDI_TRY(pdi_array_registry_build(ctx, pdi_distribution_contact_list, p));
     for (int32_t n = 0; n < p->contacts.count; n++) p->surface[n] = pdi_potential_drop(p, &p->contacts.list[n]);
     for (int32_t n = p->contacts.count; n < pdi_contact_all(&p->contacts); n++) {
         double least, most; /* an anode alone is as far below its curve as it gets; of a cathode nothing is known */
@@ -437,20 +438,20 @@ static pd_status pdi_distribution_survey(pd_ctx *ctx, pd_potential *p)
 
 PDI_FN pd_status pdi_distribution_contacts(pd_ctx *ctx, pd_potential *p)
 {
-    pdi_owner_free(ctx, pdi_distribution_contact_list, p);
+    pdi_array_registry_free(ctx, pdi_distribution_contact_list, p);
     return pdi_distribution_survey(ctx, p);
 }
 
 static pd_status pdi_distribution_room(pd_ctx *ctx, pd_potential *p, size_t *room)
 {
     pd_multigrid_desc md;
-    pdi_compact_multigrid(p->grid, &md);
+    pdi_compact_operator_multigrid_desc(p->grid, &md);
     md.symmetric = md.contrast = 1;
     md.arena = &p->arena;
     p->inverse.flux = &p->flux;
     PDI_TRY(pdi_inverse_plan(ctx, &md, &p->inverse));
-    size_t setup = pdi_inverse_room(&p->inverse), linear = pdi_arena_bytes(pdi_krylov_list, &p->krylov);
-    *room = pdi_arena_bytes(pdi_distribution_work_list, p) + (setup > linear ? setup : linear);
+    size_t setup = pdi_inverse_room(&p->inverse), linear = pdi_arena_count_bytes(pdi_krylov_list, &p->krylov);
+    *room = pdi_arena_count_bytes(pdi_distribution_work_list, p) + (setup > linear ? setup : linear);
     return PD_OK;
 }
 
@@ -459,7 +460,7 @@ PDI_FN pd_status pdi_distribution_plan(pd_ctx *ctx, pd_potential *p, size_t *roo
     pd_krylov_desc kd;
     p->flux.bonds = p->bonds;
     pdi_distribution_krylov(p, &kd);
-    PDI_TRY(pdi_krylov_plan(ctx, &kd, &p->krylov));
+    PDI_TRY(pdi_krylov_init(ctx, &kd, &p->krylov));
     return pdi_distribution_room(ctx, p, room);
 }
 
@@ -481,27 +482,27 @@ static pd_status pdi_distribution_fill(pd_ctx *ctx, pd_potential *p)
     for (int s = 0; s < 2 * PD_DIM; s++)
         if (p->desc.held[s]) p->origin = pdi_min(p->origin, p->desc.hold[s]);
     PDI_TRY(pdi_diffusion_build(ctx, p->bonds, &dd, &p->diffusion));
-    PDI_TRY(pdi_boundary_build(ctx, p->bonds, &p->boundary));
+    PDI_TRY(pdi_open_boundary_build(ctx, p->bonds, &p->boundary));
     p->flux.bonds = p->bonds;
     p->flux.diffusion = &p->diffusion;
     p->flux.boundary = &p->boundary;
     PDI_TRY(pdi_flux_build(ctx, &p->flux));
     PDI_TRY(pdi_distribution_survey(ctx, p));
     pdi_distribution_krylov(p, &kd);
-    PDI_TRY(pdi_krylov_prepare(ctx, &kd, &p->krylov));
+    PDI_TRY(pdi_krylov_build_unallocated(ctx, &kd, &p->krylov));
     size_t room;
     PDI_TRY(pdi_distribution_room(ctx, p, &room));
-    return pdi_arena_fit(ctx, &p->arena, room);
+    return pdi_arena_reserve(ctx, &p->arena, room);
 }
 
 static void pdi_distribution_empty(pd_ctx *ctx, pd_potential *p)
 {
     pdi_flux_free(ctx, &p->flux);
-    pdi_boundary_free(ctx, &p->boundary);
+    pdi_open_boundary_free(ctx, &p->boundary);
     pdi_diffusion_free(ctx, &p->diffusion);
     pdi_inverse_free(ctx, &p->inverse);
     pdi_krylov_free(ctx, &p->krylov);
-    pdi_owner_free(ctx, pdi_distribution_contact_list, p);
+    pdi_array_registry_free(ctx, pdi_distribution_contact_list, p);
     pdi_contact_free(ctx, &p->contacts);
     pd_arena_free(ctx, &p->arena);
     memset(&p->inverse, 0, sizeof p->inverse);
@@ -518,7 +519,7 @@ static pd_status pdi_distribution_make(pd_ctx *ctx, const pd_grid *grid, const p
     if (p->desc.max_newton <= 0) p->desc.max_newton = PDI_DISTRIBUTION_NEWTON;
     p->grid = grid;
     p->bonds = bonds;
-    PDI_TRY(pdi_owner_build(ctx, pdi_distribution_list, p));
+    PDI_TRY(pdi_array_registry_build(ctx, pdi_distribution_list, p));
     PDI_TRY(pdi_distribution_check_values(ctx, p));
     for (int n = 0; n < desc->circuits; n++)
         if (desc->circuit[n].control == PD_CIRCUIT_POTENTIAL) p->metal[n] = desc->circuit[n].value;
@@ -542,6 +543,6 @@ pd_status pd_potential_update(pd_ctx *ctx, pd_potential *p)
 void pd_potential_free(pd_ctx *ctx, pd_potential *p)
 {
     pdi_distribution_empty(ctx, p);
-    pdi_owner_free(ctx, pdi_distribution_list, p);
+    pdi_array_registry_free(ctx, pdi_distribution_list, p);
     memset(p, 0, sizeof *p);
 }

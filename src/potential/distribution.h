@@ -27,8 +27,8 @@ PD_API void pd_potential_free(pd_ctx *ctx, pd_potential *potential);
 /* Metal has lost content, and no node has turned: contacts anew. phi and E stay. */
 PDI_FN pd_status pdi_distribution_contacts(pd_ctx *ctx, pd_potential *potential);
 /* Arrays of all nodes, and of contacts. */
-PDI_FN void pdi_distribution_list(pdi_owner *owner, void *object);
-PDI_FN void pdi_distribution_contact_list(pdi_owner *owner, void *object);
+PDI_FN void pdi_distribution_list(pdi_array_visitor *owner, void *object);
+PDI_FN void pdi_distribution_contact_list(pdi_array_visitor *owner, void *object);
 /* Without arrays: [byte] that a solve borrows. */
 PDI_FN pd_status pdi_distribution_plan(pd_ctx *ctx, pd_potential *potential, size_t *room);
 #endif

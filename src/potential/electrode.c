@@ -1,6 +1,6 @@
 /* electrode: see electrode.h */
 #include "potential/electrode.h"
-#include "core/curve.h"
+#include "core/monotone_cubic.h"
 #include <math.h>
 #include <string.h>
 
@@ -13,7 +13,7 @@
 /* [V] First stride to the side of it that is not known. */
 #define PDI_ELECTRODE_STRIDE 0.1
 
-static void pdi_electrode_list(pdi_owner *owner, void *object)
+static void pdi_electrode_list(pdi_array_visitor *owner, void *object)
 {
     pd_electrode *electrode = (pd_electrode *)object;
     PDI_ARRAY(owner, electrode, term, electrode->count, "");
@@ -50,7 +50,7 @@ static double pdi_electrode_table(const pd_electrode *e, const pd_electrode_term
         *slope = m[end];
         return y[end] + m[end] * (u - x[end]);
     }
-    return pdi_curve_piece(x, y, m, t->points, u, slope);
+    return pdi_monotone_cubic_interpolate(x, y, m, t->points, u, slope);
 }
 
 static double pdi_electrode_term_current(const pd_electrode *e, const pd_electrode_term *t, double u, double *slope)
@@ -210,7 +210,7 @@ static void pdi_electrode_slopes(const pd_electrode_term *t, double *slope)
 {
     const double *x = t->potential, *y = t->current;
     int last = t->points - 1;
-    pdi_curve_slopes(x, y, t->points, slope);
+    pdi_monotone_cubic_compute_slopes(x, y, t->points, slope);
     slope[0] = (y[1] - y[0]) / (x[1] - x[0]);
     slope[last] = (y[last] - y[last - 1]) / (x[last] - x[last - 1]);
 }
@@ -257,7 +257,7 @@ pd_status pd_electrode_build(pd_ctx *ctx, const pd_electrode_desc *desc, pd_elec
     if (points > INT32_MAX) return pdi_fail(ctx, PD_ERR_SIZE, "electrode", "tables of more than 2^31 points");
     e->count = given.count;
     e->points = (int)points;
-    pd_status status = pdi_owner_build(ctx, pdi_electrode_list, e);
+    pd_status status = pdi_array_registry_build(ctx, pdi_electrode_list, e);
     if (status < 0) {
         memset(e, 0, sizeof *e);
         return status;
@@ -270,6 +270,6 @@ pd_status pd_electrode_build(pd_ctx *ctx, const pd_electrode_desc *desc, pd_elec
 
 void pd_electrode_free(pd_ctx *ctx, pd_electrode *e)
 {
-    pdi_owner_free(ctx, pdi_electrode_list, e);
+    pdi_array_registry_free(ctx, pdi_electrode_list, e);
     memset(e, 0, sizeof *e);
 }

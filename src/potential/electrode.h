@@ -7,14 +7,14 @@
  */
 #ifndef PD_ELECTRODE_H
 #define PD_ELECTRODE_H
-#include "core/owner.h"
+#include "core/array_registry.h"
 
 typedef enum pd_electrode_kind {
     PD_ELECTRODE_BUTLER_VOLMER = 0, /* i = i_a - i_c, i_a = x/(1 + x/limit), x = exchange exp((u - equilibrium)/anodic),
                                      * and i_c likewise with exp(-(u - equilibrium)/cathodic). Tafel: one of both */
     PD_ELECTRODE_LINEAR = 1,        /* i = (u - equilibrium)/resistance */
-    PD_ELECTRODE_TABLE = 2          /* monotone cubics through points (curve.h), straight on beyond both ends with the
-                                     * slope of the last interval */
+    PD_ELECTRODE_TABLE = 2 /* monotone cubics through points (monotone_cubic.h), straight on beyond both ends with the
+                            * slope of the last interval */
 } pd_electrode_kind;
 
 /* Zero-initialise. */

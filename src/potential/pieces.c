@@ -18,7 +18,7 @@ static void pdi_pieces_fill(const pdi_pieces_walk *w, int32_t i, int32_t piece)
     for (int32_t n = 0; n < count; n++)
         for (int side = 0; side < 2 * PD_DIM; side++) {
             int32_t step = w->grid->stride[side / 2];
-            int32_t at = pdi_grid_image(w->grid, w->queue[n] + (side % 2 ? step : -step), NULL);
+            int32_t at = pdi_grid_find_source(w->grid, w->queue[n] + (side % 2 ? step : -step), NULL);
             if (w->grid->kind[at] != PD_SOLID || w->piece[at] >= 0) continue;
             w->piece[at] = piece;
             w->queue[count++] = at;
@@ -42,7 +42,7 @@ static pd_status pdi_pieces_walk_all(pd_ctx *ctx, const pdi_pieces_walk *w, cons
     const pd_grid *grid = w->grid;
     for (int32_t i = 0; i < grid->total; i++) w->piece[i] = -1;
     for (int32_t i = 0; i < grid->total; i++) {
-        if (grid->kind[i] != PD_SOLID || pdi_grid_image(grid, i, NULL) != i) continue;
+        if (grid->kind[i] != PD_SOLID || pdi_grid_find_source(grid, i, NULL) != i) continue;
         if (w->piece[i] < 0) pdi_pieces_fill(w, i, p->circuits++);
         int e = pdi_pieces_electrode(p, w->piece[i], material ? material[i] : 0);
         if (e < 0)

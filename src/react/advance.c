@@ -72,8 +72,8 @@ static void pdi_advance_lack(const pd_reactive *r, int32_t i, double *lack)
     double c[PD_SPECIES_MOST], source[PD_SPECIES_MOST], gain[PD_SPECIES_MOST];
     pdi_reactive_get(r, r->c, i, c);
     pdi_reactive_get(r, r->source, i, source);
-    pdi_components_totals(s, c, lack);
-    pdi_components_totals(s, source, gain);
+    pdi_components_compute_totals(s, c, lack);
+    pdi_components_compute_totals(s, source, gain);
     for (int k = 0; k < s->count; k++) lack[k] = r->total[(int64_t)k * r->grid->total + i] - lack[k];
     for (int m = 0; m < r->minerals.count; m++) {
         int64_t at = (int64_t)m * r->grid->total + i;
@@ -81,7 +81,7 @@ static void pdi_advance_lack(const pd_reactive *r, int32_t i, double *lack)
     }
     for (int k = 0; k < s->count; k++) lack[k] = lack[k] / r->dt + gain[k];
     for (int n = 0; n < s->kinetics; n++) {
-        double speed = pdi_components_speed(s, &s->kinetic[n], c, NULL, NULL);
+        double speed = pdi_components_compute_rate(s, &s->kinetic[n], c, NULL, NULL);
         for (int k = 0; k < s->count; k++) lack[k] += s->kinetic[n].gain[k] * speed;
     }
     if (r->surface) pdi_etch_gain(r->surface, i, lack);
@@ -140,7 +140,8 @@ static double pdi_advance_rounding(const pd_ctx *ctx, pd_reactive *r, int k, dou
     const pd_components *s = &r->components;
     int64_t total = r->grid->total;
     double *size = r->part_of, round = PDI_ADVANCE_ROUND * DBL_EPSILON;
-    double met = round + (r->minerals.count ? PDI_MINERAL_MET : 0.0); /* concentrations are as good as their law */
+    /* concentrations are as good as their law */
+    double met = round + (r->minerals.count ? PDI_MINERAL_TOLERANCE : 0.0);
     *held = 0.0;
     for (int32_t i = 0; i < (int32_t)total; i++) {
         double sum = 0.0;
@@ -177,7 +178,7 @@ static void pdi_advance_lack_at_rest(pd_reactive *r)
         if (r->grid->kind[i] != PD_FLUID) continue;
         pdi_reactive_get(r, r->c, i, c);
         for (int n = 0; n < s->kinetics; n++) {
-            double speed = pdi_components_speed(s, &s->kinetic[n], c, NULL, NULL);
+            double speed = pdi_components_compute_rate(s, &s->kinetic[n], c, NULL, NULL);
             for (int k = 0; k < s->count; k++) r->work[k * total + i] -= s->kinetic[n].gain[k] * speed;
         }
     }
@@ -209,7 +210,7 @@ static pd_status pdi_advance_neutral(const pd_reactive *r, double *c)
     double sum[PD_SPECIES_MOST];
     pdi_migration_neutralise(&r->migration, c);
     if (!(s->debye > 0.0) || !s->live) return PD_OK;
-    pdi_components_totals(s, c, sum);
+    pdi_components_compute_totals(s, c, sum);
     PDI_TRY(pdi_components_solve(s, sum, c));
     pdi_migration_neutralise(&r->migration, c);
     return PD_OK;
@@ -224,7 +225,7 @@ static pd_status pdi_advance_node(const pd_reactive *r, int32_t i, double share,
     const double *delta = r->work + s->count * total;
     double sum[PD_SPECIES_MOST], n[PD_MINERAL_MOST];
     pdi_reactive_get(r, r->base, i, c);
-    pdi_components_totals(s, c, sum);
+    pdi_components_compute_totals(s, c, sum);
     for (int k = 0; k < s->count; k++) sum[k] += share * r->weight[k] * delta[k * total + i];
     if (s->kinetics && share > 0.0) pdi_extents_react(r, i, share, sum);
     if (pdi_extents_equilibrium(r, i, sum, c, n) != PD_OK) return PD_NOT_CONVERGED;
@@ -240,7 +241,7 @@ static int pdi_advance_turned(const pd_reactive *r, int32_t i)
     double had[PD_MINERAL_MOST], has[PD_MINERAL_MOST];
     pdi_reactive_solids(r, r->solid_base, i, had);
     pdi_reactive_solids(r, r->solid, i, has);
-    return pdi_mineral_turned(&r->minerals, had, has);
+    return pdi_mineral_has_switched(&r->minerals, had, has);
 }
 
 /* Node i stops just behind the place between 0 and `high` where it does: beyond it c follows its totals otherwise. */
@@ -315,7 +316,7 @@ static int pdi_advance_shorten(const pd_ctx *ctx, pd_reactive *r, double room, d
 /* (T - T_old)/dt + what leaves = sources and reactions, from the present c. PD_NOT_CONVERGED: no solution was found. */
 static pd_status pdi_advance_newton(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_result *result)
 {
-    double goal = r->exact ? 0.0 : r->desc.tolerance, share = r->linear ? PDI_ADVANCE_SINGLE : PDI_KRYLOV_LOOSE;
+    double goal = r->exact ? 0.0 : r->desc.tolerance, share = r->linear ? PDI_ADVANCE_SINGLE : PDI_KRYLOV_FORCING_MAX;
     double near = r->surface && r->surface->electrode ? PDI_ADVANCE_NEAR_STEEP : PDI_ADVANCE_NEAR;
     near *= pdi_max(r->desc.tolerance, PDI_REACTIVE_TOLERANCE);
     r->dt = dt;
@@ -335,7 +336,7 @@ static pd_status pdi_advance_newton(pd_ctx *ctx, pd_reactive *r, double dt, pd_r
     double norm = pdi_advance_residual(ctx, r);
     for (int step = 0; !(norm <= goal); step++) { /* also where it is no number */
         if (step == r->desc.most || !(norm < HUGE_VAL)) return PD_NOT_CONVERGED;
-        PDI_TRY(pdi_poll(ctx, "reactive: Newton", step));
+        PDI_TRY(pdi_check_cancel(ctx, "reactive: Newton", step));
         PDI_TRY(pdi_tangent_derive(ctx, r));
         pd_status status = pdi_tangent_direction(ctx, r, share, 0.3 * goal, &result->krylov);
         if (status == PD_ERR_DIVERGED && r->migration.on) return PD_NOT_CONVERGED; /* where there are next to no ions */
@@ -379,14 +380,14 @@ static pd_status pdi_advance_solve(pd_ctx *ctx, pd_reactive *r, double dt, pd_re
 static double pdi_advance_charges(const pd_reactive *r, const double *field, int undone)
 {
     int64_t total = r->grid->total;
-    pdi_sum sum = {0.0, 0.0};
+    pdi_compensated_sum sum = {0.0, 0.0};
     for (int k = 0; k < r->components.count; k++) {
         double z = r->migration.charge[r->components.master[k]] * (undone ? r->dt * r->weight[k] : 1.0);
         for (int32_t i = 0; i < (int32_t)total; i++)
             if (r->grid->kind[i] == PD_FLUID)
-                pdi_sum_add(&sum, pdi_grid_circumference(r->grid, i) * z * field[k * total + i]);
+                pdi_compensated_sum_add(&sum, pdi_grid_circumference(r->grid, i) * z * field[k * total + i]);
     }
-    return r->bonds->stencil->volume * pdi_sum_total(&sum);
+    return r->bonds->stencil->volume * pdi_compensated_sum_total(&sum);
 }
 
 /* Totals at the start with what is owed. */
@@ -403,7 +404,7 @@ static void pdi_advance_start(const pd_ctx *ctx, pd_reactive *r)
         double c[PD_SPECIES_MOST], sum[PD_SPECIES_MOST];
         if (r->grid->kind[i] != PD_FLUID) continue;
         pdi_reactive_get(r, r->c, i, c);
-        pdi_components_totals(s, c, sum);
+        pdi_components_compute_totals(s, c, sum);
         for (int k = 0; k < s->count; k++) r->total[k * total + i] = sum[k] + r->carry[k * total + i];
     }
     if (r->surface && r->surface->electrode) r->surface->owed = pdi_advance_charges(r, r->carry, 0);
@@ -436,7 +437,7 @@ static void pdi_advance_slopes(pd_reactive *r)
         double c[PD_SPECIES_MOST], sum[PD_SPECIES_MOST];
         if (r->grid->kind[i] != PD_FLUID) continue;
         pdi_reactive_get(r, r->c, i, c);
-        pdi_components_totals(s, c, sum);
+        pdi_components_compute_totals(s, c, sum);
         for (int k = 0; k < s->count; k++) {
             int64_t at = k * total + i;
             r->slope[at] = sum[k] - r->total[at] + r->dt * r->weight[k] * r->work[at];
@@ -459,7 +460,7 @@ static void pdi_advance_between(pd_reactive *r, double ratio)
         double c[PD_SPECIES_MOST], sum[PD_SPECIES_MOST];
         if (r->grid->kind[i] != PD_FLUID) continue;
         pdi_reactive_get(r, r->c, i, c);
-        pdi_components_totals(s, c, sum);
+        pdi_components_compute_totals(s, c, sum);
         for (int k = 0; k < s->count; k++) r->total[k * total + i] += ratio * r->slope[k * total + i];
         for (int m = 0; m < r->minerals.count; m++) {
             int64_t at = m * total + i;
@@ -493,10 +494,10 @@ static double pdi_advance_rest(const pd_reactive *r, double dt, double stage)
             double grown = r->solid_slope[m * total + i], first = n[m] + grown;
             double had = n[m] + PDI_TANGENT_BEYOND * grown;
             n[m] = had;
-            if (!pdi_mineral_resume(&start, m, first, PDI_TANGENT_BEYOND, &n[m])) continue;
+            if (!pdi_mineral_try_resume(&start, m, first, PDI_TANGENT_BEYOND, &n[m])) continue;
             for (int k = 0; k < r->components.count; k++) at[k] += r->minerals.gain[m][k] * (had - n[m]);
         }
-        if (pdi_mineral_lacks(&r->components, &r->minerals, &start, at)) return dt - stage;
+        if (pdi_mineral_is_infeasible(&r->components, &r->minerals, &start, at)) return dt - stage;
     }
     return stage;
 }
@@ -588,14 +589,14 @@ pd_status pd_reactive_step(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_r
     memset(result, 0, sizeof *result);
     if (!(dt > 0.0) || !(dt < 1e300))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "the step is %g s, expected a positive one", dt);
-    PDI_TRY(pdi_arena_lend(ctx, arena, pdi_reactive_work_list, r));
+    PDI_TRY(pdi_arena_acquire(ctx, arena, pdi_reactive_work_list, r));
     if (r->surface) {
         pdi_etch_begin(r->surface);
         r->surface->half = 0.5 * dt;
     }
-    pdi_multigrid_open(&r->inverse.mg);
-    if (r->migration.on) pdi_multigrid_open(&r->migration.mg);
-    for (int n = 0; n < r->filters; n++) pdi_multigrid_open(&r->filter[n].inverse.mg);
+    pdi_multigrid_set_pointers(&r->inverse.mg);
+    if (r->migration.on) pdi_multigrid_set_pointers(&r->migration.mg);
+    for (int n = 0; n < r->filters; n++) pdi_multigrid_set_pointers(&r->filter[n].inverse.mg);
     pd_status status = pdi_advance_take(ctx, r, dt, result);
     if (status == PD_OK) pdi_advance_stands(r, dt);
     if (status != PD_OK) {
@@ -604,9 +605,9 @@ pd_status pd_reactive_step(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_r
         pdi_loops_level(r);
     }
     if (r->surface) r->surface->half = 0.0;
-    pdi_krylov_trim(ctx, &r->krylov);
-    for (int n = 0; n < r->filters; n++) pdi_multigrid_close(&r->filter[n].inverse.mg);
-    if (r->migration.on) pdi_multigrid_close(&r->migration.mg);
-    pdi_multigrid_close(&r->inverse.mg);
-    return pdi_arena_return(ctx, arena, pdi_reactive_work_list, r, status);
+    pdi_krylov_free_growth(ctx, &r->krylov);
+    for (int n = 0; n < r->filters; n++) pdi_multigrid_clear_pointers(&r->filter[n].inverse.mg);
+    if (r->migration.on) pdi_multigrid_clear_pointers(&r->migration.mg);
+    pdi_multigrid_clear_pointers(&r->inverse.mg);
+    return pdi_arena_release(ctx, arena, pdi_reactive_work_list, r, status);
 }

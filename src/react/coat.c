@@ -17,26 +17,26 @@
 #define PDI_COAT_WORK 400
 
 PDI_COLD_BEGIN
-PDI_FN void pdi_coat_list(pdi_owner *owner, void *object)
+PDI_FN void pdi_coat_list(pdi_array_visitor *owner, void *object)
 {
     pd_coat *coat = (pd_coat *)object;
     int64_t total = coat->reactive ? coat->reactive->grid->total : 0, states = coat->desc.count;
     if (!coat->reactive) return;
-    PDI_STATE(owner, coat, on, total, "1");
+    PDI_ARRAY_STATE(owner, coat, on, total, "1");
     PDI_ARRAY(owner, coat, was, total, "1");
     PDI_ARRAY(owner, coat, node, total, "1");
-    PDI_STATE(owner, coat, value, states * total, "");
+    PDI_ARRAY_STATE(owner, coat, value, states * total, "");
     PDI_ARRAY(owner, coat, start, states * total, "");
     PDI_ARRAY(owner, coat, middle, states * total, "");
     if (coat->desc.stages) PDI_ARRAY(owner, coat, ending, states * total, "");
-    PDI_STATE(owner, coat, fresh, coat->columns * total, "");
+    PDI_ARRAY_STATE(owner, coat, fresh, coat->columns * total, "");
     PDI_ARRAY(owner, coat, slope, coat->columns * total, "");
     PDI_ARRAY(owner, coat, first, coat->columns * total, "");
     PDI_ARRAY(owner, coat, way, coat->columns * total, "");
     PDI_ARRAY(owner, coat, off, total, "1");
-    PDI_VALUE(owner, coat, last, "s");
-    PDI_VALUE(owner, coat, begun, "1");
-    for (int k = 0; k < PD_COAT_MOST; k++) PDI_VALUE(owner, coat, size[k], "");
+    PDI_SCALAR_STATE(owner, coat, last, "s");
+    PDI_SCALAR_STATE(owner, coat, begun, "1");
+    for (int k = 0; k < PD_COAT_MOST; k++) PDI_SCALAR_STATE(owner, coat, size[k], "");
 }
 
 PDI_FN void pdi_coat_columns(pd_coat *s)
@@ -57,7 +57,7 @@ PDI_FN pd_status pdi_coat_build(pd_ctx *ctx, pd_reactive *r, const pd_coat_desc 
     s->anew = 1;
     pdi_coat_columns(s);
     pdi_etch_film(r, &s->film, s->scale);
-    pd_status status = pdi_owner_build(ctx, pdi_coat_list, s);
+    pd_status status = pdi_array_registry_build(ctx, pdi_coat_list, s);
     if (status < 0) {
         pdi_coat_free(ctx, s);
         return status;
@@ -68,9 +68,10 @@ PDI_FN pd_status pdi_coat_build(pd_ctx *ctx, pd_reactive *r, const pd_coat_desc 
             double y = desc->initial(desc->user, k, i);
             s->value[k * total + i] = y;
             if (y >= desc->low[k] && y <= desc->high[k]) continue;
-            char place[PDI_GRID_PLACE];
-            status = pdi_fail(ctx, PD_ERR_STATE, "surface", "%s begins with %g at %s m, expected a value from %g to %g",
-                              desc->name[k], y, pdi_grid_place(r->grid, i, place), desc->low[k], desc->high[k]);
+            char place[PDI_GRID_POSITION_LENGTH];
+            status =
+                pdi_fail(ctx, PD_ERR_STATE, "surface", "%s begins with %g at %s m, expected a value from %g to %g",
+                         desc->name[k], y, pdi_grid_format_position(r->grid, i, place), desc->low[k], desc->high[k]);
             pdi_coat_free(ctx, s);
             return status;
         }
@@ -79,7 +80,7 @@ PDI_FN pd_status pdi_coat_build(pd_ctx *ctx, pd_reactive *r, const pd_coat_desc 
 
 PDI_FN void pdi_coat_free(pd_ctx *ctx, pd_coat *s)
 {
-    pdi_owner_free(ctx, pdi_coat_list, s);
+    pdi_array_registry_free(ctx, pdi_coat_list, s);
     memset(s, 0, sizeof *s);
 }
 PDI_COLD_END
@@ -93,8 +94,8 @@ static int pdi_coat_around(const pd_coat *s, const uint32_t *of, int state, int3
     const pd_grid *grid = s->reactive->grid;
     int found = 0, far;
     double sum = 0.0;
-    for (int k = 0; k < pdi_grid_cube(reach); k++) {
-        int32_t j = pdi_grid_near(grid, i, reach, k, &far);
+    for (int k = 0; k < pdi_grid_count_cube(reach); k++) {
+        int32_t j = pdi_grid_find_cube_node(grid, i, reach, k, &far);
         if (j < 0 || far != reach || !(of[j] >> state & 1u)) continue;
         sum += s->value[(int64_t)state * grid->total + j];
         found++;
@@ -148,11 +149,11 @@ static int pdi_coat_near(const pd_coat *s, const double *field, int32_t i, doubl
     double flows[PD_SPECIES_MOST];
     pdi_reactive_get(s->reactive, field, i, c);
     if (!s->desc.film) return 1;
-    double davies = pdi_components_activity(of, c);
+    double davies = pdi_components_compute_ln_gamma(of, c);
     pd_components film = s->film;
     pdi_etch_activities(of, &s->film, davies, &film);
     for (int n = 0; n < of->solutes; n++) c[n] *= s->scale[n];
-    pdi_components_totals(of, c, flows);
+    pdi_components_compute_totals(of, c, flows);
     s->desc.film(s->desc.user, i, flows);
     if (pdi_components_solve(&film, flows, c) != PD_OK) return 0;
     for (int n = 0; n < of->solutes; n++) c[n] /= s->scale[n];
@@ -163,9 +164,9 @@ static int pdi_coat_near(const pd_coat *s, const double *field, int32_t i, doubl
 static double pdi_coat_activity(const pd_coat *s, int32_t i, const double *c)
 {
     double at[PD_SPECIES_MOST];
-    if (!s->desc.surface) return pdi_components_activity(&s->reactive->components, c);
+    if (!s->desc.surface) return pdi_components_compute_ln_gamma(&s->reactive->components, c);
     pdi_reactive_get(s->reactive, s->reactive->c, i, at);
-    return pdi_components_activity(&s->reactive->components, at);
+    return pdi_components_compute_ln_gamma(&s->reactive->components, at);
 }
 
 /* Columns of all places, behind what comes out of metal now; what has no equilibrium is NaN, which rates pass on. */
@@ -277,7 +278,7 @@ static int pdi_coat_solve(const pd_coat *s, int32_t p, pdi_coat_work *w, double 
     stiff.high = high;
     stiff.size = size;
     stiff.tolerance = s->desc.tolerance;
-    pd_stiff_end end = pdi_stiff_solve(&stiff, w->from, w->from + dt, y, &which);
+    pd_stiff_end end = pdi_stiff_ode_solve(&stiff, w->from, w->from + dt, y, &which);
     for (int k = 0; k < w->states; k++) to[w->of[k] * total + i] = y[k];
     if (end == PD_STIFF_NOT_FINITE) return 1 + w->of[which];
     return end == PD_STIFF_STUCK ? -1 : 0;
@@ -286,10 +287,10 @@ static int pdi_coat_solve(const pd_coat *s, int32_t p, pdi_coat_work *w, double 
 /* What went wrong at a place. */
 static pd_status pdi_coat_refuse(pd_ctx *ctx, const pd_coat *s, int32_t p, double t)
 {
-    char place[PDI_GRID_PLACE];
+    char place[PDI_GRID_POSITION_LENGTH];
     int32_t i = s->node[p];
     int state = s->off[p] - 1;
-    pdi_grid_place(s->reactive->grid, i, place);
+    pdi_grid_format_position(s->reactive->grid, i, place);
     if (state < 0)
         return pdi_fail(ctx, PD_ERR_STATE, "surface", "no steps follow the rates of states at %s m from t = %g s on: "
                         "one jumps back and forth or grows beyond all bounds, expected a rate that is continuous, or "

@@ -10,8 +10,8 @@
 #ifndef PD_COAT_H
 #define PD_COAT_H
 #include "react/reactive.h"
-#include "solve/process.h"
-#include "solve/stiff.h"
+#include "solve/physics.h"
+#include "solve/stiff_ode.h"
 
 #define PD_COAT_MOST PD_STIFF_MOST /* states */
 #define PD_COAT_AROUND 2           /* values besides the species that rates may read */
@@ -88,7 +88,7 @@ PDI_FN pd_status pdi_coat_build(pd_ctx *ctx, pd_reactive *reactive, const pd_coa
 PDI_FN void pdi_coat_free(pd_ctx *ctx, pd_coat *coat);
 /* Its columns, from the desc and reactive. */
 PDI_FN void pdi_coat_columns(pd_coat *coat);
-PDI_FN void pdi_coat_list(pdi_owner *owner, void *object);
+PDI_FN void pdi_coat_list(pdi_array_visitor *owner, void *object);
 /* Find the places as they are now; new ones take over what those around them carry. */
 PDI_FN pd_status pdi_coat_places(pd_ctx *ctx, pd_coat *coat);
 /* A step of the species begins at t [s]. */

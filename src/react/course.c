@@ -5,7 +5,7 @@
 #include "react/positivity.h"
 #include "react/bare.h"
 #include "react/reclaim.h"
-#include "core/owner.h"
+#include "core/array_registry.h"
 #include "core/par.h"
 #include "solve/sdirk.h"
 #include <math.h>
@@ -40,7 +40,7 @@ static int pdi_course_metals(const pd_course *a)
 }
 
 PDI_COLD_BEGIN
-PDI_FN void pdi_course_list(pdi_owner *owner, void *object)
+PDI_FN void pdi_course_list(pdi_array_visitor *owner, void *object)
 {
     pd_course *course = (pd_course *)object;
     const pd_reactive *r = course->reactive;
@@ -55,28 +55,28 @@ PDI_FN void pdi_course_list(pdi_owner *owner, void *object)
         PDI_ARRAY(owner, course, first, total, "1");
         PDI_ARRAY(owner, course, now, total, "1");
         PDI_ARRAY(owner, course, mean, total, "1");
-        PDI_STATE(owner, course, rate, total, "1/s");
+        PDI_ARRAY_STATE(owner, course, rate, total, "1/s");
         if (course->desc.fed) PDI_ARRAY(owner, course, came, total, "mol/m3");
         if (course->desc.fed && !course->desc.surface) PDI_ARRAY(owner, course, ahead, total, "mol/m3/s");
-        PDI_VALUE(owner, course, span, "s");
+        PDI_SCALAR_STATE(owner, course, span, "s");
     }
-    PDI_VALUE(owner, course, time, "s");
-    PDI_VALUE(owner, course, dt, "s");
-    PDI_VALUE(owner, course, error, "1");
-    PDI_VALUE(owner, course, taken, "mol");
+    PDI_SCALAR_STATE(owner, course, time, "s");
+    PDI_SCALAR_STATE(owner, course, dt, "s");
+    PDI_SCALAR_STATE(owner, course, error, "1");
+    PDI_SCALAR_STATE(owner, course, taken, "mol");
     if (course->desc.fed) PDI_ARRAY(owner, course, due, pdi_course_metals(course) * total, "mol/m3");
-    if (pdi_course_metals(course) > 1) PDI_STATE(owner, course, each, pdi_course_metals(course), "mol");
-    PDI_VALUE(owner, course, bent, "1");
+    if (pdi_course_metals(course) > 1) PDI_ARRAY_STATE(owner, course, each, pdi_course_metals(course), "mol");
+    PDI_SCALAR_STATE(owner, course, bent, "1");
     if (r->migration.on) {
-        PDI_VALUE(owner, course, failed, "1");
-        PDI_VALUE(owner, course, since, "s");
+        PDI_SCALAR_STATE(owner, course, failed, "1");
+        PDI_SCALAR_STATE(owner, course, since, "s");
     }
-    if (course->desc.coat && r->migration.on) PDI_VALUE(owner, course, settled, "1");
-    PDI_VALUE(owner, course, steps, "1");
-    PDI_VALUE(owner, course, rejected, "1");
-    PDI_VALUE(owner, course, krylov, "1");
-    PDI_VALUE(owner, course, newton, "1");
-    PDI_VALUE(owner, course, euler, "1");
+    if (course->desc.coat && r->migration.on) PDI_SCALAR_STATE(owner, course, settled, "1");
+    PDI_SCALAR_STATE(owner, course, steps, "1");
+    PDI_SCALAR_STATE(owner, course, rejected, "1");
+    PDI_SCALAR_STATE(owner, course, krylov, "1");
+    PDI_SCALAR_STATE(owner, course, newton, "1");
+    PDI_SCALAR_STATE(owner, course, euler, "1");
 }
 
 static pd_status pdi_course_stage(pd_ctx *ctx, void *user, double share)
@@ -103,7 +103,7 @@ static pd_status pdi_course_make(pd_ctx *ctx, pd_reactive *r, const pd_course_de
         desc->surface->stage = pdi_course_stage;
         desc->surface->stager = a;
     }
-    return pdi_owner_build(ctx, pdi_course_list, a);
+    return pdi_array_registry_build(ctx, pdi_course_list, a);
 }
 
 pd_status pd_course_build(pd_ctx *ctx, pd_reactive *r, const pd_course_desc *desc, pd_course *a)
@@ -145,7 +145,7 @@ static double pdi_course_late(pd_course *a, int m, int one)
     const pd_etch *s = a->desc.surface;
     double shed[2][PD_SPECIES_MOST], charge[2] = {0.0, 0.0};
     int64_t total = r->grid->total;
-    pdi_sum sum = {0.0, 0.0};
+    pdi_compensated_sum sum = {0.0, 0.0};
     for (int whole = 0; whole < 2; whole++) {
         memcpy(shed[whole], pdi_course_shed(a, m), sizeof shed[whole]);
         if (whole && s) pdi_etch_whole(s, shed[whole]);
@@ -156,9 +156,9 @@ static double pdi_course_late(pd_course *a, int m, int one)
         int whole = s && !r->migration.tied && (rate > 0.0 || !one);
         for (int n = 0; n < r->components.solutes; n++)
             r->source[n * total + i] = shed[whole][n] * rate + (m ? r->source[n * total + i] : 0.0);
-        pdi_sum_add(&sum, charge[whole] * rate * pdi_grid_circumference(r->grid, i));
+        pdi_compensated_sum_add(&sum, charge[whole] * rate * pdi_grid_circumference(r->grid, i));
     }
-    return pdi_sum_total(&sum);
+    return pdi_compensated_sum_total(&sum);
 }
 
 static void pdi_course_feed(pd_course *a)
@@ -176,9 +176,9 @@ static void pdi_course_feed(pd_course *a)
 }
 
 /* So much of a metal is in the species. */
-static void pdi_course_count(pd_course *a, int m, const pdi_sum *sum)
+static void pdi_course_count(pd_course *a, int m, const pdi_compensated_sum *sum)
 {
-    double amount = pdi_sum_total(sum) * a->reactive->bonds->stencil->volume;
+    double amount = pdi_compensated_sum_total(sum) * a->reactive->bonds->stencil->volume;
     a->taken += amount;
     if (a->each) a->each[m] += amount;
 }
@@ -186,11 +186,11 @@ static void pdi_course_count(pd_course *a, int m, const pdi_sum *sum)
 PDI_FN double pdi_course_lost(const pd_course *a, int metal)
 {
     const pd_reactive *r = a->reactive;
-    pdi_sum sum = {0.0, 0.0};
+    pdi_compensated_sum sum = {0.0, 0.0};
     for (int32_t i = 0; i < r->grid->total && a->desc.fed; i++)
         if (r->grid->kind[i] == PD_FLUID)
-            pdi_sum_add(&sum, a->desc.fed[metal * r->grid->total + i] * pdi_grid_circumference(r->grid, i));
-    return (a->each ? a->each[metal] : a->taken) + pdi_sum_total(&sum) * r->bonds->stencil->volume;
+            pdi_compensated_sum_add(&sum, a->desc.fed[metal * r->grid->total + i] * pdi_grid_circumference(r->grid, i));
+    return (a->each ? a->each[metal] : a->taken) + pdi_compensated_sum_total(&sum) * r->bonds->stencil->volume;
 }
 
 /* What a step of dt [s] has taken of it. */
@@ -199,12 +199,12 @@ static void pdi_course_taken(pd_course *a, double dt, int all)
     const pd_reactive *r = a->reactive;
     double share = all ? 1.0 : dt / a->left;
     for (int m = 0; m < pdi_course_metals(a) && a->desc.fed; m++) {
-        pdi_sum sum = {0.0, 0.0};
+        pdi_compensated_sum sum = {0.0, 0.0};
         double *fed = a->desc.fed + m * r->grid->total;
         const double *due = a->due + m * r->grid->total;
         for (int32_t i = 0; i < r->grid->total; i++) {
             if (r->grid->kind[i] != PD_FLUID) continue;
-            pdi_sum_add(&sum, share * due[i] * pdi_grid_circumference(r->grid, i));
+            pdi_compensated_sum_add(&sum, share * due[i] * pdi_grid_circumference(r->grid, i));
             fed[i] = (fed[i] - due[i]) + (all ? 0.0 : due[i] * (1.0 - share));
             if (a->ahead) a->came[i] += dt * a->ahead[i];
         }
@@ -220,21 +220,21 @@ static void pdi_course_owed(pd_course *a)
     const pd_reactive *r = a->reactive;
     const pd_etch *s = a->desc.surface;
     for (int m = 0; !a->came && s && m < s->kinds; m++) {
-        pdi_sum sum = {0.0, 0.0};
+        pdi_compensated_sum sum = {0.0, 0.0};
         for (int32_t p = 0; p < s->count; p++) {
             double given = s->weight[p] * s->passed[p];
             if (pdi_etch_which(s, p) != m) continue;
             if (a->desc.fed) a->desc.fed[m * r->grid->total + s->node[p]] -= given;
-            pdi_sum_add(&sum, given * pdi_grid_circumference(r->grid, s->node[p]));
+            pdi_compensated_sum_add(&sum, given * pdi_grid_circumference(r->grid, s->node[p]));
         }
         pdi_course_count(a, m, &sum);
     }
     if (!a->came) return;
-    pdi_sum sum = {0.0, 0.0};
+    pdi_compensated_sum sum = {0.0, 0.0};
     for (int32_t i = 0; i < r->grid->total; i++) {
         if (r->grid->kind[i] != PD_FLUID) continue;
         a->desc.fed[i] -= a->came[i];
-        pdi_sum_add(&sum, a->came[i] * pdi_grid_circumference(r->grid, i));
+        pdi_compensated_sum_add(&sum, a->came[i] * pdi_grid_circumference(r->grid, i));
         a->came[i] = 0.0;
     }
     pdi_course_count(a, 0, &sum);
@@ -253,16 +253,16 @@ static void pdi_course_reclaim(pd_course *a, int m)
 {
     pd_reactive *r = a->reactive;
     double shed[PD_SPECIES_MOST], *fed = a->desc.fed + m * r->grid->total;
-    pdi_sum sum = {0.0, 0.0}, taken = {0.0, 0.0};
+    pdi_compensated_sum sum = {0.0, 0.0}, taken = {0.0, 0.0};
     memcpy(shed, pdi_course_shed(a, m), sizeof shed);
     pdi_etch_whole(a->desc.surface, shed);
     for (int32_t i = 0; i < r->grid->total; i++)
-        if (pdi_course_over(a, m, i)) pdi_sum_add(&sum, -fed[i] * pdi_grid_circumference(r->grid, i));
-    if (!(pdi_sum_total(&sum) > 0.0)) return;
-    double share = pdi_reclaim_take(r, shed, pdi_sum_total(&sum)) / pdi_sum_total(&sum);
+        if (pdi_course_over(a, m, i)) pdi_compensated_sum_add(&sum, -fed[i] * pdi_grid_circumference(r->grid, i));
+    if (!(pdi_compensated_sum_total(&sum) > 0.0)) return;
+    double share = pdi_reclaim_take(r, shed, pdi_compensated_sum_total(&sum)) / pdi_compensated_sum_total(&sum);
     for (int32_t i = 0; i < r->grid->total; i++) {
         if (!pdi_course_over(a, m, i)) continue;
-        pdi_sum_add(&taken, share * fed[i] * pdi_grid_circumference(r->grid, i));
+        pdi_compensated_sum_add(&taken, share * fed[i] * pdi_grid_circumference(r->grid, i));
         fed[i] -= share * fed[i];
     }
     pdi_course_count(a, m, &taken);
@@ -364,7 +364,7 @@ static int pdi_course_full(pd_course *a, const pd_step *s)
 static void pdi_course_covered(pd_course *a, double end)
 {
     double span = end - a->begin;
-    a->span = pdi_sdirk_plan(a->span, span, pdi_sdirk_factor(a->covered, PDI_COURSE_GROWTH));
+    a->span = pdi_sdirk_update_plan(a->span, span, pdi_sdirk_step_factor(a->covered, PDI_COURSE_GROWTH));
     for (int32_t j = 0; j < a->reactive->grid->total; j++) {
         double mean = a->given > 0.0 ? a->mean[j] / a->given : a->share[j];
         a->mean[j] = a->first[j] < 0.0 ? -1.0 : mean;
@@ -399,7 +399,7 @@ static pd_status pdi_course_ahead(pd_ctx *ctx, pd_course *a, const pd_step *s)
 static pd_status pdi_course_longest(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_course *a = (pd_course *)self;
-    PDI_TRY(pdi_process_longest(ctx, self, s));
+    PDI_TRY(pdi_physics_limit_max_step(ctx, self, s));
     if (!a->desc.bare) return PD_OK;
     pdi_course_uncover(a);
     if (!(a->span > 0.0)) a->span = PDI_COURSE_FIRST * s->dt;
@@ -467,7 +467,7 @@ static pd_status pdi_course_limit(pd_ctx *ctx, void *self, pd_step *s)
     if (a->desc.coat) PDI_TRY(pdi_coat_begin(ctx, a->desc.coat, s->time));
     pdi_course_due(a);
     pdi_course_feed(a);
-    s->dt = pdi_sdirk_clip(a->dt, a->desc.largest, a->left, &last);
+    s->dt = pdi_sdirk_limit_step(a->dt, a->desc.largest, a->left, &last);
     return PD_OK;
 }
 
@@ -546,7 +546,7 @@ static pd_status pdi_course_accept(pd_ctx *ctx, void *self, pd_step *s)
     if (a->desc.bare && last) pdi_course_covered(a, s->end);
     if (last) a->begun = 0;
     a->time = s->end;
-    if (!a->bent) a->dt = pdi_sdirk_plan(a->dt, s->dt, pdi_sdirk_factor(s->error, PDI_COURSE_GROWTH));
+    if (!a->bent) a->dt = pdi_sdirk_update_plan(a->dt, s->dt, pdi_sdirk_step_factor(s->error, PDI_COURSE_GROWTH));
     a->bent = 0;
     a->steps++;
     pdi_embedded_accept(a->reactive);
@@ -558,12 +558,13 @@ static pd_status pdi_course_short(pd_ctx *ctx, const pd_course *a, double t)
 {
     const pd_reactive *r = a->reactive;
     int solute = r->components.master[r->short_of - 1], n = 0;
-    char place[PDI_GRID_PLACE];
+    char place[PDI_GRID_POSITION_LENGTH];
     while (n + 1 < a->desc.species_count && r->components.place[n] != solute) n++;
     const char *name = a->desc.species ? a->desc.species[n].name : "a species";
-    return pdi_fail(ctx, PD_ERR_STATE, "chemistry", "at t = %g s more %s is taken up beside %s m than is there: "
-                    "expected a rate or current that falls to 0 with it, such as one with the factor [%s]/(1 mM)", t,
-                    name, pdi_grid_place(r->grid, r->short_at, place), name);
+    return pdi_fail(ctx, PD_ERR_STATE, "chemistry",
+                    "at t = %g s more %s is taken up beside %s m than is there: "
+                    "expected a rate or current that falls to 0 with it, such as one with the factor [%s]/(1 mM)",
+                    t, name, pdi_grid_format_position(r->grid, r->short_at, place), name);
 }
 
 static pd_status pdi_course_stuck(pd_ctx *ctx, void *self, const pd_step *s)
@@ -573,18 +574,20 @@ static pd_status pdi_course_stuck(pd_ctx *ctx, void *self, const pd_step *s)
     double ions = 0.0;
     int solute;
     int32_t node, least = metal && metal->electrode ? pdi_positivity_fewest(metal, &ions) : 0;
-    char place[PDI_GRID_PLACE];
+    char place[PDI_GRID_POSITION_LENGTH];
     if (metal && metal->odd && !(s->error < HUGE_VAL))
-        return pdi_fail(ctx, PD_ERR_STATE, "chemistry", "the law of metal is no number beside %s m after t = %g s, "
+        return pdi_fail(ctx, PD_ERR_STATE, "chemistry",
+                        "the law of metal is no number beside %s m after t = %g s, "
                         "however short the step: expected one for all that comes to its surface, such as "
                         "sqrt(max(1 - [Mg2+]/(1 mM), 0))",
-                        pdi_grid_place(metal->reactive->grid, metal->node[metal->odd - 1], place), s->time);
+                        pdi_grid_format_position(metal->reactive->grid, metal->node[metal->odd - 1], place), s->time);
     if (a->desc.surface && a->desc.surface->electrode && !(s->error < HUGE_VAL))
-        return pdi_fail(ctx, PD_ERR_STATE, "chemistry", "this current cannot pass: no step of %g s was found at t = "
+        return pdi_fail(ctx, PD_ERR_STATE, "chemistry",
+                        "this current cannot pass: no step of %g s was found at t = "
                         "%g s. Expected one that the ions beside %s m can carry, where %.3g mol/m3 are left; and the "
                         "curve of an electrode that takes up no more of a species than reaches the metal, and falls "
-                        "to 0 with it, as i = -1 A/m2*[O2]/(0.25 mol/m3)%s", s->dt, s->time,
-                        pdi_grid_place(metal->reactive->grid, least, place), ions,
+                        "to 0 with it, as i = -1 A/m2*[O2]/(0.25 mol/m3)%s",
+                        s->dt, s->time, pdi_grid_format_position(metal->reactive->grid, least, place), ions,
                         a->desc.surface->share ? ", or a factor leaves metal without a current that balances" : "");
     if (a->desc.drained && a->desc.feed &&
         pdi_positivity_drained(a->reactive, PDI_COURSE_DRAINED * s->dt, &solute, &node))
@@ -622,12 +625,13 @@ static pd_status pdi_course_reject(pd_ctx *ctx, void *self, pd_step *s)
         s->dt *= a->lasts;
         return PD_OK;
     }
-    a->dt = s->dt * (s->error < HUGE_VAL ? pdi_max(PDI_COURSE_SHRINK, pdi_sdirk_factor(s->error, PDI_COURSE_GROWTH))
-                                         : PDI_COURSE_SHRINK);
+    a->dt =
+        s->dt * (s->error < HUGE_VAL ? pdi_max(PDI_COURSE_SHRINK, pdi_sdirk_step_factor(s->error, PDI_COURSE_GROWTH))
+                                     : PDI_COURSE_SHRINK);
     /* what a long first step asks for may be far from the start: ions cross a cell in it, and steps grow fast */
     if (!a->steps && !(s->error < HUGE_VAL) && a->reactive->migration.on)
         a->dt = pdi_min(a->dt, pdi_course_cell(a->reactive));
-    s->dt = pdi_sdirk_clip(a->dt, a->desc.largest, s->limit - s->time, &last);
+    s->dt = pdi_sdirk_limit_step(a->dt, a->desc.largest, s->limit - s->time, &last);
     return PD_OK;
 }
 
@@ -671,10 +675,10 @@ static void pdi_course_settled(pd_course *a, int32_t node)
     int64_t total = r->grid->total;
     double c[PD_SPECIES_MOST], from[PD_SPECIES_MOST], to[PD_SPECIES_MOST];
     pdi_reactive_get(r, r->c, node, c);
-    pdi_components_totals(&r->components, c, from);
+    pdi_components_compute_totals(&r->components, c, from);
     if (r->components.live && pdi_components_solve(&r->components, from, c) != PD_OK) return;
     pdi_migration_neutralise(&r->migration, c);
-    pdi_components_totals(&r->components, c, to);
+    pdi_components_compute_totals(&r->components, c, to);
     for (int k = 0; k < r->components.count; k++) r->carry[k * total + node] += from[k] - to[k];
     pdi_reactive_put(r, c, node, r->c);
 }
@@ -691,7 +695,7 @@ static void pdi_course_share(pd_course *a, const int32_t *turned, int32_t count,
         int32_t i = turned[k];
         double lacks = surface && surface->swept ? surface->split[i] : 1.0;
         for (int side = 0; side < 2 * PD_DIM; side++) {
-            int32_t j = pdi_grid_image(grid, i + (side % 2 ? 1 : -1) * (int32_t)grid->stride[side / 2], NULL);
+            int32_t j = pdi_grid_find_source(grid, i + (side % 2 ? 1 : -1) * (int32_t)grid->stride[side / 2], NULL);
             if (j < 0 || j == i || grid->kind[j] != PD_FLUID) continue;
             double around = pdi_grid_circumference(grid, j) / pdi_grid_circumference(grid, i);
             for (int n = 0; n < r->components.solutes && share > 0.0; n++) {
@@ -714,7 +718,7 @@ static pd_status pdi_course_changed(pd_ctx *ctx, void *self, const int32_t *turn
     double c[PD_SPECIES_MOST], none[PD_SPECIES_MOST];
     memset(none, 0, sizeof none);
     PDI_TRY(pd_reactive_update(ctx, r));
-    pdi_components_water(&r->components, c);
+    pdi_components_solve_pure_solvent(&r->components, c);
     for (int32_t k = 0; k < count; k++) {
         pdi_reactive_put(r, c, turned[k], r->c);
         for (int s = 0; s < r->minerals.count; s++) r->solid[(int64_t)s * r->grid->total + turned[k]] = 0.0;
@@ -741,13 +745,13 @@ static pd_status pdi_course_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     pd_course *a = (pd_course *)self;
     pd_reactive *r = a->reactive;
-    PDI_TRY(pdi_owner_store(ctx, pdi_reactive_list, r, archive));
-    PDI_TRY(PDI_KEEP(ctx, archive, "amounts at the start", r->start, PD_REACTIVE_ROWS));
-    PDI_TRY(PDI_KEEP(ctx, archive, "amounts in", r->in, PD_SPECIES_MOST));
-    PDI_TRY(PDI_KEEP(ctx, archive, "amounts out", r->out, PD_SPECIES_MOST));
-    PDI_TRY(pdi_owner_store(ctx, pdi_course_list, a, archive));
-    if (a->desc.coat) PDI_TRY(pdi_owner_store(ctx, pdi_coat_list, a->desc.coat, archive));
-    if (a->desc.surface) PDI_TRY(pdi_owner_store(ctx, pdi_etch_list, a->desc.surface, archive));
+    PDI_TRY(pdi_array_registry_store(ctx, pdi_reactive_list, r, archive));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "amounts at the start", r->start, PD_REACTIVE_ROWS));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "amounts in", r->in, PD_SPECIES_MOST));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "amounts out", r->out, PD_SPECIES_MOST));
+    PDI_TRY(pdi_array_registry_store(ctx, pdi_course_list, a, archive));
+    if (a->desc.coat) PDI_TRY(pdi_array_registry_store(ctx, pdi_coat_list, a->desc.coat, archive));
+    if (a->desc.surface) PDI_TRY(pdi_array_registry_store(ctx, pdi_etch_list, a->desc.surface, archive));
     if (a->desc.bare && archive->reading) pdi_course_uncover(a);
     return PD_OK;
 }
@@ -789,7 +793,7 @@ pd_process pd_course_process(pd_course *a)
 
 void pd_course_free(pd_ctx *ctx, pd_course *a)
 {
-    pdi_owner_free(ctx, pdi_course_list, a);
+    pdi_array_registry_free(ctx, pdi_course_list, a);
     memset(a, 0, sizeof *a);
 }
 PDI_COLD_END

@@ -9,7 +9,7 @@
 #include "react/advance.h"
 #include "react/coat.h"
 #include "react/etch.h"
-#include "solve/process.h"
+#include "solve/physics.h"
 
 typedef struct pd_course_desc {
     double rtol;    /* [-] error of a step in the totals, over the largest of each component; 0: 1e-3 */
@@ -102,7 +102,7 @@ PD_API void pd_course_free(pd_ctx *ctx, pd_course *course);
 
 #ifdef PDI_INTERNAL
 /* Arrays of a pd_course. */
-PDI_FN void pdi_course_list(pdi_owner *owner, void *object);
+PDI_FN void pdi_course_list(pdi_array_visitor *owner, void *object);
 /* [mol] of a metal that is lost: what is in the species, and what the next step brings there. */
 PDI_FN double pdi_course_lost(const pd_course *course, int metal);
 #endif

@@ -45,7 +45,7 @@ static void pdi_embedded_differ(pd_reactive *r, double first, double second, dou
         double c[PD_SPECIES_MOST], sum[PD_SPECIES_MOST];
         if (r->grid->kind[i] != PD_FLUID) continue;
         pdi_reactive_get(r, r->c, i, c);
-        pdi_components_totals(s, c, sum);
+        pdi_components_compute_totals(s, c, sum);
         for (int m = 0; m < r->minerals.count; m++)
             r->solid_slope[m * total + i] = first * r->solid_slope[m * total + i] -
                                             second * (r->solid[m * total + i] - r->solid_start[m * total + i]);
@@ -136,10 +136,10 @@ static void pdi_embedded_damp_early(const pd_reactive *r, int32_t i, double *off
     pdi_reactive_get(r, r->begin, i, c);
     pdi_reactive_solids(r, r->solid_begin, i, n);
     pdi_reactive_solids(r, r->solid_slope, i, early);
-    pdi_mineral_begin(&r->components, &r->minerals, n, c, &start);
+    pdi_mineral_begin_step(&r->components, &r->minerals, n, c, &start);
     start.start = n;
     start.dt = r->dt;
-    pdi_mineral_damp(&r->components, &r->minerals, &start, c, n, early);
+    pdi_mineral_solve_linear_response(&r->components, &r->minerals, &start, c, n, early);
     for (int m = 0; m < r->minerals.count; m++)
         if (fabs(early[m]) > fabs(off[m])) off[m] = early[m];
 }
@@ -162,7 +162,7 @@ static void pdi_embedded_damp_solids(pd_ctx *ctx, pd_reactive *r)
         pdi_tangent_law(r, i, first, &start);
         pdi_reactive_solids(r, r->solid, i, n);
         pdi_reactive_solids(r, r->solid_slope, i, off);
-        pdi_mineral_damp(s, &r->minerals, &start, c, n, off);
+        pdi_mineral_solve_linear_response(s, &r->minerals, &start, c, n, off);
         pdi_embedded_damp_early(r, i, off);
         for (int m = 0; m < r->minerals.count; m++) r->solid_slope[m * total + i] = off[m];
         pdi_extents_relax(r, i, c, off, x, left, lack);

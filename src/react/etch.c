@@ -93,24 +93,24 @@ PDI_FN void pdi_etch_pass(pd_etch *s, double dt)
     pd_reactive *r = s->reactive;
     pdi_etch_electrons(s, dt);
     for (int m = 0; m < s->kinds; m++) {
-        pdi_sum sum = {0.0, 0.0};
+        pdi_compensated_sum sum = {0.0, 0.0};
         for (int32_t p = 0; p < s->count; p++) {
             double v = *pdi_etch_speed(s, p);
             if (!(s->weight[p] > 0.0) || pdi_etch_which(s, p) != m) continue;
             s->ahead[p] += dt * v;
             for (int64_t k = 0, at = p; k < r->components.count && s->sweep; k++, at += r->grid->total)
                 s->sweep[at] += dt * s->weight[p] * v / s->desc.solid * s->surface[at];
-            pdi_sum_add(&sum, pdi_grid_circumference(r->grid, s->node[p]) * s->weight[p] * v);
+            pdi_compensated_sum_add(&sum, pdi_grid_circumference(r->grid, s->node[p]) * s->weight[p] * v);
         }
-        double given = dt * r->bonds->stencil->volume * pdi_sum_total(&sum);
+        double given = dt * r->bonds->stencil->volume * pdi_compensated_sum_total(&sum);
         for (int n = 0; n < r->components.solutes; n++) r->in[n] += given * s->kind[m].shed[n];
     }
     for (int e = 0; e < s->desc.electrodes.count; e++) {
-        pdi_sum flows = {0.0, 0.0};
+        pdi_compensated_sum flows = {0.0, 0.0};
         for (int32_t p = 0; p < s->count; p++)
             if (s->electrode[p] == e)
-                pdi_sum_add(&flows, pdi_grid_circumference(r->grid, s->node[p]) * s->area[p] * s->flow[p]);
-        double amount = dt * r->bonds->stencil->volume * pdi_sum_total(&flows);
+                pdi_compensated_sum_add(&flows, pdi_grid_circumference(r->grid, s->node[p]) * s->area[p] * s->flow[p]);
+        double amount = dt * r->bonds->stencil->volume * pdi_compensated_sum_total(&flows);
         for (int n = 0; n < r->components.solutes; n++) {
             double gain = amount * s->part[e * r->components.solutes + n];
             r->in[n] += pdi_max(gain, 0.0);
@@ -179,11 +179,12 @@ static void pdi_etch_cathodes(pd_etch *s)
     int some = 0;
     for (int32_t p = 0; p < s->count && !some; p++) some = s->electrode[p] >= 0 && s->flow[p] < 0.0;
     for (int e = 0; some && e < s->desc.electrodes.count; e++) {
-        pdi_sum sum = {0.0, 0.0};
+        pdi_compensated_sum sum = {0.0, 0.0};
         for (int32_t p = 0; p < s->count; p++)
             if (s->electrode[p] == e && s->flow[p] < 0.0)
-                pdi_sum_add(&sum, -s->flow[p] * s->area[p] * pdi_grid_circumference(s->reactive->grid, s->node[p]));
-        s->cathode[e] = s->reactive->bonds->stencil->volume * pdi_sum_total(&sum);
+                pdi_compensated_sum_add(&sum, -s->flow[p] * s->area[p] *
+                                                  pdi_grid_circumference(s->reactive->grid, s->node[p]));
+        s->cathode[e] = s->reactive->bonds->stencil->volume * pdi_compensated_sum_total(&sum);
     }
 }
 
@@ -232,10 +233,10 @@ PDI_FN void pdi_etch_accept(pd_etch *s)
 static int32_t pdi_etch_far(const pd_etch *s, int32_t i, int k)
 {
     const pd_paths *paths = &s->reactive->bonds->paths;
-    int32_t far = pdi_grid_image(paths->grid, i + paths->shift[k], NULL);
+    int32_t far = pdi_grid_find_source(paths->grid, i + paths->shift[k], NULL);
     if (far < 0 || far == i) return -1;
     if (paths->grid->kind[far] == PD_SOLID) return far;
-    return paths->grid->kind[far] == PD_FLUID && pdi_path_closed_group(paths, i, k) < 0 ? far : -1;
+    return paths->grid->kind[far] == PD_FLUID && pdi_bond_path_find_closed_group(paths, i, k) < 0 ? far : -1;
 }
 
 /* What metal left beside the cell of node i goes to cells that have turned, `split` of which is 1, in the share that
@@ -281,7 +282,7 @@ static int pdi_etch_between(const pd_etch *s, int32_t j, double *sum)
             double film = p < 0 ? 0.0 : s->thick[p] * r->diffusion.desc.diffusivity / s->desc.solid;
             double way = pdi_vec_norm(of->xi + k * PD_DIM), share = film > way ? way / film : 1.0;
             pdi_reactive_get(r, r->c, i, c);
-            pdi_components_totals(&r->components, c, own);
+            pdi_components_compute_totals(&r->components, c, own);
             all += of->lap[k];
             for (int n = 0; n < r->components.count; n++)
                 sum[n] += of->lap[k] * (p < 0 ? own[n] : own[n] + share * (s->surface[n * total + p] - own[n]));
@@ -305,7 +306,7 @@ static void pdi_etch_fill(pd_etch *s, int32_t j, const double *sum)
         c[n] *= part;
         r->c[n * total + j] += c[n];
     }
-    pdi_components_totals(&r->components, c, holds);
+    pdi_components_compute_totals(&r->components, c, holds);
     for (int k = 0; k < r->components.count; k++) s->swept[(1 + k) * total + j] -= holds[k];
 }
 
@@ -345,7 +346,7 @@ PDI_FN void pdi_etch_turn(pd_etch *s, const int32_t *turned, int32_t count)
 /* ---- the object ---- */
 
 PDI_COLD_BEGIN
-PDI_FN void pdi_etch_list(pdi_owner *owner, void *object)
+PDI_FN void pdi_etch_list(pdi_array_visitor *owner, void *object)
 {
     pd_etch *etch = (pd_etch *)object;
     if (!etch->reactive) return;
@@ -357,7 +358,7 @@ PDI_FN void pdi_etch_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, etch, weight, total, "mol/m4");
     PDI_ARRAY(owner, etch, thick, total, "mol s/m4");
     PDI_ARRAY(owner, etch, rise, total, "mol s/m5");
-    PDI_STATE(owner, etch, speed, etch->kinds * total, "m/s");
+    PDI_ARRAY_STATE(owner, etch, speed, etch->kinds * total, "m/s");
     PDI_ARRAY(owner, etch, ahead, total, "m");
     PDI_ARRAY(owner, etch, passed, total, "m");
     PDI_ARRAY(owner, etch, split, total, "m/s");
@@ -375,7 +376,7 @@ PDI_FN void pdi_etch_list(pdi_owner *owner, void *object)
     if (etch->desc.solid > 0.0 && etch->reactive->migration.on) {
         PDI_ARRAY(owner, etch, surface, etch->reactive->components.count * total, "mol/m3");
         PDI_ARRAY(owner, etch, sweep, etch->reactive->components.count * total, "mol/m3");
-        PDI_STATE(owner, etch, swept, (1 + etch->reactive->components.count) * total, "mol/m3");
+        PDI_ARRAY_STATE(owner, etch, swept, (1 + etch->reactive->components.count) * total, "mol/m3");
     }
     if (!of->count) return;
     PDI_ARRAY(owner, etch, part, of->count * etch->reactive->components.solutes, "1");
@@ -384,18 +385,18 @@ PDI_FN void pdi_etch_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, etch, area, total, "1/m");
     PDI_ARRAY(owner, etch, way, total, "s/m");
     if (of->shares) PDI_ARRAY(owner, etch, share, total, "1");
-    PDI_STATE(owner, etch, flow, total, "mol/m2/s");
+    PDI_ARRAY_STATE(owner, etch, flow, total, "mol/m2/s");
     PDI_ARRAY(owner, etch, gave, total, "mol/m3/s");
     PDI_ARRAY(owner, etch, flow_by, etch->reactive->components.count * total, "m/s");
     PDI_ARRAY(owner, etch, flow_drive, total, "mol/m2/s");
     PDI_ARRAY(owner, etch, side, 2 * total, "1");
-    PDI_STATE(owner, etch, level, of->circuits, "V");
-    PDI_STATE(owner, etch, conduct, of->circuits, "mol/s/V");
+    PDI_ARRAY_STATE(owner, etch, level, of->circuits, "V");
+    PDI_ARRAY_STATE(owner, etch, conduct, of->circuits, "mol/s/V");
     PDI_ARRAY(owner, etch, charge_of, of->circuits, "mol/s");
-    PDI_STATE(owner, etch, charge, 2 * of->count, "mol");
+    PDI_ARRAY_STATE(owner, etch, charge, 2 * of->count, "mol");
     PDI_ARRAY(owner, etch, charge_ahead, 2 * of->count, "mol");
-    PDI_STATE(owner, etch, cathode, of->count, "mol/s");
-    PDI_VALUE(owner, etch, extra, "mol/s");
+    PDI_ARRAY_STATE(owner, etch, cathode, of->count, "mol/s");
+    PDI_SCALAR_STATE(owner, etch, extra, "mol/s");
 }
 
 /* The system of concentrations times their diffusivities: ln c' = ln K + ln d + sum m (ln c'_master - ln d_master). */
@@ -432,7 +433,7 @@ static void pdi_etch_parts(pd_etch *s)
         double *part = s->part + e * r->components.solutes;
         for (int i = 0; i < r->desc.count; i++)
             if (r->components.place[i] >= 0) part[r->components.place[i]] = of->part[e * r->desc.count + i];
-        pdi_components_totals(&r->components, part, s->part_gain + e * r->components.count);
+        pdi_components_compute_totals(&r->components, part, s->part_gain + e * r->components.count);
     }
     for (int n = 0; n < of->circuits && of->count; n++)
         if (of->circuit[n].holds) s->level[n] = of->circuit[n].value;
@@ -454,7 +455,7 @@ static void pdi_etch_kinds(pd_etch *s)
         kind->law = m ? s->desc.more[m - 1] : first;
         for (int i = 0; i < r->desc.count && kind->law.shed; i++)
             if (r->components.place[i] >= 0) kind->shed[r->components.place[i]] = kind->law.shed[i];
-        pdi_components_totals(&r->components, kind->shed, kind->gain);
+        pdi_components_compute_totals(&r->components, kind->shed, kind->gain);
         for (int n = 0; n < r->components.solutes; n++)
             kind->charge += r->components.charge[n] * kind->shed[n];
         kind->law.shed = NULL;
@@ -478,7 +479,7 @@ pd_status pd_etch_build(pd_ctx *ctx, pd_reactive *r, const pd_etch_desc *desc, p
     s->reactive = r;
     s->kinds = desc->more_count + 1;
     pdi_etch_film(r, &s->film, s->scale);
-    pd_status status = pdi_owner_build(ctx, pdi_etch_list, s);
+    pd_status status = pdi_array_registry_build(ctx, pdi_etch_list, s);
     if (status < 0) {
         pd_etch_free(ctx, s);
         return status;
@@ -498,7 +499,7 @@ void pd_etch_free(pd_ctx *ctx, pd_etch *s)
         s->reactive->surface = NULL;
         s->reactive->swept = NULL;
     }
-    pdi_owner_free(ctx, pdi_etch_list, s);
+    pdi_array_registry_free(ctx, pdi_etch_list, s);
     memset(s, 0, sizeof *s);
 }
 PDI_COLD_END

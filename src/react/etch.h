@@ -160,7 +160,7 @@ typedef struct pdi_etch_kind {
     double charge;                /* [-] that comes with one of the metal, as ions */
 } pdi_etch_kind;
 
-PDI_FN void pdi_etch_list(pdi_owner *owner, void *object);
+PDI_FN void pdi_etch_list(pdi_array_visitor *owner, void *object);
 /* Bounds of solute n are none on the side to which sources and metal that dissolves bring it. */
 PDI_FN void pdi_etch_bounds(const pd_reactive *reactive, int n, pdi_bounds *bounds);
 /* What a film between nodes and surfaces solves with: the system of concentrations times `scale` [solutes], and the

@@ -1,7 +1,7 @@
 /* extents: see extents.h */
 #include "react/extents.h"
 #include "react/tangent.h"
-#include "core/bracket.h"
+#include "core/root_bracket.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -48,7 +48,7 @@ static double pdi_extents_excess(pdi_extents_reaction *of, const double *sum, do
     for (int k = 0; k < s->count; k++) total[k] = sum[k] + of->kinetic->gain[k] * more;
     if (pdi_extents_seek(of->r, of->i, total, of->n, of->c, n) != PD_OK) return (double)NAN;
     memcpy(of->n, n, (size_t)of->r->minerals.count * sizeof *n);
-    return of->extent + more - of->r->dt * pdi_components_speed(s, of->kinetic, of->c, NULL, NULL);
+    return of->extent + more - of->r->dt * pdi_components_compute_rate(s, of->kinetic, of->c, NULL, NULL);
 }
 
 /* Extents that differ by less make the same totals, but for their rounding [mol/m3]. */
@@ -68,14 +68,14 @@ static double pdi_extents_find(pdi_extents_reaction *of, const double *sum)
 {
     double low = pdi_extents_excess(of, sum, 0.0), more = -low, at;
     if (low == 0.0 || low != low) return 0.0;
-    pdi_bracket s = {0.0, low, more, pdi_extents_excess(of, sum, more), 0, 0};
-    if (s.at_b != s.at_b) return 0.0;
-    if (!(s.at_b * low < 0.0)) return more;
-    while (fabs(s.b - s.a) > pdi_extents_rounding(of, sum, s.b) && pdi_bracket_next(&s, &more)) {
+    pdi_root_bracket s = {0.0, low, more, pdi_extents_excess(of, sum, more), 0, 0};
+    if (s.value_b != s.value_b) return 0.0;
+    if (!(s.value_b * low < 0.0)) return more;
+    while (fabs(s.b - s.a) > pdi_extents_rounding(of, sum, s.b) && pdi_root_bracket_get_next(&s, &more)) {
         at = pdi_extents_excess(of, sum, more);
         if (at != at) return 0.0;
         if (at == 0.0) return more;
-        pdi_bracket_take(&s, more, at);
+        pdi_root_bracket_update(&s, more, at);
     }
     return s.b;
 }
@@ -83,7 +83,7 @@ static double pdi_extents_find(pdi_extents_reaction *of, const double *sum)
 PDI_FN void pdi_extents_react(const pd_reactive *r, int32_t i, double share, double *sum)
 {
     const pd_components *s = &r->components;
-    const float *row = r->by + (int64_t)i * r->slots + s->live * pdi_components_columns(s);
+    const float *row = r->by + (int64_t)i * r->slots + s->live * pdi_components_count_columns(s);
     int64_t total = r->grid->total;
     const double *delta = r->work + s->count * total;
     double base[PD_SPECIES_MOST];
@@ -97,7 +97,7 @@ PDI_FN void pdi_extents_react(const pd_reactive *r, int32_t i, double share, dou
         pdi_reactive_solids(r, r->solid_base, i, of[n].n);
         of[n].i = i;
         of[n].kinetic = &s->kinetic[n];
-        of[n].extent = r->dt * (pdi_components_speed(s, &s->kinetic[n], base, NULL, NULL) + share * rise);
+        of[n].extent = r->dt * (pdi_components_compute_rate(s, &s->kinetic[n], base, NULL, NULL) + share * rise);
     }
     for (int sweep = 0, moved = 1; sweep < PDI_EXTENTS_SWEEPS && moved; sweep++) {
         moved = 0;
@@ -120,7 +120,7 @@ PDI_FN double pdi_extents_turnover(const pd_reactive *r, int k, int32_t i)
     if (s->kinetics) pdi_reactive_get(r, r->c, i, c);
     for (int n = 0; n < s->kinetics; n++) {
         if (s->kinetic[n].gain[k] == 0.0) continue;
-        pdi_components_speed(s, &s->kinetic[n], c, NULL, &both);
+        pdi_components_compute_rate(s, &s->kinetic[n], c, NULL, &both);
         sum += fabs(s->kinetic[n].gain[k]) * both;
     }
     for (int m = 0; m < r->minerals.count; m++)
@@ -140,14 +140,14 @@ static void pdi_extents_left(const pd_reactive *r, int32_t i, const double *diss
         sum[k] = dissolved[k] + x[k];
         for (int m = 0; m < r->minerals.count; m++) sum[k] -= r->minerals.gain[m][k] * taken[m];
     }
-    pdi_components_follow(s, by, sum, left);
+    pdi_components_apply_derivatives(s, by, sum, left);
 }
 
 /* [mol/m3/s] by which kinetic reaction n of node i at c is faster with a change of concentrations. */
 static double pdi_extents_faster(const pd_reactive *r, int n, const double *c, const double *change)
 {
     double slope[PD_SPECIES_MOST], speed = 0.0;
-    pdi_components_speed(&r->components, &r->components.kinetic[n], c, slope, NULL);
+    pdi_components_compute_rate(&r->components, &r->components.kinetic[n], c, slope, NULL);
     for (int m = 0; m < r->components.solutes; m++) speed += slope[m] * change[m];
     return speed;
 }

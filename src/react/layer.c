@@ -7,9 +7,9 @@
  */
 #include "react/layer.h"
 #include "react/terms.h"
-#include "core/bracket.h"
+#include "core/root_bracket.h"
 #include "core/par.h"
-#include "solve/eliminate.h"
+#include "solve/gauss_jordan.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -88,7 +88,7 @@ static double pdi_layer_charge(pd_components *film, pdi_terms *w, double v, doub
         for (int k = 0; k < film->joined; k++) film->ln_k[n] -= film->m[k][n] * log(w->down[film->master[k]]);
     }
     for (int k = 0; k < film->joined; k++) film->ln_k[film->master[k]] = 0.0;
-    pdi_components_totals(film, up, w->into);
+    pdi_components_compute_totals(film, up, w->into);
     if (w->electrode >= 0 && !w->reads) w->flow = pdi_terms_curve(w, w->c, w->psi + lift);
     for (int k = 0; k < film->count; k++) {
         w->into[k] += w->kind->gain[k] * w->thick * v;
@@ -140,13 +140,13 @@ static void pdi_layer_rest(const pd_components *film, pdi_terms *w)
         there = pdi_layer_charged(film, w);
         stride *= 2.0;
     } while (there * of > 0.0 && stride < HUGE_VAL);
-    pdi_bracket s = {a, of, b, there, 0, 0};
+    pdi_root_bracket s = {a, of, b, there, 0, 0};
     double x;
-    while (of * there < 0.0 && fabs(there) > PDI_LAYER_NEUTRAL && pdi_bracket_next(&s, &x)) {
+    while (of * there < 0.0 && fabs(there) > PDI_LAYER_NEUTRAL && pdi_root_bracket_get_next(&s, &x)) {
         w->into[ion] = x;
         there = pdi_layer_charged(film, w);
         if (!(there == there)) return;
-        pdi_bracket_take(&s, x, there);
+        pdi_root_bracket_update(&s, x, there);
     }
 }
 
@@ -173,14 +173,14 @@ static int pdi_layer_lift(pd_components *film, pdi_terms *w, double v)
     double a = w->lift, of = pdi_layer_charge(film, w, v, a), there;
     if (fabs(of) <= PDI_LAYER_NEUTRAL) return 1;
     double b = pdi_layer_across(film, w, v, &a, &of, &there);
-    pdi_bracket s = {a, of, b, there, 0, 0};
+    pdi_root_bracket s = {a, of, b, there, 0, 0};
     double x;
-    while (of * there < 0.0 && pdi_bracket_next(&s, &x) &&
+    while (of * there < 0.0 && pdi_root_bracket_get_next(&s, &x) &&
            fabs(s.b - s.a) > PDI_LAYER_CLOSE * pdi_max(fabs(x), PDI_LAYER_LIFT_FIRST)) {
         double g = pdi_layer_charge(film, w, v, x);
         if (!(g == g)) return 0;
         if (fabs(g) <= PDI_LAYER_NEUTRAL) break;
-        pdi_bracket_take(&s, x, g);
+        pdi_root_bracket_update(&s, x, g);
     }
     pdi_layer_rest(film, w);
     return of == of && there == there;
@@ -313,12 +313,12 @@ static double pdi_layer_find(pd_components *film, pdi_terms *w, double guess)
     if (w->odd) return NAN;
     if (!(first > 0.0) || !(w->thick + w->way > 0.0)) return first;
     if (!pdi_layer_bracket(film, w, guess, first, &a, &above, &b, &below)) return first < HUGE_VAL ? NAN : first;
-    pdi_bracket s = {a, above, b, below, 0, 0};
+    pdi_root_bracket s = {a, above, b, below, 0, 0};
     double v;
-    while (s.b - s.a > PDI_LAYER_CLOSE * s.b && pdi_bracket_next(&s, &v)) {
+    while (s.b - s.a > PDI_LAYER_CLOSE * s.b && pdi_root_bracket_get_next(&s, &v)) {
         double g = pdi_layer_given(film, w, v) - v;
         if (!(g == g)) return NAN;
-        pdi_bracket_take(&s, v, g);
+        pdi_root_bracket_update(&s, v, g);
         if (!(fabs(g) > 0.0)) break;
     }
     if (!w->odds) return s.b;
@@ -351,12 +351,12 @@ static void pdi_layer_slopes(const pd_components *system, const pdi_terms *w, co
 {
     float table[PD_COMPONENTS_SLOPES];
     double c[PD_SPECIES_MOST], one[PD_SPECIES_MOST], along[PD_SPECIES_MOST];
-    pdi_components_derive(system, at, table);
+    pdi_components_compute_derivatives_single(system, at, table);
     for (int n = 0; n < system->solutes; n++) c[n] = at[n] / (scale ? scale[n] : 1.0);
     for (int k = 0; k < system->count; k++) {
         memset(one, 0, sizeof one);
         one[k] = 1.0;
-        pdi_components_follow(system, table, one, along);
+        pdi_components_apply_derivatives(system, table, one, along);
         for (int n = 0; n < system->solutes && scale; n++) along[n] /= scale[n];
         slope[k] = pdi_layer_slope(w, c, along);
     }
@@ -392,16 +392,16 @@ static void pdi_layer_salt(const pdi_terms *w, double v, double *law, double *cu
     float table[PD_COMPONENTS_SLOPES];
     for (int k = 0; k < of->count; k++) law[k] = curve[k] = 0.0;
     if (!(of->debye > 0.0) || (!w->s->drive && !w->kind->law.reads && !w->kind->law.reads_ph)) return;
-    pdi_components_davies(of, w->c, &slope);
+    pdi_components_compute_davies(of, w->c, &slope);
     if (!pdi_layer_salted(w, v, w->davies + PDI_LAYER_SALT_STRIDE, &high[0], &high[1]) ||
         !pdi_layer_salted(w, v, w->davies - PDI_LAYER_SALT_STRIDE, &low[0], &low[1]))
         return;
-    pdi_components_derive(of, w->c, table);
+    pdi_components_compute_derivatives_single(of, w->c, table);
     for (int k = 0; k < of->count; k++) {
         double ions = 0.0;
         memset(one, 0, sizeof one);
         one[k] = 1.0;
-        pdi_components_follow(of, table, one, along);
+        pdi_components_apply_derivatives(of, table, one, along);
         for (int n = 0; n < of->solutes; n++) ions += 0.5 * of->charge[n] * of->charge[n] * along[n];
         ions *= slope / (2.0 * PDI_LAYER_SALT_STRIDE);
         law[k] = (high[0] - low[0]) * ions;
@@ -427,14 +427,14 @@ static void pdi_layer_derive(const pd_components *film, const pdi_terms *w, doub
     pdi_layer_slopes(film, w, s->scale, w->at, slope);
     for (int k = 0; k < of->count; k++) back -= slope[k] * w->kind->gain[k] * (w->thick + w->creep * v);
     back = pdi_max(back, PDI_LAYER_RISE);
-    pdi_components_derive(of, w->c, table);
+    pdi_components_compute_derivatives_single(of, w->c, table);
     for (int k = 0; k < of->count; k++) {
         double sum = salt[k];
         memset(one, 0, sizeof one);
         one[k] = 1.0;
-        pdi_components_follow(of, table, one, along);
+        pdi_components_apply_derivatives(of, table, one, along);
         for (int n = 0; n < of->solutes; n++) along[n] *= s->scale[n];
-        pdi_components_totals(of, along, flows);
+        pdi_components_compute_totals(of, along, flows);
         for (int j = 0; j < of->count; j++) sum += slope[j] * flows[j];
         by[k] = (float)(sum / back);
     }
@@ -540,19 +540,19 @@ static void pdi_layer_balances(const pd_components *film, const pdi_terms *w, co
     memset(along, 0, sizeof along);
     memset(a, 0, sizeof(pdi_layer_table));
     memset(left, 0, sizeof left);
-    pdi_components_derive(of, w->c, node);
-    if (s->surface) pdi_components_totals(of, w->surface, left);
+    pdi_components_compute_derivatives_single(of, w->c, node);
+    if (s->surface) pdi_components_compute_totals(of, w->surface, left);
     for (int j = 0; j < count; j++) {
         memset(one, 0, sizeof one);
         one[j] = 1.0;
-        pdi_components_follow(film, own, one, along);
+        pdi_components_apply_derivatives(film, own, one, along);
         for (int n = 0; n < of->solutes; n++)
             along[n] *= s->scale[n] * pdi_layer_share(-of->charge[n] * w->lift) + w->sweep;
-        pdi_components_totals(of, along, sum);
+        pdi_components_compute_totals(of, along, sum);
         for (int k = 0; k < count; k++) a[k][j] = sum[k];
-        pdi_components_follow(of, node, one, along);
+        pdi_components_apply_derivatives(of, node, one, along);
         for (int n = 0; n < of->solutes; n++) along[n] *= s->scale[n] * pdi_layer_share(of->charge[n] * w->lift);
-        pdi_components_totals(of, along, sum);
+        pdi_components_compute_totals(of, along, sum);
         for (int k = 0; k < count; k++) a[k][count + 3 + j] = sum[k];
         a[count][j] = of->charge[of->master[j]];
         a[j][count + 1] = (s->surface ? w->kind->gain[j] - left[j] / s->desc.solid : w->kind->gain[j]) * w->thick;
@@ -563,7 +563,7 @@ static void pdi_layer_balances(const pd_components *film, const pdi_terms *w, co
         along[n] = -z * s->scale[n] * (pdi_layer_share_by(-z * w->lift) * w->surface[n] +
                                        pdi_layer_share_by(z * w->lift) * w->c[n]);
     }
-    pdi_components_totals(of, along, sum);
+    pdi_components_compute_totals(of, along, sum);
     for (int k = 0; k < count; k++) a[k][count] = sum[k];
     if (fabs(w->lift) < PDI_LAYER_LIFT) return;
     for (int j = 0; j < count; j++) a[count][j] = 0.0; /* it goes no further */
@@ -579,7 +579,7 @@ static void pdi_layer_chain(const pd_components *film, const pdi_terms *w, const
     int count = of->count, films = w->thick + w->way > 0.0;
     for (int j = 0; j <= count + 1; j++) {
         for (int k = 0; k < count; k++) change[k] = films ? a[k][count + 1 + j] : k == j - 2 ? 1.0 : 0.0;
-        pdi_components_follow(films ? film : of, own, change, along);
+        pdi_components_apply_derivatives(films ? film : of, own, change, along);
         slope[j] = films ? lift * a[count][count + 1 + j] : 0.0;
         for (int n = 0; n < of->solutes; n++) slope[j] += gradient[n] * along[n];
     }
@@ -599,10 +599,10 @@ static void pdi_layer_tangent(const pd_components *film, const pdi_terms *w, int
     pdi_layer_table a;
     int count = of->count, films = w->thick + w->way > 0.0;
     memset(t, 0, sizeof *t);
-    pdi_components_derive(films ? film : of, w->surface, own);
+    pdi_components_compute_derivatives_single(films ? film : of, w->surface, own);
     if (films) {
         pdi_layer_balances(film, w, own, a);
-        pdi_eliminate(count + 1, 2 * count + 3, 2 * PD_SPECIES_MOST + 3, a[0]);
+        pdi_gauss_jordan_solve(count + 1, 2 * count + 3, 2 * PD_SPECIES_MOST + 3, a[0]);
     }
     if (goes) {
         pdi_layer_gradient(w, gradient, &t->lift);
@@ -727,7 +727,7 @@ static void pdi_layer_note(pd_etch *s, int32_t p, const pdi_terms *w)
     for (int n = 0; n < r->components.solutes; n++) finite = finite && w->surface[n] < HUGE_VAL;
     memcpy(c, finite ? w->surface : w->c, sizeof c);
     pdi_migration_neutralise(&r->migration, c);
-    pdi_components_totals(&r->components, c, sum);
+    pdi_components_compute_totals(&r->components, c, sum);
     for (int k = 0; k < r->components.count; k++) s->surface[k * (int64_t)r->grid->total + p] = sum[k];
 }
 

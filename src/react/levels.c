@@ -36,16 +36,16 @@ PDI_FN double pdi_levels_place(const pd_etch *s, int32_t p, double speed, double
 
 PDI_FN double pdi_levels_charge(const pd_etch *s, int circuit, double *size)
 {
-    pdi_sum sum = {0.0, 0.0}, sizes = {0.0, 0.0};
+    pdi_compensated_sum sum = {0.0, 0.0}, sizes = {0.0, 0.0};
     for (int32_t p = 0; p < s->count; p++) {
         if (pdi_etch_circuit(s, p) != circuit) continue;
         double law = pdi_levels_place(s, p, *pdi_etch_speed(s, p), 0.0);
         double curve = pdi_levels_place(s, p, 0.0, s->flow[p]);
-        pdi_sum_add(&sum, law + curve);
-        pdi_sum_add(&sizes, fabs(law) + fabs(curve));
+        pdi_compensated_sum_add(&sum, law + curve);
+        pdi_compensated_sum_add(&sizes, fabs(law) + fabs(curve));
     }
-    *size = pdi_sum_total(&sizes);
-    return pdi_sum_total(&sum);
+    *size = pdi_compensated_sum_total(&sizes);
+    return pdi_compensated_sum_total(&sum);
 }
 
 /* A search: the charge that is too much at potentials on both sides. */
@@ -271,11 +271,11 @@ PDI_FN void pdi_levels_derive(pd_etch *s)
 {
     double volt = s->reactive->migration.volt;
     for (int n = 0; n < s->desc.electrodes.circuits; n++) {
-        pdi_sum sum = {0.0, 0.0};
+        pdi_compensated_sum sum = {0.0, 0.0};
         for (int32_t p = 0; p < s->count; p++)
             if (pdi_etch_circuit(s, p) == n)
-                pdi_sum_add(&sum, -pdi_levels_place(s, p, (double)s->drive[p], (double)s->flow_drive[p]));
-        s->conduct[n] = pdi_sum_total(&sum) / volt;
+                pdi_compensated_sum_add(&sum, -pdi_levels_place(s, p, (double)s->drive[p], (double)s->flow_drive[p]));
+        s->conduct[n] = pdi_compensated_sum_total(&sum) / volt;
     }
 }
 
@@ -283,11 +283,11 @@ PDI_FN void pdi_levels_follow(const pd_etch *s, double *speed, double *flow)
 {
     double volt = s->reactive->migration.volt;
     for (int n = 0; n < s->desc.electrodes.circuits; n++) {
-        pdi_sum sum = {0.0, 0.0};
+        pdi_compensated_sum sum = {0.0, 0.0};
         if (s->desc.electrodes.circuit[n].holds || !(s->conduct[n] > DBL_MIN)) continue;
         for (int32_t p = 0; p < s->count; p++)
-            if (pdi_etch_circuit(s, p) == n) pdi_sum_add(&sum, pdi_levels_place(s, p, speed[p], flow[p]));
-        double rise = pdi_sum_total(&sum) / (s->conduct[n] * volt);
+            if (pdi_etch_circuit(s, p) == n) pdi_compensated_sum_add(&sum, pdi_levels_place(s, p, speed[p], flow[p]));
+        double rise = pdi_compensated_sum_total(&sum) / (s->conduct[n] * volt);
         for (int32_t p = 0; p < s->count; p++) {
             if (pdi_etch_circuit(s, p) != n) continue;
             speed[p] += (double)s->drive[p] * rise;
@@ -333,7 +333,7 @@ PDI_FN void pdi_levels_ties(pd_reactive *r)
 PDI_FN pd_status pdi_levels_sources(pd_ctx *ctx, pd_reactive *r, double dt)
 {
     int64_t total = r->grid->total;
-    pdi_sum sum = {0.0, 0.0};
+    pdi_compensated_sum sum = {0.0, 0.0};
     double size = 0.0, held = 0.0, late = 0.0;
     pdi_levels_ties(r);
     if (r->surface && r->surface->electrode) r->surface->sourced = 0.0;
@@ -349,17 +349,19 @@ PDI_FN pd_status pdi_levels_sources(pd_ctx *ctx, pd_reactive *r, double dt)
         if (r->grid->kind[i] != PD_FLUID) continue;
         for (int n = 0; n < r->components.solutes; n++) {
             double term = around * r->migration.charge[n] * r->source[n * total + i];
-            pdi_sum_add(&sum, term);
+            pdi_compensated_sum_add(&sum, term);
             size += fabs(term);
             held += around * fabs(r->migration.charge[n]) * r->c[n * total + i];
         }
     }
     if (r->surface && r->surface->electrode) {
-        r->surface->sourced = r->bonds->stencil->volume * pdi_sum_total(&sum);
+        r->surface->sourced = r->bonds->stencil->volume * pdi_compensated_sum_total(&sum);
         late = r->surface->late; /* a circuit gives it */
     }
     double most = pdi_max(PDI_LEVELS_SLACK * size, PDI_LEVELS_FAINT * held / dt);
-    if (!(fabs(pdi_sum_total(&sum) - late) > most)) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "sources give a charge of %g of what they give, and no inlet or "
-                    "wall lets a current pass, expected 0", pdi_sum_total(&sum) / size);
+    if (!(fabs(pdi_compensated_sum_total(&sum) - late) > most)) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive",
+                    "sources give a charge of %g of what they give, and no inlet or "
+                    "wall lets a current pass, expected 0",
+                    pdi_compensated_sum_total(&sum) / size);
 }

@@ -4,7 +4,7 @@
  * those go whose class has surfaces of one direction alone, until none is left.
  */
 #include "react/loops.h"
-#include "core/sets.h"
+#include "core/disjoint_sets.h"
 #include "react/layer.h"
 #include <math.h>
 #include <string.h>
@@ -68,14 +68,14 @@ static void pdi_loops_pockets(pd_etch *s)
         holds = holds || (m->charge[n] != 0.0 && m->wall[n] == m->wall[n]);
     for (int32_t i = 0; i < r->grid->total; i++) {
         if (r->grid->kind[i] != PD_FLUID) continue;
-        if (holds && hold && hold[i] > 0.0) pdi_sets_unite(s->joined, i, pdi_loops_ground(s));
+        if (holds && hold && hold[i] > 0.0) pdi_disjoint_sets_merge(s->joined, i, pdi_loops_ground(s));
         for (int k = 0; k < bonds->stencil->count; k++) {
             int32_t far = i + bonds->paths.shift[k];
             if (!pdi_flux_open(&r->flux, i, k)) continue;
-            if (r->grid->kind[far] == PD_IMAGE) far = pdi_grid_image(r->grid, far, NULL);
+            if (r->grid->kind[far] == PD_IMAGE) far = pdi_grid_find_source(r->grid, far, NULL);
             if (far < 0) continue;
-            if (r->grid->kind[far] == PD_INLET) pdi_sets_unite(s->joined, i, pdi_loops_ground(s));
-            if (r->grid->kind[far] == PD_FLUID) pdi_sets_unite(s->joined, i, far);
+            if (r->grid->kind[far] == PD_INLET) pdi_disjoint_sets_merge(s->joined, i, pdi_loops_ground(s));
+            if (r->grid->kind[far] == PD_FLUID) pdi_disjoint_sets_merge(s->joined, i, far);
         }
     }
 }
@@ -88,7 +88,7 @@ static void pdi_loops_circuits(pd_etch *s, int currents)
         double value = of->given ? of->given(of->user, n, s->time) : of->circuit[n].value;
         double later = of->given && s->span > 0.0 ? of->given(of->user, n, s->from + s->span) : value;
         if (of->circuit[n].holds || (currents && (fabs(value) > 0.0 || fabs(later) > 0.0)))
-            pdi_sets_unite(s->joined, (int32_t)s->reactive->grid->total + n, pdi_loops_ground(s));
+            pdi_disjoint_sets_merge(s->joined, (int32_t)s->reactive->grid->total + n, pdi_loops_ground(s));
     }
 }
 
@@ -101,15 +101,15 @@ static void pdi_loops_prune(pd_etch *s)
         some = 0;
         memset(s->way_of, 0, (size_t)count);
         for (int32_t p = 0; p < s->count; p++) {
-            int32_t metal = pdi_sets_root(s->joined, pdi_loops_metal(s, p));
-            int32_t fluid = pdi_sets_root(s->joined, s->node[p]);
+            int32_t metal = pdi_disjoint_sets_find_root(s->joined, pdi_loops_metal(s, p));
+            int32_t fluid = pdi_disjoint_sets_find_root(s->joined, s->node[p]);
             if (s->open[p] || !s->ways[p] || metal == fluid) continue;
             s->way_of[metal] |= s->ways[p];
             s->way_of[fluid] |= (uint8_t)(s->ways[p] ^ (PDI_LOOPS_OUT | PDI_LOOPS_IN));
         }
         for (int32_t p = 0; p < s->count; p++) {
-            int32_t metal = pdi_sets_root(s->joined, pdi_loops_metal(s, p));
-            int32_t fluid = pdi_sets_root(s->joined, s->node[p]);
+            int32_t metal = pdi_disjoint_sets_find_root(s->joined, pdi_loops_metal(s, p));
+            int32_t fluid = pdi_disjoint_sets_find_root(s->joined, s->node[p]);
             if (s->open[p] || !s->ways[p] || metal == fluid) continue;
             if (s->way_of[metal] == (PDI_LOOPS_OUT | PDI_LOOPS_IN) &&
                 s->way_of[fluid] == (PDI_LOOPS_OUT | PDI_LOOPS_IN)) continue;
@@ -137,17 +137,17 @@ static void pdi_loops_alone(pd_etch *s)
 static void pdi_loops_idle(pd_etch *s)
 {
     const pd_grid *grid = s->reactive->grid;
-    int32_t ground = pdi_sets_root(s->joined, pdi_loops_ground(s));
+    int32_t ground = pdi_disjoint_sets_find_root(s->joined, pdi_loops_ground(s));
     int some = 0;
     memset(s->way_of, 0, (size_t)pdi_loops_ground(s) + 1);
     for (int32_t p = 0; p < s->count; p++)
-        if (!s->open[p] && s->ways[p]) some = s->way_of[pdi_sets_root(s->joined, s->node[p])] = 1;
+        if (!s->open[p] && s->ways[p]) some = s->way_of[pdi_disjoint_sets_find_root(s->joined, s->node[p])] = 1;
     for (int32_t i = 0; i < grid->total; i++) {
-        int32_t root = pdi_sets_root(s->joined, i);
+        int32_t root = pdi_disjoint_sets_find_root(s->joined, i);
         some = some || (grid->kind[i] == PD_FLUID && root == ground);
     }
     for (int32_t i = 0; i < grid->total; i++) {
-        int32_t root = pdi_sets_root(s->joined, i);
+        int32_t root = pdi_disjoint_sets_find_root(s->joined, i);
         s->reactive->migration.idle[i] = grid->kind[i] == PD_FLUID && some && root != ground && !s->way_of[root];
     }
 }
@@ -163,7 +163,7 @@ static void pdi_loops_begin(pd_etch *s, int currents)
 static void pdi_loops_close(pd_etch *s)
 {
     for (int32_t p = 0; p < s->count; p++)
-        if (!s->open[p] && s->ways[p]) pdi_sets_unite(s->joined, s->node[p], pdi_loops_metal(s, p));
+        if (!s->open[p] && s->ways[p]) pdi_disjoint_sets_merge(s->joined, s->node[p], pdi_loops_metal(s, p));
 }
 
 PDI_FN void pdi_loops_find(pd_reactive *r)
@@ -175,7 +175,7 @@ PDI_FN void pdi_loops_find(pd_reactive *r)
         s->open[p] = 0;
         s->ways[p] = (uint8_t)pdi_loops_ways(s, p);
         if (s->ways[p] == (PDI_LOOPS_OUT | PDI_LOOPS_IN))
-            pdi_sets_unite(s->joined, s->node[p], pdi_loops_metal(s, p));
+            pdi_disjoint_sets_merge(s->joined, s->node[p], pdi_loops_metal(s, p));
     }
     pdi_loops_prune(s);
     pdi_loops_alone(s);
@@ -195,19 +195,19 @@ PDI_FN void pdi_loops_level(pd_reactive *r)
         pdi_migration_level(m);
         return;
     }
-    int32_t ground = pdi_sets_root(s->joined, pdi_loops_ground(s)), total = (int32_t)r->grid->total;
+    int32_t ground = pdi_disjoint_sets_find_root(s->joined, pdi_loops_ground(s)), total = (int32_t)r->grid->total;
     for (int32_t i = 0; i < total; i++) sum[i] = count[i] = 0.0;
     for (int32_t i = 0; i < total; i++) {
         if (r->grid->kind[i] != PD_FLUID) continue;
-        sum[pdi_sets_root(s->joined, i)] += m->psi[i];
-        count[pdi_sets_root(s->joined, i)] += 1.0;
+        sum[pdi_disjoint_sets_find_root(s->joined, i)] += m->psi[i];
+        count[pdi_disjoint_sets_find_root(s->joined, i)] += 1.0;
     }
     for (int32_t i = 0; i < total; i++) {
-        int32_t root = pdi_sets_root(s->joined, i);
+        int32_t root = pdi_disjoint_sets_find_root(s->joined, i);
         if (r->grid->kind[i] == PD_FLUID && root != ground) m->psi[i] -= sum[root] / count[root];
     }
     for (int n = 0; n < s->desc.electrodes.circuits; n++) {
-        int32_t root = pdi_sets_root(s->joined, total + n);
+        int32_t root = pdi_disjoint_sets_find_root(s->joined, total + n);
         if (root != ground && root < total) s->level[n] -= m->volt * (sum[root] / count[root]);
     }
 }

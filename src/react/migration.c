@@ -33,9 +33,9 @@ PDI_FN pd_status pdi_migration_plan(pd_ctx *ctx, const pd_multigrid_desc *desc, 
     if (!m->on) return PD_OK;
     md.symmetric = 1;
     md.contrast = 1;
-    m->excess = pdi_compact_excess(flux->bonds->stencil);
-    pdi_compact_plan(flux->bonds->grid, 0, &m->compact);
-    return pdi_multigrid_plan(ctx, &md, &m->mg);
+    m->excess = pdi_compact_operator_inverse_excess(flux->bonds->stencil);
+    pdi_compact_operator_init(flux->bonds->grid, 0, &m->compact);
+    return pdi_multigrid_init(ctx, &md, &m->mg);
 }
 
 PDI_FN pd_status pdi_migration_begin(pd_ctx *ctx, double temperature, const double *ratio, const double *wall,
@@ -45,7 +45,7 @@ PDI_FN pd_status pdi_migration_begin(pd_ctx *ctx, double temperature, const doub
     if (!(temperature > 0.0) || !(temperature < 1e4))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "the temperature is %g K, expected a positive one for "
                         "migration", temperature);
-    m->volt = PDI_GAS * temperature / PDI_FARADAY;
+    m->volt = PDI_GAS_CONSTANT * temperature / PDI_FARADAY;
     m->ratio = ratio;
     m->wall = wall;
     for (int n = 0; n < m->components->solutes; n++) m->charge[n] = m->components->charge[n];
@@ -54,24 +54,24 @@ PDI_FN pd_status pdi_migration_begin(pd_ctx *ctx, double temperature, const doub
 
 PDI_FN void pdi_migration_free(pd_ctx *ctx, pd_migration *m) { pdi_multigrid_free(ctx, &m->mg); }
 
-PDI_FN void pdi_migration_list(pdi_owner *owner, pd_migration *migration)
+PDI_FN void pdi_migration_list(pdi_array_visitor *owner, pd_migration *migration)
 {
     if (!migration->on) return;
-    PDI_STATE(owner, migration, psi, (int64_t)migration->flux->bonds->grid->total, "1");
-    PDI_STATE(owner, migration, idle, (int64_t)migration->flux->bonds->grid->total, "1");
+    PDI_ARRAY_STATE(owner, migration, psi, (int64_t)migration->flux->bonds->grid->total, "1");
+    PDI_ARRAY_STATE(owner, migration, idle, (int64_t)migration->flux->bonds->grid->total, "1");
 }
 
-PDI_FN void pdi_migration_work_list(pdi_owner *owner, pd_migration *migration)
+PDI_FN void pdi_migration_work_list(pdi_array_visitor *owner, pd_migration *migration)
 {
     if (!migration->on) return;
     int64_t total = migration->flux->bonds->grid->total;
-    PDI_RAW(owner, migration, begin, total, "1");
-    PDI_RAW(owner, migration, base, total, "1");
+    PDI_ARRAY_UNINIT(owner, migration, begin, total, "1");
+    PDI_ARRAY_UNINIT(owner, migration, base, total, "1");
     PDI_ARRAY(owner, migration, move, total, "1");
     PDI_ARRAY(owner, migration, size, total, "mol/m3");
     PDI_ARRAY(owner, migration, current, total, "mol/m3/s");
-    pdi_compact_list(owner, &migration->compact);
-    pdi_compact_face_list(owner, &migration->compact);
+    pdi_compact_operator_list(owner, &migration->compact);
+    pdi_compact_operator_face_list(owner, &migration->compact);
     pdi_multigrid_list(owner, &migration->mg);
 }
 PDI_COLD_END
@@ -184,7 +184,7 @@ static void pdi_migration_faces(pd_migration *m, const double *c, double least)
     for (int32_t node = 0; node < grid->total; node++) {
         if (grid->kind[node] != PD_FLUID) continue;
         pdi_grid_index(grid, node, i);
-        int64_t cell = pdi_compact_cell(grid, i);
+        int64_t cell = pdi_compact_operator_cell_index(grid, i);
         double own = pdi_max(pdi_migration_between(m, c, node, node), least);
         for (int d = 0; d < PD_DIM; d++) {
             int32_t next = node + grid->stride[d];
@@ -200,8 +200,8 @@ PDI_FN pd_status pdi_migration_setup(pd_ctx *ctx, pd_migration *m, const double 
                                      const pdi_migration_surface *surface)
 {
     const pd_grid *grid = m->flux->bonds->grid;
-    const pdi_compact_faces faces = {0, 1, 0, NULL}; /* inlets hold a value */
-    pdi_compact_convection still;
+    const pdi_compact_operator_bc faces = {0, 1, 0, NULL}; /* inlets hold a value */
+    pdi_compact_operator_convection still;
     double most = 0.0, ratio = HUGE_VAL;
     for (int32_t i = 0; i < grid->total; i++) {
         double sum = 0.0;
@@ -216,12 +216,12 @@ PDI_FN pd_status pdi_migration_setup(pd_ctx *ctx, pd_migration *m, const double 
     for (int n = 0; n < m->components->solutes; n++)
         if (m->charge[n] != 0.0 && m->ratio[n] > 0.0) ratio = pdi_min(ratio, m->ratio[n]);
     memset(&still, 0, sizeof still);
-    pdi_compact_fill(ctx, m->flux->diffusion->desc.diffusivity, NULL, &still, 0.0, &faces, &m->compact);
+    pdi_compact_operator_assemble(ctx, m->flux->diffusion->desc.diffusivity, NULL, &still, 0.0, &faces, &m->compact);
     pdi_migration_faces(m, c, PDI_MIGRATION_LEAST * most * (ratio < HUGE_VAL ? ratio : 1.0));
     for (int32_t p = 0; p < surface->count; p++) {
         int i[PD_DIM];
         pdi_grid_index(grid, surface->node[p], i);
-        m->compact.mass[pdi_compact_cell(grid, i)] +=
+        m->compact.mass[pdi_compact_operator_cell_index(grid, i)] +=
             (float)pdi_min(pdi_grid_circumference(grid, surface->node[p]) * surface->take[p], PDI_MIGRATION_HELD);
     }
     pd_status status = pdi_multigrid_setup(ctx, &m->mg, m->compact.active, (const float *const *)m->compact.conduct,
@@ -300,14 +300,14 @@ PDI_FN void pdi_migration_tie(pd_migration *m)
 PDI_FN void pdi_migration_level(pd_migration *m)
 {
     const pd_grid *grid = m->flux->bonds->grid;
-    pdi_sum sum = {0.0, 0.0};
+    pdi_compensated_sum sum = {0.0, 0.0};
     int32_t count = 0;
     if (m->tied) return;
     for (int32_t i = 0; i < grid->total; i++) {
         if (grid->kind[i] != PD_FLUID) continue;
-        pdi_sum_add(&sum, m->psi[i]);
+        pdi_compensated_sum_add(&sum, m->psi[i]);
         count++;
     }
     for (int32_t i = 0; i < grid->total && count; i++)
-        if (grid->kind[i] == PD_FLUID) m->psi[i] -= pdi_sum_total(&sum) / count;
+        if (grid->kind[i] == PD_FLUID) m->psi[i] -= pdi_compensated_sum_total(&sum) / count;
 }

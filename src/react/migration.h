@@ -43,8 +43,8 @@ PDI_FN pd_status pdi_migration_begin(pd_ctx *ctx, double temperature, const doub
                                      pd_migration *migration);
 PDI_FN void pdi_migration_free(pd_ctx *ctx, pd_migration *migration);
 /* Arrays that stay, and those of a step. Both have none where it is not on. */
-PDI_FN void pdi_migration_list(pdi_owner *owner, pd_migration *migration);
-PDI_FN void pdi_migration_work_list(pdi_owner *owner, pd_migration *migration);
+PDI_FN void pdi_migration_list(pdi_array_visitor *owner, pd_migration *migration);
+PDI_FN void pdi_migration_work_list(pdi_array_visitor *owner, pd_migration *migration);
 /* Charge [mol/m3] of concentrations; *size: the sum of |z| c. */
 PDI_FN double pdi_migration_charge(const pd_migration *migration, const double *c, double *size);
 /* Make c [solutes] neutral by c exp(-z lambda), which keeps ideal equilibria. */

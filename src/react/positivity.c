@@ -39,7 +39,7 @@ static double pdi_positivity_sink(const pd_reactive *r, int k, int32_t i)
 {
     double source[PD_SPECIES_MOST], gain[PD_SPECIES_MOST];
     pdi_reactive_get(r, r->source, i, source);
-    pdi_components_totals(&r->components, source, gain);
+    pdi_components_compute_totals(&r->components, source, gain);
     if (r->surface) pdi_etch_gain(r->surface, i, gain);
     return -gain[k];
 }
@@ -67,7 +67,7 @@ PDI_FN int pdi_positivity_bounded(const pd_reactive *r)
 {
     const pd_components *s = &r->components;
     int64_t total = r->grid->total;
-    int ports = pdi_boundary_any(r->grid);
+    int ports = pdi_open_boundary_has_any(r->grid);
     for (int k = s->joined; k < s->count && !r->migration.on; k++) {
         int n = s->master[k], reacts = 0;
         pdi_bounds bounds = {HUGE_VAL, -HUGE_VAL};

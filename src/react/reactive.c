@@ -43,7 +43,7 @@ double pd_reactive_ph(const pd_reactive *r, int32_t node)
     double c[PD_SPECIES_MOST];
     if (r->proton < 0) return NAN;
     pdi_reactive_get(r, r->c, node, c);
-    return 3.0 - (log(c[r->proton]) + pdi_components_activity(&r->components, c)) / log(10.0);
+    return 3.0 - (log(c[r->proton]) + pdi_components_compute_ln_gamma(&r->components, c)) / log(10.0);
 }
 
 double pd_reactive_potential(const pd_reactive *r, int32_t node)
@@ -74,8 +74,8 @@ double pd_reactive_saturation(const pd_reactive *r, int index, int32_t node)
     double c[PD_SPECIES_MOST], most = NAN;
     pdi_reactive_get(r, r->c, node, c);
     for (int s = 0; s < r->minerals.count; s++)
-        if (index < 0 || s == index)
-            most = pdi_max(most, pdi_mineral_index(&r->components, &r->minerals, s, c) / log(10.0)); /* NaN gives way */
+        if (index < 0 || s == index) /* NaN gives way */
+            most = pdi_max(most, pdi_mineral_compute_ln_omega(&r->components, &r->minerals, s, c) / log(10.0));
     return most;
 }
 
@@ -84,7 +84,7 @@ double pd_reactive_film(const pd_reactive *r, int32_t node)
     double n[PD_MINERAL_MOST];
     if (!r->minerals.count) return 0.0;
     pdi_reactive_solids(r, r->solid, node, n);
-    return pdi_mineral_fraction(&r->minerals, n);
+    return pdi_mineral_compute_volume_fraction(&r->minerals, n);
 }
 
 /* What one unit of mineral s has of a row. */
@@ -106,18 +106,18 @@ PDI_FN double pdi_reactive_part(const pd_reactive *r, int row, int species)
 /* Amounts of a row in minerals, with the sizes of their terms. */
 static double pdi_reactive_solid(const pd_reactive *r, int row, double *size)
 {
-    pdi_sum sum = {0.0, 0.0};
+    pdi_compensated_sum sum = {0.0, 0.0};
     for (int s = 0; s < r->minerals.count; s++) {
         const double *solid = r->solid + (int64_t)s * r->grid->total;
         double part = pdi_reactive_mineral(r, row, s);
         for (int32_t i = 0; i < r->grid->total; i++) {
             if (r->grid->kind[i] != PD_FLUID) continue;
             double term = pdi_grid_circumference(r->grid, i) * part * solid[i];
-            pdi_sum_add(&sum, term);
+            pdi_compensated_sum_add(&sum, term);
             *size += fabs(term) * r->bonds->stencil->volume;
         }
     }
-    return pdi_sum_total(&sum) * r->bonds->stencil->volume;
+    return pdi_compensated_sum_total(&sum) * r->bonds->stencil->volume;
 }
 
 /* Amounts of a row in the fluid: with the sizes of its terms, or of what is carried and what fills what metal left. */
@@ -125,7 +125,7 @@ static double pdi_reactive_amount(const pd_reactive *r, int row, int carried, do
 {
     const pd_components *s = &r->components;
     int64_t total = r->grid->total;
-    pdi_sum sum = {0.0, 0.0};
+    pdi_compensated_sum sum = {0.0, 0.0};
     for (int32_t i = 0; i < (int32_t)total; i++) {
         double around = pdi_grid_circumference(r->grid, i);
         if (r->grid->kind[i] != PD_FLUID) continue;
@@ -134,11 +134,11 @@ static double pdi_reactive_amount(const pd_reactive *r, int row, int carried, do
             double of = (carried ? r->carry : r->c)[n * total + i];
             if (carried && r->swept) of += r->swept[n * total + i];
             double term = around * part * of;
-            pdi_sum_add(&sum, term);
+            pdi_compensated_sum_add(&sum, term);
             *size += fabs(term) * r->bonds->stencil->volume;
         }
     }
-    return pdi_sum_total(&sum) * r->bonds->stencil->volume;
+    return pdi_compensated_sum_total(&sum) * r->bonds->stencil->volume;
 }
 
 void pd_reactive_balance_of(pd_ctx *ctx, const pd_reactive *r, int row, pd_reactive_balance *b)
@@ -178,7 +178,7 @@ PDI_FN void pdi_reactive_guess(pd_reactive *r)
         for (int k = 0; k < r->bonds->stencil->count; k++) {
             int32_t far = i + r->bonds->paths.shift[k];
             if (!pdi_flux_open(&r->flux, i, k)) continue;
-            if (r->grid->kind[far] == PD_IMAGE) far = pdi_grid_image(r->grid, far, NULL);
+            if (r->grid->kind[far] == PD_IMAGE) far = pdi_grid_find_source(r->grid, far, NULL);
             if (far < 0 || r->grid->kind[far] != PD_FLUID || pdi_reactive_empty(r, r->begin, far)) continue;
             for (int n = 0; n < r->components.solutes; n++) mean[n] += r->begin[n * total + far];
             count++;
@@ -200,21 +200,21 @@ PDI_FN void pdi_reactive_pass(pd_reactive *r, double dt)
     const pd_components *s = &r->components;
     const pd_grid *grid = r->grid;
     int64_t total = grid->total;
-    pdi_sum in[PD_SPECIES_MOST], out[PD_SPECIES_MOST];
+    pdi_compensated_sum in[PD_SPECIES_MOST], out[PD_SPECIES_MOST];
     memset(in, 0, sizeof in);
     memset(out, 0, sizeof out);
     for (int32_t i = 0; i < grid->total; i++) {
         double around = pdi_grid_circumference(grid, i);
         if (grid->kind[i] != PD_FLUID) continue;
         for (int n = 0; n < s->solutes; n++) {
-            pdi_sum_add(&in[n], r->source[n * total + i] * around);
+            pdi_compensated_sum_add(&in[n], r->source[n * total + i] * around);
             if (!r->diffusion.wall_rate || !(r->wall[n] == r->wall[n])) continue;
             double gain = r->ratio[n] * r->diffusion.wall_rate[i] * (r->wall[n] - r->c[n * total + i]);
             if (r->migration.on)
                 gain = -pdi_migrate_leave(r->ratio[n] * r->diffusion.wall_rate[i], 0.0,
                                           -s->charge[n] * r->migration.psi[i], r->c[n * total + i], r->wall[n]);
             if (r->pass) gain *= r->pass[i];
-            pdi_sum_add(gain > 0.0 ? &in[n] : &out[n], fabs(gain) * around);
+            pdi_compensated_sum_add(gain > 0.0 ? &in[n] : &out[n], fabs(gain) * around);
         }
     }
     for (int32_t p = 0; p < r->boundary.count; p++) {
@@ -225,7 +225,7 @@ PDI_FN void pdi_reactive_pass(pd_reactive *r, double dt)
             if (!pdi_flux_open(&r->flux, i, k)) continue;
             if (grid->kind[j] != PD_OUTLET && grid->kind[j] != PD_INLET) continue;
             pdi_flux_bond(&r->flux, i, k, &flux, &bond, &upwind);
-            if (r->pass) bond *= pdi_media_harmonic(r->pass[i], r->pass[j]);
+            if (r->pass) bond *= pdi_bond_diffusivity_harmonic_mean(r->pass[i], r->pass[j]);
             for (int n = 0; n < s->solutes; n++) {
                 double here = r->c[n * total + i], there = grid->kind[j] == PD_OUTLET ? here : r->c[n * total + j];
                 double leave = 0.5 * flux * (here + there) - pdi_max(fabs(0.5 * flux), r->ratio[n] * bond) *
@@ -233,14 +233,14 @@ PDI_FN void pdi_reactive_pass(pd_reactive *r, double dt)
                 if (r->migration.on && grid->kind[j] == PD_INLET)
                     leave = pdi_migrate_leave(r->ratio[n] * bond, flux,
                                               s->charge[n] * (r->migration.psi[j] - r->migration.psi[i]), here, there);
-                pdi_sum_add(grid->kind[j] == PD_OUTLET ? &out[n] : &in[n],
-                            around * (grid->kind[j] == PD_OUTLET ? leave : -leave));
+                pdi_compensated_sum_add(grid->kind[j] == PD_OUTLET ? &out[n] : &in[n],
+                                        around * (grid->kind[j] == PD_OUTLET ? leave : -leave));
             }
         }
     }
     for (int n = 0; n < s->solutes; n++) {
-        r->in[n] += dt * r->bonds->stencil->volume * pdi_sum_total(&in[n]);
-        r->out[n] += dt * r->bonds->stencil->volume * pdi_sum_total(&out[n]);
+        r->in[n] += dt * r->bonds->stencil->volume * pdi_compensated_sum_total(&in[n]);
+        r->out[n] += dt * r->bonds->stencil->volume * pdi_compensated_sum_total(&out[n]);
     }
 }
 
@@ -249,18 +249,18 @@ static void pdi_reactive_row(const pd_species *species, int count, int element, 
 {
     char one[8], other[8];
     if (r->rows == PD_REACTIVE_ROWS - 1) return;
-    pdi_species_symbol(element, one);
+    pdi_species_get_symbol(element, one);
     r->name[r->rows][0] = 0;
     pdi_append(r->name[r->rows], PD_REACTIVE_NAME, "%s", one);
     if (less) {
-        pdi_species_symbol(less, other);
+        pdi_species_get_symbol(less, other);
         pdi_append(r->name[r->rows], PD_REACTIVE_NAME, "-%d%s", times, other);
     }
     for (int i = 0; i < count; i++) {
         int n = r->components.place[i];
         if (n < 0) continue;
-        r->part[r->rows][n] = pdi_species_atoms(&species[i], element);
-        if (less) r->part[r->rows][n] -= times * pdi_species_atoms(&species[i], less);
+        r->part[r->rows][n] = pdi_species_count_atoms(&species[i], element);
+        if (less) r->part[r->rows][n] -= times * pdi_species_count_atoms(&species[i], less);
     }
     r->rows++;
 }
@@ -274,13 +274,13 @@ static void pdi_reactive_rows(const pd_species *species, int count, pd_reactive 
     for (int e = 1; e < 119; e++) {
         int there = 0;
         for (int i = 0; i < count; i++)
-            if (species[i].phase == PD_PHASE_SOLUTE && pdi_species_atoms(&species[i], e)) there = 1;
-        if (there && !(solvent && pdi_species_atoms(solvent, e))) pdi_reactive_row(species, count, e, 0, 0, r);
+            if (species[i].phase == PD_PHASE_SOLUTE && pdi_species_count_atoms(&species[i], e)) there = 1;
+        if (there && !(solvent && pdi_species_count_atoms(solvent, e))) pdi_reactive_row(species, count, e, 0, 0, r);
     }
     for (int e = 1; solvent && e < 119; e++) { /* H2O: H less 2 O */
-        int last = solvent->element[solvent->elements - 1], atoms = pdi_species_atoms(solvent, last);
-        if (e == last || !pdi_species_atoms(solvent, e) || atoms != 1) continue;
-        pdi_reactive_row(species, count, e, last, pdi_species_atoms(solvent, e), r);
+        int last = solvent->element[solvent->elements - 1], atoms = pdi_species_count_atoms(solvent, last);
+        if (e == last || !pdi_species_count_atoms(solvent, e) || atoms != 1) continue;
+        pdi_reactive_row(species, count, e, last, pdi_species_count_atoms(solvent, e), r);
     }
     pdi_append(r->name[r->rows], PD_REACTIVE_NAME, "charge");
     for (int n = 0; n < r->components.solutes; n++) r->part[r->rows][n] = r->components.charge[n];
@@ -310,7 +310,7 @@ static pd_status pdi_reactive_settle(pd_ctx *ctx, const pd_reactive *r, const ch
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "%s: solute %d of %d has %g mol/m3, expected a finite "
                             "value of at least 0", where, n + 1, r->components.solutes, c[n]);
     PDI_TRY(pdi_reactive_neutral(ctx, r, where, c));
-    pdi_components_totals(&r->components, c, total);
+    pdi_components_compute_totals(&r->components, c, total);
     if (pdi_components_solve(&r->components, total, c) == PD_OK) return pdi_reactive_neutral(ctx, r, where, c);
     return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "%s: no equilibrium of the concentrations was found", where);
 }
@@ -384,19 +384,19 @@ static int pdi_reactive_shrinks(const pd_reactive *r)
     return 0;
 }
 
-PDI_FN void pdi_reactive_list(pdi_owner *owner, void *object)
+PDI_FN void pdi_reactive_list(pdi_array_visitor *owner, void *object)
 {
     pd_reactive *reactive = (pd_reactive *)object;
     if (!reactive->grid) return;
     int64_t total = reactive->grid->total;
-    PDI_STATE(owner, reactive, c, reactive->components.solutes * total, "mol/m3");
-    PDI_STATE(owner, reactive, carry, reactive->components.count * total, "mol/m3");
+    PDI_ARRAY_STATE(owner, reactive, c, reactive->components.solutes * total, "mol/m3");
+    PDI_ARRAY_STATE(owner, reactive, carry, reactive->components.count * total, "mol/m3");
     PDI_ARRAY(owner, reactive, source, reactive->components.solutes * total, "mol/m3/s");
-    if (reactive->minerals.count) PDI_STATE(owner, reactive, solid, reactive->minerals.count * total, "mol/m3");
+    if (reactive->minerals.count) PDI_ARRAY_STATE(owner, reactive, solid, reactive->minerals.count * total, "mol/m3");
     if (pdi_reactive_shrinks(reactive)) {
         PDI_ARRAY(owner, reactive, pass, total, "1");
         PDI_ARRAY(owner, reactive, filled, total, "1");
-        PDI_STATE(owner, reactive, narrow, total, "1/s");
+        PDI_ARRAY_STATE(owner, reactive, narrow, total, "1/s");
     }
     pdi_migration_list(owner, &reactive->migration);
     if (reactive->filters) PDI_ARRAY(owner, reactive, filter, reactive->filters, "");
@@ -453,7 +453,7 @@ static void pdi_reactive_krylov(const pd_reactive *r, pd_krylov_desc *kd)
 
 PDI_FN void pdi_reactive_slots(pd_reactive *r)
 {
-    r->slots = r->components.live * pdi_components_columns(&r->components) +
+    r->slots = r->components.live * pdi_components_count_columns(&r->components) +
                (r->components.kinetics + r->minerals.count) * r->components.count;
     if (!r->slots) r->slots = 1;
     r->filters = r->components.kinetics;
@@ -461,28 +461,28 @@ PDI_FN void pdi_reactive_slots(pd_reactive *r)
         r->filters += r->minerals.of[m].rate > 0.0 || r->minerals.of[m].surface > 0.0;
 }
 
-PDI_FN void pdi_reactive_work_list(pdi_owner *owner, void *object)
+PDI_FN void pdi_reactive_work_list(pdi_array_visitor *owner, void *object)
 {
     pd_reactive *reactive = (pd_reactive *)object;
     const pd_components *s = &reactive->components;
     int64_t total = reactive->grid->total;
-    PDI_RAW(owner, reactive, begin, s->solutes * total, "mol/m3");
-    PDI_RAW(owner, reactive, base, s->solutes * total, "mol/m3");
+    PDI_ARRAY_UNINIT(owner, reactive, begin, s->solutes * total, "mol/m3");
+    PDI_ARRAY_UNINIT(owner, reactive, base, s->solutes * total, "mol/m3");
     PDI_ARRAY(owner, reactive, total, s->count * total, "mol/m3");
     PDI_ARRAY(owner, reactive, move, s->solutes * total, "mol/m3");
     PDI_ARRAY(owner, reactive, work, 2 * s->count * total, "");
-    if (reactive->desc.order == 2) PDI_RAW(owner, reactive, slope, s->count * total, "mol/m3");
+    if (reactive->desc.order == 2) PDI_ARRAY_UNINIT(owner, reactive, slope, s->count * total, "mol/m3");
     if (reactive->minerals.count) {
         int64_t count = reactive->minerals.count * total;
-        PDI_RAW(owner, reactive, solid_begin, count, "mol/m3");
-        PDI_RAW(owner, reactive, solid_base, count, "mol/m3");
-        PDI_RAW(owner, reactive, solid_start, count, "mol/m3");
-        if (reactive->desc.order == 2) PDI_RAW(owner, reactive, solid_slope, count, "mol/m3");
+        PDI_ARRAY_UNINIT(owner, reactive, solid_begin, count, "mol/m3");
+        PDI_ARRAY_UNINIT(owner, reactive, solid_base, count, "mol/m3");
+        PDI_ARRAY_UNINIT(owner, reactive, solid_start, count, "mol/m3");
+        if (reactive->desc.order == 2) PDI_ARRAY_UNINIT(owner, reactive, solid_slope, count, "mol/m3");
     }
     PDI_ARRAY(owner, reactive, part_of, total, "mol/m3/s");
     PDI_ARRAY(owner, reactive, spent, s->count * total, "1");
     PDI_ARRAY(owner, reactive, rates, 2 * total, "1/s");
-    PDI_RAW(owner, reactive, by, reactive->slots * total, "");
+    PDI_ARRAY_UNINIT(owner, reactive, by, reactive->slots * total, "");
     PDI_ARRAY(owner, reactive, still, total, "1/s");
     pdi_flux_list(owner, &reactive->flux);
     pdi_inverse_list(owner, &reactive->inverse);
@@ -496,15 +496,15 @@ PDI_FN void pdi_reactive_work_list(pdi_owner *owner, void *object)
 
 PDI_FN size_t pdi_reactive_room(pd_reactive *r)
 {
-    size_t setup = pdi_inverse_room(&r->inverse), linear = pdi_arena_bytes(pdi_krylov_list, &r->krylov);
-    if (r->migration.on) setup += pdi_arena_bytes(pdi_multigrid_mark_list, &r->migration.mg);
-    return pdi_arena_bytes(pdi_reactive_work_list, r) + (setup > linear ? setup : linear);
+    size_t setup = pdi_inverse_room(&r->inverse), linear = pdi_arena_count_bytes(pdi_krylov_list, &r->krylov);
+    if (r->migration.on) setup += pdi_arena_count_bytes(pdi_multigrid_setup_list, &r->migration.mg);
+    return pdi_arena_count_bytes(pdi_reactive_work_list, r) + (setup > linear ? setup : linear);
 }
 
 PDI_FN pd_status pdi_reactive_plan(pd_ctx *ctx, pd_reactive *r, pd_krylov_desc *linear)
 {
     pd_multigrid_desc md;
-    pdi_compact_multigrid(r->grid, &md);
+    pdi_compact_operator_multigrid_desc(r->grid, &md);
     md.symmetric = r->flow == NULL;
     md.arena = pdi_reactive_arena(r);
     r->inverse.flux = &r->flux;
@@ -523,15 +523,15 @@ PDI_FN pd_status pdi_reactive_plan(pd_ctx *ctx, pd_reactive *r, pd_krylov_desc *
         PDI_TRY(pdi_inverse_plan(ctx, &md, &r->filter[n].inverse));
     }
     pdi_reactive_krylov(r, linear);
-    return pdi_krylov_plan(ctx, linear, &r->krylov);
+    return pdi_krylov_init(ctx, linear, &r->krylov);
 }
 
 static pd_status pdi_reactive_solvers(pd_ctx *ctx, pd_reactive *r)
 {
     pd_krylov_desc kd;
     PDI_TRY(pdi_reactive_plan(ctx, r, &kd));
-    PDI_TRY(pdi_krylov_prepare(ctx, &kd, &r->krylov));
-    return pdi_arena_fit(ctx, pdi_reactive_arena(r), pdi_reactive_room(r));
+    PDI_TRY(pdi_krylov_build_unallocated(ctx, &kd, &r->krylov));
+    return pdi_arena_reserve(ctx, pdi_reactive_arena(r), pdi_reactive_room(r));
 }
 
 PDI_FN pd_status pdi_reactive_system(pd_ctx *ctx, const pd_reactive_desc *desc, pd_reactive *r)
@@ -542,7 +542,8 @@ PDI_FN pd_status pdi_reactive_system(pd_ctx *ctx, const pd_reactive_desc *desc, 
     if (!desc->mineral_count || !few)
         return pdi_components_build(ctx, desc->species, desc->count, desc->reactions, desc->reaction_count,
                                     desc->activity, desc->temperature, &r->components);
-    int count = pdi_mineral_rest(desc->species, desc->count, desc->reactions, desc->reaction_count, rest);
+    int count =
+        pdi_mineral_copy_solid_free_reactions(desc->species, desc->count, desc->reactions, desc->reaction_count, rest);
     PDI_TRY(pdi_components_build(ctx, desc->species, desc->count, rest, count, desc->activity, desc->temperature,
                                  &r->components));
     return pdi_mineral_build(ctx, &r->components, desc->species, desc->count, desc->reactions, desc->reaction_count,
@@ -600,7 +601,7 @@ static pd_status pdi_reactive_make(pd_ctx *ctx, const pd_grid *grid, const pd_bo
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "a wall holds %g mol/m3, expected a finite value of at "
                             "least 0", r->wall[n]);
     }
-    PDI_TRY(pdi_owner_build(ctx, pdi_reactive_list, r));
+    PDI_TRY(pdi_array_registry_build(ctx, pdi_reactive_list, r));
     pdi_reactive_pick(r, desc->inlet ? desc->inlet : desc->initial, r->inlet);
     pdi_reactive_pick(r, desc->initial, c);
     PDI_TRY(pdi_reactive_settle(ctx, r, "inlet", r->inlet));
@@ -615,7 +616,7 @@ static pd_status pdi_reactive_make(pd_ctx *ctx, const pd_grid *grid, const pd_bo
     dd.user = desc->user;
     dd.smooth = 1;
     PDI_TRY(pdi_diffusion_build(ctx, bonds, &dd, &r->diffusion));
-    PDI_TRY(pdi_boundary_build(ctx, bonds, &r->boundary));
+    PDI_TRY(pdi_open_boundary_build(ctx, bonds, &r->boundary));
     r->flux.flow = flow;
     r->flux.diffusion = &r->diffusion;
     r->flux.boundary = &r->boundary;
@@ -639,7 +640,7 @@ pd_status pd_reactive_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bo
 pd_status pd_reactive_update(pd_ctx *ctx, pd_reactive *r)
 {
     PDI_TRY(pdi_diffusion_update(ctx, &r->diffusion));
-    PDI_TRY(pdi_boundary_update(ctx, &r->boundary));
+    PDI_TRY(pdi_open_boundary_update(ctx, &r->boundary));
     pdi_reactive_fill(r, PD_INLET, r->inlet);
     pdi_migration_inlets(&r->migration, r->desc.inlet_potential);
     return pdi_flux_fit(ctx, &r->flux);
@@ -648,13 +649,13 @@ pd_status pd_reactive_update(pd_ctx *ctx, pd_reactive *r)
 void pd_reactive_free(pd_ctx *ctx, pd_reactive *r)
 {
     pdi_flux_free(ctx, &r->flux);
-    pdi_boundary_free(ctx, &r->boundary);
+    pdi_open_boundary_free(ctx, &r->boundary);
     pdi_diffusion_free(ctx, &r->diffusion);
     pdi_inverse_free(ctx, &r->inverse);
     pdi_migration_free(ctx, &r->migration);
     for (int n = 0; n < r->filters && r->filter; n++) pdi_inverse_free(ctx, &r->filter[n].inverse);
     pdi_krylov_free(ctx, &r->krylov);
-    pdi_owner_free(ctx, pdi_reactive_list, r);
+    pdi_array_registry_free(ctx, pdi_reactive_list, r);
     pd_arena_free(ctx, &r->own);
     memset(r, 0, sizeof *r);
 }

@@ -169,8 +169,8 @@ PD_API void pd_reactive_free(pd_ctx *ctx, pd_reactive *reactive);
 /* Sizes of totals [components] are no smaller than that; 0 stays. */
 PDI_FN void pdi_reactive_trace(const pd_reactive *reactive, double *size);
 /* Arrays of a pd_reactive that steps carry on, and those that are lent for a step. */
-PDI_FN void pdi_reactive_list(pdi_owner *owner, void *object);
-PDI_FN void pdi_reactive_work_list(pdi_owner *owner, void *object);
+PDI_FN void pdi_reactive_list(pdi_array_visitor *owner, void *object);
+PDI_FN void pdi_reactive_work_list(pdi_array_visitor *owner, void *object);
 PDI_FN pd_arena *pdi_reactive_arena(pd_reactive *reactive);
 /* Plan the solvers, of whose arrays the next one is the sum [byte] with the work; nothing is made. */
 PDI_FN pd_status pdi_reactive_plan(pd_ctx *ctx, pd_reactive *reactive, pd_krylov_desc *linear);

@@ -21,7 +21,7 @@ static double pdi_reclaim_there(const pd_reactive *r, const double *gain, int32_
     const pd_components *of = &r->components;
     double c[PD_SPECIES_MOST], sum[PD_SPECIES_MOST], most = HUGE_VAL;
     pdi_reactive_get(r, r->c, i, c);
-    pdi_components_totals(of, c, sum);
+    pdi_components_compute_totals(of, c, sum);
     for (int k = 0; k < of->count; k++) {
         double there = PDI_RECLAIM_SHARE * (sum[k] + r->carry[(int64_t)k * r->grid->total + i]) + comes[k];
         if (gain[k] > 0.0 && pdi_reclaim_bounded(of, k)) most = pdi_min(most, pdi_max(there, 0.0) / gain[k]);
@@ -41,12 +41,12 @@ PDI_FN double pdi_reclaim_take(pd_reactive *r, const double *shed, double amount
     const pd_components *of = &r->components;
     int64_t total = r->grid->total;
     double gain[PD_SPECIES_MOST], held = 0.0;
-    pdi_sum sum = {0.0, 0.0};
-    pdi_components_totals(of, shed, gain);
+    pdi_compensated_sum sum = {0.0, 0.0};
+    pdi_components_compute_totals(of, shed, gain);
     for (int32_t i = 0; i < (int32_t)total; i++)
         if (r->grid->kind[i] == PD_FLUID)
-            pdi_sum_add(&sum, pdi_reclaim_held(r, gain, i) * pdi_grid_circumference(r->grid, i));
-    held = pdi_sum_total(&sum);
+            pdi_compensated_sum_add(&sum, pdi_reclaim_held(r, gain, i) * pdi_grid_circumference(r->grid, i));
+    held = pdi_compensated_sum_total(&sum);
     if (!(held > 0.0)) return 0.0;
     double share = pdi_min(amount / held, 1.0), taken = share < 1.0 ? amount : held;
     for (int32_t i = 0; i < (int32_t)total; i++) {
@@ -63,7 +63,7 @@ PDI_FN void pdi_reclaim_due(const pd_reactive *r, const double *shed, double dt,
     double gain[PD_SPECIES_MOST], whole[PD_SPECIES_MOST];
     memcpy(whole, shed, (size_t)r->components.solutes * sizeof *shed);
     if (r->surface) pdi_etch_whole(r->surface, whole);
-    pdi_components_totals(&r->components, whole, gain);
+    pdi_components_compute_totals(&r->components, whole, gain);
     for (int32_t i = 0; i < r->grid->total; i++) {
         double comes[PD_SPECIES_MOST] = {0.0};
         due[i] = owed[i];

@@ -3,7 +3,7 @@
 #include "react/layer.h"
 #include "react/levels.h"
 #include "core/par.h"
-#include "solve/eliminate.h"
+#include "solve/gauss_jordan.h"
 #include <math.h>
 #include <string.h>
 
@@ -58,11 +58,11 @@ PDI_FN void pdi_tangent_law(const pd_reactive *r, int32_t i, double *n, pd_miner
     double c[PD_SPECIES_MOST], first[PD_MINERAL_MOST];
     pdi_reactive_get(r, r->begin, i, c);
     pdi_reactive_solids(r, r->solid_begin, i, n);
-    pdi_mineral_begin(&r->components, &r->minerals, n, c, start);
+    pdi_mineral_begin_step(&r->components, &r->minerals, n, c, start);
     memcpy(first, n, sizeof first);
     pdi_reactive_solids(r, r->solid_start, i, n);
     for (int m = 0; m < r->minerals.count; m++)
-        pdi_mineral_resume(start, m, first[m] + (n[m] - first[m]) / PDI_TANGENT_BEYOND, PDI_TANGENT_BEYOND, &n[m]);
+        pdi_mineral_try_resume(start, m, first[m] + (n[m] - first[m]) / PDI_TANGENT_BEYOND, PDI_TANGENT_BEYOND, &n[m]);
     start->start = n;
     start->dt = r->dt;
 }
@@ -71,7 +71,7 @@ PDI_FN void pdi_tangent_law(const pd_reactive *r, int32_t i, double *n, pd_miner
 static int pdi_tangent_place(const pd_reactive *r)
 {
     const pd_components *s = &r->components;
-    return s->live * pdi_components_columns(s) + s->kinetics * s->count;
+    return s->live * pdi_components_count_columns(s) + s->kinetics * s->count;
 }
 
 PDI_FN void pdi_tangent_taken(const pd_reactive *r, const float *by, const double *total, double *taken)
@@ -131,7 +131,7 @@ static void pdi_tangent_minerals(const pd_reactive *r, int32_t i, const double *
     pd_mineral_start start;
     pdi_tangent_law(r, i, first, &start);
     pdi_reactive_solids(r, r->solid, i, n);
-    pdi_mineral_derive(&r->components, &r->minerals, &start, c, n, taken);
+    pdi_mineral_compute_derivatives(&r->components, &r->minerals, &start, c, n, taken);
 }
 
 /* left [components]: what minerals leave of one of total k. */
@@ -181,7 +181,7 @@ PDI_FN pd_status pdi_tangent_derive(pd_ctx *ctx, pd_reactive *r)
 {
     const pd_components *s = &r->components;
     int64_t total = r->grid->total;
-    int nt = pdi_tangent_threads(ctx, r), tables = s->live * pdi_components_columns(s);
+    int nt = pdi_tangent_threads(ctx, r), tables = s->live * pdi_components_count_columns(s);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
@@ -190,19 +190,19 @@ PDI_FN pd_status pdi_tangent_derive(pd_ctx *ctx, pd_reactive *r)
         float *by = r->by + (int64_t)i * r->slots, *row = by + tables;
         if (r->grid->kind[i] != PD_FLUID) continue;
         pdi_reactive_get(r, r->c, i, c);
-        pdi_components_derive(s, c, by);
+        pdi_components_compute_derivatives_single(s, c, by);
         if (r->minerals.count) {
             pdi_tangent_minerals(r, i, c, taken);
             for (int k = 0; k < r->minerals.count * s->count; k++) by[pdi_tangent_place(r) + k] = (float)taken[k];
         }
         for (int n = 0; n < s->kinetics; n++, row += s->count) {
             double rate = 0.0;
-            pdi_components_speed(s, &s->kinetic[n], c, slope, NULL);
+            pdi_components_compute_rate(s, &s->kinetic[n], c, slope, NULL);
             for (int k = 0; k < s->count; k++) {
                 double sum = 0.0;
                 /* of ions that reach a mineral next to nothing may stay dissolved: single precision has none of it */
                 pdi_tangent_left(r, taken, k, one);
-                pdi_components_follow(s, by, one, along);
+                pdi_components_apply_derivatives(s, by, one, along);
                 for (int m = 0; m < s->solutes; m++) sum += slope[m] * along[m];
                 row[k] = (float)sum;
                 rate -= (double)row[k] * s->kinetic[n].gain[k];
@@ -289,7 +289,7 @@ static void pdi_tangent_apply(void *user, const double *x, double *y)
     pd_reactive *r = u->r;
     const pd_components *s = &r->components;
     int64_t total = r->grid->total;
-    int nt = pdi_tangent_threads(u->ctx, r), tables = s->live * pdi_components_columns(s);
+    int nt = pdi_tangent_threads(u->ctx, r), tables = s->live * pdi_components_count_columns(s);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
@@ -298,7 +298,7 @@ static void pdi_tangent_apply(void *user, const double *x, double *y)
         for (int k = 0; k < s->count; k++) along[k] = r->weight[k] * x[k * total + i]; /* 0 where it is spent */
         pdi_tangent_part(r, i, along);
         pdi_tangent_fix(r, r->by + (int64_t)i * r->slots, along);
-        pdi_components_follow(s, r->by + (int64_t)i * r->slots, along, c);
+        pdi_components_apply_derivatives(s, r->by + (int64_t)i * r->slots, along, c);
         pdi_reactive_put(r, c, i, r->move);
     }
     pdi_tangent_images(r, r->move);
@@ -327,7 +327,7 @@ static void pdi_tangent_split(const pd_ctx *ctx, pd_reactive *r, int n, double *
     const pd_components *s = &r->components;
     const double *gain = s->kinetic[n].gain;
     int64_t total = r->grid->total;
-    int nt = pdi_tangent_threads(ctx, r), at = s->live * pdi_components_columns(s) + n * s->count;
+    int nt = pdi_tangent_threads(ctx, r), at = s->live * pdi_components_count_columns(s) + n * s->count;
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
@@ -468,7 +468,7 @@ static void pdi_tangent_recharge(pd_ctx *ctx, pd_reactive *r, double *y)
         pdi_tangent_part(r, i, x);
         for (int k = 0; k < s->count; k++) y[k * total + i] = x[k] / r->weight[k];
         pdi_tangent_fix(r, r->by + (int64_t)i * r->slots, x);
-        pdi_components_follow(s, r->by + (int64_t)i * r->slots, x, c);
+        pdi_components_apply_derivatives(s, r->by + (int64_t)i * r->slots, x, c);
         for (int n = 0; n < s->solutes; n++) sum += m->charge[n] * r->ratio[n] * c[n];
         m->move[i] = sum;
     }
@@ -491,13 +491,13 @@ static void pdi_tangent_recharge(pd_ctx *ctx, pd_reactive *r, double *y)
 static void pdi_tangent_block(const pd_reactive *r, int32_t i, double *matrix)
 {
     const pd_components *s = &r->components;
-    const float *by = r->by + (int64_t)i * r->slots, *rows = by + s->live * pdi_components_columns(s);
+    const float *by = r->by + (int64_t)i * r->slots, *rows = by + s->live * pdi_components_count_columns(s);
     int count = s->count;
     for (int n = 0; n < count; n++) {
         double along[PD_SPECIES_MOST] = {0.0}, c[PD_SPECIES_MOST];
         along[n] = r->weight[n];
         pdi_tangent_fix(r, by, along);
-        pdi_components_follow(s, by, along, c);
+        pdi_components_apply_derivatives(s, by, along, c);
         for (int k = 0; k < count; k++) {
             double sum = k == n ? r->weight[k] / r->dt : 0.0;
             for (int m = 0; m < s->solutes; m++) sum += s->m[k][m] * r->rates[i] * r->ratio[m] * c[m];
@@ -526,7 +526,7 @@ static void pdi_tangent_precondition_nodes(void *user, const double *x, double *
         if (fluid) {
             pdi_tangent_block(r, i, matrix);
             for (int k = 0; k < count; k++) matrix[k * (count + 1) + count] = rest[k * total + i];
-            pdi_eliminate(count, count + 1, count + 1, matrix);
+            pdi_gauss_jordan_solve(count, count + 1, count + 1, matrix);
         }
         for (int k = 0; k < count; k++) y[k * total + i] = fluid ? matrix[k * (count + 1) + count] : 0.0;
     }
@@ -606,10 +606,10 @@ PDI_FN pd_status pdi_tangent_direction(pd_ctx *ctx, pd_reactive *r, double share
     r->krylov.desc.rtol = share;
     r->krylov.desc.atol = goal;
     pdi_tangent_spend(r, r->work);
-    PDI_TRY(pdi_arena_lend(ctx, arena, pdi_krylov_list, &r->krylov));
+    PDI_TRY(pdi_arena_acquire(ctx, arena, pdi_krylov_list, &r->krylov));
     pd_status status = pdi_krylov_solve(ctx, &r->krylov, pdi_tangent_apply, near, &user, r->work,
                                         r->work + r->components.count * (int64_t)r->grid->total, &linear);
     *iterations += linear.iterations;
     if (r->migration.on) pdi_tangent_resolve(r);
-    return pdi_arena_return(ctx, arena, pdi_krylov_list, &r->krylov, status);
+    return pdi_arena_release(ctx, arena, pdi_krylov_list, &r->krylov, status);
 }

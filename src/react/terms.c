@@ -36,7 +36,7 @@ PDI_FN void pdi_terms_enter(const pd_etch *s, int metal, int32_t node, int32_t p
         w->creep = s->rise[place] * s->half;
     }
     pdi_reactive_get(s->reactive, s->reactive->c, node, w->c);
-    w->davies = pdi_components_activity(of, w->c);
+    w->davies = pdi_components_compute_ln_gamma(of, w->c);
     for (int n = 0; n < of->solutes; n++) w->at[n] = s->scale[n] * w->c[n];
     w->psi = s->reactive->migration.on ? s->reactive->migration.psi[node] : 0.0;
     w->lift = w->sweep = 0.0;
@@ -46,7 +46,7 @@ PDI_FN void pdi_terms_enter(const pd_etch *s, int metal, int32_t node, int32_t p
     if (!(thick + w->way > 0.0)) return;
     pdi_etch_activities(of, &s->film, w->davies, film);
     memcpy(w->ln_k, film->ln_k, sizeof w->ln_k);
-    pdi_components_totals(of, w->at, w->flows);
+    pdi_components_compute_totals(of, w->at, w->flows);
 }
 
 PDI_FN void pdi_terms_read(const pdi_terms *w, const double *c, double psi, double *ph, double *phi)

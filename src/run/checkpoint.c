@@ -3,36 +3,36 @@
 #include "scene/fingerprint.h"
 #include <string.h>
 
-#define PDI_CHECKPOINT_SCENE (1 << 24) /* [byte] largest text of a scene */
+#define PDI_CHECKPOINT_MAX_SCENE_BYTES (1 << 24) /* [byte] largest text of a scene */
 
 /* Store the text of the scene, or compare it with that of the checkpoint. PD_ERR_ARGUMENT: they differ. */
-static pd_status pdi_checkpoint_scene(pd_ctx *ctx, const pd_setup *setup, pd_archive *archive)
+static pd_status pdi_checkpoint_store_scene(pd_ctx *ctx, const pd_setup *setup, pd_archive *archive)
 {
     int64_t size = (int64_t)setup->fingerprint_size;
     char *kept = NULL;
-    PDI_TRY(PDI_KEEP(ctx, archive, "size of the scene", &size, 1));
-    if (!archive->reading) return PDI_KEEP(ctx, archive, "scene", setup->fingerprint, size);
-    if (size < 0 || size > PDI_CHECKPOINT_SCENE)
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "size of the scene", &size, 1));
+    if (!archive->reading) return PDI_ARCHIVE_ARRAY(ctx, archive, "scene", setup->fingerprint, size);
+    if (size < 0 || size > PDI_CHECKPOINT_MAX_SCENE_BYTES)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, archive->name, "it keeps a scene of %.0f bytes, expected at most %d",
-                        (double)size, PDI_CHECKPOINT_SCENE);
+                        (double)size, PDI_CHECKPOINT_MAX_SCENE_BYTES);
     PDI_TRY(PDI_NEW(ctx, "checkpoint", size + 1, kept));
-    pd_status status = PDI_KEEP(ctx, archive, "scene", kept, size);
-    if (status == PD_OK) status = pdi_fingerprint_compare(ctx, setup, kept, archive->name);
+    pd_status status = PDI_ARCHIVE_ARRAY(ctx, archive, "scene", kept, size);
+    if (status == PD_OK) status = pdi_fingerprint_check(ctx, setup, kept, archive->name);
     PDI_DELETE(ctx, size + 1, kept);
     return status;
 }
 
-PDI_FN pd_status pdi_checkpoint_model(pd_ctx *ctx, pd_model *model, pd_archive *archive)
+PDI_FN pd_status pdi_checkpoint_store_model(pd_ctx *ctx, pd_model *model, pd_archive *archive)
 {
     const pd_setup *u = model->setup;
-    PDI_TRY(pdi_checkpoint_scene(ctx, u, archive));
+    PDI_TRY(pdi_checkpoint_store_scene(ctx, u, archive));
     /* what callers change in a setup that was read */
-    PDI_TRY(PDI_SAME(ctx, archive, "until [s]", u->until));
-    PDI_TRY(PDI_SAME(ctx, archive, "every [s]", u->every));
-    PDI_TRY(PDI_SAME(ctx, archive, "rtol", u->rtol));
-    PDI_TRY(PDI_SAME(ctx, archive, "fraction", u->fraction));
-    PDI_TRY(PDI_SAME(ctx, archive, "max_step [s]", u->max_step));
+    PDI_TRY(PDI_ARCHIVE_VERIFY(ctx, archive, "until [s]", u->until));
+    PDI_TRY(PDI_ARCHIVE_VERIFY(ctx, archive, "every [s]", u->every));
+    PDI_TRY(PDI_ARCHIVE_VERIFY(ctx, archive, "rtol", u->rtol));
+    PDI_TRY(PDI_ARCHIVE_VERIFY(ctx, archive, "fraction", u->fraction));
+    PDI_TRY(PDI_ARCHIVE_VERIFY(ctx, archive, "max_step [s]", u->max_step));
     return pd_couple_store(ctx, &model->couple, archive);
 }
 
-#undef PDI_CHECKPOINT_SCENE
+#undef PDI_CHECKPOINT_MAX_SCENE_BYTES

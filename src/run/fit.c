@@ -1,7 +1,7 @@
 /* fit: see fit.h */
 #include "run/fit.h"
 #include "scene/read_measured.h"
-#include "run/coarser.h"
+#include "run/coarsen_setup.h"
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -18,24 +18,24 @@ typedef struct pdi_fit {
     int factor;         /* of h */
     double *computed;   /* [points of all sections] */
     double *data, *weight; /* [points that count] SI, 1/spread */
-    int *place;         /* [points that count] index in `computed` */
-    double *best;       /* [points that count] residuals of the lowest sum of squares on this lattice */
-    double least;       /* [-] that sum */
+    int *point_index;      /* [points that count] index in `computed` */
+    double *best_residuals; /* [points that count] residuals of the lowest sum of squares on this lattice */
+    double min_sum;         /* [-] that sum */
     double noise;       /* [-] of a residual, from the coarsest lattice; 0: not known */
-    int all;
+    int total_points;
 } pdi_fit;
 
 /* ---- ranges ---- */
 
 /* Error message for a range that cannot be read. Returns PD_ERR_ARGUMENT. */
-static pd_status pdi_fit_refuse(pd_ctx *ctx, const char *range, const char *expected)
+static pd_status pdi_fit_reject_range(pd_ctx *ctx, const char *range, const char *expected)
 {
     return pdi_fail(ctx, PD_ERR_ARGUMENT, "fit", "found '%.100s', expected %s, such as dissolve.rate_scale=0.5..2 or "
                     "\"transport.D=1e-10..1e-8 m2/s\"", range, expected);
 }
 
 /* Length of the number at text, which is not taken to reach into "..". 0: there is none. */
-static size_t pdi_fit_number(const char *text, double *value)
+static size_t pdi_fit_parse_number(const char *text, double *value)
 {
     char copy[64], *end;
     const char *dots = strstr(text, "..");
@@ -48,10 +48,10 @@ static size_t pdi_fit_number(const char *text, double *value)
 }
 
 /* The unit at text up to `end`, without blanks around it. 0: it is too long. */
-static int pdi_fit_unit(const char *text, const char *end, char *unit)
+static int pdi_fit_parse_unit(const char *text, const char *end, char *unit)
 {
-    while (text < end && pdi_units_blank(*text)) text++;
-    while (end > text && pdi_units_blank(end[-1])) end--;
+    while (text < end && pdi_units_is_blank(*text)) text++;
+    while (end > text && pdi_units_is_blank(end[-1])) end--;
     size_t size = (size_t)(end - text);
     if (size >= PD_UNITS_TEXT) return 0;
     memcpy(unit, text, size);
@@ -60,57 +60,57 @@ static int pdi_fit_unit(const char *text, const char *end, char *unit)
 }
 
 /* Convert the low bound to the unit of the high one; without a unit it has that of the high one. */
-static pd_status pdi_fit_same(pd_ctx *ctx, const char *range, const char *unit, pd_fit_parameter *p)
+static pd_status pdi_fit_convert_low_bound(pd_ctx *ctx, const char *range, const char *unit, pd_fit_parameter *p)
 {
     double from, to;
     pd_dims a, b;
     if (!unit[0] || strcmp(unit, p->unit) == 0) return PD_OK;
     if (pd_units_parse(ctx, unit, &from, &a) < 0 || pd_units_parse(ctx, p->unit, &to, &b) < 0 ||
-        !pdi_units_same(&a, &b))
-        return pdi_fit_refuse(ctx, range, "bounds of one dimension");
+        !pdi_units_is_same(&a, &b))
+        return pdi_fit_reject_range(ctx, range, "bounds of one dimension");
     p->low *= from / to;
     return PD_OK;
 }
 
 /* Parse "KEY=LOW..HIGH UNIT" into a parameter. */
-static pd_status pdi_fit_range(pd_ctx *ctx, const char *range, pd_fit_parameter *p)
+static pd_status pdi_fit_parse_range(pd_ctx *ctx, const char *range, pd_fit_parameter *p)
 {
     const char *equal = strchr(range, '='), *dots = strstr(range, "..");
     char unit[PD_UNITS_TEXT];
     size_t low, high, key = equal ? (size_t)(equal - range) : 0;
     memset(p, 0, sizeof *p);
     if (!equal || !key || key >= sizeof p->key || !dots || dots < equal)
-        return pdi_fit_refuse(ctx, range, "KEY=LOW..HIGH");
-    while (key > 0 && pdi_units_blank(range[key - 1])) key--;
+        return pdi_fit_reject_range(ctx, range, "KEY=LOW..HIGH");
+    while (key > 0 && pdi_units_is_blank(range[key - 1])) key--;
     memcpy(p->key, range, key);
-    low = pdi_fit_number(equal + 1, &p->low);
-    high = pdi_fit_number(dots + 2, &p->high);
-    if (!low || !high || !pdi_fit_unit(equal + 1 + low, dots, unit) ||
-        !pdi_fit_unit(dots + 2 + high, dots + strlen(dots), p->unit))
-        return pdi_fit_refuse(ctx, range, "a number on either side of '..'");
-    PDI_TRY(pdi_fit_same(ctx, range, unit, p));
+    low = pdi_fit_parse_number(equal + 1, &p->low);
+    high = pdi_fit_parse_number(dots + 2, &p->high);
+    if (!low || !high || !pdi_fit_parse_unit(equal + 1 + low, dots, unit) ||
+        !pdi_fit_parse_unit(dots + 2 + high, dots + strlen(dots), p->unit))
+        return pdi_fit_reject_range(ctx, range, "a number on either side of '..'");
+    PDI_TRY(pdi_fit_convert_low_bound(ctx, range, unit, p));
     if (p->low < p->high && p->high - p->low < HUGE_VAL) return PD_OK;
-    return pdi_fit_refuse(ctx, range, "a finite low bound below the high one");
+    return pdi_fit_reject_range(ctx, range, "a finite low bound below the high one");
 }
 
 /* Parse all ranges. PD_ERR_ARGUMENT: too many, or a key twice. */
-static pd_status pdi_fit_ranges(pd_ctx *ctx, const pd_fit_desc *desc, pd_fit *fit)
+static pd_status pdi_fit_parse_ranges(pd_ctx *ctx, const pd_fit_desc *desc, pd_fit *fit)
 {
     if (desc->ranges < 1 || desc->ranges > PD_LEAST_SQUARES_PARAMETERS)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "fit", "found %d parameters, expected 1 to %d", desc->ranges,
                         PD_LEAST_SQUARES_PARAMETERS);
     for (int k = 0; k < desc->ranges; k++) {
-        PDI_TRY(pdi_fit_range(ctx, desc->range[k], &fit->parameter[k]));
+        PDI_TRY(pdi_fit_parse_range(ctx, desc->range[k], &fit->parameter[k]));
         for (int j = 0; j < k; j++)
             if (strcmp(fit->parameter[j].key, fit->parameter[k].key) == 0)
-                return pdi_fit_refuse(ctx, desc->range[k], "each key once");
+                return pdi_fit_reject_range(ctx, desc->range[k], "each key once");
     }
     fit->parameters = desc->ranges;
     return PD_OK;
 }
 
 /* Write the overrides "KEY=VALUE UNIT" of all parameters for the values. */
-static void pdi_fit_overrides(pd_fit *fit, const double *value)
+static void pdi_fit_format_overrides(pd_fit *fit, const double *value)
 {
     for (int k = 0; k < fit->parameters; k++) {
         fit->override[k][0] = '\0';
@@ -138,7 +138,7 @@ pd_status pd_fit_setup(pd_ctx *ctx, const pd_fit_desc *desc, const char *const *
 }
 
 /* Put the trial values of the parameters before the message of a failed run. Returns status. */
-static pd_status pdi_fit_blame(pdi_fit *f, pd_status status)
+static pd_status pdi_fit_prefix_message(pdi_fit *f, pd_status status)
 {
     char message[PD_MESSAGE_SIZE], values[240] = "";
     memcpy(message, f->ctx->message, sizeof message);
@@ -152,7 +152,7 @@ static pd_status pdi_fit_blame(pdi_fit *f, pd_status status)
 }
 
 /* Run the setup without files, on the coarser lattice where factor > 1, into f->computed. */
-static pd_status pdi_fit_computed(pdi_fit *f, const pd_setup *setup)
+static pd_status pdi_fit_run_model(pdi_fit *f, const pd_setup *setup)
 {
     pd_run_desc dry;
     pd_run_result result;
@@ -162,7 +162,7 @@ static pd_status pdi_fit_computed(pdi_fit *f, const pd_setup *setup)
     dry.stop_user = f->desc->stop_user;
     dry.computed = f->computed;
     if (f->factor > 1) {
-        PDI_TRY(pdi_coarser_build(f->ctx, setup, f->factor, f->coarser));
+        PDI_TRY(pdi_coarsen_setup_build(f->ctx, setup, f->factor, f->coarser));
         dry.share = f->coarser->share;
         setup = &f->coarser->setup;
     }
@@ -172,19 +172,19 @@ static pd_status pdi_fit_computed(pdi_fit *f, const pd_setup *setup)
 
 /* Residuals [points] for parameter values: (computed - measured) times weight. The function of pdi_least_squares_solve.
  */
-static pd_status pdi_fit_evaluate(pd_ctx *ctx, void *user, const double *value, double *residual)
+static pd_status pdi_fit_compute_residuals(pd_ctx *ctx, void *user, const double *value, double *residual)
 {
     pdi_fit *f = (pdi_fit *)user;
     const char *more[PD_LEAST_SQUARES_PARAMETERS];
     pd_setup *setup = NULL;
-    pdi_fit_overrides(f->fit, value);
+    pdi_fit_format_overrides(f->fit, value);
     for (int k = 0; k < f->fit->parameters; k++) more[k] = f->fit->override[k];
     PDI_TRY(PDI_NEW(ctx, "fit", 1, setup));
     pd_status status = pd_fit_setup(ctx, f->desc, more, f->fit->parameters, setup);
-    if (status >= 0) status = pdi_fit_computed(f, setup);
+    if (status >= 0) status = pdi_fit_run_model(f, setup);
     if (status >= 0) pd_setup_free(ctx, setup);
     else {
-        pdi_fit_blame(f, status);
+        pdi_fit_prefix_message(f, status);
         pd_setup_free(ctx, setup);
     }
     PDI_DELETE(ctx, 1, setup);
@@ -192,26 +192,26 @@ static pd_status pdi_fit_evaluate(pd_ctx *ctx, void *user, const double *value, 
     f->fit->evaluations++;
     double sum = 0.0;
     for (int k = 0; k < f->fit->points; k++) {
-        residual[k] = (f->computed[f->place[k]] - f->data[k]) * f->weight[k];
+        residual[k] = (f->computed[f->point_index[k]] - f->data[k]) * f->weight[k];
         sum += residual[k] * residual[k];
     }
-    if (!(sum < f->least)) return PD_OK;
-    f->least = sum;
-    memcpy(f->best, residual, (size_t)f->fit->points * sizeof *residual);
+    if (!(sum < f->min_sum)) return PD_OK;
+    f->min_sum = sum;
+    memcpy(f->best_residuals, residual, (size_t)f->fit->points * sizeof *residual);
     return PD_OK;
 }
 
 /* ---- points ---- */
 
 /* Check that points have positive standard deviations, all or none of the sets; *known: 1: they have. */
-static pd_status pdi_fit_spreads(pd_ctx *ctx, const pd_setup *setup, int *known)
+static pd_status pdi_fit_check_std_devs(pd_ctx *ctx, const pd_setup *setup, int *known)
 {
     int with = 0;
     for (int k = 0; k < setup->records; k++) {
         const pd_setup_record *r = &setup->record[k];
         with += r->spread != NULL;
         for (int p = 0; p < r->points && r->spread; p++)
-            if (pdi_read_measured_counts(r, p, setup->until) && !(r->spread[p] > 0.0))
+            if (pdi_read_measured_is_in_run(r, p, setup->until) && !(r->spread[p] > 0.0))
                 return pdi_fail(ctx, PD_ERR_ARGUMENT, "fit", "found a spread of 0 in %.60s at t = %g s, expected a "
                                 "positive one: points weigh by it", r->name, r->time[p]);
     }
@@ -223,16 +223,16 @@ static pd_status pdi_fit_spreads(pd_ctx *ctx, const pd_setup *setup, int *known)
 }
 
 /* Collect measured values and weights of points after the start and before the end of the run. */
-static void pdi_fit_gather(pdi_fit *f, const pd_setup *setup)
+static void pdi_fit_find_points(pdi_fit *f, const pd_setup *setup)
 {
     int at = 0, count = 0;
     for (int k = 0; k < setup->records; k++) {
         const pd_setup_record *r = &setup->record[k];
         for (int p = 0; p < r->points; p++, at++) {
-            if (!pdi_read_measured_counts(r, p, setup->until)) continue;
+            if (!pdi_read_measured_is_in_run(r, p, setup->until)) continue;
             f->data[count] = r->value[p];
             f->weight[count] = 1.0 / (r->spread ? r->spread[p] : r->scale);
-            f->place[count++] = at;
+            f->point_index[count++] = at;
         }
     }
     f->fit->points = count;
@@ -243,17 +243,17 @@ static void pdi_fit_gather(pdi_fit *f, const pd_setup *setup)
 }
 
 /* Check the measured points and allocate work. */
-static pd_status pdi_fit_prepare(pdi_fit *f, const pd_setup *setup)
+static pd_status pdi_fit_allocate_work(pdi_fit *f, const pd_setup *setup)
 {
-    PDI_TRY(pdi_fit_spreads(f->ctx, setup, &f->fit->known));
-    for (int k = 0; k < setup->records; k++) f->all += setup->record[k].points;
-    PDI_TRY(PDI_NEW(f->ctx, "fit", f->all, f->computed));
-    PDI_TRY(PDI_NEW(f->ctx, "fit", f->all, f->data));
-    PDI_TRY(PDI_NEW(f->ctx, "fit", f->all, f->weight));
-    PDI_TRY(PDI_NEW(f->ctx, "fit", f->all, f->place));
-    PDI_TRY(PDI_NEW(f->ctx, "fit", f->all, f->best));
+    PDI_TRY(pdi_fit_check_std_devs(f->ctx, setup, &f->fit->known));
+    for (int k = 0; k < setup->records; k++) f->total_points += setup->record[k].points;
+    PDI_TRY(PDI_NEW(f->ctx, "fit", f->total_points, f->computed));
+    PDI_TRY(PDI_NEW(f->ctx, "fit", f->total_points, f->data));
+    PDI_TRY(PDI_NEW(f->ctx, "fit", f->total_points, f->weight));
+    PDI_TRY(PDI_NEW(f->ctx, "fit", f->total_points, f->point_index));
+    PDI_TRY(PDI_NEW(f->ctx, "fit", f->total_points, f->best_residuals));
     PDI_TRY(PDI_NEW(f->ctx, "fit", 1, f->coarser));
-    pdi_fit_gather(f, setup);
+    pdi_fit_find_points(f, setup);
     f->fit->h = setup->h[0];
     if (f->fit->points >= f->fit->parameters) return PD_OK;
     return pdi_fail(f->ctx, PD_ERR_ARGUMENT, "fit", "found %d point%s for %d parameters, expected as many at least",
@@ -263,28 +263,28 @@ static pd_status pdi_fit_prepare(pdi_fit *f, const pd_setup *setup)
 /* ---- lattices ---- */
 
 /* Print a line, if the caller wants it. */
-static void pdi_fit_say(const pdi_fit *f, pd_print_kind kind, const char *text)
+static void pdi_fit_print(const pdi_fit *f, pd_print_kind kind, const char *text)
 {
     if (f->desc->print) f->desc->print(f->desc->print_user, kind, text);
 }
 
 /* Print an iteration: values and sum of squares. */
-static void pdi_fit_report(void *user, const double *value, double sum, int evaluations)
+static void pdi_fit_print_iteration(void *user, const double *value, double sum, int evaluations)
 {
     pdi_fit *f = (pdi_fit *)user;
     char line[400], h[PD_UNITS_TEXT];
-    pdi_setup_show(f->factor * f->fit->h, "m", h);
+    pdi_setup_format_value(f->factor * f->fit->h, "m", h);
     snprintf(line, sizeof line, "fit  h = %-8s runs %3d  ", h, evaluations);
     if (f->fit->known) pdi_append(line, sizeof line, "chi2 %-10.5g", sum);
     else pdi_append(line, sizeof line, "rms %-10.5g", sqrt(sum / f->fit->points));
     for (int k = 0; k < f->fit->parameters; k++)
         pdi_append(line, sizeof line, "  %.60s = %.6g%s%.40s", f->fit->parameter[k].key, value[k],
                        f->fit->parameter[k].unit[0] ? " " : "", f->fit->parameter[k].unit);
-    pdi_fit_say(f, PD_PRINT_SUMMARY, line);
+    pdi_fit_print(f, PD_PRINT_SUMMARY, line);
 }
 
 /* Solve the least-squares problem on the lattice of the present factor, from `start`. */
-static pd_status pdi_fit_level(pdi_fit *f, const double *start)
+static pd_status pdi_fit_solve_on_grid(pdi_fit *f, const double *start)
 {
     pd_least_squares_desc d;
     memset(&d, 0, sizeof d);
@@ -297,10 +297,10 @@ static pd_status pdi_fit_level(pdi_fit *f, const double *start)
     }
     d.known = f->fit->known;
     d.noise = f->noise;
-    d.fn = pdi_fit_evaluate;
+    d.fn = pdi_fit_compute_residuals;
     d.user = f;
-    d.report = pdi_fit_report;
-    f->least = HUGE_VAL;
+    d.report = pdi_fit_print_iteration;
+    f->min_sum = HUGE_VAL;
     pd_status status = pdi_least_squares_solve(f->ctx, &d, &f->fit->squares);
     f->noise = f->fit->squares.noise;
     if (status >= 0 || !f->fit->squares.idle) return status;
@@ -311,11 +311,11 @@ static pd_status pdi_fit_level(pdi_fit *f, const double *start)
 }
 
 /* 1: the caller wants to stop. */
-static int pdi_fit_stopped(const pdi_fit *f) { return f->desc->stop && f->desc->stop(f->desc->stop_user); }
+static int pdi_fit_is_stopped(const pdi_fit *f) { return f->desc->stop && f->desc->stop(f->desc->stop_user); }
 
 /* Solve on the lattices at 4 h, 2 h and h, each from the result before. A coarser lattice that fails is left out.
  * Starts are geometric means of wide positive ranges, else midpoints. */
-static pd_status pdi_fit_levels(pdi_fit *f)
+static pd_status pdi_fit_solve_coarse_to_fine(pdi_fit *f)
 {
     double start[PD_LEAST_SQUARES_PARAMETERS];
     char line[PD_MESSAGE_SIZE + 64];
@@ -325,53 +325,53 @@ static pd_status pdi_fit_levels(pdi_fit *f)
         start[k] = p->low > 0.0 && p->high >= 10.0 * p->low ? sqrt(p->low * p->high) : 0.5 * (p->low + p->high);
     }
     for (f->factor = f->desc->one_lattice ? 1 : 4; f->factor > 0; f->factor /= 2) {
-        status = pdi_fit_level(f, start);
+        status = pdi_fit_solve_on_grid(f, start);
         if (status >= 0) memcpy(start, f->fit->squares.value, sizeof start);
-        if (f->factor == 1 || pdi_is_final(status) || pdi_fit_stopped(f)) return status;
+        if (f->factor == 1 || pdi_is_fatal(status) || pdi_fit_is_stopped(f)) return status;
         snprintf(line, sizeof line, "no fit at %d h: %.500s", f->factor, f->ctx->message);
-        if (status < 0) pdi_fit_say(f, PD_PRINT_NOTE, line);
+        if (status < 0) pdi_fit_print(f, PD_PRINT_NOTE, line);
     }
     return status;
 }
 
 /* Root mean square of the residuals: in the unit of the points, or, with several sets, over standard deviations. */
-static pd_status pdi_fit_rms(pdi_fit *f)
+static pd_status pdi_fit_compute_rms(pdi_fit *f)
 {
     double square = 0.0, scale = 1.0;
     pd_fit *fit = f->fit;
     if (fit->records == 1) PDI_TRY(pd_units_parse(f->ctx, fit->unit, &scale, NULL));
     for (int k = 0; k < fit->points; k++) {
-        double off = f->best[k] / (fit->records == 1 ? f->weight[k] * scale : 1.0);
+        double off = f->best_residuals[k] / (fit->records == 1 ? f->weight[k] * scale : 1.0);
         square += off * off;
     }
     fit->rms = sqrt(square / fit->points);
-    pdi_fit_overrides(fit, fit->squares.value);
+    pdi_fit_format_overrides(fit, fit->squares.value);
     return PD_OK;
 }
 
 /* The whole fit: ranges, points, lattices. */
-static pd_status pdi_fit_all(pdi_fit *f)
+static pd_status pdi_fit_run_inner(pdi_fit *f)
 {
     pd_setup *setup = NULL;
     const char *more[PD_LEAST_SQUARES_PARAMETERS];
     double low[PD_LEAST_SQUARES_PARAMETERS] = {0.0};
-    pd_status status = pdi_fit_ranges(f->ctx, f->desc, f->fit), solved;
+    pd_status status = pdi_fit_parse_ranges(f->ctx, f->desc, f->fit), solved;
     for (int k = 0; k < f->fit->parameters; k++) {
         low[k] = f->fit->parameter[k].low;
         more[k] = f->fit->override[k];
     }
-    pdi_fit_overrides(f->fit, low);
+    pdi_fit_format_overrides(f->fit, low);
     if (status >= 0) status = PDI_NEW(f->ctx, "fit", 1, setup);
     if (status >= 0) status = pd_fit_setup(f->ctx, f->desc, more, f->fit->parameters, setup);
     if (status >= 0) {
-        status = pdi_fit_prepare(f, setup);
+        status = pdi_fit_allocate_work(f, setup);
         pd_setup_free(f->ctx, setup);
     }
     PDI_DELETE(f->ctx, 1, setup);
-    f->fit->bad_input = status < 0 && !pdi_is_final(status);
+    f->fit->bad_input = status < 0 && !pdi_is_fatal(status);
     PDI_TRY(status);
-    PDI_TRY(solved = pdi_fit_levels(f));
-    PDI_TRY(pdi_fit_rms(f));
+    PDI_TRY(solved = pdi_fit_solve_coarse_to_fine(f));
+    PDI_TRY(pdi_fit_compute_rms(f));
     return solved;
 }
 
@@ -383,12 +383,12 @@ pd_status pd_fit_run(pd_ctx *ctx, const pd_fit_desc *desc, pd_fit *fit)
     f.ctx = ctx;
     f.desc = desc;
     f.fit = fit;
-    pd_status status = pdi_fit_all(&f);
-    PDI_DELETE(ctx, f.all, f.computed);
-    PDI_DELETE(ctx, f.all, f.data);
-    PDI_DELETE(ctx, f.all, f.weight);
-    PDI_DELETE(ctx, f.all, f.place);
-    PDI_DELETE(ctx, f.all, f.best);
+    pd_status status = pdi_fit_run_inner(&f);
+    PDI_DELETE(ctx, f.total_points, f.computed);
+    PDI_DELETE(ctx, f.total_points, f.data);
+    PDI_DELETE(ctx, f.total_points, f.weight);
+    PDI_DELETE(ctx, f.total_points, f.point_index);
+    PDI_DELETE(ctx, f.total_points, f.best_residuals);
     PDI_DELETE(ctx, 1, f.coarser);
     return status;
 }
@@ -413,7 +413,7 @@ void pd_fit_line(const pd_fit *fit, char *text, size_t size)
         for (int l = 0; l < k; l++)
             pdi_append(text, size, " correlation_%d_%d=%.3g", l + 1, k + 1, s->correlation[k][l]);
     }
-    pdi_known(figures);
+    pdi_remove_nonfinite(figures);
 }
 
 #undef PDI_FIT_OVERRIDES

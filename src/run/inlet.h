@@ -8,7 +8,7 @@
 typedef struct pd_inlet {
     const pd_setup *setup;
     const pd_grid *grid;
-    double time;                /* [s] time of boundary values here and in wall.h; set by the solvers */
+    double time;                /* [s] time of boundary values here and in wall_bc.h; set by the solvers */
     int timed;                  /* 1: a boundary value depends on it */
     int inlets;                 /* number of inlet sides */
     double mean[2 * PD_DIM];    /* [m/s] into the box at time 0, 0 for other sides */
@@ -19,7 +19,7 @@ typedef struct pd_inlet {
     double width[2 * PD_DIM];   /* [m] of the open part: 2H or 2R */
     double centre[2 * PD_DIM][PD_DIM]; /* [m] of the open part; axisymmetric: 0 */
     double inner[2 * PD_DIM];   /* [m] axisymmetric: inner radius of an annulus, 0: a tube */
-    int develops[2 * PD_DIM];   /* 1: the developed profile has no closed form; developed.h solves for it */
+    int develops[2 * PD_DIM];   /* 1: the developed profile has no closed form; developed_flow.h solves for it */
     double *profile[2 * PD_DIM]; /* [cells of the side] [-] that profile over its mean; NULL: not solved yet */
     int first;                  /* first inlet side, -1: none */
     int latest;                 /* side that was measured last, for error messages */
@@ -32,21 +32,21 @@ typedef struct pd_inlet {
 PDI_FN pd_status pdi_inlet_build(pd_ctx *ctx, const pd_setup *setup, const pd_grid *grid, pd_inlet *inlet);
 PDI_FN void pdi_inlet_free(pd_ctx *ctx, pd_inlet *inlet);
 /* Number of cells in the layer inside a side of the box. */
-PDI_FN int64_t pdi_inlet_cells(const pd_grid *grid, int side);
+PDI_FN int64_t pdi_inlet_count_side_cells(const pd_grid *grid, int side);
 /* Mean inflow velocity [m/s] through a side at inlet->time. */
-PDI_FN double pdi_inlet_mean(const pd_inlet *inlet, int side);
+PDI_FN double pdi_inlet_get_mean_velocity(const pd_inlet *inlet, int side);
 /* Inflow velocity u [PD_DIM] [m/s] at place x [m] behind a side; 0 elsewhere. 2D parabola: 3/2 U (1 - s^2); tube: 2 U
  * (1 - (r/R)^2); annulus (R1 < R2, k = R1/R2, s = r/R2): 2 U (1 - s^2 + a ln s)/(1 + k^2 - a), a = (1 - k^2)/ln(1/k)
  * (White, Viscous Fluid Flow, 3-3.3). A pd_velocity_fn; user is the pd_inlet. */
-PDI_FN void pdi_inlet_velocity(void *user, const double *x, double *u);
+PDI_FN void pdi_inlet_get_velocity(void *user, const double *x, double *u);
 /* Does the flow enter through a side at place x [m]? 1 or 0; on open sides by the sign of the prescribed velocity. A
  * pd_entry_fn; user is the pd_setup. */
-PDI_FN int pdi_inlet_enters(void *user, int side, const double *x);
+PDI_FN int pdi_inlet_is_inflow(void *user, int side, const double *x);
 /* Concentration [mol/m3] of the inflow at place x [m] behind inlets and open sides. A pd_point_fn; user is the
  * pd_inlet. */
-PDI_FN double pdi_inlet_entering(void *user, const double *x);
+PDI_FN double pdi_inlet_get_concentration(void *user, const double *x);
 /* Body force per mass, force [PD_DIM] [m/s2], at place x [m]. A pd_velocity_fn; user is the pd_inlet. */
-PDI_FN void pdi_inlet_body(void *user, const double *x, double *force);
+PDI_FN void pdi_inlet_compute_body_force(void *user, const double *x, double *force);
 #endif
 
 #endif

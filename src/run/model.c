@@ -1,16 +1,16 @@
 /* model: see model.h */
 #include "run/model.h"
 #include "lattice/thickness.h"
-#include "run/developed.h"
-#include "scene/range.h"
+#include "run/developed_flow.h"
+#include "scene/interval.h"
 #include <math.h>
 #include <string.h>
 
 /* Linear tolerance with bond-based corrosion and no flow: residuals carry over to the next step, of error 1e-3. */
-#define PDI_MODEL_CORRODE 1e-9
+#define PDI_MODEL_CORROSION_TOLERANCE 1e-9
 
 /* Stencil of the peridynamic family with horizon m cells on the spacing of the setup. */
-static pd_status pdi_model_stencil(pd_ctx *ctx, const pd_setup *setup, double m, pd_stencil *stencil)
+static pd_status pdi_model_build_stencil(pd_ctx *ctx, const pd_setup *setup, double m, pd_stencil *stencil)
 {
     pd_stencil_desc family;
     memset(&family, 0, sizeof family);
@@ -21,13 +21,13 @@ static pd_status pdi_model_stencil(pd_ctx *ctx, const pd_setup *setup, double m,
 }
 
 /* Tolerance of the iterations on limited fluxes, over rtol of the time step. */
-#define PDI_MODEL_LIMITED 0.0025
+#define PDI_MODEL_LIMITER_TOLERANCE 0.0025
 
-PDI_FN pd_status pdi_model_grid(pd_ctx *ctx, const pd_setup *setup, int *line, pd_stencil *stencil, pd_grid *grid)
+PDI_FN pd_status pdi_model_build_grid(pd_ctx *ctx, const pd_setup *setup, int *line, pd_stencil *stencil, pd_grid *grid)
 {
     pd_grid_desc box;
     memset(&box, 0, sizeof box);
-    box.ghost = pdi_setup_layers(setup);
+    box.ghost = pdi_setup_count_ghost_layers(setup);
     for (int d = 0; d < PD_DIM; d++) {
         box.lo[d] = setup->lo[d];
         box.hi[d] = setup->hi[d];
@@ -38,21 +38,21 @@ PDI_FN pd_status pdi_model_grid(pd_ctx *ctx, const pd_setup *setup, int *line, p
     if (setup->solid >= 0) box.solid = &setup->shape[setup->solid];
     if (setup->wall >= 0) box.wall = &setup->shape[setup->wall];
     for (int s = 0; s < 2 * PD_DIM; s++)
-        if (setup->side[s].open) box.entry = pdi_inlet_enters;
+        if (setup->side[s].open) box.entry = pdi_inlet_is_inflow;
     box.entry_user = (void *)setup; /* only read */
-    PDI_TRY(pdi_model_stencil(ctx, setup, setup->m, stencil));
+    PDI_TRY(pdi_model_build_stencil(ctx, setup, setup->m, stencil));
     if (setup->shape_line) *line = setup->shape_line; /* what the lattice refuses are shapes */
     return pd_grid_build(ctx, stencil, &box, grid);
 }
 
 /* Grid, bonds, bonds across surfaces and inlets. */
-static pd_status pdi_model_lattice(pd_ctx *ctx, pd_model *m)
+static pd_status pdi_model_build_lattice(pd_ctx *ctx, pd_model *m)
 {
-    PDI_TRY(pdi_model_grid(ctx, m->setup, &m->line, &m->stencil, &m->grid));
-    PDI_TRY(pd_bonds_build(ctx, &m->stencil, &m->grid, pdi_setup_bonds(m->setup), &m->bonds));
-    if (pdi_setup_surfaces(m->setup)) {
-        PDI_TRY(pdi_model_stencil(ctx, m->setup, m->setup->metal_m, &m->across));
-        PDI_TRY(pdi_path_build(ctx, &m->across, &m->grid, &m->paths));
+    PDI_TRY(pdi_model_build_grid(ctx, m->setup, &m->line, &m->stencil, &m->grid));
+    PDI_TRY(pd_bonds_build(ctx, &m->stencil, &m->grid, pdi_setup_get_bond_options(m->setup), &m->bonds));
+    if (pdi_setup_has_surface_area(m->setup)) {
+        PDI_TRY(pdi_model_build_stencil(ctx, m->setup, m->setup->metal_m, &m->across));
+        PDI_TRY(pdi_bond_path_build(ctx, &m->across, &m->grid, &m->paths));
     }
     pd_status status = pdi_inlet_build(ctx, m->setup, &m->grid, &m->inlet);
     m->line = m->setup->side[m->inlet.latest].line;
@@ -60,7 +60,7 @@ static pd_status pdi_model_lattice(pd_ctx *ctx, pd_model *m)
 }
 
 /* Initial velocity, and the time integrator of an unsteady flow. PD_ERR_STATE: a velocity is not finite. */
-static pd_status pdi_model_motion(pd_ctx *ctx, pd_model *m)
+static pd_status pdi_model_build_unsteady_flow(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
     pd_implicit_desc implicit;
@@ -72,9 +72,9 @@ static pd_status pdi_model_motion(pd_ctx *ctx, pd_model *m)
         if (m->grid.kind[node] != PD_FLUID && m->grid.kind[node] != PD_INLET) continue;
         if (m->grid.kind[node] == PD_INLET && u->motion != PD_MOTION_GIVEN) continue;
         pd_grid_position(&m->grid, node, x);
-        pdi_grid_fold_images(&m->grid, x);
+        pdi_grid_fold_position_images(&m->grid, x);
         for (int d = 0; d < PD_DIM; d++) {
-            double v = pdi_setup_eval(&u->start[d], x, 0.0);
+            double v = pdi_setup_eval_expr(&u->start[d], x, 0.0);
             if (!(fabs(v) < 1e100))
                 return pdi_fail(ctx, PD_ERR_STATE, "model", "the velocity at the start is %g m/s at x = %g m", v, x[0]);
             m->flow.u[(int64_t)d * m->grid.total + node] = v;
@@ -83,13 +83,13 @@ static pd_status pdi_model_motion(pd_ctx *ctx, pd_model *m)
     implicit.rtol = u->flow_rtol;
     explicit_.eos = u->linear ? PD_EOS_LINEAR : PD_EOS_TAIT;
     explicit_.sound = u->sound;
-    pdi_flow_prepare(ctx, &m->flow);
+    pdi_flow_update_derived_fields(ctx, &m->flow);
     if (u->motion == PD_MOTION_GIVEN) return PD_OK;
     if (u->motion == PD_MOTION_IMPLICIT) return pd_implicit_build(ctx, &m->flow, &m->steady, &implicit, &m->implicit);
     return pd_unsteady_build(ctx, &m->flow, &explicit_, &m->unsteady);
 }
 
-static pd_status pdi_model_flow(pd_ctx *ctx, pd_model *m)
+static pd_status pdi_model_build_flow(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
     pd_flow_desc flow;
@@ -99,7 +99,7 @@ static pd_status pdi_model_flow(pd_ctx *ctx, pd_model *m)
     flow.rho = u->rho;
     flow.mu = u->mu;
     for (int d = 0; d < PD_DIM; d++) flow.force[d] = u->force[d];
-    if (u->pushed) flow.body = pdi_inlet_body;
+    if (u->pushed) flow.body = pdi_inlet_compute_body_force;
     flow.body_user = &m->inlet;
     if (m->inlet.timed) flow.clock = &m->inlet.time;
     flow.p_out = u->p_out;
@@ -113,9 +113,9 @@ static pd_status pdi_model_flow(pd_ctx *ctx, pd_model *m)
         if (!(u->speed > 0.0) && fabs(m->inlet.mean[s]) > 0.0) flow.speed = fabs(m->inlet.mean[s]);
         if (!(u->length > 0.0)) flow.length = m->inlet.width[s];
     }
-    if (m->inlet.inlets) flow.inlet = pdi_inlet_velocity;
+    if (m->inlet.inlets) flow.inlet = pdi_inlet_get_velocity;
     flow.inlet_user = &m->inlet;
-    if (pdi_wall_moves(u)) flow.wall = pdi_wall_velocity;
+    if (pdi_wall_bc_has_motion(u)) flow.wall = pdi_wall_bc_get_velocity;
     flow.wall_user = &m->inlet;
     steady.tolerance = u->steady;
     steady.arena = &m->arena;
@@ -123,22 +123,22 @@ static pd_status pdi_model_flow(pd_ctx *ctx, pd_model *m)
     if (u->motion == PD_MOTION_STEADY || u->motion == PD_MOTION_IMPLICIT)
         PDI_TRY(pd_steady_build(ctx, &m->flow, &steady, &m->steady));
     m->line = u->side[m->inlet.latest].line;
-    PDI_TRY(pdi_developed_find(ctx, &m->inlet, &m->flow));
-    if (u->motion != PD_MOTION_STEADY) PDI_TRY(pdi_model_motion(ctx, m));
+    PDI_TRY(pdi_developed_flow_compute_profiles(ctx, &m->inlet, &m->flow));
+    if (u->motion != PD_MOTION_STEADY) PDI_TRY(pdi_model_build_unsteady_flow(ctx, m));
     if (u->motion != PD_MOTION_GIVEN) m->unknowns[PD_PART_FLOW] = (PD_DIM + 1) * m->grid.fluid_count;
     return PD_OK;
 }
 
 /* Density rho [kg/m3], velocity v [m/s] and pressure p [Pa] of the gas at x [m], at the start and behind inlets. */
-static void pdi_model_gas_state(void *user, const double *x, double *rho, double *v, double *p)
+static void pdi_model_get_initial_gas(void *user, const double *x, double *rho, double *v, double *p)
 {
     const pd_setup *u = (const pd_setup *)user;
-    *rho = pdi_setup_eval(&u->gas_rho, x, 0.0);
-    *p = pdi_setup_eval(&u->gas_p, x, 0.0);
-    for (int d = 0; d < PD_DIM; d++) v[d] = pdi_setup_eval(&u->start[d], x, 0.0);
+    *rho = pdi_setup_eval_expr(&u->gas_rho, x, 0.0);
+    *p = pdi_setup_eval_expr(&u->gas_p, x, 0.0);
+    for (int d = 0; d < PD_DIM; d++) v[d] = pdi_setup_eval_expr(&u->start[d], x, 0.0);
 }
 
-static pd_status pdi_model_gas(pd_ctx *ctx, pd_model *m)
+static pd_status pdi_model_build_gas(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
     pd_gas_desc desc;
@@ -146,7 +146,7 @@ static pd_status pdi_model_gas(pd_ctx *ctx, pd_model *m)
     desc.gamma = u->gas_gamma;
     desc.order = u->gas_order;
     desc.cfl = u->gas_cfl;
-    desc.initial = pdi_model_gas_state;
+    desc.initial = pdi_model_get_initial_gas;
     desc.initial_user = (void *)u; /* only read */
     m->unknowns[PD_PART_GAS] = PD_GAS_FIELDS * m->grid.fluid_count;
     PDI_TRY(pd_gas_build(ctx, &m->grid, &m->bonds, &desc, &m->gas));
@@ -155,37 +155,37 @@ static pd_status pdi_model_gas(pd_ctx *ctx, pd_model *m)
 }
 
 /* Initial concentration field [total] [mol/m3] of fluid nodes. PD_ERR_STATE: negative or not finite. */
-static pd_status pdi_model_initial(pd_ctx *ctx, const pd_model *m, double *field)
+static pd_status pdi_model_set_initial_concentration(pd_ctx *ctx, const pd_model *m, double *field)
 {
     for (int32_t node = 0; node < m->grid.total; node++) {
         double x[PD_DIM];
         if (m->grid.kind[node] != PD_FLUID) continue;
         pd_grid_position(&m->grid, node, x);
-        double c = pdi_setup_eval(&m->setup->initial, x, 0.0);
+        double c = pdi_setup_eval_expr(&m->setup->initial, x, 0.0);
         if (!(c >= 0.0) || !(c < 1e100))
             return pdi_fail(ctx, PD_ERR_STATE, "model",
-                            "initial gives C = %g mol/m3 at x = %g m, expected a finite value of at"
-                                                        " least 0", c, x[0]);
+                            "initial gives C = %g mol/m3 at x = %g m, expected a finite value of at least 0", c, x[0]);
         field[node] = c;
     }
     return PD_OK;
 }
 
 /* Signed distance [m] of x from the surface of the medium (porous body). user: the pd_inlet. */
-static double pdi_model_interface(void *user, const double *x)
+static double pdi_model_compute_interface_distance(void *user, const double *x)
 {
     const pd_inlet *inlet = (const pd_inlet *)user;
-    return pdi_grid_level(inlet->grid, inlet->setup->medium, x);
+    return pdi_grid_signed_distance(inlet->grid, inlet->setup->medium, x);
 }
 
 /* Diffusivity [m2/s] at x, in or outside of the medium. user: the pd_inlet. */
-static double pdi_model_diffusivity(void *user, const double *x)
+static double pdi_model_get_diffusivity(void *user, const double *x)
 {
     const pd_setup *u = ((const pd_inlet *)user)->setup;
-    return pdi_model_interface(user, x) <= pdi_shape_tie(u->h, x) ? u->medium_diffusivity : u->diffusivity;
+    return pdi_model_compute_interface_distance(user, x) <= pdi_shape_tolerance(u->h, x) ? u->medium_diffusivity
+                                                                                         : u->diffusivity;
 }
 
-static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
+static pd_status pdi_model_build_transport(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
     pd_transport_desc desc;
@@ -193,14 +193,14 @@ static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
     desc.diffusivity = u->diffusivity;
     desc.inlet = u->inlet;
     desc.advection = u->advection;
-    desc.limiter_tolerance = u->limiter > 0.0 ? u->limiter : u->settle ? 0.0 : PDI_MODEL_LIMITED * u->rtol;
+    desc.limiter_tolerance = u->limiter > 0.0 ? u->limiter : u->settle ? 0.0 : PDI_MODEL_LIMITER_TOLERANCE * u->rtol;
     desc.given = u->has_corrode && u->activation && !u->has_flow;
-    if (u->has_corrode && !u->has_flow) desc.tolerance = PDI_MODEL_CORRODE;
-    if (u->medium >= 0) desc.field = pdi_model_diffusivity;
-    if (u->medium >= 0) desc.level = pdi_model_interface;
-    if (pdi_wall_holds(u)) desc.held = pdi_wall_held;
+    if (u->has_corrode && !u->has_flow) desc.tolerance = PDI_MODEL_CORROSION_TOLERANCE;
+    if (u->medium >= 0) desc.field = pdi_model_get_diffusivity;
+    if (u->medium >= 0) desc.level = pdi_model_compute_interface_distance;
+    if (pdi_wall_bc_has_concentration(u)) desc.held = pdi_wall_bc_get_concentration;
     desc.walls_only = 1;
-    if (u->motion == PD_MOTION_GIVEN || u->enters) desc.entering = pdi_inlet_entering;
+    if (u->motion == PD_MOTION_GIVEN || u->enters) desc.entering = pdi_inlet_get_concentration;
     desc.user = &m->inlet;
     desc.arena = &m->arena;
     if (m->inlet.timed) desc.clock = &m->inlet.time;
@@ -214,11 +214,11 @@ static pd_status pdi_model_transport(pd_ctx *ctx, pd_model *m)
         PDI_TRY(pd_two_stage_build(ctx, &m->transport, &two_stage, &m->two_stage));
         m->two_stage.settle = u->settle;
     }
-    return pdi_model_initial(ctx, m, m->transport.c);
+    return pdi_model_set_initial_concentration(ctx, m, m->transport.c);
 }
 
 /* Set the composition of fluid within the shape `solution`, in equilibrium, and restart the reactive solver. */
-static pd_status pdi_model_solution(pd_ctx *ctx, const pd_electrolyte *e, pd_model *m)
+static pd_status pdi_model_set_initial_solution(pd_ctx *ctx, const pd_electrolyte *e, pd_model *m)
 {
     const pd_setup *u = m->setup;
     double inside[PD_SPECIES_MOST], x[PD_DIM];
@@ -228,7 +228,7 @@ static pd_status pdi_model_solution(pd_ctx *ctx, const pd_electrolyte *e, pd_mod
     for (int32_t i = 0; i < m->grid.total; i++) {
         if (m->grid.kind[i] != PD_FLUID) continue;
         pd_grid_position(&m->grid, i, x);
-        if (!pdi_shape_has(u->shape, u->solution, u->h, x)) continue;
+        if (!pdi_shape_contains(u->shape, u->solution, u->h, x)) continue;
         for (int k = 0; k < e->count; k++)
             if (pd_reactive_field(&m->reactive, k)) pd_reactive_field(&m->reactive, k)[i] = inside[k];
     }
@@ -236,33 +236,33 @@ static pd_status pdi_model_solution(pd_ctx *ctx, const pd_electrolyte *e, pd_mod
 }
 
 /* Reactive transport: initial and inlet compositions in chemical equilibrium, without mineral reactions. */
-static pd_status pdi_model_species(pd_ctx *ctx, pd_model *m)
+static pd_status pdi_model_build_species(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
     pd_electrolyte e = u->electrolyte;
     double initial[PD_SPECIES_MOST], inlet[PD_SPECIES_MOST];
     pd_electrolyte_state state;
     pd_reactive_desc desc;
-    pdi_setup_reactive(u, &desc);
+    pdi_setup_get_reactive_desc(u, &desc);
     memcpy(initial, e.initial, sizeof initial);
     memcpy(inlet, e.inlet, sizeof inlet);
-    e.reactions = pdi_mineral_rest(e.species, e.count, e.reaction, e.reactions, e.reaction);
+    e.reactions = pdi_mineral_copy_solid_free_reactions(e.species, e.count, e.reaction, e.reactions, e.reaction);
     PDI_TRY(pd_electrolyte_solve(ctx, &e, initial, &state));
     PDI_TRY(pd_electrolyte_solve(ctx, &e, inlet, &state));
     desc.initial = initial;
     desc.inlet = inlet;
     for (int s = 0; s < 2 * PD_DIM; s++)
-        if (u->side[s].steeps) desc.held = pdi_wall_steeps;
+        if (u->side[s].steeps) desc.held = pdi_wall_bc_is_dirichlet_species;
     desc.wall = desc.held ? inlet : NULL;
     desc.user = &m->inlet;
     desc.arena = &m->arena;
     PDI_TRY(pd_reactive_build(ctx, &m->grid, &m->bonds, u->has_flow ? &m->flow : NULL, &desc, &m->reactive));
     m->unknowns[PD_PART_CHEMISTRY] = m->reactive.components.count * m->grid.fluid_count;
-    return u->solution < 0 ? PD_OK : pdi_model_solution(ctx, &e, m);
+    return u->solution < 0 ? PD_OK : pdi_model_set_initial_solution(ctx, &e, m);
 }
 
 /* Dissolution sources [mol/m3/s] for the next step of the species, whose middle is at t [s]. PD_RETRY: shorten it. */
-static pd_status pdi_model_ahead(pd_ctx *ctx, void *user, double t)
+static pd_status pdi_model_update_metal_source(pd_ctx *ctx, void *user, double t)
 {
     pd_model *m = (pd_model *)user;
     const pd_transport *transport = &m->transport;
@@ -277,47 +277,49 @@ static pd_status pdi_model_ahead(pd_ctx *ctx, void *user, double t)
 }
 
 /* Surface states; potential solver and rate laws, which depend on them, are built later. */
-static pd_status pdi_model_surfaces(pd_ctx *ctx, pd_model *m)
+static pd_status pdi_model_build_surface_states(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
     m->line = u->state[0].line;
     PDI_TRY(PDI_NEW(ctx, "model", 1, m->surfaces));
-    return pdi_surfaces_build(ctx, u, &m->reactive, &m->bonds, &m->across, u->has_potential ? &m->cell : NULL,
-                              pdi_setup_attacked(u) >= 0 || pdi_setup_polarises(u) ? &m->attack.etch : NULL,
-                              m->surfaces);
+    return pdi_surface_states_build(
+        ctx, u, &m->reactive, &m->bonds, &m->across, u->has_potential ? &m->cell : NULL,
+        pdi_setup_find_species_rate_metal(u) >= 0 || pdi_setup_has_ion_electrodes(u) ? &m->attack.etch : NULL,
+        m->surfaces);
 }
 
 /* 1: currents are solved before each species step: conductivity, surface states or mineral coverage depend on them. */
-static int pdi_model_alters(const pd_setup *setup)
+static int pdi_model_needs_currents_per_step(const pd_setup *setup)
 {
-    int covers = setup->cover > 0.0 && setup->minerals && pdi_electrodes_timed(setup);
+    int covers = setup->cover > 0.0 && setup->minerals && pdi_electrode_map_is_time_dependent(setup);
     int alters = !(setup->potential.conductivity > 0.0) || setup->states > 0 || covers;
     return setup->has_potential && setup->has_chemistry && !setup->migrates && alters;
 }
 
 /* 1: rate laws of metal depend on currents or potentials of the potential solver. */
-static int pdi_model_electric(const pd_setup *u)
+static int pdi_model_laws_read_potential(const pd_setup *u)
 {
     int sees = 0;
-    for (int k = 0; k < u->metals; k++) sees |= u->has_potential && !u->migrates && pdi_setup_electric(&u->metal[k]);
+    for (int k = 0; k < u->metals; k++)
+        sees |= u->has_potential && !u->migrates && pdi_setup_has_electric_rate(&u->metal[k]);
     return sees;
 }
 
 /* 1: the species solve currents in each of their own steps; else they use those of the metal's step. */
-static int pdi_model_brings(const pd_setup *setup)
+static int pdi_model_species_solve_currents(const pd_setup *setup)
 {
-    int timed = setup->has_potential && !setup->migrates && pdi_electrodes_timed(setup);
-    return pdi_model_alters(setup) || (timed && !pdi_model_electric(setup));
+    int timed = setup->has_potential && !setup->migrates && pdi_electrode_map_is_time_dependent(setup);
+    return pdi_model_needs_currents_per_step(setup) || (timed && !pdi_model_laws_read_potential(setup));
 }
 
 /* Solve the potential at time t [s]. user: the pd_cell. */
-static pd_status pdi_model_bring(pd_ctx *ctx, void *user, double t)
+static pd_status pdi_model_solve_currents(pd_ctx *ctx, void *user, double t)
 {
     return pdi_cell_bring(ctx, (pd_cell *)user, t);
 }
 
 /* Time integrator of the species with its couplings: rate laws, electrodes, states, released metal, coverage. */
-static pd_status pdi_model_course(pd_ctx *ctx, pd_model *m)
+static pd_status pdi_model_build_species_integrator(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
     pd_course_desc desc;
@@ -326,29 +328,29 @@ static pd_status pdi_model_course(pd_ctx *ctx, pd_model *m)
     desc.largest = u->max_step;
     desc.settle = u->settle;
     desc.fed = u->sheds ? m->dissolve.shed : NULL;
-    desc.shed = u->metal[pdi_setup_attacked(u) > 0 ? pdi_setup_attacked(u) : 0].shed;
+    desc.shed = u->metal[pdi_setup_find_species_rate_metal(u) > 0 ? pdi_setup_find_species_rate_metal(u) : 0].shed;
     desc.coat = m->surfaces ? &m->surfaces->coat : NULL;
     desc.species = u->electrolyte.species;
     desc.species_count = u->electrolyte.count;
-    if (pdi_setup_attacked(u) >= 0 || pdi_setup_polarises(u)) {
-        PDI_TRY(pdi_attack_build(ctx, u, &m->reactive, u->has_dissolve ? &m->dissolve : NULL, &m->course, &m->cell,
-                                 &m->electrodes, m->surfaces, &m->attack));
+    if (pdi_setup_find_species_rate_metal(u) >= 0 || pdi_setup_has_ion_electrodes(u)) {
+        PDI_TRY(pdi_dissolution_laws_build(ctx, u, &m->reactive, u->has_dissolve ? &m->dissolve : NULL, &m->course,
+                                           &m->cell, &m->electrodes, m->surfaces, &m->attack));
         desc.surface = &m->attack.etch;
-        desc.find = pdi_attack_find;
-        desc.open = pdi_attack_open;
+        desc.find = pdi_dissolution_laws_update_interface;
+        desc.open = pdi_dissolution_laws_solve_initial;
         desc.user = &m->attack;
     }
     if (u->potential.reacts && !u->migrates) {
-        desc.feed = pdi_electrodes_feed;
+        desc.feed = pdi_electrode_map_add_faradaic_source;
         desc.feeder = &m->electrodes;
-        desc.drained = pdi_electrodes_drained;
+        desc.drained = pdi_electrode_map_report_depleted_species;
     }
-    if (pdi_model_brings(u)) {
-        desc.bring = pdi_model_bring;
+    if (pdi_model_species_solve_currents(u)) {
+        desc.bring = pdi_model_solve_currents;
         desc.bringer = &m->cell;
     }
     if (m->bare && !desc.surface) {
-        desc.find = pdi_model_ahead;
+        desc.find = pdi_model_update_metal_source;
         desc.user = m;
     }
     desc.cover = m->bare ? u->cover : 0.0;
@@ -360,62 +362,63 @@ static pd_status pdi_model_course(pd_ctx *ctx, pd_model *m)
 }
 
 /* Grain-boundary rate factor of nodes, 1 + (gb_factor - 1) * boundary fraction. fraction [total]: output. */
-static pd_status pdi_model_factor(pd_ctx *ctx, pd_model *m, float *fraction)
+static pd_status pdi_model_build_boundary_factor(pd_ctx *ctx, pd_model *m, float *fraction)
 {
     PDI_TRY(pd_grain_fraction(ctx, &m->across, &m->grid, &m->grain, fraction));
     PDI_TRY(pdi_grain_measure(ctx, &m->grid, &m->grain, fraction, &m->grain_stats));
     if (!m->setup->has_dissolve || !(fabs(m->setup->gb_factor - 1.0) > 0.0)) return PD_OK;
     PDI_TRY(PDI_NEW(ctx, "model", m->grid.total, m->factor));
-    for (int32_t i = 0; i < m->grid.total; i++)
-        m->factor[i] = 1.0 + (m->setup->gb_factor - 1.0) * (double)fraction[i];
+    double more = m->setup->gb_factor - 1.0;
+    for (int32_t i = 0; i < m->grid.total; i++) m->factor[i] = 1.0 + more * (double)fraction[i];
     return PD_OK;
 }
 
-static pd_status pdi_model_grains(pd_ctx *ctx, pd_model *m)
+static pd_status pdi_model_build_grains(pd_ctx *ctx, pd_model *m)
 {
     float *fraction = NULL;
     PDI_TRY(pd_grain_build(ctx, &m->grid, &m->setup->grain, &m->grain));
     PDI_TRY(PDI_NEW(ctx, "model", m->grid.total, fraction));
-    pd_status status = pdi_model_factor(ctx, m, fraction);
+    pd_status status = pdi_model_build_boundary_factor(ctx, m, fraction);
     PDI_DELETE(ctx, m->grid.total, fraction);
     return status;
 }
 
 /* Set the variables vars [PD_EXPR_VARS] of a rate-law expression at a node. */
-static void pdi_model_vars(const pd_model_law *law, const pd_rate_at *at, double *vars)
+static void pdi_model_set_law_variables(const pd_model_law *law, const pd_rate_at *at, double *vars)
 {
     memset(vars, 0, PD_EXPR_VARS * sizeof *vars);
     vars[0] = at->c;
     vars[1] = at->t;
     memcpy(vars + 2, at->x, sizeof at->x);
-    vars[PDI_SETUP_GRAIN] = at->grain;
-    vars[PDI_SETUP_CURRENT] = vars[PDI_SETUP_SURFACE] = 0.0;
-    if (law->cell && pdi_setup_electric(law->metal))
-        pdi_cell_beside(law->cell, at->node, law->kind, &vars[PDI_SETUP_CURRENT], &vars[PDI_SETUP_SURFACE]);
+    vars[PDI_SETUP_RATE_GRAIN] = at->grain;
+    vars[PDI_SETUP_RATE_CURRENT] = vars[PDI_SETUP_RATE_POTENTIAL] = 0.0;
+    if (law->cell && pdi_setup_has_electric_rate(law->metal))
+        pdi_cell_beside(law->cell, at->node, law->kind, &vars[PDI_SETUP_RATE_CURRENT], &vars[PDI_SETUP_RATE_POTENTIAL]);
 }
 
 /* Dissolution speed [m/s] by the rate expression of a metal. A pd_rate_fn; user: a pd_model_law. */
-static double pdi_model_rate(void *user, const pd_rate_at *at)
+static double pdi_model_compute_rate(void *user, const pd_rate_at *at)
 {
     const pd_model_law *law = (const pd_model_law *)user;
     double vars[PD_EXPR_VARS];
-    pdi_model_vars(law, at, vars);
+    pdi_model_set_law_variables(law, at, vars);
     return law->metal->rate_scale * pdi_expr_eval(&law->metal->rate, vars);
 }
 
 /* Bounds *least, *most [m/s] of the speed over concentrations from .. to [mol/m3], by interval arithmetic. */
-static void pdi_model_bounds(void *user, const pd_rate_at *at, double from, double to, double *least, double *most)
+static void pdi_model_compute_rate_bounds(void *user, const pd_rate_at *at, double from, double to, double *least,
+                                          double *most)
 {
     const pd_model_law *law = (const pd_model_law *)user;
     double vars[PD_EXPR_VARS];
-    pdi_model_vars(law, at, vars);
-    pdi_range range = pdi_range_of(&law->metal->rate, vars, 1, from, to);
+    pdi_model_set_law_variables(law, at, vars);
+    pdi_interval range = pdi_interval_eval_expr(&law->metal->rate, vars, 1, from, to);
     *least = law->metal->rate_scale * range.low;
     *most = law->metal->rate_scale * range.high;
 }
 
 /* Mark nodes in front of a passive film. */
-static pd_status pdi_model_passive(pd_ctx *ctx, pd_model *m)
+static pd_status pdi_model_mark_passive(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
     if (u->passive < 0) return PD_OK;
@@ -423,13 +426,13 @@ static pd_status pdi_model_passive(pd_ctx *ctx, pd_model *m)
     for (int32_t i = 0; i < m->grid.total; i++) {
         double x[PD_DIM];
         pd_grid_position(&m->grid, i, x);
-        m->passive[i] = (uint8_t)pdi_shape_has(u->shape, u->passive, u->h, x);
+        m->passive[i] = (uint8_t)pdi_shape_contains(u->shape, u->passive, u->h, x);
     }
     return PD_OK;
 }
 
 /* Index of the metal of each solid node; later shapes override. */
-static pd_status pdi_model_metals(pd_ctx *ctx, pd_model *m)
+static pd_status pdi_model_mark_metals(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
     PDI_TRY(PDI_NEW(ctx, "model", m->grid.total, m->metal));
@@ -438,32 +441,31 @@ static pd_status pdi_model_metals(pd_ctx *ctx, pd_model *m)
         if (m->grid.kind[i] != PD_SOLID) continue;
         pd_grid_position(&m->grid, i, x);
         for (int k = 1; k < u->metals; k++)
-            if (pdi_shape_has(u->shape, u->metal[k].shape, u->h, x)) m->metal[i] = (uint8_t)k;
+            if (pdi_shape_contains(u->shape, u->metal[k].shape, u->h, x)) m->metal[i] = (uint8_t)k;
     }
     return PD_OK;
 }
 
 /* Descriptor of a metal for the dissolution solver: solid concentration and rate law. */
-static pd_metal pdi_model_metal(const pd_model_law *law)
+static pd_metal pdi_model_set_metal_desc(const pd_model_law *law)
 {
     const pd_setup_metal *metal = law->metal;
     pd_metal is;
+    memset(&is, 0, sizeof is); /* no breaks: the bounds know them */
     is.solid = metal->solid_c;
-    is.rate = pdi_model_rate;
+    is.rate = pdi_model_compute_rate;
     is.rate_user = (void *)law; /* only read */
     is.uniform = metal->rate.uses >> 1 == 0;
     is.timeless = !(metal->rate.uses >> 1 & 1u);
-    is.bounds = pdi_model_bounds;
-    is.breaks = NULL; /* the bounds know them */
-    is.break_count = 0;
+    is.bounds = pdi_model_compute_rate_bounds;
     return is;
 }
 
 /* Additional descriptor fields of bond-based corrosion. */
-static pd_status pdi_model_bonds(pd_ctx *ctx, pd_model *m, pd_dissolve_desc *desc)
+static pd_status pdi_model_set_corrosion_desc(pd_ctx *ctx, pd_model *m, pd_dissolve_desc *desc)
 {
     const pd_setup *u = m->setup;
-    PDI_TRY(pdi_model_passive(ctx, m));
+    PDI_TRY(pdi_model_mark_passive(ctx, m));
     desc->model = PD_METAL_BONDS;
     desc->saturation = u->saturation;
     desc->rtol = u->rtol;
@@ -480,24 +482,24 @@ static pd_status pdi_model_bonds(pd_ctx *ctx, pd_model *m, pd_dissolve_desc *des
 }
 
 /* 1: rate laws depend on the current density and on no other factor, so that Faraday's law can hold exactly. */
-static int pdi_model_faraday(const pd_setup *setup, const pd_dissolve_desc *desc)
+static int pdi_model_is_faradaic(const pd_setup *setup, const pd_dissolve_desc *desc)
 {
     int sees = 0;
-    for (int k = 0; k < setup->metals; k++) sees |= (int)(setup->metal[k].rate.uses >> PDI_SETUP_CURRENT & 1u);
+    for (int k = 0; k < setup->metals; k++) sees |= (int)(setup->metal[k].rate.uses >> PDI_SETUP_RATE_CURRENT & 1u);
     return sees && setup->has_potential && !setup->migrates && !desc->factor && desc->drive == PD_DRIVE_CONSTANT;
 }
 
 /* Bring currents to time t [s] for the rate laws; with Faraday's law, match lost metal and charge. user: pd_model. */
-static pd_status pdi_model_match(pd_ctx *ctx, void *user, double t)
+static pd_status pdi_model_update_currents(pd_ctx *ctx, void *user, double t)
 {
     pd_model *m = (pd_model *)user;
     if (!m->cell.grid) return PD_OK;
-    if (m->cell.desc.timed && !pdi_model_alters(m->setup)) PDI_TRY(pdi_cell_bring(ctx, &m->cell, t));
-    if (pdi_model_faraday(m->setup, &m->dissolve.desc)) pdi_cell_match(&m->cell);
+    if (m->cell.desc.timed && !pdi_model_needs_currents_per_step(m->setup)) PDI_TRY(pdi_cell_bring(ctx, &m->cell, t));
+    if (pdi_model_is_faradaic(m->setup, &m->dissolve.desc)) pdi_cell_match(&m->cell);
     return PD_OK;
 }
 
-static pd_status pdi_model_dissolve(pd_ctx *ctx, pd_model *m)
+static pd_status pdi_model_build_dissolution(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
     pd_metal metal[PD_SETUP_METALS];
@@ -508,13 +510,13 @@ static pd_status pdi_model_dissolve(pd_ctx *ctx, pd_model *m)
         m->law[k].metal = &u->metal[k];
         m->law[k].kind = k;
         m->law[k].cell = u->has_potential ? &m->cell : NULL;
-        metal[k] = pdi_model_metal(&m->law[k]);
+        metal[k] = pdi_model_set_metal_desc(&m->law[k]);
     }
     desc.more = metal + 1;
     desc.more_count = u->metals - 1;
     desc.metal = m->metal;
     for (int k = 0; k < u->metals; k++)
-        if (u->metal[k].rate.uses >> PDI_SETUP_GRAIN & 1u) desc.grain = m->grain.id;
+        if (u->metal[k].rate.uses >> PDI_SETUP_RATE_GRAIN & 1u) desc.grain = m->grain.id;
     desc.factor = m->setup->metal_body.paces ? m->structure.factor : m->factor;
     if (u->cover > 0.0 && u->minerals) {
         PDI_TRY(PDI_NEW(ctx, "model", m->grid.total, m->bare));
@@ -522,13 +524,13 @@ static pd_status pdi_model_dissolve(pd_ctx *ctx, pd_model *m)
         desc.factor = m->bare;
         desc.lags = 1;
     }
-    if (m->setup->has_corrode) PDI_TRY(pdi_model_bonds(ctx, m, &desc));
+    if (m->setup->has_corrode) PDI_TRY(pdi_model_set_corrosion_desc(ctx, m, &desc));
     else desc.threshold = m->setup->threshold;
-    desc.sheds = u->sheds ? 1 + (pdi_setup_apart(u) > 1) : 0;
+    desc.sheds = u->sheds ? 1 + (pdi_setup_count_species_rate_metals(u) > 1) : 0;
     for (int k = 0; k < u->metals; k++) {
-        if (!pdi_setup_chemical(&u->metal[k])) continue;
-        metal[k].rate = pdi_attack_rate;
-        metal[k].rate_user = &m->attack.law[pdi_setup_apart(u) > 1 ? k : 0];
+        if (!pdi_setup_has_species_rate(&u->metal[k])) continue;
+        metal[k].rate = pdi_dissolution_laws_get_speed;
+        metal[k].rate_user = &m->attack.law[pdi_setup_count_species_rate_metals(u) > 1 ? k : 0];
         metal[k].uniform = 0;
         metal[k].timeless = 1; /* it is found once a step */
         metal[k].bounds = NULL;
@@ -539,15 +541,15 @@ static pd_status pdi_model_dissolve(pd_ctx *ctx, pd_model *m)
     desc.uniform = metal[0].uniform;
     desc.timeless = metal[0].timeless;
     desc.bounds = metal[0].bounds;
-    desc.follows = pdi_model_electric(u);
-    desc.driven = desc.follows && pdi_electrodes_timed(u);
-    desc.anew = desc.follows && !pdi_model_alters(u);
+    desc.follows = pdi_model_laws_read_potential(u);
+    desc.driven = desc.follows && pdi_electrode_map_is_time_dependent(u);
+    desc.anew = desc.follows && !pdi_model_needs_currents_per_step(u);
     if (desc.follows) {
-        desc.found = pdi_model_match;
+        desc.found = pdi_model_update_currents;
         desc.found_user = m;
     }
-    if (pdi_setup_attacked(u) >= 0 || pdi_setup_polarises(u)) {
-        desc.found = pdi_attack_found;
+    if (pdi_setup_find_species_rate_metal(u) >= 0 || pdi_setup_has_ion_electrodes(u)) {
+        desc.found = pdi_dissolution_laws_update_speeds;
         desc.found_user = &m->attack;
         desc.lags = 1;
     }
@@ -555,14 +557,14 @@ static pd_status pdi_model_dissolve(pd_ctx *ctx, pd_model *m)
     return pd_dissolve_build(ctx, &m->grid, &m->across, &m->transport, &desc, &m->dissolve);
 }
 
-static pd_status pdi_model_cell(pd_ctx *ctx, pd_model *m)
+static pd_status pdi_model_build_cell(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
     int given = u->potential.conductivity > 0.0;
     m->unknowns[PD_PART_POTENTIAL] = m->grid.fluid_count;
-    pd_status status = pdi_electrodes_build(ctx, u, &m->bonds, &m->across, m->metal, given ? NULL : &m->reactive,
-                                            u->has_dissolve ? &m->dissolve : NULL, m->surfaces,
-                                            &m->electrodes, &m->cell);
+    pd_status status =
+        pdi_electrode_map_build(ctx, u, &m->bonds, &m->across, m->metal, given ? NULL : &m->reactive,
+                                u->has_dissolve ? &m->dissolve : NULL, m->surfaces, &m->electrodes, &m->cell);
     m->electrodes.cell = &m->cell;
     m->electrodes.species = &m->reactive;
     m->line = m->electrodes.line;
@@ -570,7 +572,7 @@ static pd_status pdi_model_cell(pd_ctx *ctx, pd_model *m)
 }
 
 /* Failure criterion of bonds (principal stress, energy or stretch) of all materials but springs. */
-static pd_criterion_desc pdi_model_breaks(const pd_setup_body *b)
+static pd_criterion_desc pdi_model_set_fracture_desc(const pd_setup_body *b)
 {
     pd_criterion_desc breaks;
     memset(&breaks, 0, sizeof breaks);
@@ -587,14 +589,14 @@ static pd_criterion_desc pdi_model_breaks(const pd_setup_body *b)
 
 /* Cells across for 5 % error in bending, measured: plastic moments of bars are 4 % off with 12, 16, 24 cells for m = 1,
  * 2, 3; elastic curvatures at nu = 0.3 5 % off with 6, 12, 17, with the ordinary material 5, 8, 11. */
-static int pdi_model_across(const pd_setup_body *b)
+static int pdi_model_get_min_cells_across(const pd_setup_body *b)
 {
     if (b->yield > 0.0) return (int)ceil(5.0 * b->m + 6.0);
     if (b->material == PD_STRUCTURE_SPRINGS) return (int)ceil(2.0 * b->m + 2.0);
     return (int)ceil((b->material == PD_STRUCTURE_ORDINARY ? 4.0 : 6.0) * b->m);
 }
 
-static pd_status pdi_model_structure(pd_ctx *ctx, pd_model *m)
+static pd_status pdi_model_build_solid(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup_body *b = &m->setup->metal_body;
     pd_structure_cut cuts[PD_SETUP_CUTS];
@@ -608,7 +610,7 @@ static pd_status pdi_model_structure(pd_ctx *ctx, pd_model *m)
     desc.elastic.yield = b->yield;
     desc.elastic.hardening = b->hardening;
     desc.material = b->material;
-    desc.breaks = pdi_model_breaks(b);
+    desc.breaks = pdi_model_set_fracture_desc(b);
     if (b->material == PD_STRUCTURE_SPRINGS) desc.fracture = b->toughness;
     desc.density = b->density;
     desc.timed = b->timed;
@@ -618,9 +620,9 @@ static pd_status pdi_model_structure(pd_ctx *ctx, pd_model *m)
         for (int k = 0; k < b->grips; k++) own |= b->grip[k].side == side;
         if (!own) desc.mirrors |= 1 << side;
     }
-    desc.load = pdi_grip_load;
+    desc.load = pdi_mechanical_bc_apply;
     desc.user = &m->grips;
-    if (b->paces) desc.pace = pdi_grip_pace;
+    if (b->paces) desc.pace = pdi_mechanical_bc_compute_rate_factor;
     desc.pace_user = (void *)m->setup; /* only read */
     desc.factor = m->factor;
     for (int k = 0; k < b->cuts; k++) {
@@ -632,11 +634,11 @@ static pd_status pdi_model_structure(pd_ctx *ctx, pd_model *m)
     desc.cut_count = b->cuts;
     m->unknowns[PD_PART_SOLID] = (int64_t)PD_DIM * m->grid.solid_count;
     if (PD_DIM > 1) {
-        m->thin_cells = pdi_model_across(b);
-        PDI_TRY(pdi_thickness_fraction(ctx, &m->grid, m->thin_cells, &m->thin));
+        m->thin_cells = pdi_model_get_min_cells_across(b);
+        PDI_TRY(pdi_thickness_compute_thin_fraction(ctx, &m->grid, m->thin_cells, &m->thin));
     }
     PDI_TRY(pd_structure_build(ctx, &m->grid, &desc, &m->structure));
-    return pdi_grip_find(ctx, m->setup, &m->structure, &m->grips);
+    return pdi_mechanical_bc_build(ctx, m->setup, &m->structure, &m->grips);
 }
 
 PDI_FN const double *pdi_model_velocity(const pd_model *m)
@@ -645,19 +647,19 @@ PDI_FN const double *pdi_model_velocity(const pd_model *m)
 }
 
 /* Build all parts that the setup has, in order, and count their memory. */
-static pd_status pdi_model_parts(pd_ctx *ctx, pd_model *m)
+static pd_status pdi_model_build_parts(pd_ctx *ctx, pd_model *m)
 {
     typedef pd_status (*build_fn)(pd_ctx *, pd_model *);
     const pd_setup *u = m->setup;
     const pd_part part[] = {PD_PART_GRID, PD_PART_FLOW, PD_PART_GAS, PD_PART_TRANSPORT, PD_PART_GRAIN,
                             PD_PART_SOLID, PD_PART_CHEMISTRY, PD_PART_DISSOLVE, PD_PART_DISSOLVE,
                             PD_PART_CHEMISTRY, PD_PART_POTENTIAL, PD_PART_CHEMISTRY};
-    const build_fn build[] = {pdi_model_lattice, pdi_model_flow, pdi_model_gas, pdi_model_transport, pdi_model_grains,
-                              pdi_model_structure, pdi_model_species, pdi_model_metals, pdi_model_dissolve,
-                              pdi_model_surfaces, pdi_model_cell, pdi_model_course};
+    const build_fn build[] = {pdi_model_build_lattice, pdi_model_build_flow, pdi_model_build_gas,
+                              pdi_model_build_transport, pdi_model_build_grains, pdi_model_build_solid,
+                              pdi_model_build_species, pdi_model_mark_metals, pdi_model_build_dissolution,
+                              pdi_model_build_surface_states, pdi_model_build_cell, pdi_model_build_species_integrator};
     const int wanted[] = {1, u->has_flow, u->has_gas, u->has_transport, u->has_grains, u->has_solid, u->has_chemistry,
-                          u->metals > 1, u->has_dissolve, u->states > 0, u->has_potential,
-                          u->has_chemistry};
+                          u->metals > 1, u->has_dissolve, u->states > 0, u->has_potential, u->has_chemistry};
     for (size_t k = 0; k < sizeof part / sizeof part[0]; k++) {
         size_t before = ctx->in_use;
         if (!wanted[k]) continue;
@@ -668,7 +670,7 @@ static pd_status pdi_model_parts(pd_ctx *ctx, pd_model *m)
     return PD_OK;
 }
 
-PDI_FN void pdi_model_effort(const pd_model *m, pdi_effort *e)
+PDI_FN void pdi_model_get_statistics(const pd_model *m, pdi_model_statistics *e)
 {
     const pd_setup *u = m->setup;
     int moves = u->has_flow && (u->motion == PD_MOTION_IMPLICIT || u->motion == PD_MOTION_EXPLICIT);
@@ -678,27 +680,27 @@ PDI_FN void pdi_model_effort(const pd_model *m, pdi_effort *e)
     e->flow_krylov = m->quasi.krylov;
     e->transport_krylov = u->has_dissolve ? m->dissolve.krylov : m->two_stage.krylov;
     e->transport_krylov += m->course.krylov;
-    e->limiter = r->limiter;
+    e->limiter_iterations = r->limiter;
     e->momentum = m->quasi.result.momentum;
     e->continuity = m->quasi.result.continuity;
-    e->change = r->change;
-    e->defect = r->defect;
+    e->steady_change = r->change;
+    e->mass_defect = r->defect;
 }
 
 /* The species as a process, with the step limit of time-dependent surface laws. */
 static pd_process pdi_model_species_process(pd_model *m)
 {
     pd_process course = pd_course_process(&m->course);
-    course.inner |= pdi_model_alters(m->setup) && m->setup->has_dissolve;
-    pdi_timed_build(m->setup, m->attack.setup ? &m->attack : NULL, m->surfaces, &m->timed);
+    course.inner |= pdi_model_needs_currents_per_step(m->setup) && m->setup->has_dissolve;
+    pdi_rate_step_limit_build(m->setup, m->attack.setup ? &m->attack : NULL, m->surfaces, &m->timed);
     if (!course.attempt || (!m->timed.attack && !m->timed.surfaces)) return course;
-    course.until = pdi_timed_until;
+    course.until = pdi_rate_step_limit_compute;
     course.until_user = &m->timed;
     return course;
 }
 
 /* Add all solvers to the time loop, in the order of a step. */
-static pd_status pdi_model_processes(pd_ctx *ctx, pd_model *m)
+static pd_status pdi_model_add_processes(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
     pd_couple *c = &m->couple;
@@ -711,7 +713,7 @@ static pd_status pdi_model_processes(pd_ctx *ctx, pd_model *m)
     if (u->has_gas) PDI_TRY(pd_couple_add(ctx, c, pd_gas_process(&m->gas)));
     if (u->has_solid)
         PDI_TRY(pd_couple_add(ctx, c, pd_structure_process(&m->structure, u->has_dissolve ? &m->dissolve : NULL)));
-    int first = m->attack.setup || m->bare || (pdi_model_alters(u) && u->has_dissolve);
+    int first = m->attack.setup || m->bare || (pdi_model_needs_currents_per_step(u) && u->has_dissolve);
     if (first) PDI_TRY(pd_couple_add(ctx, c, pdi_model_species_process(m)));
     if (u->has_dissolve) PDI_TRY(pd_couple_add(ctx, c, pd_dissolve_process(&m->dissolve)));
     else if (u->has_transport) PDI_TRY(pd_couple_add(ctx, c, pd_two_stage_process(&m->two_stage)));
@@ -721,16 +723,16 @@ static pd_status pdi_model_processes(pd_ctx *ctx, pd_model *m)
 }
 
 /* 1: bonds have to be updated after metal has dissolved: something reads them. */
-static int pdi_model_asks(const pd_setup *u)
+static int pdi_model_needs_bond_updates(const pd_setup *u)
 {
     return !u->has_corrode || !u->activation || u->has_flow || u->has_chemistry || u->has_potential ||
            u->probes || u->monitors;
 }
 
-PDI_FN int pdi_model_unknown(const pd_model *m, pd_field field, int32_t i)
+PDI_FN int pdi_model_is_undefined(const pd_model *m, pd_field field, int32_t i)
 {
     int dissolved = field == PD_FIELD_PH || field == PD_FIELD_SI || field == PD_FIELD_POTENTIAL ||
-                    pdi_setup_field_species(m->setup, field) >= 0;
+                    pdi_setup_field_species_index(m->setup, field) >= 0;
     if (field == PD_FIELD_C) dissolved = !m->setup->has_corrode;
     return m->fresh && m->fresh[i] && dissolved && m->grid.kind[i] == PD_FLUID;
 }
@@ -743,16 +745,16 @@ PDI_FN pd_status pdi_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m
     m->setup = setup;
     desc.fraction = setup->fraction;
     desc.max_step = setup->max_step;
-    pd_status status = pdi_model_parts(ctx, m);
-    if (status == PD_OK) status = pdi_vary_build(ctx, setup, &m->vary);
-    if (m->vary.count) desc.until = pdi_vary_until;
+    pd_status status = pdi_model_build_parts(ctx, m);
+    if (status == PD_OK) status = pdi_input_step_limit_build(ctx, setup, &m->vary);
+    if (m->vary.count) desc.until = pdi_input_step_limit_compute;
     desc.until_user = &m->vary;
-    if (status == PD_OK)
-        status = pd_couple_build(ctx, &desc, &m->grid, pdi_model_asks(setup) ? &m->bonds : NULL, &m->couple);
+    pd_bonds *bonds = pdi_model_needs_bond_updates(setup) ? &m->bonds : NULL;
+    if (status == PD_OK) status = pd_couple_build(ctx, &desc, &m->grid, bonds, &m->couple);
     if (status == PD_OK && setup->has_dissolve && (!setup->has_corrode || setup->has_chemistry))
         status = PDI_NEW(ctx, "model", m->grid.total, m->fresh);
     m->couple.fresh = m->fresh;
-    if (status == PD_OK) status = pdi_model_processes(ctx, m);
+    if (status == PD_OK) status = pdi_model_add_processes(ctx, m);
     int line = m->line;
     if (status < 0) pdi_model_free(ctx, m);
     m->line = line;
@@ -765,17 +767,17 @@ PDI_FN void pdi_model_free(pd_ctx *ctx, pd_model *m)
     PDI_DELETE(ctx, m->grid.total, m->passive);
     PDI_DELETE(ctx, m->grid.total, m->metal);
     pd_course_free(ctx, &m->course);
-    pdi_attack_free(ctx, &m->attack);
-    if (m->surfaces) pdi_surfaces_free(ctx, m->surfaces);
+    pdi_dissolution_laws_free(ctx, &m->attack);
+    if (m->surfaces) pdi_surface_states_free(ctx, m->surfaces);
     PDI_DELETE(ctx, 1, m->surfaces);
     pd_dissolve_free(ctx, &m->dissolve);
     pd_reactive_free(ctx, &m->reactive);
     pd_structure_free(ctx, &m->structure);
-    pdi_grip_free(ctx, &m->grips);
+    pdi_mechanical_bc_free(ctx, &m->grips);
     PDI_DELETE(ctx, m->grid.total, m->factor);
     PDI_DELETE(ctx, m->grid.total, m->bare);
     PDI_DELETE(ctx, m->grid.total, m->fresh);
-    pdi_vary_free(ctx, &m->vary);
+    pdi_input_step_limit_free(ctx, &m->vary);
     pd_grain_free(ctx, &m->grain);
     pd_two_stage_free(ctx, &m->two_stage);
     pd_transport_free(ctx, &m->transport);
@@ -786,7 +788,7 @@ PDI_FN void pdi_model_free(pd_ctx *ctx, pd_model *m)
     pd_flow_free(ctx, &m->flow);
     pd_arena_free(ctx, &m->arena);
     pdi_inlet_free(ctx, &m->inlet);
-    pdi_path_free(ctx, &m->paths);
+    pdi_bond_path_free(ctx, &m->paths);
     pd_stencil_free(ctx, &m->across);
     pd_bonds_free(ctx, &m->bonds);
     pd_grid_free(ctx, &m->grid);
@@ -794,5 +796,5 @@ PDI_FN void pdi_model_free(pd_ctx *ctx, pd_model *m)
     memset(m, 0, sizeof *m);
 }
 
-#undef PDI_MODEL_CORRODE
-#undef PDI_MODEL_LIMITED
+#undef PDI_MODEL_CORROSION_TOLERANCE
+#undef PDI_MODEL_LIMITER_TOLERANCE

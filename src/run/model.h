@@ -1,20 +1,20 @@
 /* model: all solvers of one simulation, built from a setup: grid, bonds and only the physics that the setup has. */
 #ifndef PD_MODEL_H
 #define PD_MODEL_H
-#include "couple/couple.h"
+#include "couple/time_loop.h"
 #include "flow/quasi_steady.h"
 #include "flow/implicit.h"
-#include "flow/unsteady.h"
+#include "flow/weakly_compressible.h"
 #include "transport/two_stage.h"
 #include "react/course.h"
 #include "metal/dissolve.h"
 #include "run/inlet.h"
-#include "run/wall.h"
-#include "run/grip.h"
-#include "run/attack.h"
-#include "run/electrodes.h"
-#include "run/timed.h"
-#include "run/vary.h"
+#include "run/wall_bc.h"
+#include "run/mechanical_bc.h"
+#include "run/dissolution_laws.h"
+#include "run/electrode_map.h"
+#include "run/rate_step_limit.h"
+#include "run/input_step_limit.h"
 
 /* Callback data of the rate law of a metal. */
 typedef struct pd_model_law {
@@ -72,26 +72,27 @@ typedef struct pd_model {
 #define PDI_MODEL_ATMOSPHERE 101325.0 /* [Pa] */
 /* 1: the value of a dissolved field at node i is undefined: the node was just converted to fluid, and no solver has
  * stepped since. */
-PDI_FN int pdi_model_unknown(const pd_model *m, pd_field field, int32_t i);
+PDI_FN int pdi_model_is_undefined(const pd_model *m, pd_field field, int32_t i);
 /* Build all solvers of a setup, which is borrowed for the life of the model. The errors of the builders; PD_ERR_STATE:
  * an initial field is negative or not finite. */
 PDI_FN pd_status pdi_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *model);
 PDI_FN void pdi_model_free(pd_ctx *ctx, pd_model *model);
 
 /* Solver statistics since the start, and residuals of the last solves; zero where there is no such solver. */
-typedef struct pdi_effort {
+typedef struct pdi_model_statistics {
     int64_t flow_solves;             /* of a flow in time: steps of the run */
     int64_t flow_evaluations, flow_krylov, transport_krylov;
-    int limiter;                     /* Newton steps on the limited equations in the last step */
+    int limiter_iterations;          /* Newton steps on the limited equations in the last step */
     double momentum, continuity;     /* [-] residuals of the last flow solve */
-    double change, defect;           /* [-] of a steady field, see pd_transport_result */
-} pdi_effort;
+    double steady_change, mass_defect; /* [-] of a steady field, see pd_transport_result */
+} pdi_model_statistics;
 /* Collect the solver statistics of a model. */
-PDI_FN void pdi_model_effort(const pd_model *model, pdi_effort *effort);
+PDI_FN void pdi_model_get_statistics(const pd_model *model, pdi_model_statistics *effort);
 /* [PD_DIM][total] [m/s] velocity of flow or gas; NULL: nothing moves. */
 PDI_FN const double *pdi_model_velocity(const pd_model *model);
 /* Build stencil and grid of a setup only. *line: line of the scene that an error is about; unchanged when unknown. */
-PDI_FN pd_status pdi_model_grid(pd_ctx *ctx, const pd_setup *setup, int *line, pd_stencil *stencil, pd_grid *grid);
+PDI_FN pd_status pdi_model_build_grid(pd_ctx *ctx, const pd_setup *setup, int *line, pd_stencil *stencil,
+                                      pd_grid *grid);
 #endif
 
 #endif

@@ -2,18 +2,18 @@
 #include "run/monitor.h"
 #include "flow/force.h"
 #include "core/vec.h"
-#include "couple/measure.h"
+#include "couple/integral_diagnostics.h"
 #include "solid/crack.h"
 #include "io/plot.h"
-#include "run/grip_force.h"
-#include "run/observe.h"
+#include "run/reaction_force.h"
+#include "run/step_diagnostics.h"
 #include "run/sample.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
 /* Relative tolerance by which two numbers count as equal. */
-#define PDI_MONITOR_SAME 1e-9
+#define PDI_MONITOR_TOLERANCE 1e-9
 
 /* Units of amounts per depth, by dimension. */
 static const char *const pdi_monitor_unit_area[] = {"-", "m", "m2"};
@@ -28,12 +28,12 @@ static const char *const pdi_monitor_unit_energy[] = {"J/m2", "J/m", "J"};
 static const char *const pdi_monitor_unit_momentum[] = {"kg/m/s", "kg/s", "kg m/s"};
 
 /* Index into the tables of units: PD_DIM - 1, or 2 with axisymmetry, where amounts are over the whole circumference. */
-static int pdi_monitor_extent(const pd_setup *setup) { return setup->axisymmetric ? 2 : PD_DIM - 1; }
+static int pdi_monitor_get_unit_index(const pd_setup *setup) { return setup->axisymmetric ? 2 : PD_DIM - 1; }
 
 /* ---- figures ---- */
 
 /* Append an output. */
-static void pdi_monitor_put(pd_monitor *m, const char *key, const char *unit, double value)
+static void pdi_monitor_add_output(pd_monitor *m, const char *key, const char *unit, double value)
 {
     pd_monitor_figure *f = &m->figure[m->count++];
     PD_ASSERT(m->count <= m->room);
@@ -43,38 +43,40 @@ static void pdi_monitor_put(pd_monitor *m, const char *key, const char *unit, do
 }
 
 /* Append one output for each axis, scale times value; its key has x, y or z behind the first letter. */
-static void pdi_monitor_put_vector(pd_monitor *m, char letter, const char *rest, const char *unit, const double *value,
-                                   double scale)
+static void pdi_monitor_add_vector_output(pd_monitor *m, char letter, const char *rest, const char *unit,
+                                          const double *value, double scale)
 {
     char key[24];
     for (int d = 0; d < PD_DIM; d++) {
         snprintf(key, sizeof key, "%c%c%s", letter, "xyz"[d], rest);
-        pdi_monitor_put(m, key, unit, scale * value[d]);
+        pdi_monitor_add_output(m, key, unit, scale * value[d]);
     }
 }
 
 /* Outputs of a plane: area, volume flux, mean velocity, pressure, mean and flux-weighted concentration, species flux.
  */
-static void pdi_monitor_plane(pd_ctx *ctx, pd_model *model, pd_monitor *m)
+static void pdi_monitor_compute_plane(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     const pd_setup *u = model->setup;
     pd_measure_plane_result r;
     pd_measure_plane(ctx, &model->bonds, u->has_flow ? &model->flow : NULL, u->has_transport ? &model->transport : NULL,
                      m->desc->axis, m->desc->index, &r);
-    pdi_monitor_put(m, "area", pdi_monitor_unit_area[pdi_monitor_extent(u)], r.area);
+    pdi_monitor_add_output(m, "area", pdi_monitor_unit_area[pdi_monitor_get_unit_index(u)], r.area);
     if (u->has_flow) {
-        pdi_monitor_put(m, "flow", pdi_monitor_unit_flow[pdi_monitor_extent(u)], r.flow);
-        pdi_monitor_put(m, "speed", "m/s", r.speed);
-        pdi_monitor_put(m, "p", "Pa", r.pressure);
+        pdi_monitor_add_output(m, "flow", pdi_monitor_unit_flow[pdi_monitor_get_unit_index(u)], r.flow);
+        pdi_monitor_add_output(m, "speed", "m/s", r.speed);
+        pdi_monitor_add_output(m, "p", "Pa", r.pressure);
     }
-    if (u->has_transport) pdi_monitor_put(m, "C_mean", "mol/m3", r.mean);
-    if (u->has_transport && u->has_flow) pdi_monitor_put(m, "C_bulk", "mol/m3", r.bulk);
-    if (u->has_transport) pdi_monitor_put(m, "species", pdi_monitor_unit_species[pdi_monitor_extent(u)], r.species);
+    if (u->has_transport) pdi_monitor_add_output(m, "C_mean", "mol/m3", r.mean);
+    if (u->has_transport && u->has_flow) pdi_monitor_add_output(m, "C_bulk", "mol/m3", r.bulk);
+    if (u->has_transport)
+        pdi_monitor_add_output(m, "species", pdi_monitor_unit_species[pdi_monitor_get_unit_index(u)], r.species);
 }
 
 /* Force on a body [PD_DIM] by the momentum balance of a box around it. PD_ERR_GEOMETRY: the box comes too close to
  * walls. */
-static pd_status pdi_monitor_balance(pd_ctx *ctx, pd_model *model, const pd_setup_monitor *d, double *force)
+static pd_status pdi_monitor_compute_control_volume_force(pd_ctx *ctx, pd_model *model, const pd_setup_monitor *d,
+                                                          double *force)
 {
     char message[PD_MESSAGE_SIZE];
     pd_status status = pd_force_balance(ctx, &model->flow, d->lo, d->hi, force);
@@ -86,32 +88,32 @@ static pd_status pdi_monitor_balance(pd_ctx *ctx, pd_model *model, const pd_setu
 
 /* Outputs of a force: on the surface, by friction and pressure, by momentum balance, and drag coefficients. Only
  * updated after a new flow solve. */
-static pd_status pdi_monitor_force(pd_ctx *ctx, pd_model *model, pd_monitor *m)
+static pd_status pdi_monitor_compute_force(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     const pd_setup_monitor *d = m->desc;
-    const char *unit = pdi_monitor_unit_force[pdi_monitor_extent(model->setup)];
+    const char *unit = pdi_monitor_unit_force[pdi_monitor_get_unit_index(model->setup)];
     double force[PD_DIM], friction[PD_DIM], pressure[PD_DIM], around[PD_DIM];
     double scale = d->speed > 0.0 ? 2.0 / (model->flow.rho * d->speed * d->speed * d->area) : 0.0;
-    pdi_effort effort;
-    pdi_model_effort(model, &effort);
+    pdi_model_statistics effort;
+    pdi_model_get_statistics(model, &effort);
     if (m->seen == effort.flow_solves) return PD_OK;
     m->seen = effort.flow_solves;
     m->count = 0;
     pd_force_surface(ctx, &model->flow, d->shape ? d->shape - 1 : PD_FORCE_ALL, d->lo, d->hi, force, friction,
                      pressure);
-    pdi_monitor_put_vector(m, 'f', "", unit, force, 1.0);
-    pdi_monitor_put_vector(m, 'f', "_friction", unit, friction, 1.0);
-    pdi_monitor_put_vector(m, 'f', "_pressure", unit, pressure, 1.0);
-    if (d->balance) PDI_TRY(pdi_monitor_balance(ctx, model, d, around));
-    if (d->balance) pdi_monitor_put_vector(m, 'f', "_balance", unit, around, 1.0);
-    if (d->speed > 0.0) pdi_monitor_put_vector(m, 'c', "", "-", force, scale);
-    if (d->speed > 0.0 && d->balance) pdi_monitor_put_vector(m, 'c', "_balance", "-", around, scale);
+    pdi_monitor_add_vector_output(m, 'f', "", unit, force, 1.0);
+    pdi_monitor_add_vector_output(m, 'f', "_friction", unit, friction, 1.0);
+    pdi_monitor_add_vector_output(m, 'f', "_pressure", unit, pressure, 1.0);
+    if (d->balance) PDI_TRY(pdi_monitor_compute_control_volume_force(ctx, model, d, around));
+    if (d->balance) pdi_monitor_add_vector_output(m, 'f', "_balance", unit, around, 1.0);
+    if (d->speed > 0.0) pdi_monitor_add_vector_output(m, 'c', "", "-", force, scale);
+    if (d->speed > 0.0 && d->balance) pdi_monitor_add_vector_output(m, 'c', "_balance", "-", around, scale);
     return PD_OK;
 }
 
 /* Reference concentration of the fluid in each layer of a mass transfer: given, or the mixing-cup mean sum u c / sum u.
  */
-static void pdi_monitor_fluid(const pd_model *model, pd_monitor *m)
+static void pdi_monitor_compute_layer_concentration(const pd_model *model, pd_monitor *m)
 {
     const pd_grid *grid = &model->grid;
     const pd_setup_monitor *d = m->desc;
@@ -133,13 +135,13 @@ static void pdi_monitor_fluid(const pd_model *model, pd_monitor *m)
 
 /* Outputs of a mass transfer: species flux [mol/s], area, flux density, Sherwood number and diffusion layer thickness.
  */
-static void pdi_monitor_transfer(pd_ctx *ctx, pd_model *model, pd_monitor *m)
+static void pdi_monitor_compute_mass_transfer(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     const pd_setup_monitor *d = m->desc;
     double flux = 0.0, area = 0.0, excess = 0.0;
     pd_measure_exchange(ctx, &model->paths, &model->transport, model->setup->has_dissolve ? &model->dissolve : NULL,
                         d->lo, d->hi, d->axis, m->flux, m->area);
-    pdi_monitor_fluid(model, m);
+    pdi_monitor_compute_layer_concentration(model, m);
     for (int k = 0; k < m->rows; k++) {
         flux += m->flux[k];
         area += m->area[k];
@@ -149,16 +151,17 @@ static void pdi_monitor_transfer(pd_ctx *ctx, pd_model *model, pd_monitor *m)
         excess *= d->area / area;
         area = d->area;
     }
-    pdi_monitor_put(m, "flux", pdi_monitor_unit_species[pdi_monitor_extent(model->setup)], flux);
-    pdi_monitor_put(m, "area", pdi_monitor_unit_area[pdi_monitor_extent(model->setup)], area);
-    pdi_monitor_put(m, "density", "mol/m2/s", flux / area);
+    pdi_monitor_add_output(m, "flux", pdi_monitor_unit_species[pdi_monitor_get_unit_index(model->setup)], flux);
+    pdi_monitor_add_output(m, "area", pdi_monitor_unit_area[pdi_monitor_get_unit_index(model->setup)], area);
+    pdi_monitor_add_output(m, "density", "mol/m2/s", flux / area);
     if (!(d->length > 0.0)) return;
-    pdi_monitor_put(m, "Sh", "-", flux * d->length / (excess * d->diffusivity));
-    pdi_monitor_put(m, "layer", "m", excess * d->diffusivity / flux);
+    pdi_monitor_add_output(m, "Sh", "-", flux * d->length / (excess * d->diffusivity));
+    pdi_monitor_add_output(m, "layer", "m", excess * d->diffusivity / flux);
 }
 
 /* [mol] Integral of a concentration field over the box of the monitor. */
-static double pdi_monitor_amount(pd_ctx *ctx, pd_model *model, const pd_monitor *m, const double *field)
+static double pdi_monitor_integrate_concentration(pd_ctx *ctx, pd_model *model, const pd_monitor *m,
+                                                  const double *field)
 {
     pd_measure_box_result r;
     pd_measure_box(ctx, &model->stencil, &model->grid, NULL, field, NULL, m->desc->lo, m->desc->hi, &r);
@@ -167,22 +170,24 @@ static double pdi_monitor_amount(pd_ctx *ctx, pd_model *model, const pd_monitor 
 
 /* Add to sum [rows] of the element balances the solver residuals that carry over to the next step, and the solution in
  * volume that metal has left within cells. */
-static void pdi_monitor_carried(pd_ctx *ctx, pd_model *model, const pd_monitor *m, double *sum)
+static void pdi_monitor_add_carried_amounts(pd_ctx *ctx, pd_model *model, const pd_monitor *m, double *sum)
 {
     const pd_reactive *reactive = &model->reactive;
     for (int k = 0; k < reactive->components.count; k++) {
-        double amount = pdi_monitor_amount(ctx, model, m, reactive->carry + (int64_t)k * model->grid.total);
+        double amount =
+            pdi_monitor_integrate_concentration(ctx, model, m, reactive->carry + (int64_t)k * model->grid.total);
         if (reactive->swept)
-            amount += pdi_monitor_amount(ctx, model, m, reactive->swept + (int64_t)k * model->grid.total);
+            amount +=
+                pdi_monitor_integrate_concentration(ctx, model, m, reactive->swept + (int64_t)k * model->grid.total);
         for (int row = 0; row < reactive->rows; row++)
             sum[row] += reactive->part[row][reactive->components.master[k]] * amount;
     }
 }
 
 /* Outputs of species: amounts in the box, and the total of each element or charge balance (sum_...). */
-static void pdi_monitor_species(pd_ctx *ctx, pd_model *model, pd_monitor *m)
+static void pdi_monitor_compute_species(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
-    const char *unit = pdi_monitor_unit_amount[pdi_monitor_extent(model->setup)];
+    const char *unit = pdi_monitor_unit_amount[pdi_monitor_get_unit_index(model->setup)];
     const pd_electrolyte *e = &model->setup->electrolyte;
     const pd_reactive *reactive = &model->reactive;
     double sum[PD_REACTIVE_ROWS];
@@ -191,58 +196,60 @@ static void pdi_monitor_species(pd_ctx *ctx, pd_model *model, pd_monitor *m)
     for (int k = 0; k < e->count; k++) {
         const double *c = pd_reactive_field(&model->reactive, k);
         if (!c) continue;
-        double amount = pdi_monitor_amount(ctx, model, m, c);
-        pdi_monitor_put(m, e->species[k].name, unit, amount);
+        double amount = pdi_monitor_integrate_concentration(ctx, model, m, c);
+        pdi_monitor_add_output(m, e->species[k].name, unit, amount);
         for (int row = 0; row < reactive->rows; row++) sum[row] += pdi_reactive_part(reactive, row, k) * amount;
     }
-    pdi_monitor_carried(ctx, model, m, sum);
+    pdi_monitor_add_carried_amounts(ctx, model, m, sum);
     for (int row = 0; row < reactive->rows; row++) {
         snprintf(key, sizeof key, "sum_%s", reactive->name[row]);
-        pdi_monitor_put(m, key, unit, sum[row]);
+        pdi_monitor_add_output(m, key, unit, sum[row]);
     }
 }
 
 /* Extremes of the concentration in the box, without nodes just converted to fluid. */
-static void pdi_monitor_known(const pd_model *model, const pd_setup_monitor *desc, pd_measure_box_result *r)
+static void pdi_monitor_compute_extremes(const pd_model *model, const pd_setup_monitor *desc, pd_measure_box_result *r)
 {
     double x[PD_DIM];
     r->least = r->most = (double)NAN;
     for (int32_t i = 0; i < model->grid.total; i++) {
-        if (model->grid.kind[i] != PD_FLUID || pdi_model_unknown(model, PD_FIELD_C, i)) continue;
+        if (model->grid.kind[i] != PD_FLUID || pdi_model_is_undefined(model, PD_FIELD_C, i)) continue;
         pd_grid_position(&model->grid, i, x);
-        if (!pdi_grid_between(&model->grid, desc->lo, desc->hi, x)) continue;
+        if (!pdi_grid_is_between(&model->grid, desc->lo, desc->hi, x)) continue;
         r->least = pdi_min(r->least, model->transport.c[i]);
         r->most = pdi_max(r->most, model->transport.c[i]);
     }
 }
 
 /* Outputs of a box: volume, kinetic energy, momentum, dissolved amount, extremes, solid amount, species. */
-static void pdi_monitor_total(pd_ctx *ctx, pd_model *model, pd_monitor *m)
+static void pdi_monitor_compute_total(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     const pd_setup *u = model->setup;
     pd_measure_box_result r;
     const double *c = model->transport.c;
     pd_measure_box(ctx, &model->stencil, &model->grid, u->has_flow ? &model->flow : NULL, c,
                    u->has_dissolve ? c : NULL, m->desc->lo, m->desc->hi, &r);
-    if (c && model->fresh) pdi_monitor_known(model, m->desc, &r);
-    pdi_monitor_put(m, "volume", pdi_monitor_unit_volume[pdi_monitor_extent(u)], r.volume);
+    if (c && model->fresh) pdi_monitor_compute_extremes(model, m->desc, &r);
+    pdi_monitor_add_output(m, "volume", pdi_monitor_unit_volume[pdi_monitor_get_unit_index(u)], r.volume);
     if (u->has_flow) {
-        pdi_monitor_put(m, "energy", pdi_monitor_unit_energy[pdi_monitor_extent(u)], r.energy);
-        pdi_monitor_put_vector(m, 'm', "", pdi_monitor_unit_momentum[pdi_monitor_extent(u)], r.momentum, 1.0);
+        pdi_monitor_add_output(m, "energy", pdi_monitor_unit_energy[pdi_monitor_get_unit_index(u)], r.energy);
+        pdi_monitor_add_vector_output(m, 'm', "", pdi_monitor_unit_momentum[pdi_monitor_get_unit_index(u)], r.momentum,
+                                      1.0);
     }
     if (c) {
-        pdi_monitor_put(m, "dissolved", pdi_monitor_unit_amount[pdi_monitor_extent(u)], r.dissolved);
-        pdi_monitor_put(m, "C_min", "mol/m3", r.least);
-        pdi_monitor_put(m, "C_max", "mol/m3", r.most);
+        pdi_monitor_add_output(m, "dissolved", pdi_monitor_unit_amount[pdi_monitor_get_unit_index(u)], r.dissolved);
+        pdi_monitor_add_output(m, "C_min", "mol/m3", r.least);
+        pdi_monitor_add_output(m, "C_max", "mol/m3", r.most);
     }
-    if (u->has_dissolve) pdi_monitor_put(m, "solid", pdi_monitor_unit_amount[pdi_monitor_extent(u)], r.solid);
-    if (u->has_chemistry) pdi_monitor_species(ctx, model, m);
+    if (u->has_dissolve)
+        pdi_monitor_add_output(m, "solid", pdi_monitor_unit_amount[pdi_monitor_get_unit_index(u)], r.solid);
+    if (u->has_chemistry) pdi_monitor_compute_species(ctx, model, m);
 }
 
 /* Largest displacement, overlap, von Mises and hydrostatic stress, and plastic strain of the metal. */
-static void pdi_monitor_extremes(const pd_structure *s, pd_monitor *m)
+static void pdi_monitor_compute_solid_extremes(const pd_structure *s, pd_monitor *m)
 {
-    const double *at = pdi_structure_u(s);
+    const double *at = pdi_solid_coupling_displacements(s);
     double u = 0.0, mises = 0.0, pressure = -HUGE_VAL, slip = 0.0;
     for (int32_t i = 0; i < s->count; i++) {
         double square = 0.0;
@@ -253,57 +260,57 @@ static void pdi_monitor_extremes(const pd_structure *s, pd_monitor *m)
         pressure = pdi_max(pressure, s->pressure[i]);
         if (s->solid.slip) slip = pdi_max(slip, s->slip[i]);
     }
-    pdi_monitor_put(m, "u_max", "m", u);
-    if (s->overlap.bins) pdi_monitor_put(m, "overlap", "m", pdi_max(s->overlap.crack, s->overlap.pieces));
+    pdi_monitor_add_output(m, "u_max", "m", u);
+    if (s->overlap.bins) pdi_monitor_add_output(m, "overlap", "m", pdi_max(s->overlap.crack, s->overlap.pieces));
     if (!s->solid.stress) return;
-    pdi_monitor_put(m, "mises_max", "Pa", mises);
-    pdi_monitor_put(m, "sigma_h_max", "Pa", pressure > -HUGE_VAL ? pressure : 0.0);
-    if (s->solid.slip) pdi_monitor_put(m, "eps_p_max", "-", slip);
+    pdi_monitor_add_output(m, "mises_max", "Pa", mises);
+    pdi_monitor_add_output(m, "sigma_h_max", "Pa", pressure > -HUGE_VAL ? pressure : 0.0);
+    if (s->solid.slip) pdi_monitor_add_output(m, "eps_p_max", "-", slip);
 }
 
 /* Energies of a body in motion: work, kinetic, elastic, released by broken bonds. */
-static void pdi_monitor_motion(pd_ctx *ctx, const pd_structure *s, pd_monitor *m)
+static void pdi_monitor_compute_dynamic_energies(pd_ctx *ctx, const pd_structure *s, pd_monitor *m)
 {
     const char *unit = pdi_monitor_unit_energy[PD_DIM - 1];
-    pdi_monitor_put(m, "work", unit, s->motion.work);
-    pdi_monitor_put(m, "kinetic", unit, pd_verlet_kinetic(&s->motion));
-    pdi_monitor_put(m, "stored", unit, s->solid.energy(ctx, s->solid.self, s->motion.u));
+    pdi_monitor_add_output(m, "work", unit, s->motion.work);
+    pdi_monitor_add_output(m, "kinetic", unit, pd_verlet_kinetic(&s->motion));
+    pdi_monitor_add_output(m, "stored", unit, s->solid.energy(ctx, s->solid.self, s->motion.u));
     if (!(s->springs.critical > 0.0)) return;
-    pdi_monitor_put(m, "released", unit, s->springs.released);
-    pdi_monitor_put(m, "broken", "-", (double)s->motion.broken);
+    pdi_monitor_add_output(m, "released", unit, s->springs.released);
+    pdi_monitor_add_output(m, "broken", "-", (double)s->motion.broken);
 }
 
 /* Outputs of the metal's mechanics: extremes and energies (work, elastic, plastic, released, dissolved away), broken
  * bonds, load factor of the next break, time of separation, solver iterations. */
-static void pdi_monitor_solid(pd_ctx *ctx, pd_model *model, pd_monitor *m)
+static void pdi_monitor_compute_solid(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     const pd_structure *s = &model->structure;
     const pd_quasi_static *q = &s->rest;
     const char *unit = pdi_monitor_unit_energy[PD_DIM - 1];
-    pdi_monitor_extremes(s, m);
-    if (pdi_structure_moves(s)) {
-        pdi_monitor_motion(ctx, s, m);
+    pdi_monitor_compute_solid_extremes(s, m);
+    if (pdi_solid_coupling_is_dynamic(s)) {
+        pdi_monitor_compute_dynamic_energies(ctx, s, m);
         return;
     }
-    pdi_monitor_put(m, "work", unit, q->work);
-    pdi_monitor_put(m, "stored", unit, q->stored);
-    if (q->solid.dissipated) pdi_monitor_put(m, "flow", unit, q->solid.dissipated(q->solid.self));
-    if (q->criterion.critical > 0.0) pdi_monitor_put(m, "released", unit, q->released);
-    if (s->dissolve) pdi_monitor_put(m, "taken", unit, q->taken);
+    pdi_monitor_add_output(m, "work", unit, q->work);
+    pdi_monitor_add_output(m, "stored", unit, q->stored);
+    if (q->solid.dissipated) pdi_monitor_add_output(m, "flow", unit, q->solid.dissipated(q->solid.self));
+    if (q->criterion.critical > 0.0) pdi_monitor_add_output(m, "released", unit, q->released);
+    if (s->dissolve) pdi_monitor_add_output(m, "taken", unit, q->taken);
     if (q->criterion.critical > 0.0) {
         pd_criterion_bond first;
         pd_criterion_first(ctx, &model->structure.rest.criterion, q->u, &first);
-        pdi_monitor_put(m, "broken", "-", (double)q->broken);
-        pdi_monitor_put(m, "next_break", "-", first.factor);
+        pdi_monitor_add_output(m, "broken", "-", (double)q->broken);
+        pdi_monitor_add_output(m, "next_break", "-", first.factor);
     }
-    pdi_monitor_put(m, "parted", "s", q->parted);
-    pdi_monitor_put(m, "parts", "-", (double)q->parts);
-    pdi_monitor_put(m, "iterations", "-", (double)q->iterations);
+    pdi_monitor_add_output(m, "parted", "s", q->parted);
+    pdi_monitor_add_output(m, "parts", "-", (double)q->parts);
+    pdi_monitor_add_output(m, "iterations", "-", (double)q->iterations);
 }
 
 /* Outputs of a crack: tip position, length along the cut and straight on, and its J integral on two contours; NaN where
  * a contour meets a surface. */
-static pd_status pdi_monitor_cut(pd_ctx *ctx, pd_model *model, pd_monitor *m)
+static pd_status pdi_monitor_compute_crack(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     const pd_setup_cut *cut = &model->setup->metal_body.cut[m->desc->index];
     const pd_structure *s = &model->structure;
@@ -313,7 +320,7 @@ static pd_status pdi_monitor_cut(pd_ctx *ctx, pd_model *model, pd_monitor *m)
     memset(&desc, 0, sizeof desc);
     memcpy(desc.tip, last, sizeof desc.tip);
     memcpy(desc.way, cut->way, sizeof desc.way);
-    pd_status status = pdi_crack_follow(ctx, &s->body, cut->corners, cut->corner, s->stiff, cut->way, desc.tip);
+    pd_status status = pdi_crack_find_tip(ctx, &s->body, cut->corners, cut->corner, s->stiff, cut->way, desc.tip);
     if (status < 0) return status;
     for (int k = 1; k < cut->corners && PD_DIM == 2; k++) {
         double square = 0.0;
@@ -329,23 +336,23 @@ static pd_status pdi_monitor_cut(pd_ctx *ctx, pd_model *model, pd_monitor *m)
     }
     for (int d = 0; d < PD_DIM; d++) {
         char key[] = {"xyz"[d], '\0'};
-        pdi_monitor_put(m, key, "m", desc.tip[d]);
+        pdi_monitor_add_output(m, key, "m", desc.tip[d]);
     }
-    if (PD_DIM == 2) pdi_monitor_put(m, "length", "m", length + along / sqrt(size));
+    if (PD_DIM == 2) pdi_monitor_add_output(m, "length", "m", length + along / sqrt(size));
     for (int k = 0; k < cut->rings; k++) {
         double j = 0.0;
         desc.inner = cut->radius[k];
         desc.outer = cut->radius[k + 1];
-        status = pd_crack_j(ctx, &s->solid, &desc, pdi_structure_u(s), &j);
+        status = pd_crack_j(ctx, &s->solid, &desc, pdi_solid_coupling_displacements(s), &j);
         if (status < 0 && status != PD_ERR_GEOMETRY) return status;
-        pdi_monitor_put(m, k ? "J_outer" : "J_inner", "J/m2", status == PD_OK ? j : (double)NAN);
+        pdi_monitor_add_output(m, k ? "J_outer" : "J_inner", "J/m2", status == PD_OK ? j : (double)NAN);
     }
     return PD_OK;
 }
 
 /* Charge number of the metal of an electrode if all of its current dissolves that one metal by Faraday's law; 0: not
  * so. */
-static double pdi_monitor_dissolves(const pd_model *model, int electrode)
+static double pdi_monitor_find_charge_number(const pd_model *model, int electrode)
 {
     const pd_setup *u = model->setup;
     uint32_t kinds = model->cell.kinds[electrode];
@@ -353,79 +360,79 @@ static double pdi_monitor_dissolves(const pd_model *model, int electrode)
     if (!u->has_dissolve || u->migrates) return 0.0;
     for (int k = 0; k < u->metals; k++) {
         const pd_setup_metal *metal = &u->metal[k];
-        if (kinds != (uint32_t)1 << k || metal->rate.uses != (uint32_t)1 << PDI_SETUP_CURRENT) continue;
+        if (kinds != (uint32_t)1 << k || metal->rate.uses != (uint32_t)1 << PDI_SETUP_RATE_CURRENT) continue;
         memset(vars, 0, sizeof vars);
-        vars[PDI_SETUP_CURRENT] = 1.0;
+        vars[PDI_SETUP_RATE_CURRENT] = 1.0;
         double speed = metal->rate_scale * pdi_expr_eval(&metal->rate, vars);
-        if (fabs(speed / pd_material_speed(&metal->material, 1.0) - 1.0) < PDI_MONITOR_SAME)
+        if (fabs(speed / pd_material_speed(&metal->material, 1.0) - 1.0) < PDI_MONITOR_TOLERANCE)
             return metal->material.charge;
     }
     return 0.0;
 }
 
-PDI_FN void pdi_monitor_now(const pd_model *model, int electrode, pd_cell_electrode *e)
+PDI_FN void pdi_monitor_get_electrode(const pd_model *model, int electrode, pd_cell_electrode *e)
 {
-    if (model->attack.polarise.setup) pdi_polarise_electrode(&model->attack.polarise, electrode, e);
+    if (model->attack.polarise.setup) pdi_species_electrodes_get_electrode(&model->attack.polarise, electrode, e);
     else pd_cell_electrode_of(&model->cell, electrode, e);
 }
 
 /* Outputs of an electrode: potential, total and anodic current, area, current densities, charge, ratio to Faraday's
  * law. */
-static void pdi_monitor_electrode(const pd_model *model, pd_monitor *m)
+static void pdi_monitor_compute_electrode(const pd_model *model, pd_monitor *m)
 {
-    const char *unit = pdi_monitor_unit_current[pdi_monitor_extent(model->setup)];
+    const char *unit = pdi_monitor_unit_current[pdi_monitor_get_unit_index(model->setup)];
     pd_cell_electrode e;
-    pdi_monitor_now(model, m->desc->index, &e);
-    pdi_monitor_put(m, "E", "V", e.potential);
-    pdi_monitor_put(m, "current", unit, e.current);
-    pdi_monitor_put(m, "anodic", unit, e.anodic);
-    pdi_monitor_put(m, "area", pdi_monitor_unit_area[pdi_monitor_extent(model->setup)], e.area);
-    pdi_monitor_put(m, "density", "A/m2", e.area > 0.0 ? e.current / e.area : 0.0);
-    pdi_monitor_put(m, "least", "A/m2", e.least);
-    pdi_monitor_put(m, "most", "A/m2", e.most);
+    pdi_monitor_get_electrode(model, m->desc->index, &e);
+    pdi_monitor_add_output(m, "E", "V", e.potential);
+    pdi_monitor_add_output(m, "current", unit, e.current);
+    pdi_monitor_add_output(m, "anodic", unit, e.anodic);
+    pdi_monitor_add_output(m, "area", pdi_monitor_unit_area[pdi_monitor_get_unit_index(model->setup)], e.area);
+    pdi_monitor_add_output(m, "density", "A/m2", e.area > 0.0 ? e.current / e.area : 0.0);
+    pdi_monitor_add_output(m, "least", "A/m2", e.least);
+    pdi_monitor_add_output(m, "most", "A/m2", e.most);
     if (pdi_cell_table(&model->cell, m->desc->index)) {
         int some = e.met.least <= e.met.most;
-        pdi_monitor_put(m, "E_least", "V", some ? e.met.least : (double)NAN);
-        pdi_monitor_put(m, "E_most", "V", some ? e.met.most : (double)NAN);
-        pdi_monitor_put(m, "range_left", "s", e.met.left < HUGE_VAL ? e.met.left : (double)NAN);
+        pdi_monitor_add_output(m, "E_least", "V", some ? e.met.least : (double)NAN);
+        pdi_monitor_add_output(m, "E_most", "V", some ? e.met.most : (double)NAN);
+        pdi_monitor_add_output(m, "range_left", "s", e.met.left < HUGE_VAL ? e.met.left : (double)NAN);
     }
-    pdi_monitor_put(m, "charge", pdi_monitor_unit_charge[pdi_monitor_extent(model->setup)], e.charge);
-    double charge = pdi_monitor_dissolves(model, m->desc->index);
+    pdi_monitor_add_output(m, "charge", pdi_monitor_unit_charge[pdi_monitor_get_unit_index(model->setup)], e.charge);
+    double charge = pdi_monitor_find_charge_number(model, m->desc->index);
     if (!(charge > 0.0)) return;
     charge *= PDI_FARADAY;
-    int known = e.passed > PDI_MONITOR_SAME * charge * model->cell.stock[m->desc->index]; /* less is rounding */
-    pdi_monitor_put(m, "faraday", "-", known ? charge * e.lost / e.passed : (double)NAN);
+    int known = e.passed > PDI_MONITOR_TOLERANCE * charge * model->cell.stock[m->desc->index]; /* less is rounding */
+    pdi_monitor_add_output(m, "faraday", "-", known ? charge * e.lost / e.passed : (double)NAN);
 }
 
 /* Outputs of a surface state: mean, extremes, area. */
-static void pdi_monitor_state(const pd_model *model, pd_monitor *m)
+static void pdi_monitor_compute_surface_state(const pd_model *model, pd_monitor *m)
 {
     const char *unit = model->setup->state[m->desc->index].unit;
     pd_surfaces_figures f;
-    pdi_surfaces_figures(model->surfaces, m->desc->index, &f);
+    pdi_surface_states_compute_statistics(model->surfaces, m->desc->index, &f);
     if (!unit[0]) unit = "-";
-    pdi_monitor_put(m, "mean", unit, f.mean);
-    pdi_monitor_put(m, "least", unit, f.least);
-    pdi_monitor_put(m, "most", unit, f.most);
-    pdi_monitor_put(m, "area", pdi_monitor_unit_area[pdi_monitor_extent(model->setup)], f.area);
+    pdi_monitor_add_output(m, "mean", unit, f.mean);
+    pdi_monitor_add_output(m, "least", unit, f.least);
+    pdi_monitor_add_output(m, "most", unit, f.most);
+    pdi_monitor_add_output(m, "area", pdi_monitor_unit_area[pdi_monitor_get_unit_index(model->setup)], f.area);
 }
 
 /* Compute the outputs of a monitor, by its kind. */
-static pd_status pdi_monitor_figures(pd_ctx *ctx, pd_model *model, pd_monitor *m)
+static pd_status pdi_monitor_compute_outputs(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
-    if (m->desc->kind == PD_MONITOR_FORCE) return pdi_monitor_force(ctx, model, m);
+    if (m->desc->kind == PD_MONITOR_FORCE) return pdi_monitor_compute_force(ctx, model, m);
     m->count = 0;
-    if (m->desc->kind == PD_MONITOR_PLANE) pdi_monitor_plane(ctx, model, m);
-    if (m->desc->kind == PD_MONITOR_TRANSFER) pdi_monitor_transfer(ctx, model, m);
-    if (m->desc->kind == PD_MONITOR_TOTAL) pdi_monitor_total(ctx, model, m);
-    if (m->desc->kind == PD_MONITOR_SOLID) pdi_monitor_solid(ctx, model, m);
-    if (m->desc->kind == PD_MONITOR_ELECTRODE) pdi_monitor_electrode(model, m);
-    if (m->desc->kind == PD_MONITOR_STATE) pdi_monitor_state(model, m);
-    if (m->desc->kind == PD_MONITOR_CUT) return pdi_monitor_cut(ctx, model, m);
+    if (m->desc->kind == PD_MONITOR_PLANE) pdi_monitor_compute_plane(ctx, model, m);
+    if (m->desc->kind == PD_MONITOR_TRANSFER) pdi_monitor_compute_mass_transfer(ctx, model, m);
+    if (m->desc->kind == PD_MONITOR_TOTAL) pdi_monitor_compute_total(ctx, model, m);
+    if (m->desc->kind == PD_MONITOR_SOLID) pdi_monitor_compute_solid(ctx, model, m);
+    if (m->desc->kind == PD_MONITOR_ELECTRODE) pdi_monitor_compute_electrode(model, m);
+    if (m->desc->kind == PD_MONITOR_STATE) pdi_monitor_compute_surface_state(model, m);
+    if (m->desc->kind == PD_MONITOR_CUT) return pdi_monitor_compute_crack(ctx, model, m);
     if (m->desc->kind == PD_MONITOR_GRIP) {
         double force[PD_DIM];
-        PDI_TRY(pdi_grip_force(ctx, &model->grips, m->desc->index, model->couple.time, force));
-        pdi_monitor_put_vector(m, 'f', "", pdi_monitor_unit_force[PD_DIM - 1], force, 1.0);
+        PDI_TRY(pdi_reaction_force_compute(ctx, &model->grips, m->desc->index, model->couple.time, force));
+        pdi_monitor_add_vector_output(m, 'f', "", pdi_monitor_unit_force[PD_DIM - 1], force, 1.0);
     }
     return PD_OK;
 }
@@ -433,7 +440,7 @@ static pd_status pdi_monitor_figures(pd_ctx *ctx, pd_model *model, pd_monitor *m
 /* ---- profiles ---- */
 
 /* Set the name of a column; returns the next column. */
-static int pdi_monitor_name(char names[][PD_SETUP_NAME], int column, const char *name)
+static int pdi_monitor_set_column_name(char names[][PD_SETUP_NAME], int column, const char *name)
 {
     snprintf(names[column], PD_SETUP_NAME, "%s", name);
     return column + 1;
@@ -441,45 +448,46 @@ static int pdi_monitor_name(char names[][PD_SETUP_NAME], int column, const char 
 
 /* Names of the columns of a line: arc length, position, fields (v by components). first[f]: column of field f. Returns
  * their number. */
-static int pdi_monitor_line_names(const pd_setup *setup, const pd_monitor *m, char names[][PD_SETUP_NAME], int *first)
+static int pdi_monitor_name_line_columns(const pd_setup *setup, const pd_monitor *m, char names[][PD_SETUP_NAME],
+                                         int *first)
 {
     char name[PD_SETUP_NAME];
-    int count = pdi_monitor_name(names, 0, "s [m]");
+    int count = pdi_monitor_set_column_name(names, 0, "s [m]");
     for (int d = 0; d < PD_DIM; d++) {
         snprintf(name, sizeof name, "%c [m]", "xyz"[d]);
-        count = pdi_monitor_name(names, count, name);
+        count = pdi_monitor_set_column_name(names, count, name);
     }
     for (int f = 0; f < PD_FIELD_COUNT; f++) {
         first[f] = count;
         if (!((m->desc->fields >> f) & 1u)) continue;
         for (int d = 0; d < PD_DIM && f == PD_FIELD_V; d++) {
             snprintf(name, sizeof name, "v%c [m/s]", "xyz"[d]);
-            count = pdi_monitor_name(names, count, name);
+            count = pdi_monitor_set_column_name(names, count, name);
         }
         const char *label = pdi_setup_field_label(setup, (pd_field)f);
         snprintf(name, sizeof name, "%s%s", label, strchr(label, '[') ? "" : " [-]");
-        if (f != PD_FIELD_V) count = pdi_monitor_name(names, count, name);
+        if (f != PD_FIELD_V) count = pdi_monitor_set_column_name(names, count, name);
     }
     return count;
 }
 
 /* Names of the columns of the profile of a mass transfer; returns their number. */
-static int pdi_monitor_transfer_names(const pd_setup *setup, const pd_monitor *m, char names[][PD_SETUP_NAME])
+static int pdi_monitor_name_transfer_columns(const pd_setup *setup, const pd_monitor *m, char names[][PD_SETUP_NAME])
 {
     char name[PD_SETUP_NAME];
     int count;
     snprintf(name, sizeof name, "%c [m]", "xyz"[m->desc->axis]);
-    count = pdi_monitor_name(names, 0, name);
-    snprintf(name, sizeof name, "area [%s]", pdi_monitor_unit_area[pdi_monitor_extent(setup)]);
-    count = pdi_monitor_name(names, count, name);
-    count = pdi_monitor_name(names, count, "density [mol/m2/s]");
+    count = pdi_monitor_set_column_name(names, 0, name);
+    snprintf(name, sizeof name, "area [%s]", pdi_monitor_unit_area[pdi_monitor_get_unit_index(setup)]);
+    count = pdi_monitor_set_column_name(names, count, name);
+    count = pdi_monitor_set_column_name(names, count, "density [mol/m2/s]");
     if (!(m->desc->length > 0.0)) return count;
-    count = pdi_monitor_name(names, count, "C_fluid [mol/m3]");
-    return pdi_monitor_name(names, count, "Sh [-]");
+    count = pdi_monitor_set_column_name(names, count, "C_fluid [mol/m3]");
+    return pdi_monitor_set_column_name(names, count, "Sh [-]");
 }
 
 /* Sample the fields at the points of a line into profile [rows][columns]. */
-static void pdi_monitor_line_fill(const pd_model *model, pd_monitor *m)
+static void pdi_monitor_compute_line(const pd_model *model, pd_monitor *m)
 {
     const pd_setup_monitor *d = m->desc;
     for (int k = 0; k < m->rows; k++) {
@@ -492,12 +500,12 @@ static void pdi_monitor_line_fill(const pd_model *model, pd_monitor *m)
         row[0] = sqrt(square);
         for (int f = 0; f < PD_FIELD_COUNT; f++)
             for (int c = 0; c < (f == PD_FIELD_V ? PD_DIM : 1) && ((d->fields >> f) & 1u); c++)
-                row[column++] = pdi_sample_point(model, (pd_field)f, c, x);
+                row[column++] = pdi_sample_get_point(model, (pd_field)f, c, x);
     }
 }
 
 /* Profile of a mass transfer along its axis: area, flux density, concentration, local Sherwood number. */
-static void pdi_monitor_transfer_fill(const pd_model *model, pd_monitor *m)
+static void pdi_monitor_compute_transfer_profile(const pd_model *model, pd_monitor *m)
 {
     const pd_setup_monitor *d = m->desc;
     for (int k = 0; k < m->rows; k++) {
@@ -513,8 +521,8 @@ static void pdi_monitor_transfer_fill(const pd_model *model, pd_monitor *m)
 
 /* Plot `count` columns from `first` on over column 0, lengths in m, mm or um. Nothing is drawn where no value is
  * finite. */
-static pd_status pdi_monitor_draw(pd_ctx *ctx, const pd_monitors *all, const pd_monitor *m, int first, int count,
-                                  const char *axis, const char *label, const char *path)
+static pd_status pdi_monitor_draw_profile(pd_ctx *ctx, const pd_monitors *all, const pd_monitor *m, int first,
+                                          int count, const char *axis, const char *label, const char *path)
 {
     char title[PD_SETUP_NAME + 2 * PD_UNITS_TEXT], stamp[PD_UNITS_TEXT], x_label[16];
     static const char *const names[] = {"x", "y", "z"};
@@ -532,7 +540,7 @@ static pd_status pdi_monitor_draw(pd_ctx *ctx, const pd_monitors *all, const pd_
             shown += fabs(row[first + c]) < HUGE_VAL;
         }
     }
-    pdi_setup_show(all->model->couple.time, "s", stamp);
+    pdi_setup_format_value(all->model->couple.time, "s", stamp);
     snprintf(title, sizeof title, "%.60s: %.40s, t = %s", all->model->setup->name, m->desc->name, stamp);
     snprintf(x_label, sizeof x_label, "%s [%s]", axis, unit > 1e4 ? "um" : unit > 10.0 ? "mm" : "m");
     plot.title = title;
@@ -553,61 +561,65 @@ static pd_status pdi_monitor_draw(pd_ctx *ctx, const pd_monitors *all, const pd_
 /* ---- files ---- */
 
 /* "FOLDER/line_NAME_C_000012_t6.1s.png" */
-static pd_status pdi_monitor_path(pd_ctx *ctx, const pd_monitors *all, const pd_monitor *m, const char *field,
-                                  int frame, const char *extension, char *path)
+static pd_status pdi_monitor_format_path(pd_ctx *ctx, const pd_monitors *all, const pd_monitor *m, const char *field,
+                                         int frame, const char *extension, char *path)
 {
     char prefix[2 * PD_SETUP_NAME], name[PD_PATH_SIZE];
-    snprintf(prefix, sizeof prefix, "%s_%s%s%s", pdi_setup_monitor_name(m->desc->kind), m->desc->name,
+    snprintf(prefix, sizeof prefix, "%s_%s%s%s", pdi_setup_monitor_section_name(m->desc->kind), m->desc->name,
              field[0] ? "_" : "", field);
-    PDI_TRY(pdi_file_frame_name(ctx, prefix, frame, all->model->couple.time, extension, name));
-    return pdi_folder_add(ctx, all->folder, name, path);
+    PDI_TRY(pdi_file_format_frame_name(ctx, prefix, frame, all->model->couple.time, extension, name));
+    return pdi_output_folder_add_file(ctx, all->folder, name, path);
 }
 
 /* Plot each requested field over a line. */
-static pd_status pdi_monitor_line_images(pd_ctx *ctx, const pd_monitors *all, const pd_monitor *m, const int *first,
-                                         int frame)
+static pd_status pdi_monitor_draw_line(pd_ctx *ctx, const pd_monitors *all, const pd_monitor *m, const int *first,
+                                       int frame)
 {
     char path[PD_PATH_SIZE];
     for (int f = 0; f < PD_FIELD_COUNT; f++) {
         if (!((m->desc->images >> f) & 1u)) continue;
         const char *name = pdi_setup_field_name(all->model->setup, (pd_field)f);
-        PDI_TRY(pdi_monitor_path(ctx, all, m, name, frame, "png", path));
-        PDI_TRY(pdi_monitor_draw(ctx, all, m, first[f], f == PD_FIELD_V ? PD_DIM : 1, "s",
-                                 pdi_setup_field_label(all->model->setup, (pd_field)f), path));
+        PDI_TRY(pdi_monitor_format_path(ctx, all, m, name, frame, "png", path));
+        PDI_TRY(pdi_monitor_draw_profile(ctx, all, m, first[f], f == PD_FIELD_V ? PD_DIM : 1, "s",
+                                         pdi_setup_field_label(all->model->setup, (pd_field)f), path));
     }
     return PD_OK;
 }
 
 /* Write the profile of a line or mass transfer as a table and as plots. */
-static pd_status pdi_monitor_profile(pd_ctx *ctx, const pd_monitors *all, pd_monitor *m, int frame)
+static pd_status pdi_monitor_write_profile(pd_ctx *ctx, const pd_monitors *all, pd_monitor *m, int frame)
 {
     char names[1 + PD_DIM + PD_FIELD_COUNT + PD_DIM][PD_SETUP_NAME], path[PD_PATH_SIZE];
     const char *list[1 + PD_DIM + PD_FIELD_COUNT + PD_DIM];
     const pd_setup_monitor *d = m->desc;
     int first[PD_FIELD_COUNT], line = d->kind == PD_MONITOR_LINE;
     const pd_setup *u = all->model->setup;
-    int count = line ? pdi_monitor_line_names(u, m, names, first) : pdi_monitor_transfer_names(u, m, names);
+    int count =
+        line ? pdi_monitor_name_line_columns(u, m, names, first) : pdi_monitor_name_transfer_columns(u, m, names);
     for (int k = 0; k < count; k++) list[k] = names[k];
     if (line) pdi_sample_prepare(ctx, all->model, d->fields);
-    if (line) pdi_monitor_line_fill(all->model, m);
-    else pdi_monitor_transfer_fill(all->model, m);
-    PDI_TRY(pdi_monitor_path(ctx, all, m, "", frame, "csv", path));
-    PDI_TRY(pdi_csv_write(ctx, path, list, count, m->profile, m->rows));
-    if (line) return pdi_monitor_line_images(ctx, all, m, first, frame);
+    if (line) pdi_monitor_compute_line(all->model, m);
+    else pdi_monitor_compute_transfer_profile(all->model, m);
+    PDI_TRY(pdi_monitor_format_path(ctx, all, m, "", frame, "csv", path));
+    PDI_TRY(pdi_csv_write_table(ctx, path, list, count, m->profile, m->rows));
+    if (line) return pdi_monitor_draw_line(ctx, all, m, first, frame);
     int sherwood = d->length > 0.0;
-    PDI_TRY(pdi_monitor_path(ctx, all, m, sherwood ? "Sh" : "density", frame, "png", path));
-    return pdi_monitor_draw(ctx, all, m, sherwood ? 4 : 2, 1, d->axis == 0 ? "x" : d->axis == 1 ? "y" : "z",
-                            sherwood ? "Sh [-]" : "density [mol/m2/s]", path);
+    PDI_TRY(pdi_monitor_format_path(ctx, all, m, sherwood ? "Sh" : "density", frame, "png", path));
+    return pdi_monitor_draw_profile(ctx, all, m, sherwood ? 4 : 2, 1,
+                                    d->axis == 0   ? "x"
+                                    : d->axis == 1 ? "y"
+                                                   : "z",
+                                    sherwood ? "Sh [-]" : "density [mol/m2/s]", path);
 }
 
 /* File name of the table, such as "plane_up.csv". */
-static void pdi_monitor_table_name(const pd_monitor *m, char name[2 * PD_SETUP_NAME])
+static void pdi_monitor_format_table_name(const pd_monitor *m, char name[2 * PD_SETUP_NAME])
 {
-    snprintf(name, 2 * PD_SETUP_NAME, "%s_%s.csv", pdi_setup_monitor_name(m->desc->kind), m->desc->name);
+    snprintf(name, 2 * PD_SETUP_NAME, "%s_%s.csv", pdi_setup_monitor_section_name(m->desc->kind), m->desc->name);
 }
 
 /* Create the table of a monitor with one column for each output. */
-static pd_status pdi_monitor_table(pd_ctx *ctx, const pd_monitors *all, pd_monitor *m)
+static pd_status pdi_monitor_begin_table(pd_ctx *ctx, const pd_monitors *all, pd_monitor *m)
 {
     char names[PD_MONITOR_FIGURES + 1][64], name[2 * PD_SETUP_NAME], path[PD_PATH_SIZE];
     const char *list[PD_MONITOR_FIGURES + 1];
@@ -615,15 +627,15 @@ static pd_status pdi_monitor_table(pd_ctx *ctx, const pd_monitors *all, pd_monit
     for (int k = 0; k < m->count; k++)
         snprintf(names[k + 1], sizeof names[0], "%s [%s]", m->figure[k].key, m->figure[k].unit);
     for (int k = 0; k <= m->count; k++) list[k] = names[k];
-    pdi_monitor_table_name(m, name);
-    PDI_TRY(pdi_folder_add(ctx, all->folder, name, path));
+    pdi_monitor_format_table_name(m, name);
+    PDI_TRY(pdi_output_folder_add_file(ctx, all->folder, name, path));
     return pdi_csv_create(ctx, path, list, m->count + 1, &m->table);
 }
 
 /* ---- life ---- */
 
 /* Allocate outputs and profile of a monitor. */
-static pd_status pdi_monitor_reserve(pd_ctx *ctx, const pd_model *model, pd_monitor *m)
+static pd_status pdi_monitor_allocate(pd_ctx *ctx, const pd_model *model, pd_monitor *m)
 {
     const pd_setup_monitor *d = m->desc;
     m->room = model->setup->has_chemistry ? PD_MONITOR_FIGURES : PD_MONITOR_FEW;
@@ -643,38 +655,37 @@ static pd_status pdi_monitor_reserve(pd_ctx *ctx, const pd_model *model, pd_moni
 }
 
 /* Error message for a probe within a wall, with its depth. Returns PD_ERR_GEOMETRY. */
-static pd_status pdi_monitor_walled(pd_ctx *ctx, const pd_model *model, const pd_setup_probe *probe)
+static pd_status pdi_monitor_reject_probe(pd_ctx *ctx, const pd_model *model, const pd_setup_probe *probe)
 {
     const pd_setup *u = model->setup;
     char deep[PD_UNITS_TEXT];
-    if (u->wall < 0 || !pdi_shape_exact(u->shape, u->wall))
+    if (u->wall < 0 || !pdi_shape_is_smooth(u->shape, u->wall))
         return pdi_fail(ctx, PD_ERR_GEOMETRY, "probe",
                         "'%s' stands in the wall, expected a place in the fluid or metal, or on a surface: move it",
                         probe->name);
-    pdi_setup_show(fabs(pd_shape_distance(u->shape, u->wall, probe->at)), "m", deep);
+    pdi_setup_format_value(fabs(pd_shape_distance(u->shape, u->wall, probe->at)), "m", deep);
     return pdi_fail(ctx, PD_ERR_GEOMETRY, "probe",
                     "'%s' stands in the wall, %s behind its surface, expected a place in the fluid or metal, or on a "
                     "surface: move it by that much", probe->name, deep);
 }
 
 /* Inner part of the build: checks probes and computes all outputs once. */
-static pd_status pdi_monitor_make(pd_ctx *ctx, pd_model *model, pd_monitors *all)
+static pd_status pdi_monitor_build_inner(pd_ctx *ctx, pd_model *model, pd_monitors *all)
 {
     const pd_setup *u = model->setup;
     memset(all, 0, sizeof *all);
     all->model = model;
     for (int k = 0; k < u->probes; k++) {
         all->line = u->probe[k].line;
-        if (!pdi_sample_inside(model, u->probe[k].at))
-            return pdi_monitor_walled(ctx, model, &u->probe[k]);
+        if (!pdi_sample_is_inside(model, u->probe[k].at)) return pdi_monitor_reject_probe(ctx, model, &u->probe[k]);
     }
     for (int k = 0; k < u->monitors; k++) {
         pd_monitor *m = &all->monitor[k];
         m->desc = &u->monitor[k];
         m->seen = -1;
         all->line = m->desc->line;
-        PDI_TRY(pdi_monitor_reserve(ctx, model, m));
-        PDI_TRY(pdi_monitor_figures(ctx, model, m));
+        PDI_TRY(pdi_monitor_allocate(ctx, model, m));
+        PDI_TRY(pdi_monitor_compute_outputs(ctx, model, m));
         m->seen = -1;
     }
     return PD_OK;
@@ -682,7 +693,7 @@ static pd_status pdi_monitor_make(pd_ctx *ctx, pd_model *model, pd_monitors *all
 
 PDI_FN pd_status pdi_monitors_build(pd_ctx *ctx, pd_model *model, pd_monitors *all)
 {
-    pd_status status = pdi_monitor_make(ctx, model, all);
+    pd_status status = pdi_monitor_build_inner(ctx, model, all);
     int line = all->line;
     if (status < 0) pdi_monitors_free(ctx, all);
     all->line = line;
@@ -703,7 +714,7 @@ PDI_FN pd_status pdi_monitors_resume(pd_ctx *ctx, pd_monitors *all, pd_folder *f
     for (int k = 0; k < all->model->setup->monitors; k++) {
         pd_monitor *m = &all->monitor[k];
         if (m->count == 0) continue;
-        pdi_monitor_table_name(m, name);
+        pdi_monitor_format_table_name(m, name);
         PDI_TRY(pd_file_join(ctx, folder->path, name, path));
         PDI_TRY(pdi_csv_store(ctx, archive, path, m->count + 1, &m->table));
     }
@@ -714,7 +725,7 @@ PDI_FN pd_status pdi_monitors_open(pd_ctx *ctx, pd_monitors *all, pd_folder *fol
 {
     all->folder = folder;
     for (int k = 0; k < all->model->setup->monitors; k++)
-        if (all->monitor[k].count) PDI_TRY(pdi_monitor_table(ctx, all, &all->monitor[k]));
+        if (all->monitor[k].count) PDI_TRY(pdi_monitor_begin_table(ctx, all, &all->monitor[k]));
     return PD_OK;
 }
 
@@ -729,20 +740,20 @@ PDI_FN pd_status pdi_monitors_step(pd_ctx *ctx, pd_monitors *all)
         PDI_TRY(pdi_dissolve_prepare(ctx, &all->model->dissolve));
     for (int k = 0; k < count; k++) {
         pd_monitor *m = &all->monitor[k];
-        PDI_TRY(pdi_monitor_figures(ctx, all->model, m));
+        PDI_TRY(pdi_monitor_compute_outputs(ctx, all->model, m));
         if (m->count == 0 || !m->table.file.stream) continue;
         row[0] = all->model->couple.time;
         for (int f = 0; f < m->count; f++) row[f + 1] = m->figure[f].value;
-        PDI_TRY(pdi_csv_row(ctx, &m->table, row));
+        PDI_TRY(pdi_csv_write_row(ctx, &m->table, row));
     }
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_monitors_frame(pd_ctx *ctx, pd_monitors *all, int frame)
+PDI_FN pd_status pdi_monitors_write_frame(pd_ctx *ctx, pd_monitors *all, int frame)
 {
     for (int k = 0; k < all->model->setup->monitors; k++) {
         pd_monitor *m = &all->monitor[k];
-        if (m->rows > 1) PDI_TRY(pdi_monitor_profile(ctx, all, m, frame));
+        if (m->rows > 1) PDI_TRY(pdi_monitor_write_profile(ctx, all, m, frame));
     }
     return PD_OK;
 }
@@ -768,4 +779,4 @@ PDI_FN void pdi_monitors_free(pd_ctx *ctx, pd_monitors *all)
     memset(all, 0, sizeof *all);
 }
 
-#undef PDI_MONITOR_SAME
+#undef PDI_MONITOR_TOLERANCE

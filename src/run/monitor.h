@@ -9,7 +9,7 @@
  */
 #ifndef PD_MONITOR_H
 #define PD_MONITOR_H
-#include "io/folder.h"
+#include "io/output_folder.h"
 #include "io/csv.h"
 #include "run/model.h"
 #include "run/summary.h"
@@ -56,10 +56,10 @@ PDI_FN pd_status pdi_monitors_resume(pd_ctx *ctx, pd_monitors *monitors, pd_fold
 /* Compute all outputs now and write a row of the tables that are open. */
 PDI_FN pd_status pdi_monitors_step(pd_ctx *ctx, pd_monitors *monitors);
 /* Write profiles and plots of output time number `frame`, after the step. */
-PDI_FN pd_status pdi_monitors_frame(pd_ctx *ctx, pd_monitors *monitors, int frame);
+PDI_FN pd_status pdi_monitors_write_frame(pd_ctx *ctx, pd_monitors *monitors, int frame);
 /* State of an electrode now (potential, currents, charge), from the potential solver or, with migrating ions, from the
  * species solver. */
-PDI_FN void pdi_monitor_now(const pd_model *model, int electrode, pd_cell_electrode *e);
+PDI_FN void pdi_monitor_get_electrode(const pd_model *model, int electrode, pd_cell_electrode *e);
 PDI_FN pd_status pdi_monitors_close(pd_ctx *ctx, pd_monitors *monitors);
 PDI_FN void pdi_monitors_free(pd_ctx *ctx, pd_monitors *monitors);
 #endif

@@ -8,23 +8,37 @@
 #include <stdio.h>
 #include <string.h>
 
-static const char *const pdi_output_columns[] = {
-    "time [s]", "volume_loss [-]", "solid_nodes [-]", "v_max [m/s]", "C_max [mol/m3]", "ledger [-]", "flux [-]",
-    "dt [s]", "step [-]", "flow_solves [-]", "flow_evals [-]", "flow_krylov [-]", "transport_krylov [-]",
-    "limiter [-]", "momentum [-]", "continuity [-]", "front [m]"};
-enum { PDI_OUTPUT_NAME = 88 }; /* [byte] of a column of the probes */
-#define PDI_OUTPUT_COLUMNS ((int)(sizeof pdi_output_columns / sizeof pdi_output_columns[0]))
+static const char *const pdi_output_diagnostics_columns[] = {"time [s]",
+                                                             "volume_loss [-]",
+                                                             "solid_nodes [-]",
+                                                             "v_max [m/s]",
+                                                             "C_max [mol/m3]",
+                                                             "ledger [-]",
+                                                             "flux [-]",
+                                                             "dt [s]",
+                                                             "step [-]",
+                                                             "flow_solves [-]",
+                                                             "flow_evals [-]",
+                                                             "flow_krylov [-]",
+                                                             "transport_krylov [-]",
+                                                             "limiter [-]",
+                                                             "momentum [-]",
+                                                             "continuity [-]",
+                                                             "front [m]"};
+enum { PDI_OUTPUT_COLUMN_NAME = 88 }; /* [byte] of a column of the probes */
+#define PDI_OUTPUT_DIAGNOSTICS_COLUMNS \
+    ((int)(sizeof pdi_output_diagnostics_columns / sizeof pdi_output_diagnostics_columns[0]))
 
 /* ---- fields ---- */
 
-static const char *const pdi_output_kinds[] = {"outside", "fluid", "metal", "wall"};
-static const char *const pdi_output_phases[] = {"fluid or wall", "metal"};
+static const char *const pdi_output_node_kind_names[] = {"outside", "fluid", "metal", "wall"};
+static const char *const pdi_output_phase_names[] = {"fluid or wall", "metal"};
 
 /* 1: a field of the solid alone, NaN elsewhere. */
-static int pdi_output_own(pd_field field) { return pdi_setup_field_body(field); }
+static int pdi_output_is_solid_field(pd_field field) { return pdi_setup_is_mechanics_field(field); }
 
 /* Unit of a field from its label, such as "C [mol/m3]", into unit[24]; NULL: it has none. */
-static const char *pdi_output_unit(const pd_setup *setup, pd_field field, char *unit)
+static const char *pdi_output_parse_unit(const pd_setup *setup, pd_field field, char *unit)
 {
     const char *open = strchr(pdi_setup_field_label(setup, field), '[');
     if (!open) return NULL;
@@ -33,7 +47,7 @@ static const char *pdi_output_unit(const pd_setup *setup, pd_field field, char *
 }
 
 /* 1: the field is computed into an array of its own for output. */
-static int pdi_output_derived(pd_field field)
+static int pdi_output_is_computed_field(pd_field field)
 {
     return field == PD_FIELD_C || field == PD_FIELD_P || field == PD_FIELD_D || field == PD_FIELD_RATE ||
            field == PD_FIELD_DENSITY || field == PD_FIELD_DAMAGE || field == PD_FIELD_ENERGY ||
@@ -41,21 +55,24 @@ static int pdi_output_derived(pd_field field)
 }
 
 /* Compute the output fields now. */
-static void pdi_output_fill(pd_ctx *ctx, pd_output *out)
+static void pdi_output_compute_fields(pd_ctx *ctx, pd_output *out)
 {
     pd_model *m = out->model;
-    pd_fields drawn = pdi_sight_wanted(m->setup) ? pdi_setup_field_bit(pdi_sight_field(m->setup)) : 0;
+    pd_fields drawn =
+        pdi_surface_view_is_requested(m->setup) ? pdi_setup_field_bit(pdi_surface_view_get_colour_field(m->setup)) : 0;
     pdi_sample_prepare(ctx, m, m->setup->fields | m->setup->images | drawn);
     for (int k = 0; k < PD_FIELD_COUNT; k++)
         for (int32_t i = 0; i < m->grid.total && out->scalar[k]; i++)
-            out->scalar[k][i] = pdi_output_own((pd_field)k) && m->grid.kind[i] != PD_SOLID
-                                    ? (double)NAN : pdi_sample_node(m, (pd_field)k, i);
+            out->scalar[k][i] = pdi_output_is_solid_field((pd_field)k) && m->grid.kind[i] != PD_SOLID
+                                    ? (double)NAN
+                                    : pdi_sample_get_node(m, (pd_field)k, i);
     for (int64_t k = 0; k < (int64_t)PD_DIM * m->grid.total && out->displaced; k++) out->displaced[k] = (double)NAN;
     for (int32_t k = 0; k < m->structure.count && out->displaced; k++)
         for (int d = 0; d < PD_DIM; d++) {
             int32_t node = m->structure.node[k];
             if (m->grid.kind[node] != PD_SOLID) continue;
-            out->displaced[(int64_t)d * m->grid.total + node] = pdi_structure_u(&m->structure)[(int64_t)k * PD_DIM + d];
+            out->displaced[(int64_t)d * m->grid.total + node] =
+                pdi_solid_coupling_displacements(&m->structure)[(int64_t)k * PD_DIM + d];
         }
     for (int32_t i = 0; i < m->grid.total && out->grain; i++)
         out->grain[i] = m->grid.kind[i] == PD_SOLID ? m->grain.id[i] : -1;
@@ -63,7 +80,7 @@ static void pdi_output_fill(pd_ctx *ctx, pd_output *out)
 }
 
 /* List the requested fields for a VTI file, with names, units and arrays; returns their number. */
-static int pdi_output_list(const pd_output *out, char (*unit)[24], pd_vti_field *fields)
+static int pdi_output_list_fields(const pd_output *out, char (*unit)[24], pd_vti_field *fields)
 {
     const pd_model *m = out->model;
     int count = 0;
@@ -72,7 +89,7 @@ static int pdi_output_list(const pd_output *out, char (*unit)[24], pd_vti_field 
         if (!((m->setup->fields >> k) & 1u)) continue;
         memset(f, 0, sizeof *f);
         f->name = pdi_setup_field_name(m->setup, (pd_field)k);
-        f->unit = pdi_output_unit(m->setup, (pd_field)k, unit[k]);
+        f->unit = pdi_output_parse_unit(m->setup, (pd_field)k, unit[k]);
         f->type = PD_VTI_FLOAT32;
         f->data = out->scalar[k];
         if (k == PD_FIELD_V) {
@@ -84,7 +101,7 @@ static int pdi_output_list(const pd_output *out, char (*unit)[24], pd_vti_field 
         } else if (k == PD_FIELD_KIND || k == PD_FIELD_PHASE) {
             f->type = PD_VTI_UINT8;
             f->data = k == PD_FIELD_KIND ? m->grid.kind : out->phase;
-            f->codes = k == PD_FIELD_KIND ? pdi_output_kinds : pdi_output_phases;
+            f->codes = k == PD_FIELD_KIND ? pdi_output_node_kind_names : pdi_output_phase_names;
             f->code_count = k == PD_FIELD_KIND ? 4 : 2;
         } else if (k == PD_FIELD_GRAIN) {
             f->type = PD_VTI_INT32;
@@ -96,37 +113,38 @@ static int pdi_output_list(const pd_output *out, char (*unit)[24], pd_vti_field 
 }
 
 /* Path of an output file at this time, such as "FOLDER/corr_000012_t6.1s.vti", added to the list of the folder. */
-static pd_status pdi_output_path(pd_ctx *ctx, const pd_output *out, const char *prefix, const char *extension,
-                                 char *path)
+static pd_status pdi_output_format_path(pd_ctx *ctx, const pd_output *out, const char *prefix, const char *extension,
+                                        char *path)
 {
     char name[PD_PATH_SIZE];
-    PDI_TRY(pdi_file_frame_name(ctx, prefix, out->frame, out->model->couple.time, extension, name));
-    return pdi_folder_add(ctx, out->folder, name, path);
+    PDI_TRY(pdi_file_format_frame_name(ctx, prefix, out->frame, out->model->couple.time, extension, name));
+    return pdi_output_folder_add_file(ctx, out->folder, name, path);
 }
 
 /* Write the fields as a VTI file and add it to the PVD collection. */
-static pd_status pdi_output_vti(pd_ctx *ctx, pd_output *out)
+static pd_status pdi_output_write_vti(pd_ctx *ctx, pd_output *out)
 {
     char path[PD_PATH_SIZE], unit[PD_FIELD_COUNT][24];
     pd_vti_field fields[PD_FIELD_COUNT];
-    int count = pdi_output_list(out, unit, fields);
+    int count = pdi_output_list_fields(out, unit, fields);
     double time = out->model->couple.time;
     if (count == 0) return PD_OK;
-    PDI_TRY(pdi_output_path(ctx, out, out->model->setup->prefix, "vti", path));
+    PDI_TRY(pdi_output_format_path(ctx, out, out->model->setup->prefix, "vti", path));
     PDI_TRY(pd_vti_write(ctx, path, &out->model->grid, time, fields, count));
-    return pdi_pvd_add(ctx, &out->pvd, time, path);
+    return pdi_pvd_add_file(ctx, &out->pvd, time, path);
 }
 
 /* ---- tables ---- */
 
 /* Names or values of the columns of the probe table (v by components), as many as fit into room; returns their number.
  * Either may be NULL. */
-static int pdi_output_probe_row(const pd_output *out, char names[][PDI_OUTPUT_NAME], double *values, int room)
+static int pdi_output_compute_probe_row(const pd_output *out, char names[][PDI_OUTPUT_COLUMN_NAME], double *values,
+                                        int room)
 {
     const pd_model *m = out->model;
     int count = 0;
     if (values) values[0] = m->couple.time;
-    if (names) snprintf(names[0], PDI_OUTPUT_NAME, "time [s]");
+    if (names) snprintf(names[0], PDI_OUTPUT_COLUMN_NAME, "time [s]");
     count = 1;
     for (int k = 0; k < m->setup->probes; k++)
         for (int f = 0; f < PD_FIELD_COUNT; f++) {
@@ -134,40 +152,41 @@ static int pdi_output_probe_row(const pd_output *out, char names[][PDI_OUTPUT_NA
             int parts = f == PD_FIELD_V ? PD_DIM : 1;
             for (int d = 0; d < parts && ((p->fields >> f) & 1u) && count < room; d++, count++) {
                 char unit[24], part[2] = {f == PD_FIELD_V ? "xyz"[d] : '\0', '\0'};
-                const char *known = pdi_output_unit(m->setup, (pd_field)f, unit);
+                const char *known = pdi_output_parse_unit(m->setup, (pd_field)f, unit);
                 if (names)
-                    snprintf(names[count], PDI_OUTPUT_NAME, "%.40s_%.14s%s [%s]", p->name,
+                    snprintf(names[count], PDI_OUTPUT_COLUMN_NAME, "%.40s_%.14s%s [%s]", p->name,
                              pdi_setup_field_name(m->setup, (pd_field)f), part, known ? known : "-");
                 if (!values) continue;
-                values[count] = pdi_sample_probe(m, (pd_field)f, d, p->at);
+                values[count] = pdi_sample_get_probe(m, (pd_field)f, d, p->at);
             }
         }
     return count;
 }
 
 /* Create the probe table. */
-static pd_status pdi_output_probe_table(pd_ctx *ctx, pd_output *out)
+static pd_status pdi_output_begin_probe_table(pd_ctx *ctx, pd_output *out)
 {
-    char names[PD_CSV_COLUMNS][PDI_OUTPUT_NAME], path[PD_PATH_SIZE];
+    char names[PD_CSV_COLUMNS][PDI_OUTPUT_COLUMN_NAME], path[PD_PATH_SIZE];
     const char *list[PD_CSV_COLUMNS];
     if (out->model->setup->probes == 0) return PD_OK;
-    int count = pdi_output_probe_row(out, names, NULL, PD_CSV_COLUMNS);
+    int count = pdi_output_compute_probe_row(out, names, NULL, PD_CSV_COLUMNS);
     for (int k = 0; k < count; k++) list[k] = names[k];
-    PDI_TRY(pdi_folder_add(ctx, out->folder, "probes.csv", path));
+    PDI_TRY(pdi_output_folder_add_file(ctx, out->folder, "probes.csv", path));
     return pdi_csv_create(ctx, path, list, count, &out->probes);
 }
 
 /* Create diagnostics.csv and probes.csv. */
-static pd_status pdi_output_tables(pd_ctx *ctx, pd_output *out)
+static pd_status pdi_output_begin_tables(pd_ctx *ctx, pd_output *out)
 {
     char path[PD_PATH_SIZE];
-    PDI_TRY(pdi_folder_add(ctx, out->folder, "diagnostics.csv", path));
-    PDI_TRY(pdi_csv_create(ctx, path, pdi_output_columns, PDI_OUTPUT_COLUMNS, &out->diagnostics));
-    return pdi_output_probe_table(ctx, out);
+    PDI_TRY(pdi_output_folder_add_file(ctx, out->folder, "diagnostics.csv", path));
+    PDI_TRY(
+        pdi_csv_create(ctx, path, pdi_output_diagnostics_columns, PDI_OUTPUT_DIAGNOSTICS_COLUMNS, &out->diagnostics));
+    return pdi_output_begin_probe_table(ctx, out);
 }
 
 /* Append time [s] and volume loss [-] to the loss curve. */
-static pd_status pdi_output_keep(pd_ctx *ctx, pd_output *out, double time, double loss)
+static pd_status pdi_output_append_loss(pd_ctx *ctx, pd_output *out, double time, double loss)
 {
     int64_t fresh = 2 * out->rows + 256;
     if (out->rows == out->time_room) {
@@ -183,13 +202,13 @@ static pd_status pdi_output_keep(pd_ctx *ctx, pd_output *out, double time, doubl
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_output_step(pd_ctx *ctx, pd_output *out, const pd_observables *o)
+PDI_FN pd_status pdi_output_write_rows(pd_ctx *ctx, pd_output *out, const pd_observables *o)
 {
     const pd_couple *c = &out->model->couple;
-    double row[PDI_OUTPUT_COLUMNS], probe[PD_CSV_COLUMNS];
-    pdi_effort effort;
+    double row[PDI_OUTPUT_DIAGNOSTICS_COLUMNS], probe[PD_CSV_COLUMNS];
+    pdi_model_statistics effort;
     int k = 0;
-    pdi_model_effort(out->model, &effort);
+    pdi_model_get_statistics(out->model, &effort);
     row[k++] = c->time;
     row[k++] = o->volume_loss;
     row[k++] = (double)out->model->grid.solid_count;
@@ -203,31 +222,31 @@ PDI_FN pd_status pdi_output_step(pd_ctx *ctx, pd_output *out, const pd_observabl
     row[k++] = (double)effort.flow_evaluations;
     row[k++] = (double)effort.flow_krylov;
     row[k++] = (double)effort.transport_krylov;
-    row[k++] = (double)effort.limiter;
+    row[k++] = (double)effort.limiter_iterations;
     row[k++] = effort.momentum;
     row[k++] = effort.continuity;
     row[k++] = o->front;
-    PD_ASSERT(k == PDI_OUTPUT_COLUMNS);
-    PDI_TRY(pdi_csv_row(ctx, &out->diagnostics, row));
-    PDI_TRY(pdi_output_keep(ctx, out, c->time, o->volume_loss));
+    PD_ASSERT(k == PDI_OUTPUT_DIAGNOSTICS_COLUMNS);
+    PDI_TRY(pdi_csv_write_row(ctx, &out->diagnostics, row));
+    PDI_TRY(pdi_output_append_loss(ctx, out, c->time, o->volume_loss));
     const pd_setup *u = out->model->setup;
     if (u->probes == 0) return PD_OK;
     pd_fields fields = 0;
     for (int n = 0; n < u->probes; n++) fields |= u->probe[n].fields;
     pdi_sample_prepare(ctx, out->model, fields);
-    pdi_output_probe_row(out, NULL, probe, PD_CSV_COLUMNS);
-    return pdi_csv_row(ctx, &out->probes, probe);
+    pdi_output_compute_probe_row(out, NULL, probe, PD_CSV_COLUMNS);
+    return pdi_csv_write_row(ctx, &out->probes, probe);
 }
 
 /* ---- life ---- */
 
 /* Allocate the arrays of the requested fields. */
-static pd_status pdi_output_reserve(pd_ctx *ctx, pd_output *out)
+static pd_status pdi_output_allocate(pd_ctx *ctx, pd_output *out)
 {
     const pd_model *m = out->model;
     for (int k = 0; k < PD_FIELD_COUNT; k++) {
         if (!((m->setup->fields >> k) & 1u)) continue;
-        if (pdi_output_derived((pd_field)k)) PDI_TRY(PDI_NEW(ctx, "output", m->grid.total, out->scalar[k]));
+        if (pdi_output_is_computed_field((pd_field)k)) PDI_TRY(PDI_NEW(ctx, "output", m->grid.total, out->scalar[k]));
         if (k == PD_FIELD_PHASE) PDI_TRY(PDI_NEW(ctx, "output", m->grid.total, out->phase));
         if (k == PD_FIELD_GRAIN) PDI_TRY(PDI_NEW(ctx, "output", m->grid.total, out->grain));
         if (k == PD_FIELD_U) PDI_TRY(PDI_NEW(ctx, "output", (int64_t)PD_DIM * m->grid.total, out->displaced));
@@ -235,18 +254,18 @@ static pd_status pdi_output_reserve(pd_ctx *ctx, pd_output *out)
     return PD_OK;
 }
 
-static const char *const pdi_output_curves[2] = {"volume_loss.png", "volume_loss.svg"};
+static const char *const pdi_output_loss_plot_names[2] = {"volume_loss.png", "volume_loss.svg"};
 
 /* Prepare everything but the tables. */
-static pd_status pdi_output_begin(pd_ctx *ctx, pd_model *model, pd_folder *folder, pd_output *out)
+static pd_status pdi_output_build(pd_ctx *ctx, pd_model *model, pd_folder *folder, pd_output *out)
 {
     char path[PD_PATH_SIZE];
     memset(out, 0, sizeof *out);
     out->model = model;
     out->written = -1.0;
     out->folder = folder;
-    PDI_TRY(pdi_output_reserve(ctx, out));
-    PDI_TRY(pdi_images_build(ctx, model, folder, &out->images));
+    PDI_TRY(pdi_output_allocate(ctx, out));
+    PDI_TRY(pdi_pictures_build(ctx, model, folder, &out->images));
     PDI_TRY(pd_file_join(ctx, folder->path, "simulation.pvd", path));
     return pdi_pvd_init(ctx, path, &out->pvd);
 }
@@ -254,25 +273,25 @@ static pd_status pdi_output_begin(pd_ctx *ctx, pd_model *model, pd_folder *folde
 PDI_FN pd_status pdi_output_open(pd_ctx *ctx, pd_model *model, pd_folder *folder, pd_output *out)
 {
     char path[PD_PATH_SIZE];
-    PDI_TRY(pdi_output_begin(ctx, model, folder, out));
-    PDI_TRY(pdi_folder_add(ctx, folder, "simulation.pvd", path));
-    PDI_TRY(pdi_images_open(ctx, &out->images));
+    PDI_TRY(pdi_output_build(ctx, model, folder, out));
+    PDI_TRY(pdi_output_folder_add_file(ctx, folder, "simulation.pvd", path));
+    PDI_TRY(pdi_pictures_begin_frame_file(ctx, &out->images));
     if (model->setup->fields) {
-        PDI_TRY(pdi_folder_add(ctx, folder, PD_FOLDER_SCRIPT, path));
-        PDI_TRY(pdi_paraview_write(ctx, path));
+        PDI_TRY(pdi_output_folder_add_file(ctx, folder, PD_FOLDER_SCRIPT, path));
+        PDI_TRY(pdi_paraview_write_script(ctx, path));
     }
-    return pdi_output_tables(ctx, out);
+    return pdi_output_begin_tables(ctx, out);
 }
 
 /* Store the state of output in a checkpoint, or load it. */
 static pd_status pdi_output_store(pd_ctx *ctx, pd_output *out, pd_archive *archive)
 {
-    PDI_TRY(PDI_KEEP(ctx, archive, "frame", &out->frame, 1));
-    PDI_TRY(PDI_KEEP(ctx, archive, "time of the last frame", &out->written, 1));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "frame", &out->frame, 1));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "time of the last frame", &out->written, 1));
     PDI_TRY(pdi_pvd_store(ctx, &out->pvd, archive));
-    PDI_TRY(pdi_images_store(ctx, &out->images, archive));
-    PDI_TRY(PDI_KEEP(ctx, archive, "listed curves", out->curve, 2));
-    PDI_TRY(PDI_KEEP(ctx, archive, "rows", &out->rows, 1));
+    PDI_TRY(pdi_pictures_store(ctx, &out->images, archive));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "listed curves", out->curve, 2));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "rows", &out->rows, 1));
     if (out->rows > out->time_room) {
         PDI_TRY(PDI_GROW(ctx, "output", out->time_room, out->rows, out->time));
         out->time_room = out->rows;
@@ -281,8 +300,8 @@ static pd_status pdi_output_store(pd_ctx *ctx, pd_output *out, pd_archive *archi
         PDI_TRY(PDI_GROW(ctx, "output", out->loss_room, out->rows, out->loss));
         out->loss_room = out->rows;
     }
-    PDI_TRY(PDI_KEEP(ctx, archive, "times of the curve", out->time, out->rows));
-    return PDI_KEEP(ctx, archive, "losses of the curve", out->loss, out->rows);
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "times of the curve", out->time, out->rows));
+    return PDI_ARCHIVE_ARRAY(ctx, archive, "losses of the curve", out->loss, out->rows);
 }
 
 PDI_FN pd_status pdi_output_save(pd_ctx *ctx, pd_output *out, pd_archive *archive)
@@ -295,30 +314,31 @@ PDI_FN pd_status pdi_output_save(pd_ctx *ctx, pd_output *out, pd_archive *archiv
 PDI_FN pd_status pdi_output_resume(pd_ctx *ctx, pd_model *model, pd_folder *folder, pd_archive *archive, pd_output *out)
 {
     char path[PD_PATH_SIZE];
-    PDI_TRY(pdi_output_begin(ctx, model, folder, out));
+    PDI_TRY(pdi_output_build(ctx, model, folder, out));
     PDI_TRY(pdi_output_store(ctx, out, archive));
     PDI_TRY(pd_file_join(ctx, folder->path, "diagnostics.csv", path));
-    PDI_TRY(pdi_csv_store(ctx, archive, path, PDI_OUTPUT_COLUMNS, &out->diagnostics));
+    PDI_TRY(pdi_csv_store(ctx, archive, path, PDI_OUTPUT_DIAGNOSTICS_COLUMNS, &out->diagnostics));
     if (model->setup->probes == 0) return PD_OK;
     PDI_TRY(pd_file_join(ctx, folder->path, "probes.csv", path));
-    return pdi_csv_store(ctx, archive, path, pdi_output_probe_row(out, NULL, NULL, PD_CSV_COLUMNS), &out->probes);
+    return pdi_csv_store(ctx, archive, path, pdi_output_compute_probe_row(out, NULL, NULL, PD_CSV_COLUMNS),
+                         &out->probes);
 }
 
 /* Add measured losses to the plot of the curve, as many series as fit. unit [s]: of the time axis; last [s]; work [3
  * points of all records]. */
-static void pdi_output_measured(const pd_output *out, double unit, double last, double *work, pd_plot *plot)
+static void pdi_output_add_measured_series(const pd_output *out, double unit, double last, double *work, pd_plot *plot)
 {
     const pd_setup *u = out->model->setup;
     for (int k = 0; k < u->records && plot->count < PD_PLOT_SERIES; k++) {
         if (strcmp(u->record[k].figure, "volume_loss") != 0) continue;
-        pdi_read_measured_series(&u->record[k], unit, 0.01, last, work, &plot->series[plot->count++]);
+        pdi_read_measured_build_series(&u->record[k], unit, 0.01, last, work, &plot->series[plot->count++]);
         work += 3 * u->record[k].points;
     }
     if (plot->count > 1) plot->series[0].name = "computed";
 }
 
 /* Draw the volume loss over time so far. */
-static pd_status pdi_output_loss(pd_ctx *ctx, pd_output *out)
+static pd_status pdi_output_draw_loss_curve(pd_ctx *ctx, pd_output *out)
 {
     const pd_setup *u = out->model->setup;
     char path[PD_PATH_SIZE];
@@ -342,12 +362,12 @@ static pd_status pdi_output_loss(pd_ctx *ctx, pd_output *out)
     plot.series[0].x = work;
     plot.series[0].y = work + out->rows;
     plot.series[0].count = (int)out->rows;
-    pdi_output_measured(out, brief ? 1.0 : 3600.0, last, work + 2 * out->rows, &plot);
+    pdi_output_add_measured_series(out, brief ? 1.0 : 3600.0, last, work + 2 * out->rows, &plot);
     pd_status status = PD_OK;
     for (int k = 0; k < 2 && status == PD_OK; k++) {
         if (!((u->drawing.formats ? u->drawing.formats : 1u) >> k & 1u)) continue;
-        status = out->curve[k] ? pd_file_join(ctx, out->folder->path, pdi_output_curves[k], path)
-                               : pdi_folder_add(ctx, out->folder, pdi_output_curves[k], path);
+        status = out->curve[k] ? pd_file_join(ctx, out->folder->path, pdi_output_loss_plot_names[k], path)
+                               : pdi_output_folder_add_file(ctx, out->folder, pdi_output_loss_plot_names[k], path);
         if (status == PD_OK) out->curve[k] = 1;
         if (status == PD_OK) status = pd_plot_write(ctx, path, &plot);
     }
@@ -355,22 +375,22 @@ static pd_status pdi_output_loss(pd_ctx *ctx, pd_output *out)
     return status;
 }
 
-PDI_FN pd_status pdi_output_frame(pd_ctx *ctx, pd_output *out)
+PDI_FN pd_status pdi_output_write_frame(pd_ctx *ctx, pd_output *out)
 {
     double time = out->model->couple.time;
     if (out->written >= time) return PD_OK;
-    pdi_output_fill(ctx, out);
-    PDI_TRY(pdi_output_vti(ctx, out));
-    PDI_TRY(pdi_images_frame(ctx, &out->images, out->frame));
+    pdi_output_compute_fields(ctx, out);
+    PDI_TRY(pdi_output_write_vti(ctx, out));
+    PDI_TRY(pdi_pictures_draw_frames(ctx, &out->images, out->frame));
     out->written = time;
     out->frame++;
-    return out->images.live ? pdi_output_loss(ctx, out) : PD_OK;
+    return out->images.live ? pdi_output_draw_loss_curve(ctx, out) : PD_OK;
 }
 
 PDI_FN pd_status pdi_output_close(pd_ctx *ctx, pd_output *out, int over)
 {
-    if (over) PDI_TRY(pdi_images_finish(ctx, &out->images));
-    PDI_TRY(pdi_output_loss(ctx, out));
+    if (over) PDI_TRY(pdi_pictures_finish(ctx, &out->images));
+    PDI_TRY(pdi_output_draw_loss_curve(ctx, out));
     PDI_TRY(pdi_csv_close(ctx, &out->diagnostics));
     return pdi_csv_close(ctx, &out->probes);
 }
@@ -381,7 +401,7 @@ PDI_FN void pdi_output_free(pd_ctx *ctx, pd_output *out)
     int32_t total = out->model ? out->model->grid.total : 0;
     pdi_csv_close(&quiet, &out->diagnostics);
     pdi_csv_close(&quiet, &out->probes);
-    pdi_images_free(ctx, &out->images);
+    pdi_pictures_free(ctx, &out->images);
     pdi_pvd_free(ctx, &out->pvd);
     for (int k = 0; k < PD_FIELD_COUNT; k++) PDI_DELETE(ctx, total, out->scalar[k]);
     PDI_DELETE(ctx, total, out->phase);
@@ -392,4 +412,4 @@ PDI_FN void pdi_output_free(pd_ctx *ctx, pd_output *out)
     memset(out, 0, sizeof *out);
 }
 
-#undef PDI_OUTPUT_COLUMNS
+#undef PDI_OUTPUT_DIAGNOSTICS_COLUMNS

@@ -10,11 +10,11 @@
  */
 #ifndef PD_OUTPUT_H
 #define PD_OUTPUT_H
-#include "io/folder.h"
+#include "io/output_folder.h"
 #include "io/vti.h"
 #include "io/csv.h"
-#include "run/images.h"
-#include "run/observe.h"
+#include "run/pictures.h"
+#include "run/step_diagnostics.h"
 
 /* The output files of a run. */
 typedef struct pd_output {
@@ -44,9 +44,9 @@ PDI_FN pd_status pdi_output_save(pd_ctx *ctx, pd_output *out, pd_archive *archiv
 PDI_FN pd_status pdi_output_resume(pd_ctx *ctx, pd_model *model, pd_folder *folder, pd_archive *archive,
                                    pd_output *out);
 /* Write a row of the diagnostics and probe tables. */
-PDI_FN pd_status pdi_output_step(pd_ctx *ctx, pd_output *out, const pd_observables *o);
+PDI_FN pd_status pdi_output_write_rows(pd_ctx *ctx, pd_output *out, const pd_observables *o);
 /* Write fields and pictures now; a second call at the same time does nothing. */
-PDI_FN pd_status pdi_output_frame(pd_ctx *ctx, pd_output *out);
+PDI_FN pd_status pdi_output_write_frame(pd_ctx *ctx, pd_output *out);
 /* Draw the loss curve and close the tables. over: 1: the run is complete, and its pictures get a common range.
  * PD_STOPPED: interrupted meanwhile. */
 PDI_FN pd_status pdi_output_close(pd_ctx *ctx, pd_output *out, int over);

@@ -2,24 +2,24 @@
 #include "run/run.h"
 #include "core/par.h"
 #include "core/vec.h"
-#include "io/store.h"
-#include "io/folder.h"
+#include "io/archive_file.h"
+#include "io/output_folder.h"
 #include "io/progress.h"
-#include "run/footprint.h"
+#include "run/memory_estimate.h"
 #include "run/checkpoint.h"
 #include "run/output.h"
-#include "run/misfit.h"
-#include "run/results.h"
-#include "run/waiting.h"
-#include "run/depletion.h"
-#include "run/compare.h"
+#include "run/lattice_notes.h"
+#include "run/monitor_report.h"
+#include "run/stall_note.h"
+#include "run/depletion_notes.h"
+#include "run/compare_measured.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-#define PDI_RUN_UNEVEN 0.5   /* flux_max above which velocities are not those of the flow */
-#define PDI_RUN_PROGRESS 0.2 /* [s] between progress lines */
-#define PDI_RUN_SILENCE 10.0 /* [s] without a step before a note says what is computed */
+#define PDI_RUN_MAX_FLUX_ERROR 0.5    /* flux_max above which velocities are not those of the flow */
+#define PDI_RUN_PROGRESS_INTERVAL 0.2 /* [s] between progress lines */
+#define PDI_RUN_STALL_TIME 10.0       /* [s] without a step before a note says what is computed */
 
 /* A run at work. */
 typedef struct pdi_run {
@@ -35,33 +35,33 @@ typedef struct pdi_run {
     pd_views views;       /* of the observer */
     pd_status status;     /* of the step that was observed last */
     int stopped;
-    double started, reported; /* [s] clock */
-    double kept;          /* [s] clock of the last checkpoint */
-    const char *path;     /* of the folder */
+    double start_clock, progress_clock; /* [s] clock */
+    double checkpoint_clock;            /* [s] clock of the last checkpoint */
+    const char *folder_path;            /* of the folder */
     pd_folder folder;
-    pd_store image;       /* checkpoint of the last step in memory, for a run that is stopped within a step */
-    double imaged;        /* [s] clock of it */
-    int imageable;        /* 1: it is complete */
-    double polled;        /* [s] clock of the last poll */
-    double stepped;       /* [s] clock of the last step */
-    double silence;       /* [s] wall time without a step before the next note */
+    pd_store kept_checkpoint; /* checkpoint of the last step in memory, for a run that is stopped within a step */
+    double kept_clock;        /* [s] clock of it */
+    int kept_is_complete;     /* 1: it is complete */
+    double poll_clock;        /* [s] clock of the last poll */
+    double step_clock;        /* [s] clock of the last step */
+    double stall_time;        /* [s] wall time without a step before the next note */
     int writing;          /* 1: stopped, but the files of this step are still written */
     pd_poll_fn poll;      /* of the caller */
     void *poll_user;
-    char checkpoint[PD_PATH_SIZE];
+    char checkpoint_path[PD_PATH_SIZE];
 } pdi_run;
 
 /* Print the progress line now; doing, count: what is being computed, or NULL. */
-static void pdi_run_report(pdi_run *r, const char *doing, int64_t count)
+static void pdi_run_print_progress_line(pdi_run *r, const char *doing, int64_t count)
 {
     char line[360], time[PD_UNITS_TEXT], dt[PD_UNITS_TEXT];
     double now = pdi_par_clock(), until = r->setup->until;
     const pd_couple *c = &r->model.couple;
     if (!r->desc->print || !(until > 0.0)) return;
-    r->reported = now;
-    pdi_progress_line(c->time / until, now - r->started, r->setup->name, line, sizeof line);
-    pdi_setup_show(c->time, "s", time);
-    pdi_setup_show(c->dt, "s", dt);
+    r->progress_clock = now;
+    pdi_progress_format_line(c->time / until, now - r->start_clock, r->setup->name, line, sizeof line);
+    pdi_setup_format_value(c->time, "s", time);
+    pdi_setup_format_value(c->dt, "s", dt);
     size_t used = strlen(line);
     snprintf(line + used, sizeof line - used, "  step %.0f, t = %s", (double)c->steps, time);
     used = strlen(line);
@@ -75,18 +75,18 @@ static void pdi_run_report(pdi_run *r, const char *doing, int64_t count)
 }
 
 /* Print progress a few times a second. */
-static void pdi_run_progress(pdi_run *r)
+static void pdi_run_print_progress(pdi_run *r)
 {
-    if (pdi_par_clock() - r->reported >= PDI_RUN_PROGRESS || !(r->model.couple.time < r->setup->until))
-        pdi_run_report(r, NULL, 0);
+    if (pdi_par_clock() - r->progress_clock >= PDI_RUN_PROGRESS_INTERVAL || !(r->model.couple.time < r->setup->until))
+        pdi_run_print_progress_line(r, NULL, 0);
 }
 
 /* Print a note on a run without a step for `waited` seconds of wall time. */
-static void pdi_run_wait(pdi_run *r, const char *doing, int64_t count, double waited)
+static void pdi_run_print_stall(pdi_run *r, const char *doing, int64_t count, double waited)
 {
     char line[480];
-    r->silence = 2.0 * pdi_max(waited, r->silence);
-    pdi_waiting_line(&r->model.couple, waited, doing, count, line, sizeof line);
+    r->stall_time = 2.0 * pdi_max(waited, r->stall_time);
+    pdi_stall_note_format(&r->model.couple, waited, doing, count, line, sizeof line);
     r->desc->print(r->desc->print_user, PD_PRINT_NOTE, line);
 }
 
@@ -97,16 +97,17 @@ static int pdi_run_poll(void *user, const char *doing, int64_t count)
     pdi_run *r = (pdi_run *)user;
     double now = pdi_par_clock();
     if (r->stopped) return !r->writing;
-    if (r->desc->print && now - r->stepped > r->silence) pdi_run_wait(r, doing, count, now - r->stepped);
-    if (now - r->polled < PDI_RUN_PROGRESS) return 0;
-    r->polled = now;
-    if (now - r->reported >= 2.0 * PDI_RUN_PROGRESS) pdi_run_report(r, doing, count);
+    if (r->desc->print && now - r->step_clock > r->stall_time)
+        pdi_run_print_stall(r, doing, count, now - r->step_clock);
+    if (now - r->poll_clock < PDI_RUN_PROGRESS_INTERVAL) return 0;
+    r->poll_clock = now;
+    if (now - r->progress_clock >= 2.0 * PDI_RUN_PROGRESS_INTERVAL) pdi_run_print_progress_line(r, doing, count);
     if (r->poll && r->poll(r->poll_user, doing, count)) r->stopped = 1;
     return r->stopped;
 }
 
 /* 1: fields are written now: at multiples of `every`, at the end, and when a run without checkpoints is stopped. */
-static int pdi_run_due(const pdi_run *r)
+static int pdi_run_is_frame_due(const pdi_run *r)
 {
     double time = r->model.couple.time, every = r->setup->every, next = r->output.written + 0.5 * every;
     int over = (r->stopped && !r->desc->checkpoints) || !(time < r->setup->until);
@@ -116,25 +117,27 @@ static int pdi_run_due(const pdi_run *r)
 }
 
 /* Write fields, pictures and profiles of this time. */
-static pd_status pdi_run_frame(pdi_run *r)
+static pd_status pdi_run_write_frame(pdi_run *r)
 {
     int frame = r->output.frame;
-    PDI_TRY(pdi_output_frame(r->ctx, &r->output));
-    return r->output.frame > frame ? pdi_monitors_frame(r->ctx, &r->monitors, frame) : PD_OK;
+    PDI_TRY(pdi_output_write_frame(r->ctx, &r->output));
+    return r->output.frame > frame ? pdi_monitors_write_frame(r->ctx, &r->monitors, frame) : PD_OK;
 }
 
 /* Write the rows of this step. Without files, outputs are computed only when the observer or measured points need them.
  */
-static pd_status pdi_run_rows(pdi_run *r)
+static pd_status pdi_run_write_rows(pdi_run *r)
 {
-    int asked = r->desc->observe || pdi_compare_due(&r->compare, r->model.couple.time);
-    if (!r->desc->dry) PDI_TRY(pdi_output_step(r->ctx, &r->output, &r->observables));
+    int asked = r->desc->observe || pdi_compare_measured_needs_output(&r->compare, r->model.couple.time);
+    if (!r->desc->dry) PDI_TRY(pdi_output_write_rows(r->ctx, &r->output, &r->observables));
     if (!r->desc->dry || asked) PDI_TRY(pdi_monitors_step(r->ctx, &r->monitors));
-    return pdi_compare_due(&r->compare, r->model.couple.time) ? pdi_compare_step(r->ctx, &r->compare) : PD_OK;
+    return pdi_compare_measured_needs_output(&r->compare, r->model.couple.time)
+               ? pdi_compare_measured_step(r->ctx, &r->compare)
+               : PD_OK;
 }
 
 /* Call the caller's observer, which may stop the run. */
-static void pdi_run_show(pdi_run *r, pd_when when)
+static void pdi_run_call_observer(pdi_run *r, pd_when when)
 {
     pd_instant at;
     int before_end = r->model.couple.time < r->setup->until;
@@ -142,7 +145,7 @@ static void pdi_run_show(pdi_run *r, pd_when when)
     memset(&at, 0, sizeof at);
     at.when = when;
     at.name = r->setup->name;
-    at.folder = r->desc->dry ? NULL : r->path;
+    at.folder = r->desc->dry ? NULL : r->folder_path;
     at.time = r->model.couple.time;
     at.steps = r->model.couple.steps;
     at.dt = r->model.couple.dt;
@@ -158,58 +161,60 @@ static void pdi_run_show(pdi_run *r, pd_when when)
 /* ---- checkpoints ---- */
 
 /* Store or load solver state, diagnostics, computed points and wall time in a checkpoint. */
-static pd_status pdi_run_store(pdi_run *r, pd_archive *archive)
+static pd_status pdi_run_store_state(pdi_run *r, pd_archive *archive)
 {
-    double now = pdi_par_clock(), spent = now - r->started;
-    PDI_TRY(pdi_checkpoint_model(r->ctx, &r->model, archive));
-    PDI_TRY(pdi_observe_store(r->ctx, &r->observables, archive));
-    PDI_TRY(pdi_compare_store(r->ctx, &r->compare, archive));
-    PDI_TRY(PDI_KEEP(r->ctx, archive, "wall time [s]", &spent, 1));
-    r->started = now - spent;
+    double now = pdi_par_clock(), spent = now - r->start_clock;
+    PDI_TRY(pdi_checkpoint_store_model(r->ctx, &r->model, archive));
+    PDI_TRY(pdi_step_diagnostics_store(r->ctx, &r->observables, archive));
+    PDI_TRY(pdi_compare_measured_store(r->ctx, &r->compare, archive));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(r->ctx, archive, "wall time [s]", &spent, 1));
+    r->start_clock = now - spent;
     return PD_OK;
 }
 
 /* Store all that a run continues from, lengths of files included. */
-static pd_status pdi_run_everything(pdi_run *r, pd_archive *archive)
+static pd_status pdi_run_store_all(pdi_run *r, pd_archive *archive)
 {
-    PDI_TRY(pdi_run_store(r, archive));
+    PDI_TRY(pdi_run_store_state(r, archive));
     PDI_TRY(pdi_output_save(r->ctx, &r->output, archive));
     PDI_TRY(pdi_monitors_save(r->ctx, &r->monitors, archive));
-    return pdi_folder_store(r->ctx, &r->folder, archive);
+    return pdi_output_folder_store(r->ctx, &r->folder, archive);
 }
 
 /* Write the checkpoint file. */
-static pd_status pdi_run_save(pdi_run *r)
+static pd_status pdi_run_write_checkpoint(pdi_run *r)
 {
     pd_store store;
-    PDI_TRY(pd_store_create(r->ctx, r->checkpoint, &store));
-    pd_status status = pdi_run_everything(r, &store.archive);
+    PDI_TRY(pd_store_create(r->ctx, r->checkpoint_path, &store));
+    pd_status status = pdi_run_store_all(r, &store.archive);
     if (status == PD_OK) return pd_store_close(r->ctx, &store);
-    pdi_store_abandon(&store);
+    pdi_archive_file_abandon(&store);
     return status;
 }
 
 /* Keep a checkpoint in memory, a few times a second at most. Without enough memory, a run that is stopped within a step
  * continues from the file. */
-static void pdi_run_remember(pdi_run *r)
+static void pdi_run_keep_checkpoint(pdi_run *r)
 {
     double now = pdi_par_clock();
-    if (r->desc->dry || !r->desc->checkpoints || (r->imageable && now - r->imaged < PDI_RUN_PROGRESS)) return;
-    r->imaged = now;
-    pd_status status = pdi_store_keep(r->ctx, &r->image);
-    if (status == PD_OK) status = pdi_run_everything(r, &r->image.archive);
-    if (status == PD_OK) status = pd_store_close(r->ctx, &r->image);
-    r->imageable = status == PD_OK;
+    if (r->desc->dry || !r->desc->checkpoints ||
+        (r->kept_is_complete && now - r->kept_clock < PDI_RUN_PROGRESS_INTERVAL))
+        return;
+    r->kept_clock = now;
+    pd_status status = pdi_archive_file_begin_in_memory(r->ctx, &r->kept_checkpoint);
+    if (status == PD_OK) status = pdi_run_store_all(r, &r->kept_checkpoint.archive);
+    if (status == PD_OK) status = pd_store_close(r->ctx, &r->kept_checkpoint);
+    r->kept_is_complete = status == PD_OK;
 }
 
 /* Write the checkpoint file when it is due. A failure only stops a run that was to stop. */
-static pd_status pdi_run_keep(pdi_run *r)
+static pd_status pdi_run_write_due_checkpoint(pdi_run *r)
 {
     char line[PD_MESSAGE_SIZE + 80];
     double now = pdi_par_clock();
-    if (!r->desc->checkpoints || (!r->stopped && now - r->kept < r->desc->checkpoint_every)) return PD_OK;
-    r->kept = now;
-    pd_status status = pdi_run_save(r);
+    if (!r->desc->checkpoints || (!r->stopped && now - r->checkpoint_clock < r->desc->checkpoint_every)) return PD_OK;
+    r->checkpoint_clock = now;
+    pd_status status = pdi_run_write_checkpoint(r);
     if (status == PD_OK || r->stopped) return status;
     snprintf(line, sizeof line, "no checkpoint at t = %g s, the one before stays: %s", r->model.couple.time,
              r->ctx->message);
@@ -218,28 +223,28 @@ static pd_status pdi_run_keep(pdi_run *r)
 }
 
 /* Compute diagnostics and outputs of the time that a run continues from; their rows are in the tables already. */
-static pd_status pdi_run_recall(pdi_run *r)
+static pd_status pdi_run_update_outputs(pdi_run *r)
 {
-    pdi_observe(r->ctx, &r->model, &r->observables);
+    pdi_step_diagnostics_update(r->ctx, &r->model, &r->observables);
     return pdi_monitors_step(r->ctx, &r->monitors);
 }
 
 /* Load the checkpoint and continue all files. */
-static pd_status pdi_run_read(pdi_run *r)
+static pd_status pdi_run_read_checkpoint(pdi_run *r)
 {
     pd_store store;
-    PDI_TRY(pd_store_open(r->ctx, r->checkpoint, &store));
-    pd_status status = pdi_run_store(r, &store.archive);
-    if (status == PD_OK) pdi_depletion_look(&r->depletion, NULL, NULL); /* what has gone before has been said */
-    if (status == PD_OK && r->desc->observe) status = pdi_run_recall(r);
+    PDI_TRY(pd_store_open(r->ctx, r->checkpoint_path, &store));
+    pd_status status = pdi_run_store_state(r, &store.archive);
+    if (status == PD_OK) pdi_depletion_notes_update(&r->depletion, NULL, NULL); /* what has gone before has been said */
+    if (status == PD_OK && r->desc->observe) status = pdi_run_update_outputs(r);
     if (status == PD_OK) status = pdi_output_resume(r->ctx, &r->model, &r->folder, &store.archive, &r->output);
     if (status == PD_OK) status = pdi_monitors_resume(r->ctx, &r->monitors, &r->folder, &store.archive);
-    if (status == PD_OK) status = pdi_folder_store(r->ctx, &r->folder, &store.archive);
+    if (status == PD_OK) status = pdi_output_folder_store(r->ctx, &r->folder, &store.archive);
     if (status == PD_OK) {
         PDI_TRY(pd_store_close(r->ctx, &store));
-        return pdi_folder_resume(r->ctx, &r->folder);
+        return pdi_output_folder_resume_list(r->ctx, &r->folder);
     }
-    pdi_store_abandon(&store);
+    pdi_archive_file_abandon(&store);
     return status;
 }
 
@@ -247,8 +252,8 @@ static pd_status pdi_run_read(pdi_run *r)
 static pd_status pdi_run_resume(pdi_run *r, pd_run_result *result)
 {
     char line[80];
-    pd_status status = pdi_folder_lock(r->ctx, r->path, r->setup->name, &r->folder);
-    if (status == PD_OK) status = pdi_run_read(r);
+    pd_status status = pdi_output_folder_lock_existing(r->ctx, r->folder_path, r->setup->name, &r->folder);
+    if (status == PD_OK) status = pdi_run_read_checkpoint(r);
     result->bad_input = status < 0 && status != PD_ERR_MEMORY && status != PD_ERR_LIMIT;
     if (status < 0) return status;
     r->output.images.live = r->desc->live;
@@ -258,25 +263,25 @@ static pd_status pdi_run_resume(pdi_run *r, pd_run_result *result)
 }
 
 /* Open the output folder and remove the files of former runs. */
-static pd_status pdi_run_clear(pdi_run *r, pd_run_result *result)
+static pd_status pdi_run_clear_folder(pdi_run *r, pd_run_result *result)
 {
     char line[PD_PATH_SIZE + 80];
-    pd_status status = pdi_folder_open(r->ctx, r->path, r->setup->name, &r->folder);
+    pd_status status = pdi_output_folder_open(r->ctx, r->folder_path, r->setup->name, &r->folder);
     result->bad_input = status == PD_ERR_STATE || status == PD_ERR_ARGUMENT;
     PDI_TRY(status);
-    snprintf(line, sizeof line, "removed %d files of the former run from '%s'", r->folder.removed, r->path);
+    snprintf(line, sizeof line, "removed %d files of the former run from '%s'", r->folder.removed, r->folder_path);
     if (r->folder.removed && r->desc->print) r->desc->print(r->desc->print_user, PD_PRINT_NOTE, line);
-    pdi_file_remove(r->checkpoint);
-    return pdi_folder_add(r->ctx, &r->folder, PD_RUN_CHECKPOINT, r->checkpoint);
+    pdi_file_remove(r->checkpoint_path);
+    return pdi_output_folder_add_file(r->ctx, &r->folder, PD_RUN_CHECKPOINT, r->checkpoint_path);
 }
 
 /* Open the files of a run: new ones, or those of a checkpoint. */
-static pd_status pdi_run_open(pdi_run *r, pd_run_result *result)
+static pd_status pdi_run_open_files(pdi_run *r, pd_run_result *result)
 {
     if (r->desc->dry) return PD_OK;
-    PDI_TRY(pd_file_join(r->ctx, r->path, PD_RUN_CHECKPOINT, r->checkpoint));
+    PDI_TRY(pd_file_join(r->ctx, r->folder_path, PD_RUN_CHECKPOINT, r->checkpoint_path));
     if (r->desc->resume) return pdi_run_resume(r, result);
-    PDI_TRY(pdi_run_clear(r, result));
+    PDI_TRY(pdi_run_clear_folder(r, result));
     PDI_TRY(pdi_output_open(r->ctx, &r->model, &r->folder, &r->output));
     r->output.images.live = r->desc->live;
     return pdi_monitors_open(r->ctx, &r->monitors, &r->folder);
@@ -286,50 +291,50 @@ static pd_status pdi_run_open(pdi_run *r, pd_run_result *result)
 
 /* After each step, by the time loop: diagnostics, tables, observer, output files, checkpoints. Returns 1 to end the
  * run. */
-static int pdi_run_observe(void *user, const pd_couple *couple)
+static int pdi_run_observe_step(void *user, const pd_couple *couple)
 {
     pdi_run *r = (pdi_run *)user;
     (void)couple;
-    pdi_observe(r->ctx, &r->model, &r->observables);
-    pdi_depletion_look(&r->depletion, r->desc->print, r->desc->print_user);
+    pdi_step_diagnostics_update(r->ctx, &r->model, &r->observables);
+    pdi_depletion_notes_update(&r->depletion, r->desc->print, r->desc->print_user);
     int before_end = r->model.couple.time < r->setup->until;
     if (before_end && r->desc->stop && r->desc->stop(r->desc->stop_user)) r->stopped = 1;
     r->writing = r->stopped; /* what a step that is done has to show */
-    r->status = pdi_run_rows(r);
-    if (r->status >= 0) pdi_run_show(r, r->model.couple.steps ? PD_WHEN_STEP : PD_WHEN_START);
+    r->status = pdi_run_write_rows(r);
+    if (r->status >= 0) pdi_run_call_observer(r, r->model.couple.steps ? PD_WHEN_STEP : PD_WHEN_START);
     r->writing = r->stopped;
-    if (!r->desc->dry && r->status >= 0 && pdi_run_due(r)) r->status = pdi_run_frame(r);
-    if (!r->desc->dry && before_end && r->status >= 0) r->status = pdi_run_keep(r);
-    if (before_end && !r->stopped && r->status >= 0) pdi_run_remember(r);
-    pdi_run_progress(r);
-    r->polled = r->stepped = pdi_par_clock();
+    if (!r->desc->dry && r->status >= 0 && pdi_run_is_frame_due(r)) r->status = pdi_run_write_frame(r);
+    if (!r->desc->dry && before_end && r->status >= 0) r->status = pdi_run_write_due_checkpoint(r);
+    if (before_end && !r->stopped && r->status >= 0) pdi_run_keep_checkpoint(r);
+    pdi_run_print_progress(r);
+    r->poll_clock = r->step_clock = pdi_par_clock();
     return r->stopped || r->status < 0;
 }
 
 /* Step to the end; steps also end on the times of measured points. */
-static pd_status pdi_run_march(pdi_run *r)
+static pd_status pdi_run_step_to_end(pdi_run *r)
 {
     double until = r->setup->until, reached;
     do {
-        reached = pdi_compare_next(&r->compare, r->model.couple.time, until);
-        PDI_TRY(pd_couple_run(r->ctx, &r->model.couple, reached, r->setup->every, pdi_run_observe, r));
+        reached = pdi_compare_measured_find_next_time(&r->compare, r->model.couple.time, until);
+        PDI_TRY(pd_couple_run(r->ctx, &r->model.couple, reached, r->setup->every, pdi_run_observe_step, r));
         PDI_TRY(r->status);
     } while (!r->stopped && reached < until);
     return PD_OK;
 }
 
 /* Print a note where node velocities and conserved fluxes disagree: too coarse for the flow. */
-static void pdi_run_velocities(const pdi_run *r)
+static void pdi_run_print_flux_error(const pdi_run *r)
 {
     char text[256];
-    if (!(r->observables.flux_max > PDI_RUN_UNEVEN) || !r->desc->print) return;
+    if (!(r->observables.flux_max > PDI_RUN_MAX_FLUX_ERROR) || !r->desc->print) return;
     snprintf(text, sizeof text, "flow: velocities of a layer of nodes carry %.3g times the flow more or less than its "
              "fluxes (flux_max): they are not those of the flow; expected a smaller m or h", r->observables.flux_max);
     r->desc->print(r->desc->print_user, PD_PRINT_NOTE, text);
 }
 
 /* Print a note where crack faces overlapped: there is no contact model, so stresses are wrong there. */
-static void pdi_run_overlap(const pdi_run *r)
+static void pdi_run_print_overlap(const pdi_run *r)
 {
     char line[320];
     double depth = r->model.structure.overlap.most;
@@ -341,7 +346,7 @@ static void pdi_run_overlap(const pdi_run *r)
 }
 
 /* Copy the values computed at measured points for the caller. */
-static void pdi_run_computed(const pdi_run *r)
+static void pdi_run_copy_measured(const pdi_run *r)
 {
     double *to = r->desc->computed;
     for (int k = 0; to && k < r->setup->records; k++) {
@@ -352,53 +357,53 @@ static void pdi_run_computed(const pdi_run *r)
 }
 
 /* A run stopped within a step: write the checkpoint of the step before. */
-static pd_status pdi_run_halted(pdi_run *r)
+static pd_status pdi_run_write_kept_checkpoint(pdi_run *r)
 {
-    if (r->desc->dry || !r->desc->checkpoints || !r->imageable) return PD_OK;
-    return pdi_store_release(r->ctx, &r->image, r->checkpoint);
+    if (r->desc->dry || !r->desc->checkpoints || !r->kept_is_complete) return PD_OK;
+    return pdi_archive_file_write_memory(r->ctx, &r->kept_checkpoint, r->checkpoint_path);
 }
 
 /* Make all steps and write the final files and results. */
-static pd_status pdi_run_steps(pdi_run *r)
+static pd_status pdi_run_run_steps(pdi_run *r)
 {
-    pdi_run_remember(r);
-    if (r->desc->resume && !r->desc->dry) pdi_run_show(r, PD_WHEN_START);
-    pd_status status = r->stopped ? PD_OK : pdi_run_march(r);
+    pdi_run_keep_checkpoint(r);
+    if (r->desc->resume && !r->desc->dry) pdi_run_call_observer(r, PD_WHEN_START);
+    pd_status status = r->stopped ? PD_OK : pdi_run_step_to_end(r);
     if (status == PD_STOPPED || r->status == PD_STOPPED) {
         status = r->status = PD_OK;
-        PDI_TRY(pdi_run_halted(r));
+        PDI_TRY(pdi_run_write_kept_checkpoint(r));
     }
     if (status < 0) return status;
-    pdi_run_computed(r);
+    pdi_run_copy_measured(r);
     if (r->desc->dry) PDI_TRY(pdi_monitors_step(r->ctx, &r->monitors));
-    if (r->desc->figures) PDI_TRY(pdi_figures_collect(r->ctx, &r->model, &r->monitors, 0, r->desc->figures));
+    if (r->desc->figures) PDI_TRY(pdi_scalar_outputs_collect(r->ctx, &r->model, &r->monitors, 0, r->desc->figures));
     if (r->desc->dry) {
-        pdi_run_show(r, PD_WHEN_END);
+        pdi_run_call_observer(r, PD_WHEN_END);
         return PD_OK;
     }
     PDI_TRY(pdi_monitors_close(r->ctx, &r->monitors));
-    pdi_results_print(&r->monitors, r->desc->print, r->desc->print_user);
-    pdi_run_overlap(r);
-    pdi_run_velocities(r);
-    pdi_compare_print(&r->compare, r->desc->print, r->desc->print_user);
-    PDI_TRY(pdi_compare_write(r->ctx, &r->compare, &r->folder));
+    pdi_monitor_report_print(&r->monitors, r->desc->print, r->desc->print_user);
+    pdi_run_print_overlap(r);
+    pdi_run_print_flux_error(r);
+    pdi_compare_measured_print(&r->compare, r->desc->print, r->desc->print_user);
+    PDI_TRY(pdi_compare_measured_write(r->ctx, &r->compare, &r->folder));
     status = pdi_output_close(r->ctx, &r->output, !r->stopped);
-    if (status == PD_STOPPED) return pdi_run_halted(r);
+    if (status == PD_STOPPED) return pdi_run_write_kept_checkpoint(r);
     if (status < 0) return status;
     if (!r->stopped) {
-        pdi_file_remove(r->checkpoint);
-        PDI_TRY(pdi_images_remove(r->ctx, &r->output.images));
+        pdi_file_remove(r->checkpoint_path);
+        PDI_TRY(pdi_pictures_remove_frame_file(r->ctx, &r->output.images));
     }
-    pdi_run_show(r, PD_WHEN_END);
+    pdi_run_call_observer(r, PD_WHEN_END);
     return PD_OK;
 }
 
 /* [mol] Gas evolved by dissolution so far (per m in planar 2D, per m2 in 1D). */
-static double pdi_run_gas(const pdi_run *r)
+static double pdi_run_compute_evolved_gas(const pdi_run *r)
 {
     const pd_setup *u = r->setup;
     const pd_course *course = &r->model.course;
-    int goes = pdi_setup_attacked(u);
+    int goes = pdi_setup_find_species_rate_metal(u);
     double gas = 0.0;
     if (!course->reactive) return 0.0;
     if (!course->each) return u->metal[goes > 0 ? goes : 0].gas_shed * pdi_course_lost(course, 0);
@@ -407,12 +412,12 @@ static double pdi_run_gas(const pdi_run *r)
 }
 
 /* Fill in the result from model and diagnostics. */
-static void pdi_run_collect(const pdi_run *r, pd_run_result *result)
+static void pdi_run_set_result(const pdi_run *r, pd_run_result *result)
 {
     const pd_model *m = &r->model;
     const pd_couple *c = &m->couple;
-    pdi_effort effort;
-    pdi_model_effort(m, &effort);
+    pdi_model_statistics effort;
+    pdi_model_get_statistics(m, &effort);
     int64_t nodes = m->grid.fluid_count + m->grid.solid_count;
     const char *slowest;
     memcpy(result->name, r->setup->name, sizeof result->name);
@@ -425,30 +430,30 @@ static void pdi_run_collect(const pdi_run *r, pd_run_result *result)
     result->has_front = r->setup->has_corrode;
     result->front = r->observables.front;
     result->sheds = r->setup->sheds && r->setup->gas[0];
-    result->gas = pdi_run_gas(r);
-    result->gas_volume = result->gas * PDI_GAS * r->setup->electrolyte.temperature / PDI_MODEL_ATMOSPHERE;
+    result->gas = pdi_run_compute_evolved_gas(r);
+    result->gas_volume = result->gas * PDI_GAS_CONSTANT * r->setup->electrolyte.temperature / PDI_MODEL_ATMOSPHERE;
     result->has_potential = r->setup->has_potential;
     result->current_balance = m->cell.result.imbalance;
     result->current = m->cell.result.anodic;
     if (m->attack.polarise.setup)
-        result->current = pdi_polarise_current(&m->attack.polarise, &result->current_balance);
+        result->current = pdi_species_electrodes_compute_total_current(&m->attack.polarise, &result->current_balance);
     result->has_flux = r->observables.has_flux;
     result->flux = r->observables.flux;
     result->flux_max = r->observables.flux_max;
-    result->peclet = pdi_observe_peclet(m, &slowest);
+    result->peclet = pdi_step_diagnostics_compute_peclet(m, &slowest);
     result->residual = pdi_max(effort.momentum, effort.continuity);
     result->evaluations = effort.flow_evaluations;
     result->settled = r->setup->settle;
-    result->change = effort.change;
-    result->defect = effort.defect;
+    result->change = effort.steady_change;
+    result->defect = effort.mass_defect;
     result->steps = c->steps;
     result->unsolved = c->unsolved;
-    result->threads = pdi_par_offered(r->ctx, INT64_MAX);
+    result->threads = pdi_par_available_threads(r->ctx, INT64_MAX);
     for (int k = 0; k < PD_PART_COUNT; k++) result->unknowns += m->unknowns[k];
     result->bytes_per_node = nodes ? (double)r->ctx->peak / (double)nodes : 0.0;
 }
 
-PDI_FN void pdi_run_blame(pd_ctx *ctx, const pd_setup *setup, int line)
+PDI_FN void pdi_run_prefix_message(pd_ctx *ctx, const pd_setup *setup, int line)
 {
     char where[320], message[PD_MESSAGE_SIZE];
     if (!setup->source[0]) return;
@@ -462,7 +467,7 @@ PDI_FN void pdi_run_blame(pd_ctx *ctx, const pd_setup *setup, int line)
  * before. */
 static pd_status pdi_run_build(pdi_run *r, pd_run_result *result)
 {
-    pd_status status = pdi_footprint_check(r->ctx, r->setup, r->desc->dry);
+    pd_status status = pdi_memory_estimate_check_limit(r->ctx, r->setup, r->desc->dry);
     int line = r->setup->line[PD_PART_GRID];
     if (status == PD_OK) {
         status = pdi_model_build(r->ctx, r->setup, &r->model);
@@ -473,46 +478,47 @@ static pd_status pdi_run_build(pdi_run *r, pd_run_result *result)
         line = r->monitors.line;
     }
     if (status == PD_OK) {
-        status = pdi_compare_build(r->ctx, &r->model, &r->monitors, r->desc->share, !r->desc->dry, &r->compare);
+        status =
+            pdi_compare_measured_build(r->ctx, &r->model, &r->monitors, r->desc->share, !r->desc->dry, &r->compare);
         line = r->compare.line;
     }
-    result->bad_input = status < 0 && !pdi_is_final(status);
-    if (result->bad_input) pdi_run_blame(r->ctx, r->setup, line);
+    result->bad_input = status < 0 && !pdi_is_fatal(status);
+    if (result->bad_input) pdi_run_prefix_message(r->ctx, r->setup, line);
     return status;
 }
 
 /* Dry check: output folder, and checkpoint with `resume`; nothing is written. */
-static pd_status pdi_run_check(pdi_run *r, pd_run_result *result)
+static pd_status pdi_run_check_resume(pdi_run *r, pd_run_result *result)
 {
     pd_store store;
-    if (r->desc->figures) PDI_TRY(pdi_figures_collect(r->ctx, &r->model, &r->monitors, 0, r->desc->figures));
-    pd_status status = pdi_folder_check(r->ctx, r->path, r->setup->name);
+    if (r->desc->figures) PDI_TRY(pdi_scalar_outputs_collect(r->ctx, &r->model, &r->monitors, 0, r->desc->figures));
+    pd_status status = pdi_output_folder_check(r->ctx, r->folder_path, r->setup->name);
     if (status == PD_OK && r->desc->resume) {
-        status = pd_file_join(r->ctx, r->path, PD_RUN_CHECKPOINT, r->checkpoint);
-        if (status == PD_OK) status = pd_store_open(r->ctx, r->checkpoint, &store);
+        status = pd_file_join(r->ctx, r->folder_path, PD_RUN_CHECKPOINT, r->checkpoint_path);
+        if (status == PD_OK) status = pd_store_open(r->ctx, r->checkpoint_path, &store);
         if (status == PD_OK) {
-            status = pdi_run_store(r, &store.archive);
-            pdi_store_abandon(&store);
+            status = pdi_run_store_state(r, &store.archive);
+            pdi_archive_file_abandon(&store);
         }
     }
-    result->bad_input = status < 0 && !pdi_is_final(status);
+    result->bad_input = status < 0 && !pdi_is_fatal(status);
     return status;
 }
 
 /* Print the summary, run all steps, and fill in the result. */
-static pd_status pdi_run_built(pdi_run *r, pd_run_result *result)
+static pd_status pdi_run_execute(pdi_run *r, pd_run_result *result)
 {
-    r->path = r->desc->folder ? r->desc->folder : r->setup->folder;
+    r->folder_path = r->desc->folder ? r->desc->folder : r->setup->folder;
     pdi_summary_print(&r->model, r->desc->print, r->desc->print_user);
-    if (r->desc->print) pdi_misfit_print(&r->model, r->desc->print, r->desc->print_user);
-    pdi_run_collect(r, result);
-    PDI_TRY(pdi_observe_build(r->ctx, &r->model, &r->observables));
-    PDI_TRY(pdi_depletion_build(r->ctx, &r->model, &r->depletion));
-    if (r->desc->check) return r->desc->dry ? PD_OK : pdi_run_check(r, result);
-    PDI_TRY(pdi_run_open(r, result));
-    pd_status status = pdi_run_steps(r);
+    if (r->desc->print) pdi_lattice_notes_print(&r->model, r->desc->print, r->desc->print_user);
+    pdi_run_set_result(r, result);
+    PDI_TRY(pdi_step_diagnostics_build(r->ctx, &r->model, &r->observables));
+    PDI_TRY(pdi_depletion_notes_build(r->ctx, &r->model, &r->depletion));
+    if (r->desc->check) return r->desc->dry ? PD_OK : pdi_run_check_resume(r, result);
+    PDI_TRY(pdi_run_open_files(r, result));
+    pd_status status = pdi_run_run_steps(r);
     result->unknowns = 0;
-    pdi_run_collect(r, result);
+    pdi_run_set_result(r, result);
     return status;
 }
 
@@ -524,8 +530,8 @@ pd_status pd_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, pd
     r->ctx = ctx;
     r->desc = desc;
     r->setup = setup;
-    r->started = r->reported = r->kept = r->stepped = pdi_par_clock();
-    r->silence = desc->silence > 0.0 ? desc->silence : PDI_RUN_SILENCE;
+    r->start_clock = r->progress_clock = r->checkpoint_clock = r->step_clock = pdi_par_clock();
+    r->stall_time = desc->silence > 0.0 ? desc->silence : PDI_RUN_STALL_TIME;
     if (setup->threads > 0 && ctx->threads == 0) ctx->threads = setup->threads;
     r->poll = ctx->poll;
     r->poll_user = ctx->poll_user;
@@ -534,19 +540,19 @@ pd_status pd_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, pd
         ctx->poll_user = r;
     }
     pd_status status = pdi_run_build(r, result);
-    if (status == PD_OK) status = pdi_run_built(r, result);
+    if (status == PD_OK) status = pdi_run_execute(r, result);
     ctx->poll = r->poll;
     ctx->poll_user = r->poll_user;
     result->stopped = r->stopped;
-    pdi_store_drop(ctx, &r->image);
+    pdi_archive_file_free_memory(ctx, &r->kept_checkpoint);
     pdi_output_free(ctx, &r->output);
-    pdi_observe_free(ctx, &r->observables);
-    pdi_depletion_free(ctx, &r->depletion);
-    pdi_views_free(ctx, &r->views);
-    pdi_compare_free(ctx, &r->compare);
+    pdi_step_diagnostics_free(ctx, &r->observables);
+    pdi_depletion_notes_free(ctx, &r->depletion);
+    pdi_field_view_free(ctx, &r->views);
+    pdi_compare_measured_free(ctx, &r->compare);
     pdi_monitors_free(ctx, &r->monitors);
     pdi_model_free(ctx, &r->model);
-    pdi_folder_close(&r->folder);
+    pdi_output_folder_close(&r->folder);
     PDI_DELETE(ctx, 1, r);
     return status;
 }
@@ -570,9 +576,9 @@ void pd_run_line(const pd_run_result *r, char *text, size_t size)
     else pdi_append(text, size, " residual=%.3g evals=%.0f", r->residual, (double)r->evaluations);
     pdi_append(text, size, " steps=%.0f unknowns=%.0f bytes_per_node=%.0f", (double)r->steps, (double)r->unknowns,
                    r->bytes_per_node);
-    pdi_known(figures);
+    pdi_remove_nonfinite(figures);
 }
 
-#undef PDI_RUN_UNEVEN
-#undef PDI_RUN_PROGRESS
-#undef PDI_RUN_SILENCE
+#undef PDI_RUN_MAX_FLUX_ERROR
+#undef PDI_RUN_PROGRESS_INTERVAL
+#undef PDI_RUN_STALL_TIME

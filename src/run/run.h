@@ -11,7 +11,7 @@
 #define PD_RUN_H
 #include "scene/scene.h"
 #include "run/summary.h"
-#include "run/instant.h"
+#include "run/snapshot.h"
 
 /* Zero-initialise. */
 typedef struct pd_run_desc {
@@ -23,15 +23,15 @@ typedef struct pd_run_desc {
                               * pd_figures_free. NULL: not wanted */
     double *computed;        /* [points] [unit of the columns in SI] of all measured sections: gets what the run
                               * computes there, NaN where it does not come. NULL: not wanted */
-    const double *share;     /* [-] of each monitor in the figures of its section, see coarser.h; NULL: 1 */
+    const double *share;     /* [-] of each monitor in the figures of its section, see coarsen_setup.h; NULL: 1 */
     pd_print_fn print;       /* NULL: silent */
     void *print_user;
     int (*stop)(void *user); /* asked after every step before the end; not 0: the run ends there. NULL: never. The poll
                               * function of the context is asked within steps, a few times a second: then the run ends
                               * with a checkpoint of the last step that is done. PD_STOPPED: before the first began */
     void *stop_user;
-    pd_instant_fn observe;   /* called at the start, after every step and at the end, see instant.h; may stop the run.
-                              * NULL: none */
+    pd_instant_fn observe; /* called at the start, after every step and at the end, see snapshot.h; may stop the run.
+                            * NULL: none */
     void *observe_user;
     int live;                /* 1: the last picture of each field is also there as latest_C.png and so on, and the curve
                               * of the volume loss goes as far; both whole at any moment */
@@ -88,7 +88,7 @@ PD_API void pd_run_line(const pd_run_result *result, char *text, size_t size);
 
 #ifdef PDI_INTERNAL
 /* Put file and line of the scene before the message of a setup that cannot be built. */
-PDI_FN void pdi_run_blame(pd_ctx *ctx, const pd_setup *setup, int line);
+PDI_FN void pdi_run_prefix_message(pd_ctx *ctx, const pd_setup *setup, int line);
 #endif
 
 #endif

@@ -4,19 +4,21 @@
 #include "metal/interface.h"
 #include "flow/near_wall.h"
 #include "lattice/surface.h"
-#include "lattice/quadratic.h"
+#include "lattice/quadratic_fit.h"
 #include "lattice/reconstruct.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#define PDI_SAMPLE_NEAR 1e-6 /* [cells] within this distance of a face a point touches the cells on both sides */
-#define PDI_SAMPLE_CELLS (1 << PD_DIM) /* cells that a point may touch */
-#define PDI_SAMPLE_BLOCK (PD_DIM == 1 ? 3 : PD_DIM == 2 ? 9 : 27) /* a cell and its neighbours */
-#define PDI_SAMPLE_OFF 1e-3  /* [cells] within this distance a place lies on a smooth surface, else on a cell face */
+/* [cells] within this distance of a face a point touches the cells on both sides */
+#define PDI_SAMPLE_FACE_TOLERANCE 1e-6
+#define PDI_SAMPLE_MAX_CELLS (1 << PD_DIM)                              /* cells that a point may touch */
+#define PDI_SAMPLE_BLOCK_CELLS (PD_DIM == 1 ? 3 : PD_DIM == 2 ? 9 : 27) /* a cell and its neighbours */
+/* [cells] within this distance a place lies on a smooth surface, else on a cell face */
+#define PDI_SAMPLE_SURFACE_TOLERANCE 1e-3
 
 /* Array of a gas field, components of the velocity one after another; NULL: it is no gas field. */
-static const double *pdi_sample_gas(const pd_model *m, pd_field field)
+static const double *pdi_sample_get_gas_field(const pd_model *m, pd_field field)
 {
     int64_t last = (int64_t)(PD_GAS_FIELDS - 1) * m->grid.total;
     switch (field) {
@@ -29,7 +31,7 @@ static const double *pdi_sample_gas(const pd_model *m, pd_field field)
 }
 
 /* Mass density [kg/m3] of a node: gas, liquid, or metal that is left. */
-static double pdi_sample_density(const pd_model *m, int32_t i)
+static double pdi_sample_get_node_density(const pd_model *m, int32_t i)
 {
     const pd_setup *u = m->setup;
     if (u->has_gas) return m->grid.kind[i] == PD_FLUID ? m->gas.primitive[i] : 0.0;
@@ -41,9 +43,9 @@ static double pdi_sample_density(const pd_model *m, int32_t i)
 }
 
 /* Array [total] [mol/m3] of the concentration of a species, or the amount of a mineral; NULL: it is no field of one. */
-static const double *pdi_sample_species(const pd_model *m, pd_field field)
+static const double *pdi_sample_get_species_field(const pd_model *m, pd_field field)
 {
-    int species = pdi_setup_field_species(m->setup, field);
+    int species = pdi_setup_field_species_index(m->setup, field);
     int n = species < 0 ? -1 : m->reactive.components.place[species];
     for (int s = 0; s < m->reactive.minerals.count; s++)
         if (species >= 0 && m->reactive.minerals.of[s].species == species)
@@ -52,7 +54,7 @@ static const double *pdi_sample_species(const pd_model *m, pd_field field)
 }
 
 /* A Cartesian stress component [Pa] of a solid point. */
-static double pdi_sample_stress(const pd_structure *s, pd_field field, int32_t point)
+static double pdi_sample_get_stress(const pd_structure *s, pd_field field, int32_t point)
 {
     static const int row[6] = {0, 1, 2, 0, 1, 2}, column[6] = {0, 1, 2, 1, 2, 0};
     int p = row[field - PD_FIELD_XX], q = column[field - PD_FIELD_XX];
@@ -61,7 +63,7 @@ static double pdi_sample_stress(const pd_structure *s, pd_field field, int32_t p
 }
 
 /* Value of a mechanical field at node i; 0 outside the metal. */
-static double pdi_sample_solid(const pd_model *m, pd_field field, int32_t i)
+static double pdi_sample_get_solid(const pd_model *m, pd_field field, int32_t i)
 {
     const pd_structure *s = &m->structure;
     int32_t point = s->point[i];
@@ -70,35 +72,36 @@ static double pdi_sample_solid(const pd_model *m, pd_field field, int32_t i)
     switch (field) {
     case PD_FIELD_U:
         for (int d = 0; d < PD_DIM; d++) {
-            double u = pdi_structure_u(s)[(int64_t)point * PD_DIM + d];
+            double u = pdi_solid_coupling_displacements(s)[(int64_t)point * PD_DIM + d];
             square += u * u;
         }
         return sqrt(square);
     case PD_FIELD_MISES: return s->mises[point];
     case PD_FIELD_PRESSURE: return s->pressure[point];
     case PD_FIELD_SLIP: return s->slip[point];
-    case PD_FIELD_BROKEN: return pdi_structure_broken(s, point);
+    case PD_FIELD_BROKEN: return pdi_solid_coupling_damage(s, point);
     case PD_FIELD_STORED: return s->density[point];
-    default: return pdi_sample_stress(s, field, point);
+    default: return pdi_sample_get_stress(s, field, point);
     }
 }
 
-PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t i)
+PDI_FN double pdi_sample_get_node(const pd_model *m, pd_field field, int32_t i)
 {
-    if (pdi_model_unknown(m, field, i)) return (double)NAN;
+    if (pdi_model_is_undefined(m, field, i)) return (double)NAN;
     int fluid = m->grid.kind[i] == PD_FLUID;
     const double *diffusivity = m->transport.diffusion.field;
-    const double *species = pdi_sample_species(m, field);
+    const double *species = pdi_sample_get_species_field(m, field);
     double square = 0.0, j[PD_DIM];
     if (species) return fluid ? species[i] : 0.0;
-    int state = pdi_setup_field_state(m->setup, field);
-    if (state >= 0) return fluid ? pdi_surfaces_at(m->surfaces, state, i) : (double)NAN;
+    int state = pdi_setup_field_state_index(m->setup, field);
+    if (state >= 0) return fluid ? pdi_surface_states_get_state(m->surfaces, state, i) : (double)NAN;
     switch (field) {
     case PD_FIELD_PHI:
         if (m->attack.polarise.setup) return fluid ? pd_reactive_potential(&m->reactive, i) : (double)NAN;
         return fluid ? m->cell.potential.phi[i] : (double)NAN;
     case PD_FIELD_I:
-        if (m->attack.polarise.setup) return fluid ? pdi_polarise_density(&m->attack.polarise, i) : (double)NAN;
+        if (m->attack.polarise.setup)
+            return fluid ? pdi_species_electrodes_compute_current_density(&m->attack.polarise, i) : (double)NAN;
         return fluid ? pdi_cell_density(&m->cell, i) : (double)NAN;
     case PD_FIELD_J:
         if (fluid) pdi_cell_current(&m->cell, i, j);
@@ -115,16 +118,16 @@ PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t i)
         }
         return sqrt(square);
     case PD_FIELD_P:
-        if (m->setup->has_gas) return fluid ? pdi_sample_gas(m, PD_FIELD_P)[i] : 0.0;
+        if (m->setup->has_gas) return fluid ? pdi_sample_get_gas_field(m, PD_FIELD_P)[i] : 0.0;
         return fluid ? m->flow.p[i] * m->flow.rho : 0.0;
-    case PD_FIELD_ENERGY: return fluid ? pdi_sample_gas(m, PD_FIELD_ENERGY)[i] : 0.0;
+    case PD_FIELD_ENERGY: return fluid ? pdi_sample_get_gas_field(m, PD_FIELD_ENERGY)[i] : 0.0;
     case PD_FIELD_KIND: return m->grid.kind[i];
     case PD_FIELD_GRAIN: return m->grid.kind[i] == PD_SOLID ? m->grain.id[i] : -1.0;
     case PD_FIELD_PHASE: return m->grid.kind[i] == PD_SOLID;
     case PD_FIELD_D: return !fluid ? 0.0 : diffusivity ? diffusivity[i] : m->setup->diffusivity;
     case PD_FIELD_RATE:
         return fluid ? pdi_interface_fastest(&m->dissolve, i) : (double)NAN;
-    case PD_FIELD_DENSITY: return pdi_sample_density(m, i);
+    case PD_FIELD_DENSITY: return pdi_sample_get_node_density(m, i);
     case PD_FIELD_DAMAGE: return pdi_dissolve_damage(&m->dissolve, i);
     case PD_FIELD_U:
     case PD_FIELD_MISES:
@@ -137,7 +140,7 @@ PDI_FN double pdi_sample_node(const pd_model *m, pd_field field, int32_t i)
     case PD_FIELD_ZZ:
     case PD_FIELD_XY:
     case PD_FIELD_YZ:
-    case PD_FIELD_ZX: return pdi_sample_solid(m, field, i);
+    case PD_FIELD_ZX: return pdi_sample_get_solid(m, field, i);
     case PD_FIELD_SPECIES:
     case PD_FIELD_COUNT: break;
     }
@@ -154,16 +157,16 @@ PDI_FN void pdi_sample_prepare(pd_ctx *ctx, pd_model *m, pd_fields fields)
     for (int n = 0; n < m->reactive.components.solutes; n++)
         pd_ghosts_scalar(g, m->reactive.c + (int64_t)n * m->grid.total);
     if (((fields >> PD_FIELD_STORED) & 1u) && m->structure.count)
-        solid->density(ctx, solid->self, pdi_structure_u(&m->structure), m->structure.density);
+        solid->density(ctx, solid->self, pdi_solid_coupling_displacements(&m->structure), m->structure.density);
 }
 
-/* Nodes of the cells that x [m] touches, into node [PDI_SAMPLE_CELLS]; returns their number. */
-static int pdi_sample_cells(const pd_grid *grid, const double *x, int32_t *node)
+/* Nodes of the cells that x [m] touches, into node [PDI_SAMPLE_MAX_CELLS]; returns their number. */
+static int pdi_sample_find_cells(const pd_grid *grid, const double *x, int32_t *node)
 {
     int i[PD_DIM][2], choices[PD_DIM], at[PD_DIM], count = 1;
     for (int d = 0; d < PD_DIM; d++) {
         double place = (x[d] - grid->lo[d]) / grid->h[d];
-        int low = (int)floor(place - PDI_SAMPLE_NEAR), high = (int)floor(place + PDI_SAMPLE_NEAR);
+        int low = (int)floor(place - PDI_SAMPLE_FACE_TOLERANCE), high = (int)floor(place + PDI_SAMPLE_FACE_TOLERANCE);
         i[d][0] = low < 0 ? 0 : low >= grid->n[d] ? grid->n[d] - 1 : low;
         i[d][1] = high < 0 ? 0 : high >= grid->n[d] ? grid->n[d] - 1 : high;
         choices[d] = i[d][1] > i[d][0] ? 2 : 1;
@@ -182,11 +185,11 @@ static int pdi_sample_cells(const pd_grid *grid, const double *x, int32_t *node)
 
 /* Multilinear interpolation at x [m] between the fluid nodes around; f [total], or NULL: node values of the field.
  * Without bonds, for potentials and pH. */
-static double pdi_sample_between(const pd_model *m, pd_field field, const double *f, const double *x)
+static double pdi_sample_interpolate_linear(const pd_model *m, pd_field field, const double *f, const double *x)
 {
     const pd_grid *grid = &m->grid;
     double sum = 0.0, weights = 0.0;
-    for (int corner = 0; corner < PDI_SAMPLE_CELLS; corner++) {
+    for (int corner = 0; corner < PDI_SAMPLE_MAX_CELLS; corner++) {
         double weight = 1.0;
         int i[PD_DIM];
         for (int d = 0; d < PD_DIM; d++) {
@@ -195,10 +198,10 @@ static double pdi_sample_between(const pd_model *m, pd_field field, const double
             i[d] = (int)low + up;
             weight *= up ? place - low : 1.0 - (place - low);
         }
-        if (!pdi_grid_inside(grid, i)) continue;
+        if (!pdi_grid_is_inside(grid, i)) continue;
         int32_t node = pd_grid_node(grid, i);
-        if (grid->kind[node] != PD_FLUID || pdi_model_unknown(m, field, node)) continue;
-        sum += weight * (f ? f[node] : pdi_sample_node(m, field, node));
+        if (grid->kind[node] != PD_FLUID || pdi_model_is_undefined(m, field, node)) continue;
+        sum += weight * (f ? f[node] : pdi_sample_get_node(m, field, node));
         weights += weight;
     }
     return sum / weights;
@@ -207,41 +210,44 @@ static double pdi_sample_between(const pd_model *m, pd_field field, const double
 /* ---- beside walls: a quadratic through nodes and surfaces ---- */
 
 /* One interpolation: field, point and the quadratic fit. */
-typedef struct pdi_sample_job {
+typedef struct pdi_sample_point_query {
     const pd_model *m;
     pd_field field;
     int component;
-    const double *f;
+    const double *values;
     double x[PD_DIM]; /* [m] */
-    double side;      /* sign: side of the medium's surface that x lies on; only values of that side count; 0: none */
-    pdi_quadratic fit;
-} pdi_sample_job;
+    /* sign: side of the medium's surface that x lies on; only values of that side count; 0: none */
+    double medium_side;
+    pdi_quadratic_fit fit;
+} pdi_sample_point_query;
 
 /* 1: the field is a concentration. */
-static int pdi_sample_dissolved(const pd_model *m, pd_field field)
+static int pdi_sample_is_concentration(const pd_model *m, pd_field field)
 {
-    return field == PD_FIELD_C || pdi_setup_field_species(m->setup, field) >= 0;
+    return field == PD_FIELD_C || pdi_setup_field_species_index(m->setup, field) >= 0;
 }
 
 /* Signed distance [m] of x from the surface of the medium; 0: there is none, or x lies on it. */
-static double pdi_sample_medium(const pd_model *m, const double *x)
+static double pdi_sample_compute_medium_distance(const pd_model *m, const double *x)
 {
     if (m->setup->medium < 0) return 0.0;
-    double level = pdi_grid_level(&m->grid, m->setup->medium, x);
-    return fabs(level) > PDI_SAMPLE_NEAR * pdi_vec_least(m->grid.h) ? level : 0.0;
+    double level = pdi_grid_signed_distance(&m->grid, m->setup->medium, x);
+    return fabs(level) > PDI_SAMPLE_FACE_TOLERANCE * pdi_vec_min(m->grid.h) ? level : 0.0;
 }
 
 /* 1: the surface normal at a place is known: of one cell face, or of a smooth surface; at cell edges it is not. */
-static int pdi_sample_sure(const pd_model *m, const double *place, const double *normal, int32_t closed)
+static int pdi_sample_is_normal_known(const pd_model *m, const double *place, const double *normal, int32_t closed)
 {
     for (int d = 0; d < PD_DIM; d++)
-        if (fabs(normal[d]) > 1.0 - PDI_SAMPLE_NEAR) return 1;
-    return fabs(pdi_bond_smooth(&m->bonds, closed, place)) < PDI_SAMPLE_OFF * pdi_vec_least(m->grid.h);
+        if (fabs(normal[d]) > 1.0 - PDI_SAMPLE_FACE_TOLERANCE) return 1;
+    return fabs(pdi_bond_surface_distance(&m->bonds, closed, place)) <
+           PDI_SAMPLE_SURFACE_TOLERANCE * pdi_vec_min(m->grid.h);
 }
 
 /* Add boundary conditions of a surface at `place` to the fit: wall velocity, prescribed concentration, or zero normal
  * gradient. Dissolving metal gives none for concentrations. closed: node behind the surface. */
-static void pdi_sample_surface(pdi_sample_job *job, const double *place, const double *normal, int32_t closed)
+static void pdi_sample_add_surface_condition(pdi_sample_point_query *job, const double *place, const double *normal,
+                                             int32_t closed)
 {
     const pd_model *m = job->m;
     double at[PD_DIM], u[PD_DIM], held = (double)NAN;
@@ -250,104 +256,109 @@ static void pdi_sample_surface(pdi_sample_job *job, const double *place, const d
     if (job->field == PD_FIELD_V) {
         for (int d = 0; d < PD_DIM; d++) u[d] = 0.0;
         if (m->flow.wall) m->flow.wall(m->flow.wall_user, at, u);
-        pdi_quadratic_value(&job->fit, place, u[job->component]);
+        pdi_quadratic_fit_add_value(&job->fit, place, u[job->component]);
     }
-    if (!pdi_sample_dissolved(job->m, job->field) || pdi_sample_medium(m, place) * job->side < 0.0) return;
+    if (!pdi_sample_is_concentration(job->m, job->field) ||
+        pdi_sample_compute_medium_distance(m, place) * job->medium_side < 0.0)
+        return;
     if (job->field == PD_FIELD_C && m->transport.desc.held) held = m->transport.desc.held(m->transport.desc.user, at);
-    if (held >= 0.0) pdi_quadratic_value(&job->fit, place, held);
-    else if ((!m->setup->has_dissolve || m->grid.kind[closed] != PD_SOLID) && pdi_sample_sure(m, place, normal, closed))
-        pdi_quadratic_slope(&job->fit, place, normal, 0.0);
+    if (held >= 0.0) pdi_quadratic_fit_add_value(&job->fit, place, held);
+    else if ((!m->setup->has_dissolve || m->grid.kind[closed] != PD_SOLID) &&
+             pdi_sample_is_normal_known(m, place, normal, closed))
+        pdi_quadratic_fit_add_derivative(&job->fit, place, normal, 0.0);
 }
 
 /* Add the value at the other end of open bond k of node `base`. An inlet ghost has the inflow concentration at any
  * depth: its value is put on the side, as the operators see it. */
-static void pdi_sample_far(pdi_sample_job *job, int32_t base, int k)
+static void pdi_sample_add_neighbour_value(pdi_sample_point_query *job, int32_t base, int k)
 {
     const pd_model *m = job->m;
     const pd_stencil *s = m->bonds.stencil;
     int32_t far = base + m->bonds.paths.shift[k];
     double at[PD_DIM], place[PD_DIM], share = 1.0;
-    if (pdi_model_unknown(m, job->field, pdi_grid_image(&m->grid, far, NULL))) return;
+    if (pdi_model_is_undefined(m, job->field, pdi_grid_find_source(&m->grid, far, NULL))) return;
     int i[PD_DIM], inlet = m->grid.kind[far] == PD_INLET;
     pd_grid_position(&m->grid, base, at);
     pdi_grid_index(&m->grid, base, i);
-    for (int d = 0; d < PD_DIM && inlet && pdi_sample_dissolved(job->m, job->field); d++) {
+    for (int d = 0; d < PD_DIM && inlet && pdi_sample_is_concentration(job->m, job->field); d++) {
         int step = s->offset[k * PD_DIM + d], upper = step > 0;
         double inside = upper ? m->grid.n[d] - i[d] - 0.5 : i[d] + 0.5;
-        if (step && pdi_grid_port(m->grid.side[2 * d + upper])) share = pdi_min(share, inside / abs(step));
+        if (step && pdi_grid_is_inlet_or_outlet(m->grid.side[2 * d + upper]))
+            share = pdi_min(share, inside / abs(step));
     }
     for (int d = 0; d < PD_DIM; d++) place[d] = at[d] + share * s->xi[k * PD_DIM + d];
-    if (pdi_sample_medium(m, place) * job->side < 0.0) return;
-    pdi_quadratic_value(&job->fit, place, job->f[far]);
+    if (pdi_sample_compute_medium_distance(m, place) * job->medium_side < 0.0) return;
+    pdi_quadratic_fit_add_value(&job->fit, place, job->values[far]);
 }
 
 /* Add the values of node `base`, of its neighbours by open bonds, and of surfaces that its other bonds cross. */
-static void pdi_sample_gather(pdi_sample_job *job, int32_t base)
+static void pdi_sample_add_get_nodes(pdi_sample_point_query *job, int32_t base)
 {
     const pd_bonds *bonds = &job->m->bonds;
     const pd_stencil *s = bonds->stencil;
     int32_t row = bonds->row[base];
     double place[PD_DIM], normal[PD_DIM];
     pd_grid_position(bonds->grid, base, place);
-    if (!(pdi_sample_medium(job->m, place) * job->side < 0.0))
-        pdi_quadratic_value(&job->fit, place, job->f[base]);
+    if (!(pdi_sample_compute_medium_distance(job->m, place) * job->medium_side < 0.0))
+        pdi_quadratic_fit_add_value(&job->fit, place, job->values[base]);
     for (int k = 0; k < s->count; k++) {
         int square = 0;
         for (int d = 0; d < PD_DIM; d++) square += s->offset[k * PD_DIM + d] * s->offset[k * PD_DIM + d];
-        if (square > PDI_QUADRATIC_SQUARE) continue;
-        if (row < 0 || pdi_bond_open(bonds, row, k)) pdi_sample_far(job, base, k);
+        if (square > PDI_QUADRATIC_FIT_MAX_SQUARE) continue;
+        if (row < 0 || pdi_bond_is_open(bonds, row, k)) pdi_sample_add_neighbour_value(job, base, k);
         else {
-            int32_t closed = pdi_bond_surface(bonds, row, k, place, normal);
-            if (closed >= 0) pdi_sample_surface(job, place, normal, closed);
+            int32_t closed = pdi_bond_find_surface_point(bonds, row, k, place, normal);
+            if (closed >= 0) pdi_sample_add_surface_condition(job, place, normal, closed);
         }
     }
 }
 
 /* Add the condition of the surface next to the point; a point behind it moves onto it. */
-static void pdi_sample_reach(pdi_sample_job *job, int32_t base)
+static void pdi_sample_add_nearest_surface(pdi_sample_point_query *job, int32_t base)
 {
     double place[PD_DIM], normal[PD_DIM];
     int32_t closed;
-    int found = pdi_surface_meet(&job->m->bonds, base, job->x, place, normal, &closed);
+    int found = pdi_surface_find_nearest(&job->m->bonds, base, job->x, place, normal, &closed);
     if (found < 0) memcpy(job->x, place, sizeof place);
-    pdi_quadratic_start(&job->fit, job->x, job->m->grid.h);
-    if (found) pdi_sample_surface(job, place, normal, closed);
+    pdi_quadratic_fit_init(&job->fit, job->x, job->m->grid.h);
+    if (found) pdi_sample_add_surface_condition(job, place, normal, closed);
 }
 
 /* Value at x [m] of the quadratic fit around fluid node `base` (pressure: along its gradient). */
-static double pdi_sample_fit(pdi_sample_job *job, int32_t base, const double *x)
+static double pdi_sample_fit_quadratic(pdi_sample_point_query *job, int32_t base, const double *x)
 {
     memcpy(job->x, x, sizeof job->x);
-    pdi_quadratic_start(&job->fit, x, job->m->grid.h);
-    job->side = 0.0;
+    pdi_quadratic_fit_init(&job->fit, x, job->m->grid.h);
+    job->medium_side = 0.0;
     if (job->field == PD_FIELD_C && job->m->setup->medium >= 0) {
         double at[PD_DIM];
         pd_grid_position(&job->m->grid, base, at);
-        job->side = pdi_sample_medium(job->m, job->x);
-        if (!(fabs(job->side) > 0.0)) job->side = pdi_sample_medium(job->m, at);
-        if (!(fabs(job->side) > 0.0)) job->side = 1.0;
+        job->medium_side = pdi_sample_compute_medium_distance(job->m, job->x);
+        if (!(fabs(job->medium_side) > 0.0)) job->medium_side = pdi_sample_compute_medium_distance(job->m, at);
+        if (!(fabs(job->medium_side) > 0.0)) job->medium_side = 1.0;
     }
-    pdi_sample_reach(job, base);
+    pdi_sample_add_nearest_surface(job, base);
     if (job->field == PD_FIELD_P)
-        return pdi_near_wall_pressure(&job->m->bonds, job->m->setup->has_gas ? NULL : &job->m->flow, job->f, base,
-                                      job->x);
-    pdi_sample_gather(job, base);
-    return pdi_quadratic_solve(&job->fit);
+        return pdi_near_wall_interpolate_pressure(&job->m->bonds, job->m->setup->has_gas ? NULL : &job->m->flow,
+                                                  job->values, base, job->x);
+    pdi_sample_add_get_nodes(job, base);
+    return pdi_quadratic_fit_solve(&job->fit);
 }
 
 /* Fluid nodes that values at x [m] are computed from: of the cells that x touches, or, in a closed cell on or before a
  * smooth surface, the nearest ones. Returns their number. */
-static int pdi_sample_bases(const pd_model *m, const double *x, int32_t *node)
+static int pdi_sample_find_fluid_nodes(const pd_model *m, const double *x, int32_t *node)
 {
-    int cells = pdi_sample_cells(&m->grid, x, node), fluid = 0, i[PD_DIM], at[PD_DIM];
+    int cells = pdi_sample_find_cells(&m->grid, x, node), fluid = 0, i[PD_DIM], at[PD_DIM];
     double nearest = HUGE_VAL;
     int32_t own = node[0];
     for (int k = 0; k < cells; k++)
         if (m->grid.kind[node[k]] == PD_FLUID) node[fluid++] = node[k];
     if (fluid || !m->bonds.grid) return fluid;
-    if (!(pdi_bond_smooth(&m->bonds, own, x) >= -PDI_SAMPLE_NEAR * pdi_vec_least(m->grid.h))) return 0;
+    if (!(pdi_bond_surface_distance(&m->bonds, own, x) >= -PDI_SAMPLE_FACE_TOLERANCE * pdi_vec_min(m->grid.h)))
+        return 0;
     pdi_grid_index(&m->grid, own, i);
-    for (int k = 0; k < PDI_SAMPLE_BLOCK; k++) {
+    for (int k = 0; k < PDI_SAMPLE_BLOCK_CELLS; k++) {
         double square = 0.0, place[PD_DIM];
         int rest = k;
         for (int d = 0; d < PD_DIM; d++) {
@@ -355,33 +366,33 @@ static int pdi_sample_bases(const pd_model *m, const double *x, int32_t *node)
             rest /= 3;
         }
         int32_t j = pd_grid_node(&m->grid, at);
-        if (!pdi_grid_inside(&m->grid, at) || m->grid.kind[j] != PD_FLUID) continue;
+        if (!pdi_grid_is_inside(&m->grid, at) || m->grid.kind[j] != PD_FLUID) continue;
         pd_grid_position(&m->grid, j, place);
         for (int d = 0; d < PD_DIM; d++) {
             double way = (place[d] - x[d]) / m->grid.h[d];
             square += way * way;
         }
-        if (square < nearest * (1.0 - PDI_SAMPLE_NEAR)) fluid = 0;
-        if (square > nearest * (1.0 + PDI_SAMPLE_NEAR)) continue;
+        if (square < nearest * (1.0 - PDI_SAMPLE_FACE_TOLERANCE)) fluid = 0;
+        if (square > nearest * (1.0 + PDI_SAMPLE_FACE_TOLERANCE)) continue;
         if (fluid == 0) nearest = square;
-        if (fluid < PDI_SAMPLE_CELLS) node[fluid++] = j;
+        if (fluid < PDI_SAMPLE_MAX_CELLS) node[fluid++] = j;
     }
     return fluid;
 }
 
 /* 1: a field of surfaces (current density, rate, surface state), which the fluid cells beside them hold. */
-static int pdi_sample_superficial(const pd_model *m, pd_field field)
+static int pdi_sample_is_surface_field(const pd_model *m, pd_field field)
 {
-    return field == PD_FIELD_I || field == PD_FIELD_RATE || pdi_setup_field_state(m->setup, field) >= 0;
+    return field == PD_FIELD_I || field == PD_FIELD_RATE || pdi_setup_field_state_index(m->setup, field) >= 0;
 }
 
 /* Mean of a surface field over those of the cells that have a value; NaN: none has. */
-static double pdi_sample_mean(const pd_model *m, pd_field field, int cells, const int32_t *node)
+static double pdi_sample_average_cells(const pd_model *m, pd_field field, int cells, const int32_t *node)
 {
     double sum = 0.0;
     int count = 0;
     for (int k = 0; k < cells; k++) {
-        double value = pdi_sample_node(m, field, node[k]);
+        double value = pdi_sample_get_node(m, field, node[k]);
         if (!(value == value)) continue;
         sum += value;
         count++;
@@ -389,59 +400,61 @@ static double pdi_sample_mean(const pd_model *m, pd_field field, int cells, cons
     return count ? sum / count : (double)NAN;
 }
 
-PDI_FN double pdi_sample_point(const pd_model *m, pd_field field, int component, const double *x)
+PDI_FN double pdi_sample_get_point(const pd_model *m, pd_field field, int component, const double *x)
 {
-    int32_t node[PDI_SAMPLE_CELLS];
-    pdi_sample_job job;
+    int32_t node[PDI_SAMPLE_MAX_CELLS];
+    pdi_sample_point_query job;
     double sum = 0.0;
     if (field == PD_FIELD_PHI && m->attack.polarise.setup) field = PD_FIELD_POTENTIAL;
     job.m = m;
     job.field = field;
     job.component = component;
-    job.f = NULL;
-    if (field == PD_FIELD_V && m->flow.u) job.f = m->flow.u + (int64_t)component * m->grid.total;
-    if (field == PD_FIELD_P) job.f = m->flow.p;
-    if (field == PD_FIELD_C) job.f = m->transport.c;
-    if (pdi_setup_field_species(m->setup, field) >= 0) job.f = pdi_sample_species(m, field);
-    if (m->setup->has_gas) job.f = pdi_sample_gas(m, field);
-    if (m->setup->has_gas && field == PD_FIELD_V) job.f += (int64_t)component * m->grid.total;
-    if (field == PD_FIELD_PHI) job.f = m->cell.potential.phi;
-    if (!job.f && field != PD_FIELD_PH && field != PD_FIELD_POTENTIAL) {
-        int cells = pdi_sample_cells(&m->grid, x, node);
-        if (pdi_sample_superficial(m, field)) return pdi_sample_mean(m, field, cells, node);
-        return pdi_sample_node(m, field, node[cells - 1]);
+    job.values = NULL;
+    if (field == PD_FIELD_V && m->flow.u) job.values = m->flow.u + (int64_t)component * m->grid.total;
+    if (field == PD_FIELD_P) job.values = m->flow.p;
+    if (field == PD_FIELD_C) job.values = m->transport.c;
+    if (pdi_setup_field_species_index(m->setup, field) >= 0) job.values = pdi_sample_get_species_field(m, field);
+    if (m->setup->has_gas) job.values = pdi_sample_get_gas_field(m, field);
+    if (m->setup->has_gas && field == PD_FIELD_V) job.values += (int64_t)component * m->grid.total;
+    if (field == PD_FIELD_PHI) job.values = m->cell.potential.phi;
+    if (!job.values && field != PD_FIELD_PH && field != PD_FIELD_POTENTIAL) {
+        int cells = pdi_sample_find_cells(&m->grid, x, node);
+        if (pdi_sample_is_surface_field(m, field)) return pdi_sample_average_cells(m, field, cells, node);
+        return pdi_sample_get_node(m, field, node[cells - 1]);
     }
-    int fluid = pdi_sample_bases(m, x, node);
+    int fluid = pdi_sample_find_fluid_nodes(m, x, node);
     for (int k = fluid; k-- > 0;)
-        if (pdi_model_unknown(m, field, node[k])) node[k] = node[--fluid];
+        if (pdi_model_is_undefined(m, field, node[k])) node[k] = node[--fluid];
     /* a gas has jumps, and slips along walls */
-    if (fluid && (m->setup->has_gas || !job.f || field == PD_FIELD_PHI)) return pdi_sample_between(m, field, job.f, x);
+    if (fluid && (m->setup->has_gas || !job.values || field == PD_FIELD_PHI))
+        return pdi_sample_interpolate_linear(m, field, job.values, x);
     for (int k = 0; k < fluid; k++)
-        sum += m->bonds.grid ? pdi_sample_fit(&job, node[k], x) : pdi_sample_between(m, field, job.f, x);
+        sum += m->bonds.grid ? pdi_sample_fit_quadratic(&job, node[k], x)
+                             : pdi_sample_interpolate_linear(m, field, job.values, x);
     if (!fluid) return (double)NAN;
     return (field == PD_FIELD_P ? m->flow.rho : 1.0) * sum / fluid;
 }
 
-PDI_FN double pdi_sample_probe(const pd_model *m, pd_field field, int component, const double *x)
+PDI_FN double pdi_sample_get_probe(const pd_model *m, pd_field field, int component, const double *x)
 {
-    double value = pdi_sample_point(m, field, component, x);
-    int32_t node[PDI_SAMPLE_CELLS];
-    int cells = value == value || !m->fresh ? 0 : pdi_sample_cells(&m->grid, x, node);
+    double value = pdi_sample_get_point(m, field, component, x);
+    int32_t node[PDI_SAMPLE_MAX_CELLS];
+    int cells = value == value || !m->fresh ? 0 : pdi_sample_find_cells(&m->grid, x, node);
     for (int k = 0; k < cells; k++)
-        if (pdi_model_unknown(m, field, node[k])) return value;
-    return value == value || pdi_sample_superficial(m, field) ? value : 0.0;
+        if (pdi_model_is_undefined(m, field, node[k])) return value;
+    return value == value || pdi_sample_is_surface_field(m, field) ? value : 0.0;
 }
 
-PDI_FN int pdi_sample_inside(const pd_model *m, const double *x)
+PDI_FN int pdi_sample_is_inside(const pd_model *m, const double *x)
 {
-    int32_t node[PDI_SAMPLE_CELLS];
-    int cells = pdi_sample_cells(&m->grid, x, node);
+    int32_t node[PDI_SAMPLE_MAX_CELLS];
+    int cells = pdi_sample_find_cells(&m->grid, x, node);
     for (int k = 0; k < cells; k++)
         if (m->grid.kind[node[k]] == PD_SOLID) return 1;
-    return pdi_sample_bases(m, x, node) > 0;
+    return pdi_sample_find_fluid_nodes(m, x, node) > 0;
 }
 
-#undef PDI_SAMPLE_NEAR
-#undef PDI_SAMPLE_CELLS
-#undef PDI_SAMPLE_BLOCK
-#undef PDI_SAMPLE_OFF
+#undef PDI_SAMPLE_FACE_TOLERANCE
+#undef PDI_SAMPLE_MAX_CELLS
+#undef PDI_SAMPLE_BLOCK_CELLS
+#undef PDI_SAMPLE_SURFACE_TOLERANCE

@@ -1,19 +1,19 @@
 /* sim: see sim.h */
 #include "run/sim.h"
-#include "run/footprint.h"
+#include "run/memory_estimate.h"
 #include "run/run.h"
 #include <string.h>
 
 /* Check the memory estimate and build the model of the setup. */
 static pd_status pdi_sim_build(pd_ctx *ctx, pd_sim *sim)
 {
-    pd_status status = pdi_footprint_check(ctx, &sim->setup, 0);
+    pd_status status = pdi_memory_estimate_check_limit(ctx, &sim->setup, 0);
     int line = sim->setup.line[PD_PART_GRID];
     if (status >= 0) {
         status = pdi_model_build(ctx, &sim->setup, &sim->model);
         line = sim->model.line;
     }
-    if (status < 0) pdi_run_blame(ctx, &sim->setup, line);
+    if (status < 0) pdi_run_prefix_message(ctx, &sim->setup, line);
     return status < 0 ? status : PD_OK;
 }
 
@@ -53,7 +53,7 @@ pd_status pd_sim_step(pd_ctx *ctx, pd_sim *sim, double t_limit)
 
 pd_status pd_sim_field(pd_ctx *ctx, pd_sim *sim, const char *name, pd_view *view)
 {
-    return pdi_view_field(ctx, &sim->model, &sim->views, name, view);
+    return pdi_field_view_get(ctx, &sim->model, &sim->views, name, view);
 }
 
 void pd_sim_keep(pd_sim *sim, const pd_view *view)
@@ -71,7 +71,7 @@ void pd_sim_release(pd_ctx *ctx, pd_view *view)
 
 void pd_sim_close(pd_ctx *ctx, pd_sim *sim)
 {
-    pdi_views_free(ctx, &sim->views);
+    pdi_field_view_free(ctx, &sim->views);
     pdi_model_free(ctx, &sim->model);
     pd_setup_free(ctx, &sim->setup);
     memset(sim, 0, sizeof *sim);

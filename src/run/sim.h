@@ -1,7 +1,7 @@
 /* sim: step-by-step interface to a scene, for programs that read its fields while it runs. Writes no files. */
 #ifndef PD_SIM_H
 #define PD_SIM_H
-#include "run/view.h"
+#include "run/field_view.h"
 #include "scene/scene.h"
 
 /* Objects of the model point at each other: an open one must not be moved. */

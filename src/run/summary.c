@@ -1,7 +1,7 @@
 /* summary: see summary.h */
 #include "run/summary.h"
 #include "core/vec.h"
-#include "run/footprint.h"
+#include "run/memory_estimate.h"
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -16,7 +16,7 @@ typedef struct pdi_summary {
 
 /* Print a formatted line. */
 PD_PRINTF_LIKE(2, 3)
-static void pdi_summary_line(const pdi_summary *s, const char *format, ...)
+static void pdi_summary_print_line(const pdi_summary *s, const char *format, ...)
 {
     char text[512];
     va_list args;
@@ -27,15 +27,15 @@ static void pdi_summary_line(const pdi_summary *s, const char *format, ...)
 }
 
 /* Print a line such as "flow what it is" with unknowns and memory of the part. */
-static void pdi_summary_part(const pdi_summary *s, pd_part part, const char *name, const char *what)
+static void pdi_summary_print_part(const pdi_summary *s, pd_part part, const char *name, const char *what)
 {
     const pd_model *m = s->model;
     char unknowns[48] = "";
     if (m->unknowns[part]) snprintf(unknowns, sizeof unknowns, "%.0f unknowns, ", (double)m->unknowns[part]);
-    pdi_summary_line(s, "  %-12s%s; %s%.3g MB", name, what, unknowns, (double)m->bytes[part] * 1e-6);
+    pdi_summary_print_line(s, "  %-12s%s; %s%.3g MB", name, what, unknowns, (double)m->bytes[part] * 1e-6);
 }
 
-static void pdi_summary_grid(const pdi_summary *s)
+static void pdi_summary_print_grid(const pdi_summary *s)
 {
     const pd_model *m = s->model;
     char size[96] = "", spacing[3 * PD_UNITS_TEXT] = "", text[PD_UNITS_TEXT], metal[64] = "";
@@ -46,26 +46,26 @@ static void pdi_summary_grid(const pdi_summary *s)
         size_t used = strlen(size), length = strlen(spacing);
         snprintf(size + used, sizeof size - used, "%s%d", d ? " x " : "", m->grid.n[d]);
         if (d >= axes) continue;
-        pdi_setup_show(m->grid.h[d], "m", text);
+        pdi_setup_format_value(m->grid.h[d], "m", text);
         snprintf(spacing + length, sizeof spacing - length, "%s%s", d ? " x " : "", text);
     }
     if (m->setup->has_dissolve && m->across.count != m->stencil.count)
         snprintf(metal, sizeof metal, "; metal m = %g (%d bonds)", m->across.m, m->across.count);
-    pdi_summary_line(s, "%s: %dD%s, %s nodes at %s, m = %g (%d bonds a node)%s", m->setup->name, PD_DIM,
-                     m->setup->axisymmetric ? " axisymmetric" : "", size, spacing, m->stencil.m, m->stencil.count,
-                     metal);
+    pdi_summary_print_line(s, "%s: %dD%s, %s nodes at %s, m = %g (%d bonds a node)%s", m->setup->name, PD_DIM,
+                           m->setup->axisymmetric ? " axisymmetric" : "", size, spacing, m->stencil.m, m->stencil.count,
+                           metal);
     snprintf(size, sizeof size, "%.0f fluid, %.0f solid, %.0f wall", (double)m->grid.fluid_count,
-             (double)m->grid.solid_count, (double)(pdi_grid_count(&m->grid, PD_WALL)));
-    pdi_summary_part(s, PD_PART_GRID, "lattice", size);
+             (double)m->grid.solid_count, (double)(pdi_grid_count_kind(&m->grid, PD_WALL)));
+    pdi_summary_print_part(s, PD_PART_GRID, "lattice", size);
 }
 
-static void pdi_summary_flow(const pdi_summary *s)
+static void pdi_summary_print_flow(const pdi_summary *s)
 {
     const pd_model *m = s->model;
     char text[384], speed[PD_UNITS_TEXT], length[PD_UNITS_TEXT];
     if (!m->setup->has_flow) return;
-    pdi_setup_show(m->flow.reference_speed, "m/s", speed);
-    pdi_setup_show(m->flow.reference_length, "m", length);
+    pdi_setup_format_value(m->flow.reference_speed, "m/s", speed);
+    pdi_setup_format_value(m->flow.reference_length, "m", length);
     char how[112];
     const char *order = m->flow.order == 4 ? ", order 4" : "";
     if (m->setup->motion == PD_MOTION_IMPLICIT)
@@ -77,93 +77,94 @@ static void pdi_summary_flow(const pdi_summary *s)
     else snprintf(how, sizeof how, "steady Navier-Stokes to residual %g%s", m->setup->steady, order);
     snprintf(text, sizeof text, "%s, U = %s, L = %s, Re = %.4g", how, speed, length,
              m->flow.reference_speed * m->flow.reference_length / m->flow.nu);
-    pdi_summary_part(s, PD_PART_FLOW, "flow", text);
+    pdi_summary_print_part(s, PD_PART_FLOW, "flow", text);
 }
 
-static void pdi_summary_gas(const pdi_summary *s)
+static void pdi_summary_print_gas(const pdi_summary *s)
 {
     const pd_setup *u = s->model->setup;
     char text[192], until[PD_UNITS_TEXT];
     if (!u->has_gas) return;
-    pdi_setup_show(u->until, "s", until);
+    pdi_setup_format_value(u->until, "s", until);
     snprintf(text, sizeof text, "ideal gas with gamma = %g, %s order, explicit, until %s", u->gas_gamma,
              u->gas_order == PD_GAS_SECOND ? "second" : "first", until);
-    pdi_summary_part(s, PD_PART_GAS, "gas", text);
+    pdi_summary_print_part(s, PD_PART_GAS, "gas", text);
 }
 
-static void pdi_summary_transport(const pdi_summary *s)
+static void pdi_summary_print_transport(const pdi_summary *s)
 {
     const pd_setup *u = s->model->setup;
     char text[384], value[2 * PD_UNITS_TEXT + 32], inside[PD_UNITS_TEXT], until[PD_UNITS_TEXT];
     if (!u->has_transport) return;
-    pdi_setup_show(u->diffusivity, "m2/s", value);
-    pdi_setup_show(u->medium_diffusivity, "m2/s", inside);
+    pdi_setup_format_value(u->diffusivity, "m2/s", value);
+    pdi_setup_format_value(u->medium_diffusivity, "m2/s", inside);
     if (u->medium >= 0) snprintf(value + strlen(value), sizeof value - strlen(value), " and %s in the medium", inside);
-    pdi_setup_show(u->until, "s", until);
+    pdi_setup_format_value(u->until, "s", until);
     snprintf(text, sizeof text, u->settle ? "%s, D = %s, steady" : "%s, D = %s, implicit, until %s",
              !u->has_flow ? "diffusion" : u->advection == PD_ADVECTION_UPWIND ? "upwind advection and diffusion"
                                                                                : "limited advection and diffusion",
              value, until);
-    pdi_summary_part(s, PD_PART_TRANSPORT, "transport", text);
+    pdi_summary_print_part(s, PD_PART_TRANSPORT, "transport", text);
 }
 
 /* Print the species released or consumed by dissolution of metal m, per formula unit. */
-static void pdi_summary_sheds(const pdi_summary *s, int m)
+static void pdi_summary_print_released_species(const pdi_summary *s, int m)
 {
     const pd_setup *u = s->model->setup;
     const pd_setup_metal *metal = &u->metal[m];
     char text[384];
-    if (pdi_setup_attacked(u) < 0 ? m > 0 : !pdi_setup_chemical(metal)) return;
-    snprintf(text, sizeof text, "one of %s:", pdi_setup_apart(u) > 1 ? metal->material.name : "metal");
+    if (pdi_setup_find_species_rate_metal(u) < 0 ? m > 0 : !pdi_setup_has_species_rate(metal)) return;
+    snprintf(text, sizeof text,
+             "one of %s:", pdi_setup_count_species_rate_metals(u) > 1 ? metal->material.name : "metal");
     for (int k = 0; k < u->electrolyte.count; k++)
         if (fabs(metal->shed[k]) > 0.0)
             pdi_append(text, sizeof text, " %+g %s", metal->shed[k], u->electrolyte.species[k].name);
     if (fabs(metal->gas_shed) > 0.0) pdi_append(text, sizeof text, " %+g %s", metal->gas_shed, u->gas);
-    pdi_summary_line(s, "  %-12s%s", "", text);
+    pdi_summary_print_line(s, "  %-12s%s", "", text);
 }
 
-static void pdi_summary_chemistry(const pdi_summary *s)
+static void pdi_summary_print_chemistry(const pdi_summary *s)
 {
     const pd_setup *u = s->model->setup;
     const pd_components *c = &s->model->reactive.components;
     char text[384], until[PD_UNITS_TEXT];
     if (!u->has_chemistry) return;
-    pdi_setup_show(u->until, "s", until);
+    pdi_setup_format_value(u->until, "s", until);
     snprintf(text, sizeof text, "%d solutes of %d components, %d reactions (%d with a rate), %s, %.5g K, %s%s",
              c->solutes, c->count, u->electrolyte.reactions, c->kinetics,
              u->electrolyte.activity == PD_ACTIVITY_DAVIES ? "Davies" : "ideal", u->electrolyte.temperature,
              u->settle ? "steady" : "implicit, until ", u->settle ? "" : until);
-    pdi_summary_part(s, PD_PART_CHEMISTRY, "chemistry", text);
+    pdi_summary_print_part(s, PD_PART_CHEMISTRY, "chemistry", text);
     snprintf(text, sizeof text, "states of surfaces:");
     for (int k = 0; k < u->states; k++) pdi_append(text, sizeof text, "%s %s", k ? "," : "", u->state[k].label);
-    if (u->states) pdi_summary_line(s, "  %-12s%s", "", text);
-    for (int m = 0; m < u->metals && u->sheds; m++) pdi_summary_sheds(s, m);
+    if (u->states) pdi_summary_print_line(s, "  %-12s%s", "", text);
+    for (int m = 0; m < u->metals && u->sheds; m++) pdi_summary_print_released_species(s, m);
 }
 
-static void pdi_summary_potential(const pdi_summary *s)
+static void pdi_summary_print_potential(const pdi_summary *s)
 {
     const pd_setup *u = s->model->setup;
     const pd_electrode_map *e = &s->model->electrodes;
     char text[384], value[PD_UNITS_TEXT] = "that of the species";
     if (!u->has_potential) return;
-    if (u->potential.conductivity > 0.0) pdi_setup_show(u->potential.conductivity, "S/m", value);
+    if (u->potential.conductivity > 0.0) pdi_setup_format_value(u->potential.conductivity, "S/m", value);
     snprintf(text, sizeof text, "%d electrode%s in %d circuit%s, conductivity %s", u->potential.electrodes,
              u->potential.electrodes > 1 ? "s" : "", e->circuits, e->circuits > 1 ? "s" : "", value);
-    pdi_summary_part(s, PD_PART_POTENTIAL, "potential", text);
+    pdi_summary_print_part(s, PD_PART_POTENTIAL, "potential", text);
 }
 
 /* Describe the dissolution rate of metal m, as "surface rate 1 um/h at C = 0 (8.766 mm/year, 3.8 A/m2 with z = 2), Cs =
  * 71508 mol/m3". */
-static void pdi_summary_rate(const pd_setup *setup, int m, char *text, size_t size)
+static void pdi_summary_format_rate(const pd_setup *setup, int m, char *text, size_t size)
 {
     const pd_setup_metal *metal = &setup->metal[m];
     char speed[PD_UNITS_TEXT];
-    double v = pdi_setup_speed(metal), z = metal->material.charge;
-    pdi_setup_show(v, "m/s", speed);
-    if (pdi_setup_chemical(metal) || pdi_setup_electric(metal)) {
+    double v = pdi_setup_compute_rate_at_zero(metal), z = metal->material.charge;
+    pdi_setup_format_value(v, "m/s", speed);
+    if (pdi_setup_has_species_rate(metal) || pdi_setup_has_electric_rate(metal)) {
         snprintf(text, size, "%s%ssurface rate by %s, z = %g, Cs = %.6g mol/m3",
                  setup->metals > 1 ? metal->material.name : "", setup->metals > 1 ? ": " : "",
-                 pdi_setup_chemical(metal) ? "a law in the species at the surface" : "the potential", z,
+                 pdi_setup_has_species_rate(metal) ? "a law in the species at the surface" : "the potential", z,
                  metal->solid_c);
         return;
     }
@@ -173,84 +174,84 @@ static void pdi_summary_rate(const pd_setup *setup, int m, char *text, size_t si
              v * metal->solid_c * z * PDI_FARADAY, z, metal->solid_c);
 }
 
-static void pdi_summary_dissolve(const pdi_summary *s)
+static void pdi_summary_print_dissolution(const pdi_summary *s)
 {
     const pd_setup *u = s->model->setup;
     char text[384];
     if (!u->has_dissolve || u->has_corrode) return;
-    pdi_summary_rate(u, 0, text, sizeof text);
-    pdi_summary_part(s, PD_PART_DISSOLVE, "dissolution", text);
+    pdi_summary_format_rate(u, 0, text, sizeof text);
+    pdi_summary_print_part(s, PD_PART_DISSOLVE, "dissolution", text);
     for (int m = 1; m < u->metals; m++) {
-        pdi_summary_rate(u, m, text, sizeof text);
-        pdi_summary_line(s, "  %-12s%s", "", text);
+        pdi_summary_format_rate(u, m, text, sizeof text);
+        pdi_summary_print_line(s, "  %-12s%s", "", text);
     }
-    if (u->saturation > 0.0) pdi_summary_line(s, "  %-12sCsat = %.6g mol/m3", "", u->saturation);
+    if (u->saturation > 0.0) pdi_summary_print_line(s, "  %-12sCsat = %.6g mol/m3", "", u->saturation);
 }
 
-static void pdi_summary_corrode(const pdi_summary *s)
+static void pdi_summary_print_corrosion(const pdi_summary *s)
 {
     static const char *const kernels[] = {"area", "inverse square", "inverse"};
     const pd_setup *u = s->model->setup;
     char text[384];
     if (!u->has_corrode) return;
     snprintf(text, sizeof text, "bond-based, %s control", u->activation ? "activation" : "diffusion");
-    pdi_summary_part(s, PD_PART_DISSOLVE, "corrosion", text);
+    pdi_summary_print_part(s, PD_PART_DISSOLVE, "corrosion", text);
     for (int m = 0; m < u->metals; m++) {
-        pdi_summary_rate(u, m, text, sizeof text);
-        pdi_summary_line(s, "  %-12s%s, Csat = %.6g mol/m3", "", text, u->saturation);
+        pdi_summary_format_rate(u, m, text, sizeof text);
+        pdi_summary_print_line(s, "  %-12s%s, Csat = %.6g mol/m3", "", text, u->saturation);
     }
-    pdi_summary_line(s, "  %-12s%s weights, %s%s", "", kernels[u->kernel],
-                     u->weights == PD_WEIGHTS_PRINTED ? "printed" : "calibrated",
-                     u->drive == PD_DRIVE_DIFFERENCE ? ", loss in proportion to the difference" : "");
-    if (u->stochastic) pdi_summary_line(s, "  %-12smechanical bonds break at random, seed %d", "", u->seed);
+    pdi_summary_print_line(s, "  %-12s%s weights, %s%s", "", kernels[u->kernel],
+                           u->weights == PD_WEIGHTS_PRINTED ? "printed" : "calibrated",
+                           u->drive == PD_DRIVE_DIFFERENCE ? ", loss in proportion to the difference" : "");
+    if (u->stochastic) pdi_summary_print_line(s, "  %-12smechanical bonds break at random, seed %d", "", u->seed);
 }
 
-static void pdi_summary_grains(const pdi_summary *s)
+static void pdi_summary_print_grains(const pdi_summary *s)
 {
     const pd_model *m = s->model;
     char text[384], mean[PD_UNITS_TEXT], width[PD_UNITS_TEXT];
     if (!m->setup->has_grains) return;
-    pdi_setup_show(m->grain_stats.mean, "m", mean);
-    pdi_setup_show(m->grain.boundary_width, "m", width);
+    pdi_setup_format_value(m->grain_stats.mean, "m", mean);
+    pdi_setup_format_value(m->grain.boundary_width, "m", width);
     double share = m->grain_stats.boundary_fraction;
     snprintf(text, sizeof text,
              "%d in the solid, mean %s, boundaries %s wide: %.3g %% of the solid, mean rate factor %.5g",
              (int)m->grain_stats.count, mean, width, 100.0 * share, 1.0 + (m->setup->gb_factor - 1.0) * share);
-    pdi_summary_part(s, PD_PART_GRAIN, "grains", text);
+    pdi_summary_print_part(s, PD_PART_GRAIN, "grains", text);
 }
 
 /* Print the failure criteria of bonds. */
-static void pdi_summary_breaks(const pdi_summary *s)
+static void pdi_summary_print_fracture(const pdi_summary *s)
 {
     const pd_setup_body *b = &s->model->setup->metal_body;
     char strength[PD_UNITS_TEXT];
-    pdi_setup_show(b->strength, "Pa", strength);
-    if (b->stretch > 0.0) pdi_summary_line(s, "  %-12sbonds break at a stretch of %g", "", b->stretch);
-    if (b->strength > 0.0) pdi_summary_line(s, "  %-12sbonds break at a principal stress of %s", "", strength);
-    if (b->toughness > 0.0) pdi_summary_line(s, "  %-12scracks take %g J/m2", "", b->toughness);
+    pdi_setup_format_value(b->strength, "Pa", strength);
+    if (b->stretch > 0.0) pdi_summary_print_line(s, "  %-12sbonds break at a stretch of %g", "", b->stretch);
+    if (b->strength > 0.0) pdi_summary_print_line(s, "  %-12sbonds break at a principal stress of %s", "", strength);
+    if (b->toughness > 0.0) pdi_summary_print_line(s, "  %-12scracks take %g J/m2", "", b->toughness);
 }
 
-static void pdi_summary_solid(const pdi_summary *s)
+static void pdi_summary_print_solid(const pdi_summary *s)
 {
     static const char *const materials[] = {"small strains", "springs", "ordinary", "neo-Hookean", "Hencky"};
     const pd_model *m = s->model;
     const pd_setup_body *b = &m->setup->metal_body;
     char text[384], young[PD_UNITS_TEXT], yield[PD_UNITS_TEXT];
     if (!m->setup->has_solid) return;
-    pdi_setup_show(b->young, "Pa", young);
-    pdi_setup_show(b->yield, "Pa", yield);
+    pdi_setup_format_value(b->young, "Pa", young);
+    pdi_setup_format_value(b->yield, "Pa", yield);
     snprintf(text, sizeof text, "%s, E = %s, nu = %g%s, m = %g, %.0f bonds", materials[b->material], young, b->poisson,
              PD_DIM != 2 ? "" : b->plane == PD_PLANE_STRESS ? ", plane stress" : ", plane strain", b->m,
              0.5 * (double)m->structure.body.bonds);
-    pdi_summary_part(s, PD_PART_SOLID, "solid", text);
-    if (b->yield > 0.0) pdi_summary_line(s, "  %-12sflows at %s", "", yield);
-    pdi_summary_breaks(s);
-    if (b->density > 0.0) pdi_summary_line(s, "  %-12smoves, %g kg/m3, steps of %g s", "", b->density,
-                                           m->structure.motion.longest);
+    pdi_summary_print_part(s, PD_PART_SOLID, "solid", text);
+    if (b->yield > 0.0) pdi_summary_print_line(s, "  %-12sflows at %s", "", yield);
+    pdi_summary_print_fracture(s);
+    if (b->density > 0.0)
+        pdi_summary_print_line(s, "  %-12smoves, %g kg/m3, steps of %g s", "", b->density, m->structure.motion.longest);
 }
 
 /* Print a note where metal has too few cells across for bending. */
-static void pdi_summary_thin(const pdi_summary *s)
+static void pdi_summary_print_thin_metal(const pdi_summary *s)
 {
     static const char *const across[] = {"6 m", "2 m + 2", "4 m", "6 m", "6 m"};
     const pd_setup_body *b = &s->model->setup->metal_body;
@@ -264,20 +265,20 @@ static void pdi_summary_thin(const pdi_summary *s)
 }
 
 /* Print the list of monitors, as "plane up, plane down, force pin". */
-static void pdi_summary_watched(const pdi_summary *s)
+static void pdi_summary_print_monitors(const pdi_summary *s)
 {
     const pd_setup *u = s->model->setup;
     char text[384] = "";
     for (int k = 0; k < u->monitors; k++) {
         size_t used = strlen(text);
         snprintf(text + used, sizeof text - used, "%s%s %s", k ? ", " : "",
-                 pdi_setup_monitor_name(u->monitor[k].kind), u->monitor[k].name);
+                 pdi_setup_monitor_section_name(u->monitor[k].kind), u->monitor[k].name);
     }
-    if (u->monitors) pdi_summary_line(s, "  %-12s%s", "watched", text);
+    if (u->monitors) pdi_summary_print_line(s, "  %-12s%s", "watched", text);
 }
 
 /* Print the physics that is not modelled. */
-static void pdi_summary_absent(const pdi_summary *s)
+static void pdi_summary_print_absent(const pdi_summary *s)
 {
     const pd_setup *u = s->model->setup;
     char text[256] = "  not modelled: ";
@@ -291,7 +292,7 @@ static void pdi_summary_absent(const pdi_summary *s)
         size_t used = strlen(text);
         if (!has[k]) snprintf(text + used, sizeof text - used, "%s%s", absent++ ? ", " : "", names[k]);
     }
-    if (absent) pdi_summary_line(s, "%s", text);
+    if (absent) pdi_summary_print_line(s, "%s", text);
 }
 
 PDI_FN void pdi_summary_print(const pd_model *model, pd_print_fn print, void *user)
@@ -303,23 +304,23 @@ PDI_FN void pdi_summary_print(const pd_model *model, pd_print_fn print, void *us
     s.model = model;
     s.print = print;
     s.user = user;
-    pdi_summary_grid(&s);
-    pdi_summary_flow(&s);
-    pdi_summary_gas(&s);
-    pdi_summary_transport(&s);
-    pdi_summary_chemistry(&s);
-    pdi_summary_potential(&s);
-    pdi_summary_dissolve(&s);
-    pdi_summary_corrode(&s);
-    pdi_summary_grains(&s);
-    pdi_summary_solid(&s);
-    pdi_summary_watched(&s);
-    pdi_summary_absent(&s);
+    pdi_summary_print_grid(&s);
+    pdi_summary_print_flow(&s);
+    pdi_summary_print_gas(&s);
+    pdi_summary_print_transport(&s);
+    pdi_summary_print_chemistry(&s);
+    pdi_summary_print_potential(&s);
+    pdi_summary_print_dissolution(&s);
+    pdi_summary_print_corrosion(&s);
+    pdi_summary_print_grains(&s);
+    pdi_summary_print_solid(&s);
+    pdi_summary_print_monitors(&s);
+    pdi_summary_print_absent(&s);
     for (int k = 0; k < PD_PART_COUNT; k++) bytes += model->bytes[k];
     pd_footprint_estimate(model->setup, &footprint);
-    pdi_summary_line(&s, "  %-12s%.3g MB, %.0f bytes a node; about %.3g MB with files and pictures", "in all",
-                     (double)bytes * 1e-6, (double)bytes / (double)(model->grid.fluid_count + model->grid.solid_count),
-                     footprint.all * 1e-6);
+    pdi_summary_print_line(
+        &s, "  %-12s%.3g MB, %.0f bytes a node; about %.3g MB with files and pictures", "in all", (double)bytes * 1e-6,
+        (double)bytes / (double)(model->grid.fluid_count + model->grid.solid_count), footprint.all * 1e-6);
     for (int k = 0; k < model->setup->notes; k++) print(user, PD_PRINT_NOTE, model->setup->note[k]);
-    pdi_summary_thin(&s);
+    pdi_summary_print_thin_metal(&s);
 }

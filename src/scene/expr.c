@@ -12,7 +12,7 @@
 typedef struct pdi_expr_function {
     const char *name;
     int operands;
-    pdi_expr_rule rule;
+    pdi_expr_dims_rule rule;
 } pdi_expr_function;
 
 static const pdi_expr_function pdi_expr_functions[] = {
@@ -21,16 +21,16 @@ static const pdi_expr_function pdi_expr_functions[] = {
 #undef PDI_X
 };
 
-static const pd_expr_symbol pdi_expr_builtin[] = {
-    {"pi", "", PDI_PI}, {"R", "J/mol/K", PDI_GAS}, {"F", "C/mol", PDI_FARADAY}};
+static const pd_expr_symbol pdi_expr_builtins[] = {
+    {"pi", "", PDI_PI}, {"R", "J/mol/K", PDI_GAS_CONSTANT}, {"F", "C/mol", PDI_FARADAY}};
 
-#define PDI_EXPR_BUILTINS 3 /* pi, R, F */
+#define PDI_EXPR_BUILTIN_COUNT 3 /* pi, R, F */
 
 /* Static type of a subexpression during compilation. */
 typedef struct pdi_expr_type {
     pd_dims dims;
-    int zero;  /* made of the literal 0 alone: fits any dimension */
-    size_t at; /* where it starts */
+    int is_zero_literal; /* made of the literal 0 alone: fits any dimension */
+    size_t start;        /* where it starts */
 } pdi_expr_type;
 
 /* State of the parser: position in the text, code and constants emitted so far. */
@@ -38,21 +38,21 @@ typedef struct pdi_expr_parser {
     pd_ctx *ctx;
     const pd_expr_desc *desc;
     const char *text;
-    size_t at;
-    int nesting, stack;
+    size_t position;
+    int nesting, stack_depth;
     int code_count, value_count;
     uint32_t uses;
     int32_t code[PD_EXPR_CODE];
     double value[PD_EXPR_CODE];
 } pdi_expr_parser;
 
-static pd_status pdi_expr_compare(pdi_expr_parser *p, pdi_expr_type *type);
-static pd_status pdi_expr_unary(pdi_expr_parser *p, pdi_expr_type *type);
+static pd_status pdi_expr_parse_comparison(pdi_expr_parser *p, pdi_expr_type *type);
+static pd_status pdi_expr_parse_unary(pdi_expr_parser *p, pdi_expr_type *type);
 
 PDI_COLD_BEGIN
-PDI_FN void pdi_expr_quote(const char *found, char *text)
+PDI_FN void pdi_expr_quote_token(const char *found, char *text)
 {
-    size_t n = pdi_units_word(found);
+    size_t n = pdi_units_scan_word(found);
     if (n > 40) n = 40;
     unsigned char c = (unsigned char)found[0];
     if (c == '\0' || c == '\n' || c == '\r') {
@@ -62,7 +62,7 @@ PDI_FN void pdi_expr_quote(const char *found, char *text)
     } else {
         size_t k = 0;
         if (n == 0)
-            while (n < 20 && (pdi_units_digit(found[n]) || found[n] == '.')) n++;
+            while (n < 20 && (pdi_units_is_digit(found[n]) || found[n] == '.')) n++;
         if (n == 0) n = found[1] == '=' && strchr("<>=!", c) ? 2 : 1;
         text[k++] = '\'';
         for (size_t i = 0; i < n;) { /* letters of UTF-8 as they are, whole ones */
@@ -79,9 +79,9 @@ PDI_FN void pdi_expr_quote(const char *found, char *text)
     }
 }
 
-static pd_status pdi_expr_error(pdi_expr_parser *p, size_t at, const char *format, ...) PD_PRINTF_LIKE(3, 4);
+static pd_status pdi_expr_fail(pdi_expr_parser *p, size_t at, const char *format, ...) PD_PRINTF_LIKE(3, 4);
 
-static pd_status pdi_expr_error(pdi_expr_parser *p, size_t at, const char *format, ...)
+static pd_status pdi_expr_fail(pdi_expr_parser *p, size_t at, const char *format, ...)
 {
     char message[PD_MESSAGE_SIZE];
     int column = (p->desc->column > 0 ? p->desc->column : 1) + (int)at;
@@ -93,31 +93,31 @@ static pd_status pdi_expr_error(pdi_expr_parser *p, size_t at, const char *forma
 }
 
 /* Report the token at the current position and what was expected. Returns PD_ERR_PARSE. */
-static pd_status pdi_expr_unexpected(pdi_expr_parser *p, const char *expected)
+static pd_status pdi_expr_fail_unexpected(pdi_expr_parser *p, const char *expected)
 {
     char found[PD_UNITS_TEXT];
-    pdi_expr_quote(p->text + p->at, found);
-    return pdi_expr_error(p, p->at, "found %s, expected %s", found, expected);
+    pdi_expr_quote_token(p->text + p->position, found);
+    return pdi_expr_fail(p, p->position, "found %s, expected %s", found, expected);
 }
 
 /* Skip blanks and line ends. */
-static void pdi_expr_blanks(pdi_expr_parser *p)
+static void pdi_expr_skip_blanks(pdi_expr_parser *p)
 {
-    while (pdi_units_blank(p->text[p->at]) || p->text[p->at] == '\n') p->at++;
+    while (pdi_units_is_blank(p->text[p->position]) || p->text[p->position] == '\n') p->position++;
 }
 
 /* 1: the subexpression is dimensionless. */
-static int pdi_expr_is_plain(const pdi_expr_type *type)
+static int pdi_expr_is_dimensionless(const pdi_expr_type *type)
 {
     pd_dims none;
     memset(&none, 0, sizeof none);
-    return type->zero || pdi_units_same(&type->dims, &none);
+    return type->is_zero_literal || pdi_units_is_same(&type->dims, &none);
 }
 PDI_COLD_END
 
 /* ---- code ---- */
 
-PDI_FN double pdi_expr_apply(int op, const double *a)
+PDI_FN double pdi_expr_apply_op(int op, const double *a)
 {
     switch (op) {
     case PDI_EXPR_NEG: return -a[0];
@@ -137,7 +137,7 @@ PDI_FN double pdi_expr_apply(int op, const double *a)
     }
 }
 
-PDI_FN int pdi_expr_operands(int op)
+PDI_FN int pdi_expr_count_operands(int op)
 {
     if (op >= PDI_EXPR_FIRST_FUNCTION) return pdi_expr_functions[op - PDI_EXPR_FIRST_FUNCTION].operands;
     return op == PDI_EXPR_NEG || op == PDI_EXPR_TABLE ? 1 : 2;
@@ -146,49 +146,52 @@ PDI_FN int pdi_expr_operands(int op)
 PDI_COLD_BEGIN
 /* Emit an instruction that pushes one operand; index: of the constant, variable or table. PD_ERR_PARSE: code or stack
  * overflow. */
-static pd_status pdi_expr_push(pdi_expr_parser *p, int op, int index)
+static pd_status pdi_expr_emit_push(pdi_expr_parser *p, int op, int index)
 {
     if (p->code_count >= PD_EXPR_CODE)
-        return pdi_expr_error(p, p->at, "the expression needs more than %d instructions", PD_EXPR_CODE);
-    if (++p->stack > PDI_EXPR_STACK)
-        return pdi_expr_error(p, p->at, "more than %d operands wait for their operator", PDI_EXPR_STACK);
+        return pdi_expr_fail(p, p->position, "the expression needs more than %d instructions", PD_EXPR_CODE);
+    if (++p->stack_depth > PDI_EXPR_STACK_SIZE)
+        return pdi_expr_fail(p, p->position, "more than %d operands wait for their operator", PDI_EXPR_STACK_SIZE);
     p->code[p->code_count++] = op | index << 8;
     return PD_OK;
 }
 
 /* Emit an instruction that pushes a constant. */
-static pd_status pdi_expr_push_const(pdi_expr_parser *p, double value)
+static pd_status pdi_expr_emit_const(pdi_expr_parser *p, double value)
 {
-    PDI_TRY(pdi_expr_push(p, PDI_EXPR_CONST, p->value_count));
+    PDI_TRY(pdi_expr_emit_push(p, PDI_EXPR_CONST, p->value_count));
     p->value[p->value_count++] = value;
     return PD_OK;
 }
 
 /* 1: the instruction `back` places before the end of the code loads a constant. */
-static int pdi_expr_last_const(const pdi_expr_parser *p, int back)
+static int pdi_expr_is_constant_operand(const pdi_expr_parser *p, int back)
 {
     return p->code_count >= back && (p->code[p->code_count - back] & 255) == PDI_EXPR_CONST;
 }
 PDI_COLD_END
 
 /* Value of a table at x, both in SI. */
-static double pdi_expr_look_up(const pd_expr_table *table, double x) { return pdi_curve_eval(table->curve, x); }
+static double pdi_expr_eval_table(const pd_expr_table *table, double x)
+{
+    return pdi_monotone_cubic_evaluate(table->curve, x);
+}
 
 PDI_COLD_BEGIN
 /* Emit an operation on the topmost operands; folds it if they are all constants. index: of the table. */
 static pd_status pdi_expr_emit_indexed(pdi_expr_parser *p, int op, int index)
 {
-    int n = pdi_expr_operands(op), fold = 1;
-    for (int k = 1; k <= n; k++) fold = fold && pdi_expr_last_const(p, k);
-    p->stack -= n;
+    int n = pdi_expr_count_operands(op), fold = 1;
+    for (int k = 1; k <= n; k++) fold = fold && pdi_expr_is_constant_operand(p, k);
+    p->stack_depth -= n;
     if (fold) { /* operands of constants lie in order at the end of value[] */
         p->code_count -= n;
         p->value_count -= n;
         const double *a = p->value + p->value_count;
-        return pdi_expr_push_const(p, op == PDI_EXPR_TABLE ? pdi_expr_look_up(&p->desc->tables[index], *a)
-                                                           : pdi_expr_apply(op, a));
+        return pdi_expr_emit_const(p, op == PDI_EXPR_TABLE ? pdi_expr_eval_table(&p->desc->tables[index], *a)
+                                                           : pdi_expr_apply_op(op, a));
     }
-    return pdi_expr_push(p, op, index);
+    return pdi_expr_emit_push(p, op, index);
 }
 
 /* Emit an operator or function on the topmost operands; folds it if they are all constants. */
@@ -198,61 +201,62 @@ static pd_status pdi_expr_emit(pdi_expr_parser *p, int op) { return pdi_expr_emi
 
 /* Check that a and b have one dimension; *a becomes that of both. `what` names the construct in the message: "on the
  * left of '+'". */
-static pd_status pdi_expr_alike(pdi_expr_parser *p, pdi_expr_type *a, const pdi_expr_type *b, const char *what)
+static pd_status pdi_expr_check_same_dims(pdi_expr_parser *p, pdi_expr_type *a, const pdi_expr_type *b,
+                                          const char *what)
 {
     char left[PD_UNITS_TEXT], right[PD_UNITS_TEXT];
-    if (a->zero) {
+    if (a->is_zero_literal) {
         a->dims = b->dims;
-        a->zero = b->zero;
+        a->is_zero_literal = b->is_zero_literal;
         return PD_OK;
     }
-    if (b->zero || pdi_units_same(&a->dims, &b->dims)) return PD_OK;
+    if (b->is_zero_literal || pdi_units_is_same(&a->dims, &b->dims)) return PD_OK;
     pdi_units_describe(&a->dims, left);
     pdi_units_describe(&b->dims, right);
-    return pdi_expr_error(p, b->at, "found %s, expected %s as %s", right, left, what);
+    return pdi_expr_fail(p, b->start, "found %s, expected %s as %s", right, left, what);
 }
 
 /* Check that a subexpression is dimensionless; `what` names it in the message: "an exponent". */
-static pd_status pdi_expr_plain(pdi_expr_parser *p, const pdi_expr_type *type, const char *what)
+static pd_status pdi_expr_check_dimensionless(pdi_expr_parser *p, const pdi_expr_type *type, const char *what)
 {
     char found[PD_UNITS_TEXT];
-    if (pdi_expr_is_plain(type)) return PD_OK;
+    if (pdi_expr_is_dimensionless(type)) return PD_OK;
     pdi_units_describe(&type->dims, found);
-    return pdi_expr_error(p, type->at, "found %s, expected a plain number as %s", found, what);
+    return pdi_expr_fail(p, type->start, "found %s, expected a plain number as %s", found, what);
 }
 
 /* Set the type of a subexpression to dimensionless. */
-static void pdi_expr_make_plain(pdi_expr_type *type)
+static void pdi_expr_set_dimensionless(pdi_expr_type *type)
 {
     memset(&type->dims, 0, sizeof type->dims);
-    type->zero = 0;
+    type->is_zero_literal = 0;
 }
 
 /* Dimension of base^exponent into *base. To be called when the exponent is compiled and pow is not yet emitted. */
-static pd_status pdi_expr_power_dims(pdi_expr_parser *p, pdi_expr_type *base, const pdi_expr_type *exponent)
+static pd_status pdi_expr_compute_power_dims(pdi_expr_parser *p, pdi_expr_type *base, const pdi_expr_type *exponent)
 {
-    PDI_TRY(pdi_expr_plain(p, exponent, "an exponent"));
-    if (pdi_expr_is_plain(base)) {
-        pdi_expr_make_plain(base);
+    PDI_TRY(pdi_expr_check_dimensionless(p, exponent, "an exponent"));
+    if (pdi_expr_is_dimensionless(base)) {
+        pdi_expr_set_dimensionless(base);
         return PD_OK;
     }
-    if (!pdi_expr_last_const(p, 1))
-        return pdi_expr_error(p, exponent->at, "the base has a dimension, so the exponent must be a constant");
+    if (!pdi_expr_is_constant_operand(p, 1))
+        return pdi_expr_fail(p, exponent->start, "the base has a dimension, so the exponent must be a constant");
     for (int k = 0; k < 6; k++) base->dims.e[k] *= p->value[p->value_count - 1];
     return PD_OK;
 }
 
 /* Dimension of a*b (sign 1) or a/b (sign -1) into *a. */
-static void pdi_expr_product_dims(pdi_expr_type *a, const pdi_expr_type *b, double sign)
+static void pdi_expr_compute_product_dims(pdi_expr_type *a, const pdi_expr_type *b, double sign)
 {
-    a->zero = a->zero || (b->zero && sign > 0);
+    a->is_zero_literal = a->is_zero_literal || (b->is_zero_literal && sign > 0);
     for (int k = 0; k < 6; k++) a->dims.e[k] += sign * b->dims.e[k];
 }
 
 /* ---- names ---- */
 
 /* Index of the symbol named word[size]; -1: none. */
-static int pdi_expr_index(const pd_expr_symbol *symbols, int count, const char *word, size_t size)
+static int pdi_expr_find_symbol(const pd_expr_symbol *symbols, int count, const char *word, size_t size)
 {
     for (int k = 0; k < count; k++)
         if (strlen(symbols[k].name) == size && memcmp(symbols[k].name, word, size) == 0) return k;
@@ -260,93 +264,94 @@ static int pdi_expr_index(const pd_expr_symbol *symbols, int count, const char *
 }
 
 /* Index of the built-in function word[size]; -1: none. */
-static int pdi_expr_function_index(const char *word, size_t size)
+static int pdi_expr_find_function(const char *word, size_t size)
 {
-    for (int k = 0; k < PDI_EXPR_OPS - PDI_EXPR_FIRST_FUNCTION; k++)
+    for (int k = 0; k < PDI_EXPR_OP_COUNT - PDI_EXPR_FIRST_FUNCTION; k++)
         if (strlen(pdi_expr_functions[k].name) == size && memcmp(pdi_expr_functions[k].name, word, size) == 0) return k;
     return -1;
 }
 
 /* Index of the table word[size]; -1: none. */
-static int pdi_expr_table_index(const pd_expr_desc *desc, const char *word, size_t size)
+static int pdi_expr_find_table(const pd_expr_desc *desc, const char *word, size_t size)
 {
     for (int k = 0; k < desc->table_count; k++)
         if (strlen(desc->tables[k].name) == size && memcmp(desc->tables[k].name, word, size) == 0) return k;
     return -1;
 }
 
-PDI_FN int pdi_expr_taken(const char *name)
+PDI_FN int pdi_expr_is_reserved(const char *name)
 {
     size_t size = strlen(name);
-    return pdi_expr_function_index(name, size) >= 0 ||
-           pdi_expr_index(pdi_expr_builtin, PDI_EXPR_BUILTINS, name, size) >= 0;
+    return pdi_expr_find_function(name, size) >= 0 ||
+           pdi_expr_find_symbol(pdi_expr_builtins, PDI_EXPR_BUILTIN_COUNT, name, size) >= 0;
 }
 
 /* Function names are taken only before a parenthesis: "15 min" is a time. */
 static int pdi_expr_is_call(const pd_expr_desc *desc, const char *word, size_t size)
 {
     size_t next = size;
-    while (pdi_units_blank(word[next])) next++;
-    return word[next] == '(' &&
-           (pdi_expr_function_index(word, size) >= 0 || pdi_expr_table_index(desc, word, size) >= 0);
+    while (pdi_units_is_blank(word[next])) next++;
+    return word[next] == '(' && (pdi_expr_find_function(word, size) >= 0 || pdi_expr_find_table(desc, word, size) >= 0);
 }
 
 /* 1: word[size] is a variable, constant or function call, and so no unit. user: the pd_expr_desc. */
-static int pdi_expr_declared(const void *user, const char *word, size_t size)
+static int pdi_expr_is_declared(const void *user, const char *word, size_t size)
 {
     const pd_expr_desc *desc = (const pd_expr_desc *)user;
-    return pdi_expr_index(desc->vars, desc->var_count, word, size) >= 0 ||
-           pdi_expr_index(desc->consts, desc->const_count, word, size) >= 0 ||
-           pdi_expr_index(pdi_expr_builtin, PDI_EXPR_BUILTINS, word, size) >= 0 || pdi_expr_is_call(desc, word, size);
+    return pdi_expr_find_symbol(desc->vars, desc->var_count, word, size) >= 0 ||
+           pdi_expr_find_symbol(desc->consts, desc->const_count, word, size) >= 0 ||
+           pdi_expr_find_symbol(pdi_expr_builtins, PDI_EXPR_BUILTIN_COUNT, word, size) >= 0 ||
+           pdi_expr_is_call(desc, word, size);
 }
 
 /* Report a variable (C, t, x, y, z) that has no value in this expression; lists those that have. Returns
  * PD_ERR_PARSE. */
-static pd_status pdi_expr_absent(pdi_expr_parser *p, const char *found)
+static pd_status pdi_expr_fail_no_value(pdi_expr_parser *p, const char *found)
 {
     char list[PD_UNITS_TEXT] = "";
     for (int k = 0; k < p->desc->var_count && k < 8; k++)
         snprintf(list + strlen(list), sizeof list - strlen(list), "%s%.8s", k ? ", " : "", p->desc->vars[k].name);
     if (!list[0])
-        return pdi_expr_error(p, p->at, "found %s, expected a constant: no variable has a value here", found);
-    return pdi_expr_error(p, p->at, "found %s, expected one of %s: other variables have no value here", found,
-                          list);
+        return pdi_expr_fail(p, p->position, "found %s, expected a constant: no variable has a value here", found);
+    return pdi_expr_fail(p, p->position, "found %s, expected one of %s: other variables have no value here", found,
+                         list);
 }
 
 /* Report an unknown name of `size` bytes at the current position, with the nearest known one. as_unit: it stands behind
  * a number. Returns PD_ERR_PARSE. */
-static pd_status pdi_expr_unknown(pdi_expr_parser *p, size_t size, int as_unit)
+static pd_status pdi_expr_fail_unknown(pdi_expr_parser *p, size_t size, int as_unit)
 {
     const pd_expr_desc *desc = p->desc;
-    const char *word = p->text + p->at;
+    const char *word = p->text + p->position;
     char found[PD_UNITS_TEXT], hint[PD_UNITS_TEXT];
     pdi_units_product unit;
     const char *why;
-    pdi_units_near near_word;
-    pdi_expr_quote(word, found);
+    pdi_units_suggestion near_word;
+    pdi_expr_quote_token(word, found);
     if (*word == '[')
-        return pdi_expr_error(p, p->at, "found %.*s, expected none here: laws of the speed of metal alone know species",
-                              (int)(size < 40 ? size : 40), word);
+        return pdi_expr_fail(p, p->position,
+                             "found %.*s, expected none here: laws of the speed of metal alone know species",
+                             (int)(size < 40 ? size : 40), word);
     if (!as_unit && size == 1 && strchr("Ctxyz", *word) && (desc->var_count > 0 || *word != 'C'))
-        return pdi_expr_absent(p, found);
-    if (!as_unit && pdi_units_scan(word, pdi_expr_declared, desc, &unit, &why) > 0)
-        return pdi_expr_error(p, p->at, "found the unit %s, expected a number before it", found);
-    if (pdi_expr_function_index(word, size) >= 0 || pdi_expr_table_index(desc, word, size) >= 0)
-        return pdi_expr_error(p, p->at, "found the function %s, expected '(' after it", found);
-    pdi_units_near_init(&near_word, word, size);
-    for (int k = 0; k < desc->var_count; k++) pdi_units_offer(&near_word, desc->vars[k].name);
-    for (int k = 0; k < desc->const_count; k++) pdi_units_offer(&near_word, desc->consts[k].name);
-    for (int k = 0; k < PDI_EXPR_OPS - PDI_EXPR_FIRST_FUNCTION; k++)
-        pdi_units_offer(&near_word, pdi_expr_functions[k].name);
-    for (int k = 0; k < desc->table_count; k++) pdi_units_offer(&near_word, desc->tables[k].name);
-    if (as_unit) pdi_units_offer_units(&near_word);
-    pdi_units_hint(&near_word, hint);
-    return pdi_expr_error(p, p->at, "found %s, expected %s%s", found,
-                          as_unit ? "a unit or an operator" : "a known variable, constant or function", hint);
+        return pdi_expr_fail_no_value(p, found);
+    if (!as_unit && pdi_units_scan_product(word, pdi_expr_is_declared, desc, &unit, &why) > 0)
+        return pdi_expr_fail(p, p->position, "found the unit %s, expected a number before it", found);
+    if (pdi_expr_find_function(word, size) >= 0 || pdi_expr_find_table(desc, word, size) >= 0)
+        return pdi_expr_fail(p, p->position, "found the function %s, expected '(' after it", found);
+    pdi_units_init_suggestion(&near_word, word, size);
+    for (int k = 0; k < desc->var_count; k++) pdi_units_try_candidate(&near_word, desc->vars[k].name);
+    for (int k = 0; k < desc->const_count; k++) pdi_units_try_candidate(&near_word, desc->consts[k].name);
+    for (int k = 0; k < PDI_EXPR_OP_COUNT - PDI_EXPR_FIRST_FUNCTION; k++)
+        pdi_units_try_candidate(&near_word, pdi_expr_functions[k].name);
+    for (int k = 0; k < desc->table_count; k++) pdi_units_try_candidate(&near_word, desc->tables[k].name);
+    if (as_unit) pdi_units_try_units(&near_word);
+    pdi_units_format_suggestion(&near_word, hint);
+    return pdi_expr_fail(p, p->position, "found %s, expected %s%s", found,
+                         as_unit ? "a unit or an operator" : "a known variable, constant or function", hint);
 }
 
 /* Dimension of a declared symbol from its unit. PD_ERR_ARGUMENT: the declared unit is no unit. */
-static pd_status pdi_expr_unit_dims(pdi_expr_parser *p, const pd_expr_symbol *symbol, pd_dims *dims)
+static pd_status pdi_expr_get_symbol_dims(pdi_expr_parser *p, const pd_expr_symbol *symbol, pd_dims *dims)
 {
     if (pd_units_parse(p->ctx, symbol->unit ? symbol->unit : "", NULL, dims) == PD_OK) return PD_OK;
     return pdi_fail(p->ctx, PD_ERR_ARGUMENT, "expr", "the symbol '%.40s' was declared with the unit '%.40s', expected"
@@ -356,29 +361,29 @@ static pd_status pdi_expr_unit_dims(pdi_expr_parser *p, const pd_expr_symbol *sy
 /* ---- grammar ---- */
 
 /* Parse a decimal number; independent of the locale, since strtod gets digits and an exponent without decimal point. */
-static pd_status pdi_expr_digits(pdi_expr_parser *p, double *value)
+static pd_status pdi_expr_parse_digits(pdi_expr_parser *p, double *value)
 {
     char digits[80 + 16];
     const char *t = p->text;
-    size_t start = p->at, at = start, n = 0;
+    size_t start = p->position, at = start, n = 0;
     long exponent = 0, shift = 0;
     int point = 0, any = 0;
-    for (; pdi_units_digit(t[at]) || (t[at] == '.' && !point); at++) {
+    for (; pdi_units_is_digit(t[at]) || (t[at] == '.' && !point); at++) {
         if (t[at] == '.') {
             point = 1;
             continue;
         }
         any = 1;
-        if (n >= 80) return pdi_expr_error(p, start, "found a number of more than 80 digits, expected fewer");
+        if (n >= 80) return pdi_expr_fail(p, start, "found a number of more than 80 digits, expected fewer");
         if (n > 0 || t[at] != '0') digits[n++] = t[at];
         shift -= point;
     }
-    if (!any) return pdi_expr_unexpected(p, "a number");
+    if (!any) return pdi_expr_fail_unexpected(p, "a number");
     if (t[at] == 'e' || t[at] == 'E') {
         size_t sign = t[at + 1] == '-' || t[at + 1] == '+';
-        if (pdi_units_digit(t[at + 1 + sign])) {
+        if (pdi_units_is_digit(t[at + 1 + sign])) {
             int minus = t[at + 1] == '-';
-            for (at += 1 + sign; pdi_units_digit(t[at]); at++)
+            for (at += 1 + sign; pdi_units_is_digit(t[at]); at++)
                 if (exponent < 100000) exponent = 10 * exponent + (t[at] - '0');
             if (minus) exponent = -exponent;
         }
@@ -386,303 +391,307 @@ static pd_status pdi_expr_digits(pdi_expr_parser *p, double *value)
     if (n == 0) digits[n++] = '0';
     snprintf(digits + n, sizeof digits - n, "e%ld", exponent + shift);
     *value = strtod(digits, NULL);
-    if (!(*value <= 1e308)) return pdi_expr_error(p, start, "found a number above 1e308, expected a smaller one");
-    p->at = at;
+    if (!(*value <= 1e308)) return pdi_expr_fail(p, start, "found a number above 1e308, expected a smaller one");
+    p->position = at;
     return PD_OK;
 }
 
 /* Grammar: number [unit]. */
-static pd_status pdi_expr_number(pdi_expr_parser *p, pdi_expr_type *type)
+static pd_status pdi_expr_parse_number(pdi_expr_parser *p, pdi_expr_type *type)
 {
     pdi_units_product unit;
     const char *why;
     double value = 0;
-    PDI_TRY(pdi_expr_digits(p, &value));
-    size_t after = p->at;
-    pdi_expr_blanks(p);
-    size_t n = pdi_units_scan(p->text + p->at, pdi_expr_declared, p->desc, &unit, &why), word;
-    if (why) return pdi_expr_error(p, p->at + n, "%s", why);
+    PDI_TRY(pdi_expr_parse_digits(p, &value));
+    size_t after = p->position;
+    pdi_expr_skip_blanks(p);
+    size_t n = pdi_units_scan_product(p->text + p->position, pdi_expr_is_declared, p->desc, &unit, &why), word;
+    if (why) return pdi_expr_fail(p, p->position + n, "%s", why);
     if (n > 0) {
         type->dims = unit.dims;
-        p->at += n;
-        return pdi_expr_push_const(p, value * unit.num / unit.den);
+        p->position += n;
+        return pdi_expr_emit_const(p, value * unit.num / unit.den);
     }
-    word = pdi_units_word(p->text + p->at);
-    if (word > 0 && !pdi_expr_declared(p->desc, p->text + p->at, word)) return pdi_expr_unknown(p, word, 1);
-    p->at = after;
-    type->zero = value == 0;
-    return pdi_expr_push_const(p, value);
+    word = pdi_units_scan_word(p->text + p->position);
+    if (word > 0 && !pdi_expr_is_declared(p->desc, p->text + p->position, word))
+        return pdi_expr_fail_unknown(p, word, 1);
+    p->position = after;
+    type->is_zero_literal = value == 0;
+    return pdi_expr_emit_const(p, value);
 }
 
 /* Count one level of nesting. PD_ERR_PARSE: too deep. */
-static pd_status pdi_expr_enter(pdi_expr_parser *p)
+static pd_status pdi_expr_begin_nesting(pdi_expr_parser *p)
 {
     if (++p->nesting > PD_EXPR_NESTING)
-        return pdi_expr_error(p, p->at, "the expression is nested deeper than %d levels", PD_EXPR_NESTING);
+        return pdi_expr_fail(p, p->position, "the expression is nested deeper than %d levels", PD_EXPR_NESTING);
     return PD_OK;
 }
 
 /* Expect ')' and leave one level of nesting. */
-static pd_status pdi_expr_close(pdi_expr_parser *p, const char *expected)
+static pd_status pdi_expr_parse_close(pdi_expr_parser *p, const char *expected)
 {
-    pdi_expr_blanks(p);
-    if (p->text[p->at] != ')') return pdi_expr_unexpected(p, expected);
-    p->at++;
+    pdi_expr_skip_blanks(p);
+    if (p->text[p->position] != ')') return pdi_expr_fail_unexpected(p, expected);
+    p->position++;
     p->nesting--;
     return PD_OK;
 }
 
 /* Grammar: table(argument). size: length of the name. */
-static pd_status pdi_expr_call_table(pdi_expr_parser *p, size_t size, int index, pdi_expr_type *type)
+static pd_status pdi_expr_parse_table_call(pdi_expr_parser *p, size_t size, int index, pdi_expr_type *type)
 {
     const pd_expr_table *table = &p->desc->tables[index];
     char what[PD_UNITS_TEXT], found[PD_UNITS_TEXT], expected[PD_UNITS_TEXT];
-    size_t start = p->at;
-    p->at += size;
-    pdi_expr_blanks(p);
-    p->at++;
-    PDI_TRY(pdi_expr_enter(p));
-    PDI_TRY(pdi_expr_compare(p, type));
-    if (!type->zero && !pdi_units_same(&type->dims, &table->argument)) {
+    size_t start = p->position;
+    p->position += size;
+    pdi_expr_skip_blanks(p);
+    p->position++;
+    PDI_TRY(pdi_expr_begin_nesting(p));
+    PDI_TRY(pdi_expr_parse_comparison(p, type));
+    if (!type->is_zero_literal && !pdi_units_is_same(&type->dims, &table->argument)) {
         pdi_units_describe(&type->dims, found);
         pdi_units_describe(&table->argument, expected);
-        return pdi_expr_error(p, type->at, "found %s, expected %s as the argument of %.40s", found, expected,
-                              table->name);
+        return pdi_expr_fail(p, type->start, "found %s, expected %s as the argument of %.40s", found, expected,
+                             table->name);
     }
     snprintf(what, sizeof what, "')' (%.40s takes 1 argument)", table->name);
-    PDI_TRY(pdi_expr_close(p, what));
+    PDI_TRY(pdi_expr_parse_close(p, what));
     type->dims = table->result;
-    type->zero = 0;
-    type->at = start;
+    type->is_zero_literal = 0;
+    type->start = start;
     return pdi_expr_emit_indexed(p, PDI_EXPR_TABLE, index);
 }
 
 /* Grammar: function(argument, ...), with the dimension rule of the function. size: length of the name. */
-static pd_status pdi_expr_call(pdi_expr_parser *p, size_t size, pdi_expr_type *type)
+static pd_status pdi_expr_parse_call(pdi_expr_parser *p, size_t size, pdi_expr_type *type)
 {
-    int index = pdi_expr_function_index(p->text + p->at, size);
-    if (index < 0) return pdi_expr_call_table(p, size, pdi_expr_table_index(p->desc, p->text + p->at, size), type);
+    int index = pdi_expr_find_function(p->text + p->position, size);
+    if (index < 0)
+        return pdi_expr_parse_table_call(p, size, pdi_expr_find_table(p->desc, p->text + p->position, size), type);
     const pdi_expr_function *f = &pdi_expr_functions[index];
     pdi_expr_type arg[3];
     char what[PD_UNITS_TEXT];
-    size_t start = p->at;
-    p->at += size;
-    pdi_expr_blanks(p);
-    p->at++;
-    PDI_TRY(pdi_expr_enter(p));
+    size_t start = p->position;
+    p->position += size;
+    pdi_expr_skip_blanks(p);
+    p->position++;
+    PDI_TRY(pdi_expr_begin_nesting(p));
     snprintf(what, sizeof what, "the argument of %s", f->name);
     for (int k = 0; k < f->operands; k++) {
-        PDI_TRY(pdi_expr_compare(p, &arg[k]));
-        if (f->rule == PDI_EXPR_PLAIN || (f->rule == PDI_EXPR_CHOICE && k == 0))
-            PDI_TRY(pdi_expr_plain(p, &arg[k], what));
-        pdi_expr_blanks(p);
+        PDI_TRY(pdi_expr_parse_comparison(p, &arg[k]));
+        if (f->rule == PDI_EXPR_RULE_DIMENSIONLESS || (f->rule == PDI_EXPR_RULE_CHOICE && k == 0))
+            PDI_TRY(pdi_expr_check_dimensionless(p, &arg[k], what));
+        pdi_expr_skip_blanks(p);
         if (k + 1 == f->operands) break;
-        if (p->text[p->at] != ',') {
+        if (p->text[p->position] != ',') {
             snprintf(what, sizeof what, "',' (%s takes %d arguments)", f->name, f->operands);
-            return pdi_expr_unexpected(p, what);
+            return pdi_expr_fail_unexpected(p, what);
         }
-        p->at++;
+        p->position++;
     }
     snprintf(what, sizeof what, "')' (%s takes %d argument%s)", f->name, f->operands, f->operands > 1 ? "s" : "");
-    PDI_TRY(pdi_expr_close(p, what));
+    PDI_TRY(pdi_expr_parse_close(p, what));
     snprintf(what, sizeof what, "in the other branch of %s", f->name);
     *type = arg[0];
     switch (f->rule) {
-    case PDI_EXPR_PLAIN: pdi_expr_make_plain(type); break;
-    case PDI_EXPR_KEEP: break;
-    case PDI_EXPR_ROOT:
+    case PDI_EXPR_RULE_DIMENSIONLESS: pdi_expr_set_dimensionless(type); break;
+    case PDI_EXPR_RULE_KEEP: break;
+    case PDI_EXPR_RULE_SQRT:
         for (int k = 0; k < 6; k++) type->dims.e[k] *= 0.5;
         break;
-    case PDI_EXPR_POWER: PDI_TRY(pdi_expr_power_dims(p, type, &arg[1])); break;
-    case PDI_EXPR_CHOICE:
-        PDI_TRY(pdi_expr_alike(p, &arg[1], &arg[2], what));
+    case PDI_EXPR_RULE_POWER: PDI_TRY(pdi_expr_compute_power_dims(p, type, &arg[1])); break;
+    case PDI_EXPR_RULE_CHOICE:
+        PDI_TRY(pdi_expr_check_same_dims(p, &arg[1], &arg[2], what));
         *type = arg[1];
         break;
-    case PDI_EXPR_ALIKE:
-    case PDI_EXPR_RATIO:
+    case PDI_EXPR_RULE_SAME:
+    case PDI_EXPR_RULE_RATIO:
         snprintf(what, sizeof what, "in the first argument of %s", f->name);
-        PDI_TRY(pdi_expr_alike(p, type, &arg[1], what));
-        if (f->rule == PDI_EXPR_RATIO) pdi_expr_make_plain(type);
+        PDI_TRY(pdi_expr_check_same_dims(p, type, &arg[1], what));
+        if (f->rule == PDI_EXPR_RULE_RATIO) pdi_expr_set_dimensionless(type);
         break;
     }
-    type->at = start;
+    type->start = start;
     return pdi_expr_emit(p, PDI_EXPR_FIRST_FUNCTION + index);
 }
 
 /* Grammar: a variable, constant or function call; size: length of the name. */
-static pd_status pdi_expr_name(pdi_expr_parser *p, size_t size, pdi_expr_type *type)
+static pd_status pdi_expr_parse_name(pdi_expr_parser *p, size_t size, pdi_expr_type *type)
 {
     const pd_expr_desc *desc = p->desc;
-    const char *word = p->text + p->at;
+    const char *word = p->text + p->position;
     const pd_expr_symbol *constant = NULL;
-    int k = pdi_expr_index(desc->vars, desc->var_count, word, size);
+    int k = pdi_expr_find_symbol(desc->vars, desc->var_count, word, size);
     if (k >= 0) {
-        p->at += size;
+        p->position += size;
         p->uses |= (uint32_t)1 << k;
-        PDI_TRY(pdi_expr_unit_dims(p, &desc->vars[k], &type->dims));
-        return pdi_expr_push(p, PDI_EXPR_VAR, k);
+        PDI_TRY(pdi_expr_get_symbol_dims(p, &desc->vars[k], &type->dims));
+        return pdi_expr_emit_push(p, PDI_EXPR_VAR, k);
     }
-    if ((k = pdi_expr_index(desc->consts, desc->const_count, word, size)) >= 0) constant = &desc->consts[k];
-    else if ((k = pdi_expr_index(pdi_expr_builtin, PDI_EXPR_BUILTINS, word, size)) >= 0)
-        constant = &pdi_expr_builtin[k];
+    if ((k = pdi_expr_find_symbol(desc->consts, desc->const_count, word, size)) >= 0) constant = &desc->consts[k];
+    else if ((k = pdi_expr_find_symbol(pdi_expr_builtins, PDI_EXPR_BUILTIN_COUNT, word, size)) >= 0)
+        constant = &pdi_expr_builtins[k];
     if (constant) {
-        p->at += size;
-        PDI_TRY(pdi_expr_unit_dims(p, constant, &type->dims));
-        return pdi_expr_push_const(p, constant->value);
+        p->position += size;
+        PDI_TRY(pdi_expr_get_symbol_dims(p, constant, &type->dims));
+        return pdi_expr_emit_const(p, constant->value);
     }
-    if (pdi_expr_is_call(desc, word, size)) return pdi_expr_call(p, size, type);
-    return pdi_expr_unknown(p, size, 0);
+    if (pdi_expr_is_call(desc, word, size)) return pdi_expr_parse_call(p, size, type);
+    return pdi_expr_fail_unknown(p, size, 0);
 }
 
 /* Length of the species token [name] at the current position. */
-static size_t pdi_expr_bracket(const pdi_expr_parser *p)
+static size_t pdi_expr_scan_bracket(const pdi_expr_parser *p)
 {
-    const char *text = p->text + p->at, *close = strchr(text, ']');
+    const char *text = p->text + p->position, *close = strchr(text, ']');
     return close ? (size_t)(close - text) + 1 : 1;
 }
 
 /* Grammar: number, name, function call, [species] or parenthesised expression. */
-static pd_status pdi_expr_primary(pdi_expr_parser *p, pdi_expr_type *type)
+static pd_status pdi_expr_parse_primary(pdi_expr_parser *p, pdi_expr_type *type)
 {
     memset(type, 0, sizeof *type);
-    pdi_expr_blanks(p);
-    char c = p->text[p->at];
-    size_t word = pdi_units_word(p->text + p->at);
-    type->at = p->at;
-    if (word > 0) return pdi_expr_name(p, word, type);
-    if (c == '[') return pdi_expr_name(p, pdi_expr_bracket(p), type);
-    if (pdi_units_digit(c) || c == '.') return pdi_expr_number(p, type);
-    if (c != '(') return pdi_expr_unexpected(p, "a number, a name or '('");
-    p->at++;
-    PDI_TRY(pdi_expr_enter(p));
-    PDI_TRY(pdi_expr_compare(p, type));
-    return pdi_expr_close(p, "an operator or ')'");
+    pdi_expr_skip_blanks(p);
+    char c = p->text[p->position];
+    size_t word = pdi_units_scan_word(p->text + p->position);
+    type->start = p->position;
+    if (word > 0) return pdi_expr_parse_name(p, word, type);
+    if (c == '[') return pdi_expr_parse_name(p, pdi_expr_scan_bracket(p), type);
+    if (pdi_units_is_digit(c) || c == '.') return pdi_expr_parse_number(p, type);
+    if (c != '(') return pdi_expr_fail_unexpected(p, "a number, a name or '('");
+    p->position++;
+    PDI_TRY(pdi_expr_begin_nesting(p));
+    PDI_TRY(pdi_expr_parse_comparison(p, type));
+    return pdi_expr_parse_close(p, "an operator or ')'");
 }
 
 /* Grammar: primary ^ unary, right associative. */
-static pd_status pdi_expr_power(pdi_expr_parser *p, pdi_expr_type *type)
+static pd_status pdi_expr_parse_power(pdi_expr_parser *p, pdi_expr_type *type)
 {
     pdi_expr_type exponent;
-    PDI_TRY(pdi_expr_primary(p, type));
-    pdi_expr_blanks(p);
-    if (p->text[p->at] != '^') return PD_OK;
-    p->at++;
-    PDI_TRY(pdi_expr_enter(p));
-    PDI_TRY(pdi_expr_unary(p, &exponent));
+    PDI_TRY(pdi_expr_parse_primary(p, type));
+    pdi_expr_skip_blanks(p);
+    if (p->text[p->position] != '^') return PD_OK;
+    p->position++;
+    PDI_TRY(pdi_expr_begin_nesting(p));
+    PDI_TRY(pdi_expr_parse_unary(p, &exponent));
     p->nesting--;
-    PDI_TRY(pdi_expr_power_dims(p, type, &exponent));
+    PDI_TRY(pdi_expr_compute_power_dims(p, type, &exponent));
     return pdi_expr_emit(p, PDI_EXPR_OP_pow);
 }
 
 /* Grammar: signs before a power. */
-static pd_status pdi_expr_unary(pdi_expr_parser *p, pdi_expr_type *type)
+static pd_status pdi_expr_parse_unary(pdi_expr_parser *p, pdi_expr_type *type)
 {
     int minus = 0;
-    pdi_expr_blanks(p);
-    size_t start = p->at;
-    for (; p->text[p->at] == '-' || p->text[p->at] == '+'; pdi_expr_blanks(p)) minus ^= p->text[p->at++] == '-';
-    PDI_TRY(pdi_expr_power(p, type));
-    type->at = start;
+    pdi_expr_skip_blanks(p);
+    size_t start = p->position;
+    for (; p->text[p->position] == '-' || p->text[p->position] == '+'; pdi_expr_skip_blanks(p))
+        minus ^= p->text[p->position++] == '-';
+    PDI_TRY(pdi_expr_parse_power(p, type));
+    type->start = start;
     return minus ? pdi_expr_emit(p, PDI_EXPR_NEG) : PD_OK;
 }
 
 /* Right operand of '/' if it is a unit ("x/s"); *read: 1 parsed, 0 it is no unit. */
-static pd_status pdi_expr_divisor(pdi_expr_parser *p, pdi_expr_type *type, int *read)
+static pd_status pdi_expr_parse_divisor(pdi_expr_parser *p, pdi_expr_type *type, int *read)
 {
     pdi_units_product unit;
     const char *why;
-    pdi_expr_blanks(p);
-    size_t n = pdi_units_scan_divisor(p->text + p->at, pdi_expr_declared, p->desc, &unit, &why);
+    pdi_expr_skip_blanks(p);
+    size_t n = pdi_units_scan_divisor(p->text + p->position, pdi_expr_is_declared, p->desc, &unit, &why);
     *read = n > 0;
-    if (why) return pdi_expr_error(p, p->at + n, "%s", why);
+    if (why) return pdi_expr_fail(p, p->position + n, "%s", why);
     if (n == 0) return PD_OK;
     memset(type, 0, sizeof *type);
     type->dims = unit.dims;
-    type->at = p->at;
-    p->at += n;
-    return pdi_expr_push_const(p, unit.num / unit.den);
+    type->start = p->position;
+    p->position += n;
+    return pdi_expr_emit_const(p, unit.num / unit.den);
 }
 
 /* Grammar: factors with * and /. */
-static pd_status pdi_expr_product(pdi_expr_parser *p, pdi_expr_type *type)
+static pd_status pdi_expr_parse_product(pdi_expr_parser *p, pdi_expr_type *type)
 {
     pdi_expr_type right;
-    PDI_TRY(pdi_expr_unary(p, type));
+    PDI_TRY(pdi_expr_parse_unary(p, type));
     for (;;) {
         int read = 0;
-        pdi_expr_blanks(p);
-        char c = p->text[p->at];
+        pdi_expr_skip_blanks(p);
+        char c = p->text[p->position];
         if (c != '*' && c != '/') return PD_OK;
-        p->at++;
-        if (c == '/') PDI_TRY(pdi_expr_divisor(p, &right, &read));
-        if (!read) PDI_TRY(pdi_expr_unary(p, &right));
-        pdi_expr_product_dims(type, &right, c == '*' ? 1 : -1);
+        p->position++;
+        if (c == '/') PDI_TRY(pdi_expr_parse_divisor(p, &right, &read));
+        if (!read) PDI_TRY(pdi_expr_parse_unary(p, &right));
+        pdi_expr_compute_product_dims(type, &right, c == '*' ? 1 : -1);
         PDI_TRY(pdi_expr_emit(p, c == '*' ? PDI_EXPR_MUL : PDI_EXPR_DIV));
     }
 }
 
 /* Grammar: terms with + and -. */
-static pd_status pdi_expr_sum(pdi_expr_parser *p, pdi_expr_type *type)
+static pd_status pdi_expr_parse_sum(pdi_expr_parser *p, pdi_expr_type *type)
 {
     pdi_expr_type right;
-    PDI_TRY(pdi_expr_product(p, type));
+    PDI_TRY(pdi_expr_parse_product(p, type));
     for (;;) {
-        pdi_expr_blanks(p);
-        char c = p->text[p->at];
+        pdi_expr_skip_blanks(p);
+        char c = p->text[p->position];
         if (c != '+' && c != '-') return PD_OK;
-        p->at++;
-        PDI_TRY(pdi_expr_product(p, &right));
-        PDI_TRY(pdi_expr_alike(p, type, &right, c == '+' ? "on the left of '+'" : "on the left of '-'"));
+        p->position++;
+        PDI_TRY(pdi_expr_parse_product(p, &right));
+        PDI_TRY(pdi_expr_check_same_dims(p, type, &right, c == '+' ? "on the left of '+'" : "on the left of '-'"));
         PDI_TRY(pdi_expr_emit(p, c == '+' ? PDI_EXPR_ADD : PDI_EXPR_SUB));
     }
 }
 
 /* Grammar: sum, or one comparison of two sums (1 or 0). The start symbol. */
-static pd_status pdi_expr_compare(pdi_expr_parser *p, pdi_expr_type *type)
+static pd_status pdi_expr_parse_comparison(pdi_expr_parser *p, pdi_expr_type *type)
 {
     pdi_expr_type right;
-    PDI_TRY(pdi_expr_sum(p, type));
-    pdi_expr_blanks(p);
-    char c = p->text[p->at];
+    PDI_TRY(pdi_expr_parse_sum(p, type));
+    pdi_expr_skip_blanks(p);
+    char c = p->text[p->position];
     if (c != '<' && c != '>') return PD_OK;
-    int equal = p->text[p->at + 1] == '=';
-    p->at += 1 + (size_t)equal;
-    PDI_TRY(pdi_expr_sum(p, &right));
-    PDI_TRY(pdi_expr_alike(p, type, &right, "on the left of the comparison"));
-    pdi_expr_make_plain(type);
+    int equal = p->text[p->position + 1] == '=';
+    p->position += 1 + (size_t)equal;
+    PDI_TRY(pdi_expr_parse_sum(p, &right));
+    PDI_TRY(pdi_expr_check_same_dims(p, type, &right, "on the left of the comparison"));
+    pdi_expr_set_dimensionless(type);
     PDI_TRY(pdi_expr_emit(p, c == '<' ? (equal ? PDI_EXPR_LE : PDI_EXPR_LT) : (equal ? PDI_EXPR_GE : PDI_EXPR_GT)));
-    pdi_expr_blanks(p);
-    if (p->text[p->at] == '<' || p->text[p->at] == '>')
-        return pdi_expr_error(p, p->at, "comparisons do not chain: write (a < b) * (b < c)");
+    pdi_expr_skip_blanks(p);
+    if (p->text[p->position] == '<' || p->text[p->position] == '>')
+        return pdi_expr_fail(p, p->position, "comparisons do not chain: write (a < b) * (b < c)");
     return PD_OK;
 }
 
 /* ---- result ---- */
 
 /* Check the dimension of the whole expression against desc.unit, and that a constant is finite. */
-static pd_status pdi_expr_result(pdi_expr_parser *p, pdi_expr_type *type)
+static pd_status pdi_expr_check_result(pdi_expr_parser *p, pdi_expr_type *type)
 {
     char found[PD_UNITS_TEXT], expected[PD_UNITS_TEXT], units[PD_UNITS_TEXT];
     pd_dims dims;
     if (p->desc->unit) {
         if (pd_units_parse(p->ctx, p->desc->unit, NULL, &dims) < 0)
             return pdi_fail(p->ctx, PD_ERR_ARGUMENT, "expr", "the expected unit '%.40s' is not a unit", p->desc->unit);
-        if (!type->zero && !pdi_units_same(&type->dims, &dims)) {
-            int plain = pdi_expr_is_plain(type);
+        if (!type->is_zero_literal && !pdi_units_is_same(&type->dims, &dims)) {
+            int plain = pdi_expr_is_dimensionless(type);
             pdi_units_describe(&type->dims, found);
             pdi_units_describe(&dims, expected);
-            pdi_units_examples(&dims, units);
+            pdi_units_format_examples(&dims, units);
             if (plain && !p->desc->allow_bare)
-                return pdi_expr_error(p, type->at, "found a number without unit, expected %s: write its unit,"
-                                      " for example %s", expected, units);
-            if (!plain)
-                return pdi_expr_error(p, type->at, "found %s, expected %s", found, expected);
+                return pdi_expr_fail(p, type->start,
+                                     "found a number without unit, expected %s: write its unit,"
+                                     " for example %s",
+                                     expected, units);
+            if (!plain) return pdi_expr_fail(p, type->start, "found %s, expected %s", found, expected);
         }
         type->dims = dims;
     }
-    if (p->code_count == 1 && pdi_expr_last_const(p, 1) && !(fabs(p->value[0]) <= 1.7976931348623157e308))
-        return pdi_expr_error(p, type->at, "the value is %s, expected a finite number",
-                              p->value[0] != p->value[0] ? "not a number" : "infinite");
+    if (p->code_count == 1 && pdi_expr_is_constant_operand(p, 1) && !(fabs(p->value[0]) <= 1.7976931348623157e308))
+        return pdi_expr_fail(p, type->start, "the value is %s, expected a finite number",
+                             p->value[0] != p->value[0] ? "not a number" : "infinite");
     return PD_OK;
 }
 
@@ -692,15 +701,15 @@ static pd_status pdi_expr_compile(pdi_expr_parser *p, pdi_expr_type *type)
     size_t size = 0;
     while (size <= PD_EXPR_LENGTH && p->text[size]) size++;
     if (size > PD_EXPR_LENGTH)
-        return pdi_expr_error(p, 0, "the expression is longer than %d characters", PD_EXPR_LENGTH);
-    PDI_TRY(pdi_expr_compare(p, type));
-    pdi_expr_blanks(p);
-    if (p->text[p->at] != '\0') return pdi_expr_unexpected(p, "an operator or the end");
-    return pdi_expr_result(p, type);
+        return pdi_expr_fail(p, 0, "the expression is longer than %d characters", PD_EXPR_LENGTH);
+    PDI_TRY(pdi_expr_parse_comparison(p, type));
+    pdi_expr_skip_blanks(p);
+    if (p->text[p->position] != '\0') return pdi_expr_fail_unexpected(p, "an operator or the end");
+    return pdi_expr_check_result(p, type);
 }
 
 /* Copy code and constants of the parser into the expression. */
-static pd_status pdi_expr_keep(pd_ctx *ctx, const pdi_expr_parser *p, const pdi_expr_type *type, pd_expr *expr)
+static pd_status pdi_expr_copy_result(pd_ctx *ctx, const pdi_expr_parser *p, const pdi_expr_type *type, pd_expr *expr)
 {
     expr->code_count = p->code_count;
     PDI_TRY(PDI_NEW(ctx, "expr", p->code_count, expr->code));
@@ -728,7 +737,7 @@ PDI_FN pd_status pdi_expr_build(pd_ctx *ctx, const pd_expr_desc *desc, pd_expr *
     p->desc = desc;
     p->text = desc->text;
     pd_status status = pdi_expr_compile(p, &type);
-    if (status == PD_OK) status = pdi_expr_keep(ctx, p, &type, expr);
+    if (status == PD_OK) status = pdi_expr_copy_result(ctx, p, &type, expr);
     if (status < 0) pdi_expr_free(ctx, expr);
     PDI_DELETE(ctx, 1, p);
     return status;
@@ -745,7 +754,7 @@ PDI_COLD_END
 
 PDI_FN double pdi_expr_eval(const pd_expr *expr, const double *vars)
 {
-    double stack[PDI_EXPR_STACK];
+    double stack[PDI_EXPR_STACK_SIZE];
     int top = 0;
     if (expr->fn) return expr->fn(expr->user, vars);
     for (int k = 0; k < expr->code_count; k++) {
@@ -755,19 +764,19 @@ PDI_FN double pdi_expr_eval(const pd_expr *expr, const double *vars)
         } else if (op == PDI_EXPR_VAR) {
             stack[top++] = vars[index];
         } else if (op == PDI_EXPR_TABLE) {
-            stack[top - 1] = pdi_expr_look_up(&expr->tables[index], stack[top - 1]);
+            stack[top - 1] = pdi_expr_eval_table(&expr->tables[index], stack[top - 1]);
         } else {
-            top -= pdi_expr_operands(op);
-            stack[top] = pdi_expr_apply(op, stack + top);
+            top -= pdi_expr_count_operands(op);
+            stack[top] = pdi_expr_apply_op(op, stack + top);
             top++;
         }
     }
     return top == 1 ? stack[0] : NAN;
 }
 
-PDI_FN int pdi_expr_constant(const pd_expr *expr) { return expr->uses == 0; }
+PDI_FN int pdi_expr_is_constant(const pd_expr *expr) { return expr->uses == 0; }
 
-PDI_FN void pdi_expr_table_range(const pd_expr *expr, int var, double *range)
+PDI_FN void pdi_expr_get_table_range(const pd_expr *expr, int var, double *range)
 {
     range[0] = -HUGE_VAL;
     range[1] = HUGE_VAL;
@@ -780,4 +789,4 @@ PDI_FN void pdi_expr_table_range(const pd_expr *expr, int var, double *range)
     }
 }
 
-#undef PDI_EXPR_BUILTINS
+#undef PDI_EXPR_BUILTIN_COUNT

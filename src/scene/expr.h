@@ -11,7 +11,7 @@
 #ifndef PD_EXPR_H
 #define PD_EXPR_H
 #include "scene/units.h"
-#include "core/curve.h"
+#include "core/monotone_cubic.h"
 
 #define PD_EXPR_VARS 32     /* variables of one expression */
 #define PD_EXPR_LENGTH 4096 /* [byte] of its text */
@@ -76,53 +76,53 @@ PDI_FN void pdi_expr_free(pd_ctx *ctx, pd_expr *expr);
  * gives NaN. */
 PDI_FN double pdi_expr_eval(const pd_expr *expr, const double *vars);
 /* 1: the expression depends on no variable; pdi_expr_eval may then get NULL. */
-PDI_FN int pdi_expr_constant(const pd_expr *expr);
+PDI_FN int pdi_expr_is_constant(const pd_expr *expr);
 
 /* range[2]: interval of variable `var` inside which all tables that it is the direct argument of have points; outside
  * one is extrapolated by its end value. -HUGE_VAL .. HUGE_VAL: no such table. */
-PDI_FN void pdi_expr_table_range(const pd_expr *expr, int var, double *range);
+PDI_FN void pdi_expr_get_table_range(const pd_expr *expr, int var, double *range);
 
 /* Quote the token at `found` for a message: 'word', '+', byte 0x07, the end. text gets PD_UNITS_TEXT bytes. */
-PDI_FN void pdi_expr_quote(const char *found, char *text);
+PDI_FN void pdi_expr_quote_token(const char *found, char *text);
 /* 1: the name is reserved, a function or a built-in constant of expressions. */
-PDI_FN int pdi_expr_taken(const char *name);
+PDI_FN int pdi_expr_is_reserved(const char *name);
 
 /* ---- the stack machine ---- */
 
-#define PDI_EXPR_STACK 64 /* depth of the operand stack */
+#define PDI_EXPR_STACK_SIZE 64 /* depth of the operand stack */
 
 /* How a function treats the dimensions of its operands. */
-typedef enum pdi_expr_rule {
-    PDI_EXPR_PLAIN,  /* operand and result dimensionless */
-    PDI_EXPR_KEEP,   /* result has the dimension of the operand */
-    PDI_EXPR_ROOT,   /* square root: result has half the exponents */
-    PDI_EXPR_ALIKE,  /* operands of one dimension, result too */
-    PDI_EXPR_RATIO,  /* operands of one dimension, result dimensionless */
-    PDI_EXPR_POWER,  /* exponents of the base times the exponent */
-    PDI_EXPR_CHOICE  /* condition dimensionless, two branches of one dimension */
-} pdi_expr_rule;
+typedef enum pdi_expr_dims_rule {
+    PDI_EXPR_RULE_DIMENSIONLESS, /* operand and result dimensionless */
+    PDI_EXPR_RULE_KEEP,          /* result has the dimension of the operand */
+    PDI_EXPR_RULE_SQRT,          /* square root: result has half the exponents */
+    PDI_EXPR_RULE_SAME,          /* operands of one dimension, result too */
+    PDI_EXPR_RULE_RATIO,         /* operands of one dimension, result dimensionless */
+    PDI_EXPR_RULE_POWER,         /* exponents of the base times the exponent */
+    PDI_EXPR_RULE_CHOICE         /* condition dimensionless, two branches of one dimension */
+} pdi_expr_dims_rule;
 
 /* X(name, operands, rule, value of the operands a[0], a[1], a[2]) */
 #define PDI_EXPR_FUNCTIONS(X) \
-    X(sin, 1, PDI_EXPR_PLAIN, sin(a[0])) \
-    X(cos, 1, PDI_EXPR_PLAIN, cos(a[0])) \
-    X(tan, 1, PDI_EXPR_PLAIN, tan(a[0])) \
-    X(exp, 1, PDI_EXPR_PLAIN, exp(a[0])) \
-    X(log, 1, PDI_EXPR_PLAIN, log(a[0])) \
-    X(log10, 1, PDI_EXPR_PLAIN, log10(a[0])) \
-    X(tanh, 1, PDI_EXPR_PLAIN, tanh(a[0])) \
-    X(sinh, 1, PDI_EXPR_PLAIN, sinh(a[0])) \
-    X(cosh, 1, PDI_EXPR_PLAIN, cosh(a[0])) \
-    X(atan, 1, PDI_EXPR_PLAIN, atan(a[0])) \
-    X(erf, 1, PDI_EXPR_PLAIN, erf(a[0])) \
-    X(floor, 1, PDI_EXPR_PLAIN, floor(a[0])) \
-    X(abs, 1, PDI_EXPR_KEEP, fabs(a[0])) \
-    X(sqrt, 1, PDI_EXPR_ROOT, sqrt(a[0])) \
-    X(min, 2, PDI_EXPR_ALIKE, a[1] < a[0] || a[1] != a[1] ? a[1] : a[0]) \
-    X(max, 2, PDI_EXPR_ALIKE, a[1] > a[0] || a[1] != a[1] ? a[1] : a[0]) \
-    X(atan2, 2, PDI_EXPR_RATIO, atan2(a[0], a[1])) \
-    X(pow, 2, PDI_EXPR_POWER, pow(a[0], a[1])) \
-    X(if, 3, PDI_EXPR_CHOICE, a[0] != 0 ? a[1] : a[2])
+    X(sin, 1, PDI_EXPR_RULE_DIMENSIONLESS, sin(a[0])) \
+    X(cos, 1, PDI_EXPR_RULE_DIMENSIONLESS, cos(a[0])) \
+    X(tan, 1, PDI_EXPR_RULE_DIMENSIONLESS, tan(a[0])) \
+    X(exp, 1, PDI_EXPR_RULE_DIMENSIONLESS, exp(a[0])) \
+    X(log, 1, PDI_EXPR_RULE_DIMENSIONLESS, log(a[0])) \
+    X(log10, 1, PDI_EXPR_RULE_DIMENSIONLESS, log10(a[0])) \
+    X(tanh, 1, PDI_EXPR_RULE_DIMENSIONLESS, tanh(a[0])) \
+    X(sinh, 1, PDI_EXPR_RULE_DIMENSIONLESS, sinh(a[0])) \
+    X(cosh, 1, PDI_EXPR_RULE_DIMENSIONLESS, cosh(a[0])) \
+    X(atan, 1, PDI_EXPR_RULE_DIMENSIONLESS, atan(a[0])) \
+    X(erf, 1, PDI_EXPR_RULE_DIMENSIONLESS, erf(a[0])) \
+    X(floor, 1, PDI_EXPR_RULE_DIMENSIONLESS, floor(a[0])) \
+    X(abs, 1, PDI_EXPR_RULE_KEEP, fabs(a[0])) \
+    X(sqrt, 1, PDI_EXPR_RULE_SQRT, sqrt(a[0])) \
+    X(min, 2, PDI_EXPR_RULE_SAME, a[1] < a[0] || a[1] != a[1] ? a[1] : a[0]) \
+    X(max, 2, PDI_EXPR_RULE_SAME, a[1] > a[0] || a[1] != a[1] ? a[1] : a[0]) \
+    X(atan2, 2, PDI_EXPR_RULE_RATIO, atan2(a[0], a[1])) \
+    X(pow, 2, PDI_EXPR_RULE_POWER, pow(a[0], a[1])) \
+    X(if, 3, PDI_EXPR_RULE_CHOICE, a[0] != 0 ? a[1] : a[2])
 
 /* Instructions: operators, then the functions in the order of PDI_EXPR_FUNCTIONS. */
 typedef enum pdi_expr_op {
@@ -143,13 +143,13 @@ typedef enum pdi_expr_op {
 #define PDI_X(name, operands, rule, value) PDI_EXPR_OP_##name,
     PDI_EXPR_FUNCTIONS(PDI_X)
 #undef PDI_X
-    PDI_EXPR_OPS
+        PDI_EXPR_OP_COUNT
 } pdi_expr_op;
 
 /* Number of operands of an instruction (operator, function or table). */
-PDI_FN int pdi_expr_operands(int op);
+PDI_FN int pdi_expr_count_operands(int op);
 /* Result of an operator or function for the operands a[]; not for constants, variables and tables. */
-PDI_FN double pdi_expr_apply(int op, const double *a);
+PDI_FN double pdi_expr_apply_op(int op, const double *a);
 #endif
 
 #endif

@@ -4,9 +4,9 @@
 #include <stdio.h>
 #include <string.h>
 
-#define PDI_FINGERPRINT_LINE 512 /* [byte] longer values are replaced by their checksum */
+#define PDI_FINGERPRINT_VALUE_SIZE 512 /* [byte] longer values are replaced by their checksum */
 
-PDI_FN pd_status pdi_fingerprint_add(pd_ctx *ctx, pd_setup *u, const char *line)
+PDI_FN pd_status pdi_fingerprint_add_line(pd_ctx *ctx, pd_setup *u, const char *line)
 {
     size_t length = strlen(line), at = u->fingerprint_size ? u->fingerprint_size - 1 : 0, fresh = at + length + 2;
     PDI_TRY(PDI_GROW(ctx, "fingerprint", u->fingerprint_size, fresh, u->fingerprint));
@@ -18,24 +18,24 @@ PDI_FN pd_status pdi_fingerprint_add(pd_ctx *ctx, pd_setup *u, const char *line)
 }
 
 /* Value with normalised blanks into text[size]; one that does not fit is replaced by its length and CRC-32. */
-static void pdi_fingerprint_value(const char *value, char *text, size_t size)
+static void pdi_fingerprint_format_value(const char *value, char *text, size_t size)
 {
     size_t used = 0;
     for (const char *c = value; *c; c++) {
         if (used + 2 > size) {
             size_t length = strlen(value);
             snprintf(text, size, "%.60s... (%.0f bytes, %08x)", value, (double)length,
-                     (unsigned)pdi_zlib_crc(0, (const uint8_t *)value, length));
+                     (unsigned)pdi_zlib_crc32(0, (const uint8_t *)value, length));
             return;
         }
-        int blank = pdi_units_blank(*c);
+        int blank = pdi_units_is_blank(*c);
         if (!blank || (used && text[used - 1] != ' ')) text[used++] = blank ? ' ' : *c;
     }
     text[used] = '\0';
 }
 
 /* 1: a pair that changes no result (threads, output folder) and is left out. */
-static int pdi_fingerprint_passes(const pd_text *text, const pd_text_entry *e)
+static int pdi_fingerprint_is_ignored(const pd_text *text, const pd_text_entry *e)
 {
     const char *section = text->section[e->section].name;
     return (strcmp(section, "grid") == 0 && strcmp(e->key, "threads") == 0) ||
@@ -45,80 +45,82 @@ static int pdi_fingerprint_passes(const pd_text *text, const pd_text_entry *e)
 
 PDI_FN pd_status pdi_fingerprint_build(pd_ctx *ctx, const pd_text *text, pd_setup *u)
 {
-    char line[2 * PDI_FINGERPRINT_LINE], value[PDI_FINGERPRINT_LINE];
+    char line[2 * PDI_FINGERPRINT_VALUE_SIZE], value[PDI_FINGERPRINT_VALUE_SIZE];
     snprintf(line, sizeof line, "name = %s", u->name);
-    PDI_TRY(pdi_fingerprint_add(ctx, u, line));
+    PDI_TRY(pdi_fingerprint_add_line(ctx, u, line));
     for (int k = 1; k < text->section_count; k++) {
         const pd_section *s = &text->section[k];
         if (!s->present) continue;
         snprintf(line, sizeof line, "[%.200s%s%.200s]", s->name, s->label[0] ? " " : "", s->label);
-        PDI_TRY(pdi_fingerprint_add(ctx, u, line));
+        PDI_TRY(pdi_fingerprint_add_line(ctx, u, line));
     }
     for (int k = 0; k < text->entry_count; k++) {
         const pd_text_entry *e = &text->entry[k];
         const pd_section *s = &text->section[e->section];
-        if (pdi_fingerprint_passes(text, e)) continue;
-        pdi_fingerprint_value(e->value, value, sizeof value);
+        if (pdi_fingerprint_is_ignored(text, e)) continue;
+        pdi_fingerprint_format_value(e->value, value, sizeof value);
         snprintf(line, sizeof line, "%.100s%s%.100s%s%.100s = %s", s->name, s->label[0] ? "." : "", s->label,
                  s->name[0] ? "." : "", e->key, value);
-        PDI_TRY(pdi_fingerprint_add(ctx, u, line));
+        PDI_TRY(pdi_fingerprint_add_line(ctx, u, line));
     }
     for (int k = 0; k < u->masks; k++) {
         snprintf(line, sizeof line, "mask %d = %.0f voxels, %08x", k, (double)u->mask_size[k],
-                 (unsigned)pdi_zlib_crc(0, u->mask[k], u->mask_size[k]));
-        PDI_TRY(pdi_fingerprint_add(ctx, u, line));
+                 (unsigned)pdi_zlib_crc32(0, u->mask[k], u->mask_size[k]));
+        PDI_TRY(pdi_fingerprint_add_line(ctx, u, line));
     }
     for (int k = 0; k < u->surfaces; k++) {
         const pd_facets *f = u->surface[k];
         snprintf(line, sizeof line, "surface %d = %d triangles, %08x", k, (int)f->count,
-                 (unsigned)pdi_zlib_crc(0, (const uint8_t *)f->corner, (size_t)f->count * 9 * sizeof *f->corner));
-        PDI_TRY(pdi_fingerprint_add(ctx, u, line));
+                 (unsigned)pdi_zlib_crc32(0, (const uint8_t *)f->corner, (size_t)f->count * 9 * sizeof *f->corner));
+        PDI_TRY(pdi_fingerprint_add_line(ctx, u, line));
     }
     /* that of a flat file depends on what it said before overrides */
     snprintf(line, sizeof line, "scale of the rate = %.17g", u->metal[0].rate_scale);
-    return text->flat ? pdi_fingerprint_add(ctx, u, line) : PD_OK;
+    return text->flat ? pdi_fingerprint_add_line(ctx, u, line) : PD_OK;
 }
 
 /* Length of the first line of text, without newline. */
-static size_t pdi_fingerprint_length(const char *text) { return strcspn(text, "\n"); }
+static size_t pdi_fingerprint_line_length(const char *text) { return strcspn(text, "\n"); }
 
 /* Find the line of text that starts with line[length]; whole 1: and equals it. NULL: there is none. */
-static const char *pdi_fingerprint_find(const char *text, const char *line, size_t length, int whole)
+static const char *pdi_fingerprint_find_line(const char *text, const char *line, size_t length, int whole)
 {
-    for (; *text; text += pdi_fingerprint_length(text) + 1)
+    for (; *text; text += pdi_fingerprint_line_length(text) + 1)
         if (strncmp(text, line, length) == 0 && (!whole || text[length] == '\n')) return text;
     return NULL;
 }
 
 /* First line of text that `other` lacks. NULL: none. */
-static const char *pdi_fingerprint_first(const char *text, const char *other)
+static const char *pdi_fingerprint_find_missing_line(const char *text, const char *other)
 {
-    for (; *text; text += pdi_fingerprint_length(text) + 1)
-        if (!pdi_fingerprint_find(other, text, pdi_fingerprint_length(text), 1)) return text;
+    for (; *text; text += pdi_fingerprint_line_length(text) + 1)
+        if (!pdi_fingerprint_find_line(other, text, pdi_fingerprint_line_length(text), 1)) return text;
     return NULL;
 }
 
-PDI_FN pd_status pdi_fingerprint_compare(pd_ctx *ctx, const pd_setup *u, const char *kept, const char *where)
+PDI_FN pd_status pdi_fingerprint_check(pd_ctx *ctx, const pd_setup *u, const char *kept, const char *where)
 {
     const char *is = u->fingerprint ? u->fingerprint : "", *was = kept ? kept : "";
     if (strcmp(is, was) == 0) return PD_OK;
-    const char *old = pdi_fingerprint_first(was, is), *fresh = pdi_fingerprint_first(is, was);
-    if (old && strcspn(old, "=") < pdi_fingerprint_length(old)) { /* the same key with another value says more */
-        const char *same = pdi_fingerprint_find(is, old, strcspn(old, "=") + 1, 0);
+    const char *old = pdi_fingerprint_find_missing_line(was, is), *fresh = pdi_fingerprint_find_missing_line(is, was);
+    if (old && strcspn(old, "=") < pdi_fingerprint_line_length(old)) { /* the same key with another value says more */
+        const char *same = pdi_fingerprint_find_line(is, old, strcspn(old, "=") + 1, 0);
         if (same) fresh = same;
         else fresh = NULL;
     }
     if (old && fresh)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, where, "it is of another scene: found '%.*s', expected '%.*s'",
-                        (int)(pdi_fingerprint_length(old) < 200 ? pdi_fingerprint_length(old) : 200), old,
-                        (int)(pdi_fingerprint_length(fresh) < 200 ? pdi_fingerprint_length(fresh) : 200), fresh);
+                        (int)(pdi_fingerprint_line_length(old) < 200 ? pdi_fingerprint_line_length(old) : 200), old,
+                        (int)(pdi_fingerprint_line_length(fresh) < 200 ? pdi_fingerprint_line_length(fresh) : 200),
+                        fresh);
     if (old || fresh) {
         const char *line = old ? old : fresh;
-        return pdi_fail(
-            ctx, PD_ERR_ARGUMENT, where, "it is of another scene: found %s'%.*s', expected %s", old ? "" : "no ",
-            (int)(pdi_fingerprint_length(line) < 200 ? pdi_fingerprint_length(line) : 200), line, old ? "none" : "one");
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, where, "it is of another scene: found %s'%.*s', expected %s",
+                        old ? "" : "no ",
+                        (int)(pdi_fingerprint_line_length(line) < 200 ? pdi_fingerprint_line_length(line) : 200), line,
+                        old ? "none" : "one");
     }
     return pdi_fail(ctx, PD_ERR_ARGUMENT, where, "it is of a scene with the same pairs in another order");
 }
 
-#undef PDI_FINGERPRINT_LINE
+#undef PDI_FINGERPRINT_VALUE_SIZE

@@ -11,10 +11,10 @@
 /* Build setup->fingerprint from the text of a scene that has been read. */
 PDI_FN pd_status pdi_fingerprint_build(pd_ctx *ctx, const pd_text *text, pd_setup *setup);
 /* Append one line, given without newline, to setup->fingerprint. */
-PDI_FN pd_status pdi_fingerprint_add(pd_ctx *ctx, pd_setup *setup, const char *line);
+PDI_FN pd_status pdi_fingerprint_add_line(pd_ctx *ctx, pd_setup *setup, const char *line);
 /* Compare the fingerprint of the setup with the stored one, `kept`. PD_ERR_ARGUMENT: they differ; the message, which
  * starts with `where`, has the first difference. Either may be NULL: input that is no file. */
-PDI_FN pd_status pdi_fingerprint_compare(pd_ctx *ctx, const pd_setup *setup, const char *kept, const char *where);
+PDI_FN pd_status pdi_fingerprint_check(pd_ctx *ctx, const pd_setup *setup, const char *kept, const char *where);
 #endif
 
 #endif

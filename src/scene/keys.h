@@ -29,13 +29,13 @@ PD_API const pd_key_section *pd_keys(int *count);
 
 #ifdef PDI_INTERNAL
 /* Find the section of this name. NULL: there is none. */
-PDI_FN const pd_key_section *pdi_keys_section(const char *name);
+PDI_FN const pd_key_section *pdi_keys_find_section(const char *name);
 /* Find a key in the table of a section. NULL: the section has no such key. */
-PDI_FN const pd_key *pdi_keys_find(const pd_key_section *section, const char *key);
+PDI_FN const pd_key *pdi_keys_find_key(const pd_key_section *section, const char *key);
 #ifdef PD_DEBUG
 /* Consistency check of a look-up with the table. 1: the table has this key with this unit (NULL: not checked) and this
  * default (NULL: not checked), or the section has no name. */
-PDI_FN int pdi_keys_agree(const char *section, const char *key, const char *unit, const char *fallback);
+PDI_FN int pdi_keys_is_consistent(const char *section, const char *key, const char *unit, const char *fallback);
 #endif
 #endif
 

@@ -5,28 +5,28 @@
 #include <string.h>
 
 /* Section of a bare key: the only one that has it, or section 0 of a flat file. PD_ERR_PARSE: none or several. */
-static pd_status pdi_override_bare(pd_ctx *ctx, const pd_text *text, const char *key, int *section)
+static pd_status pdi_override_find_bare_key(pd_ctx *ctx, const pd_text *text, const char *key, int *section)
 {
     int count = 0;
-    char list[PDI_TEXT_LIST] = "", hint[PD_UNITS_TEXT];
-    pdi_units_near near_word;
-    pdi_units_near_init(&near_word, key, strlen(key));
+    char list[PDI_TEXT_LIST_SIZE] = "", hint[PD_UNITS_TEXT];
+    pdi_units_suggestion near_word;
+    pdi_units_init_suggestion(&near_word, key, strlen(key));
     *section = 0;
     for (int k = 0; k < text->entry_count; k++) {
         const pd_text_entry *e = &text->entry[k];
         const pd_section *s = &text->section[e->section];
-        pdi_units_offer(&near_word, e->key);
+        pdi_units_try_candidate(&near_word, e->key);
         if (strcmp(e->key, key) != 0) continue;
         char path[3 * 64];
         snprintf(path, sizeof path, "%.60s%s%.60s%s%.60s", s->name, s->label[0] ? "." : "", s->label,
                  s->name[0] ? "." : "", key);
-        pdi_text_list_add(list, ", ", path);
+        pdi_text_add_to_list(list, ", ", path);
         *section = e->section;
         count++;
     }
-    pdi_units_hint(&near_word, hint);
+    pdi_units_format_suggestion(&near_word, hint);
     if (count > 1)
-        return pdi_text_error(ctx, text->name, 0, "found the key '%.40s', expected one of %s", key, list);
+        return pdi_text_fail_line(ctx, text->name, 0, "found the key '%.40s', expected one of %s", key, list);
     if (count == 0 && !text->flat) {
         int sections;
         const pd_key_section *known = pd_keys(&sections);
@@ -34,51 +34,54 @@ static pd_status pdi_override_bare(pd_ctx *ctx, const pd_text *text, const char 
         for (int k = 0; k < sections; k++) {
             const pd_key_section *s = &known[k];
             char path[3 * 64];
-            if (strcmp(s->name, "constants") == 0 || !pdi_keys_find(s, key)) continue; /* that has any */
+            if (strcmp(s->name, "constants") == 0 || !pdi_keys_find_key(s, key)) continue; /* that has any */
             snprintf(path, sizeof path, "%.60s%s%.60s.%.60s", s->name, s->label[0] ? "." : "", s->label, key);
-            pdi_text_list_add(list, ", ", path);
+            pdi_text_add_to_list(list, ", ", path);
         }
-        return pdi_text_error(ctx, text->name, 0, "found the key '%.40s', which no section of %.80s has, expected"
-                              " section.key%s%s%s", key, text->name, list[0] ? ": " : "", list, list[0] ? "" : hint);
+        return pdi_text_fail_line(ctx, text->name, 0,
+                                  "found the key '%.40s', which no section of %.80s has, expected"
+                                  " section.key%s%s%s",
+                                  key, text->name, list[0] ? ": " : "", list, list[0] ? "" : hint);
     }
     return PD_OK;
 }
 
 /* Section of `name.key`: the one without label, else the only labelled one, else a new one. PD_ERR_PARSE: several. */
-static pd_status pdi_override_named(pd_ctx *ctx, pd_text *text, const char *name, const char *key, int *section)
+static pd_status pdi_override_find_named_section(pd_ctx *ctx, pd_text *text, const char *name, const char *key,
+                                                 int *section)
 {
     int count = 0, found = -1;
-    char list[PDI_TEXT_LIST] = "";
+    char list[PDI_TEXT_LIST_SIZE] = "";
     for (int k = 0; k < text->section_count; k++) {
         const pd_section *s = &text->section[k];
         if (!s->present || strcmp(s->name, name) != 0) continue;
         char path[3 * 64];
         snprintf(path, sizeof path, "%.60s.%.60s.%.60s", name, s->label, key);
-        pdi_text_list_add(list, ", ", path);
+        pdi_text_add_to_list(list, ", ", path);
         count++;
         if (found < 0 || s->label[0] == '\0') found = k;
     }
     if (count > 1 && text->section[found].label[0])
-        return pdi_text_error(ctx, text->name, 0, "found '%.40s.%.40s', expected one of %s", name, key, list);
+        return pdi_text_fail_line(ctx, text->name, 0, "found '%.40s.%.40s', expected one of %s", name, key, list);
     *section = found;
-    return found >= 0 ? PD_OK : pdi_text_section_at(ctx, text, name, "", section);
+    return found >= 0 ? PD_OK : pdi_text_find_or_add_section(ctx, text, name, "", section);
 }
 
 /* Existing section [name label]. PD_ERR_PARSE: there is none. */
-static pd_status pdi_override_labelled(pd_ctx *ctx, const pd_text *text, const char *name, const char *label,
-                                           int *section)
+static pd_status pdi_override_find_labelled_section(pd_ctx *ctx, const pd_text *text, const char *name,
+                                                    const char *label, int *section)
 {
-    char list[PDI_TEXT_LIST] = "";
+    char list[PDI_TEXT_LIST_SIZE] = "";
     for (int k = 0; k < text->section_count; k++) {
         const pd_section *s = &text->section[k];
         if (!s->present || strcmp(s->name, name) != 0) continue;
         *section = k;
         if (strcmp(s->label, label) == 0) return PD_OK;
-        pdi_text_list_add(list, ", ", s->label[0] ? s->label : "no label");
+        pdi_text_add_to_list(list, ", ", s->label[0] ? s->label : "no label");
     }
-    return pdi_text_error(ctx, text->name, 0,
-                          "found the section [%.40s %.40s], expected one of %.80s (its labels: %s)", name, label,
-                          text->name, list[0] ? list : "none");
+    return pdi_text_fail_line(ctx, text->name, 0,
+                              "found the section [%.40s %.40s], expected one of %.80s (its labels: %s)", name, label,
+                              text->name, list[0] ? list : "none");
 }
 
 PDI_FN pd_status pdi_override_apply(pd_ctx *ctx, pd_text *text, const char *argument)
@@ -87,33 +90,35 @@ PDI_FN pd_status pdi_override_apply(pd_ctx *ctx, pd_text *text, const char *argu
     size_t at = 0, value = 0, end;
     int parts = 0, section = 0;
     PDI_TRY(pdi_text_check_bytes(ctx, text, argument, strlen(argument)));
-    PDI_TRY(pdi_text_keep(ctx, text, argument, strlen(argument), &t));
+    PDI_TRY(pdi_text_copy_string(ctx, text, argument, strlen(argument), &t));
     for (int more = 1; more; parts++) {
-        at = pdi_text_skip(t, at);
-        pdi_text_word kind = parts == 1 ? pdi_text_label(part[0]) : PDI_TEXT_KEY;
-        size_t size = parts < 3 ? pdi_text_name(t + at, kind) : 0, next = at + size;
-        if (size == 0 || (t[next] != '.' && t[pdi_text_skip(t, next)] != '='))
-            return pdi_text_expected(ctx, text, 0, t, size == 0 ? at : next,
-                                     "key=value, section.key=value or section.label.key=value");
+        at = pdi_text_skip_blanks(t, at);
+        pdi_text_charset kind = parts == 1 ? pdi_text_get_label_charset(part[0]) : PDI_TEXT_CHARSET_KEY;
+        size_t size = parts < 3 ? pdi_text_scan_word(t + at, kind) : 0, next = at + size;
+        if (size == 0 || (t[next] != '.' && t[pdi_text_skip_blanks(t, next)] != '='))
+            return pdi_text_fail_expected(ctx, text, 0, t, size == 0 ? at : next,
+                                          "key=value, section.key=value or section.label.key=value");
         part[parts] = t + at;
         more = t[next] == '.';
-        value = more ? 0 : pdi_text_skip(t, pdi_text_skip(t, next) + 1);
+        value = more ? 0 : pdi_text_skip_blanks(t, pdi_text_skip_blanks(t, next) + 1);
         t[next] = '\0';
         at = next + 1;
     }
-    for (end = strlen(t + value) + value; end > value && pdi_units_blank(t[end - 1]);) end--;
+    for (end = strlen(t + value) + value; end > value && pdi_units_is_blank(t[end - 1]);) end--;
     t[end] = '\0';
     const char *key = part[parts - 1];
     if (end == value)
-        return pdi_text_error(ctx, text->name, 0, "found nothing after '%.40s=', expected a value: a key of the scene "
-                              "is not taken back here, but in its text", key);
-    if (pdi_text_name(key, PDI_TEXT_KEY) != strlen(key))
-        return pdi_text_error(ctx, text->name, 0, "found '%.40s', expected a key", key);
-    if (parts == 1) PDI_TRY(pdi_override_bare(ctx, text, key, &section));
-    else if (parts == 2) PDI_TRY(pdi_override_named(ctx, text, part[0], key, &section));
-    else PDI_TRY(pdi_override_labelled(ctx, text, part[0], part[1], &section));
-    pd_text_entry *e = pdi_text_entry_at(text, section, key);
-    if (!e) return pdi_text_add(ctx, text, section, key, t + value, 0, (int)value + 1);
+        return pdi_text_fail_line(ctx, text->name, 0,
+                                  "found nothing after '%.40s=', expected a value: a key of the scene "
+                                  "is not taken back here, but in its text",
+                                  key);
+    if (pdi_text_scan_word(key, PDI_TEXT_CHARSET_KEY) != strlen(key))
+        return pdi_text_fail_line(ctx, text->name, 0, "found '%.40s', expected a key", key);
+    if (parts == 1) PDI_TRY(pdi_override_find_bare_key(ctx, text, key, &section));
+    else if (parts == 2) PDI_TRY(pdi_override_find_named_section(ctx, text, part[0], key, &section));
+    else PDI_TRY(pdi_override_find_labelled_section(ctx, text, part[0], part[1], &section));
+    pd_text_entry *e = pdi_text_find_entry(text, section, key);
+    if (!e) return pdi_text_add_entry(ctx, text, section, key, t + value, 0, (int)value + 1);
     e->value = t + value;
     e->line = 0;
     e->column = (int)value + 1;

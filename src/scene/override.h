@@ -6,7 +6,7 @@
 #ifdef PDI_INTERNAL
 /* Apply one command-line argument `key=value`, `section.key=value` or `section.label.key=value` to the text. A bare key
  * must be in exactly one section; a labelled section must exist; `section.key` may be new, and a misspelt one is then
- * reported by pdi_text_unused. PD_ERR_PARSE. */
+ * reported by pdi_text_check_unused. PD_ERR_PARSE. */
 PDI_FN pd_status pdi_override_apply(pd_ctx *ctx, pd_text *text, const char *argument);
 #endif
 

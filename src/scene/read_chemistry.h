@@ -9,10 +9,10 @@
  * out. PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line. */
 PDI_FN pd_status pdi_read_chemistry_read(pdi_reader *reader);
 /* Read the dissolution reactions of metals, after all other physics; check combinations that are not supported. */
-PDI_FN pd_status pdi_read_chemistry_metal(pdi_reader *reader);
+PDI_FN pd_status pdi_read_chemistry_surface_reactions(pdi_reader *reader);
 /* Read the half-reaction of an electrode. shed [species] [-]: moles of each species released (negative: consumed) per
  * mole of electrons that pass from the fluid to the metal. */
-PDI_FN pd_status pdi_read_chemistry_electrode(pdi_reader *reader, int section, double *shed);
+PDI_FN pd_status pdi_read_chemistry_electrode_reaction(pdi_reader *reader, int section, double *shed);
 #endif
 
 #endif

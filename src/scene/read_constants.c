@@ -2,23 +2,23 @@
 #include "scene/read_constants.h"
 #include <string.h>
 
-PDI_FN int pdi_read_constants_taken(const char *name)
+PDI_FN int pdi_read_constants_is_reserved(const char *name)
 {
     static const char *const others[] = {"t", "x", "y", "z", "C", "Cs", "Csat", "rho_m", "M_m", "z_m"};
     for (size_t k = 0; k < sizeof others / sizeof others[0]; k++)
         if (strcmp(others[k], name) == 0) return 1;
-    return pdi_expr_taken(name);
+    return pdi_expr_is_reserved(name);
 }
 
 /* 1: the name is a unit, so a constant of that name would shadow it ("5 m" as a product). */
-static int pdi_read_constants_hides(const char *name)
+static int pdi_read_constants_is_unit(const char *name)
 {
     pdi_units_product unit;
     const char *why;
-    return pdi_units_scan(name, NULL, NULL, &unit, &why) == strlen(name) && !why;
+    return pdi_units_scan_product(name, NULL, NULL, &unit, &why) == strlen(name) && !why;
 }
 
-PDI_FN int pdi_read_constants_unit(pd_ctx *ctx, const pd_dims *dims, char *unit)
+PDI_FN int pdi_read_constants_format_unit(pd_ctx *ctx, const pd_dims *dims, char *unit)
 {
     char text[PD_UNITS_TEXT];
     pd_dims again;
@@ -27,52 +27,53 @@ PDI_FN int pdi_read_constants_unit(pd_ctx *ctx, const pd_dims *dims, char *unit)
     size_t size = open ? strcspn(open + 1, "]") : 0;
     if (open) memcpy(unit, open + 1, size);
     unit[size] = '\0';
-    return pd_units_parse(ctx, unit, NULL, &again) == PD_OK && pdi_units_same(dims, &again);
+    return pd_units_parse(ctx, unit, NULL, &again) == PD_OK && pdi_units_is_same(dims, &again);
 }
 
 /* Read one pair of [constants] as a named constant. PD_ERR_ARGUMENT: the name is reserved or a unit. */
-static pd_status pdi_read_constants_add(pd_ctx *ctx, pd_text *text, int section, const char *name,
-                                        pdi_read_constants *n)
+static pd_status pdi_read_constants_add_one(pd_ctx *ctx, pd_text *text, int section, const char *name,
+                                            pdi_read_constants_table *n)
 {
     pd_expr expr;
     if (n->count == PDI_READ_CONSTANTS_MAX)
-        return pdi_text_refuse(ctx, text, section, name, "found more than %d constants", PDI_READ_CONSTANTS_MAX);
-    if (pdi_read_constants_taken(name))
-        return pdi_text_refuse(ctx, text, section, name,
-                               "found the name '%.40s', expected one that expressions do not have", name);
-    if (pdi_read_constants_hides(name))
-        return pdi_text_refuse(ctx, text, section, name,
-                               "found the name '%.40s', which is a unit, expected another one, such as %.40s_0", name,
-                               name);
-    PDI_TRY(pdi_text_expr(ctx, text, section, name, NULL, NULL, 0, NULL, &expr));
+        return pdi_text_fail_key(ctx, text, section, name, "found more than %d constants", PDI_READ_CONSTANTS_MAX);
+    if (pdi_read_constants_is_reserved(name))
+        return pdi_text_fail_key(ctx, text, section, name,
+                                 "found the name '%.40s', expected one that expressions do not have", name);
+    if (pdi_read_constants_is_unit(name))
+        return pdi_text_fail_key(ctx, text, section, name,
+                                 "found the name '%.40s', which is a unit, expected another one, such as %.40s_0", name,
+                                 name);
+    PDI_TRY(pdi_text_get_expr(ctx, text, section, name, NULL, NULL, 0, NULL, &expr));
     pd_expr_symbol *s = &n->symbol[n->count];
     s->name = name;
     s->unit = n->unit[n->count];
     s->value = pdi_expr_eval(&expr, NULL);
-    int fits = pdi_read_constants_unit(ctx, &expr.dims, n->unit[n->count]);
+    int fits = pdi_read_constants_format_unit(ctx, &expr.dims, n->unit[n->count]);
     pdi_expr_free(ctx, &expr);
     if (!fits)
-        return pdi_text_refuse(ctx, text, section, name, "found a quantity with broken exponents, expected whole ones");
+        return pdi_text_fail_key(ctx, text, section, name,
+                                 "found a quantity with broken exponents, expected whole ones");
     text->const_count = ++n->count;
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_read_constants_read(pd_ctx *ctx, pd_text *text, pdi_read_constants *n)
+PDI_FN pd_status pdi_read_constants_read(pd_ctx *ctx, pd_text *text, pdi_read_constants_table *n)
 {
-    int section = pdi_text_section(ctx, text, "constants", NULL);
+    int section = pdi_text_get_section(ctx, text, "constants", NULL);
     n->count = 0;
     text->consts = n->symbol;
     text->const_count = 0;
     for (int k = 0; k < text->entry_count; k++)
         if (text->entry[k].section == section)
-            PDI_TRY(pdi_read_constants_add(ctx, text, section, text->entry[k].key, n));
+            PDI_TRY(pdi_read_constants_add_one(ctx, text, section, text->entry[k].key, n));
     return PD_OK;
 }
 
-PDI_FN void pdi_read_constants_append(pd_text *text, pdi_read_constants *n, const char *name, const char *unit,
-                                      double value)
+PDI_FN void pdi_read_constants_add_builtin(pd_text *text, pdi_read_constants_table *n, const char *name,
+                                           const char *unit, double value)
 {
-    PD_ASSERT(n->count < PDI_READ_CONSTANTS_MAX + PDI_READ_CONSTANTS_ROOM);
+    PD_ASSERT(n->count < PDI_READ_CONSTANTS_MAX + PDI_READ_CONSTANTS_EXTRA);
     n->symbol[n->count].name = name;
     n->symbol[n->count].unit = unit;
     n->symbol[n->count++].value = value;

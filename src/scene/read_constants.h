@@ -8,26 +8,26 @@
 
 #ifdef PDI_INTERNAL
 #define PDI_READ_CONSTANTS_MAX 32  /* of a scene */
-#define PDI_READ_CONSTANTS_ROOM 8  /* for those that the caller appends */
+#define PDI_READ_CONSTANTS_EXTRA 8 /* for those that the caller appends */
 
 /* Named constants with their values in SI. */
-typedef struct pdi_read_constants {
-    pd_expr_symbol symbol[PDI_READ_CONSTANTS_MAX + PDI_READ_CONSTANTS_ROOM];
+typedef struct pdi_read_constants_table {
+    pd_expr_symbol symbol[PDI_READ_CONSTANTS_MAX + PDI_READ_CONSTANTS_EXTRA];
     char unit[PDI_READ_CONSTANTS_MAX][PD_UNITS_TEXT]; /* that the symbols point to */
     int count;
-} pdi_read_constants;
+} pdi_read_constants_table;
 
 /* Read all constants in the order of the file; each may use those before it. From then on `text` knows them, as long as
  * `named` lives. PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line. */
-PDI_FN pd_status pdi_read_constants_read(pd_ctx *ctx, pd_text *text, pdi_read_constants *named);
+PDI_FN pd_status pdi_read_constants_read(pd_ctx *ctx, pd_text *text, pdi_read_constants_table *named);
 /* Append a constant of the program (Cs, Csat, T, ...) to the named constants; the string `unit` must live as long. */
-PDI_FN void pdi_read_constants_append(pd_text *text, pdi_read_constants *named, const char *name, const char *unit,
-                                      double value);
+PDI_FN void pdi_read_constants_add_builtin(pd_text *text, pdi_read_constants_table *named, const char *name,
+                                           const char *unit, double value);
 /* SI unit of a dimension as expressions parse it, into unit[PD_UNITS_TEXT]. 1: done; 0: exponents too fractional to
  * print exactly. */
-PDI_FN int pdi_read_constants_unit(pd_ctx *ctx, const pd_dims *dims, char *unit);
+PDI_FN int pdi_read_constants_format_unit(pd_ctx *ctx, const pd_dims *dims, char *unit);
 /* 1: the name is reserved: a variable, constant or function of expressions. */
-PDI_FN int pdi_read_constants_taken(const char *name);
+PDI_FN int pdi_read_constants_is_reserved(const char *name);
 #endif
 
 #endif

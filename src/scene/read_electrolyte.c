@@ -1,95 +1,98 @@
 /* read_electrolyte: see read_electrolyte.h */
 #include "scene/read_electrolyte.h"
 #include "core/vec.h"
-#include "scene/include.h"
+#include "scene/include_files.h"
 #include "scene/override.h"
-#include "scene/syntax.h"
+#include "scene/key_check.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-#define PDI_READ_ELECTROLYTE_WATER 55.34e3 /* [mol/m3] of water at 25 C: 997.05 kg/m3 over 18.015 g/mol */
-#define PDI_READ_ELECTROLYTE_LITRES 1e3    /* in a m3 */
-#define PDI_READ_ELECTROLYTE_TABLES 298.15   /* [K] reference temperature of tabulated constants */
-#define PDI_READ_ELECTROLYTE_COLD 273.0      /* [K] liquid water at 1 atm, between these two */
-#define PDI_READ_ELECTROLYTE_HOT 373.2
+#define PDI_READ_ELECTROLYTE_WATER_C 55.34e3    /* [mol/m3] of water at 25 C: 997.05 kg/m3 over 18.015 g/mol */
+#define PDI_READ_ELECTROLYTE_LITRES_PER_M3 1e3  /* in a m3 */
+#define PDI_READ_ELECTROLYTE_REFERENCE_T 298.15 /* [K] reference temperature of tabulated constants */
+#define PDI_READ_ELECTROLYTE_MIN_T 273.0        /* [K] liquid water at 1 atm, between these two */
+#define PDI_READ_ELECTROLYTE_MAX_T 373.2
 
 /* State of the reader: the electrolyte to fill, and the section of each species for messages. */
-typedef struct pdi_read_electrolyte {
+typedef struct pdi_read_electrolyte_state {
     pd_ctx *ctx;
     pd_text *text;
-    pd_electrolyte *e;
+    pd_electrolyte *electrolyte;
     int chemistry;                    /* section */
-    int by_viscosity;                 /* 1: diffusivities follow the viscosity of water */
+    int diffusion_by_viscosity;       /* 1: diffusivities follow the viscosity of water */
     int section[PD_SPECIES_MOST];     /* of each species */
-} pdi_read_electrolyte;
+} pdi_read_electrolyte_state;
 
 /* Report a failed call of the chemistry room with file:line and key before its message. Returns PD_ERR_ARGUMENT, or the
  * status of that call when it was out of memory. */
-static pd_status pdi_read_electrolyte_fail(const pdi_read_electrolyte *s, int section, const char *key)
+static pd_status pdi_read_electrolyte_fail(const pdi_read_electrolyte_state *s, int section, const char *key)
 {
     char message[PD_MESSAGE_SIZE];
     pd_status status = s->ctx->status;
-    if (pdi_is_final(status)) return status;
+    if (pdi_is_fatal(status)) return status;
     const char *what = strstr(s->ctx->message, ": ");
     snprintf(message, sizeof message, "%s", what ? what + 2 : s->ctx->message);
-    return pdi_text_refuse(s->ctx, s->text, section, key, "%.500s", message);
+    return pdi_text_fail_key(s->ctx, s->text, section, key, "%.500s", message);
 }
 
 /* ---- temperature ---- */
 
 /* Read the temperature [K] first, since constants depend on it, and declare it as the constant T. Read how
  * diffusivities follow it. */
-static pd_status pdi_read_electrolyte_temperature(pdi_read_electrolyte *s, pdi_read_constants *named)
+static pd_status pdi_read_electrolyte_temperature(pdi_read_electrolyte_state *s, pdi_read_constants_table *named)
 {
     static const char *const ways[] = {"given", "viscosity", NULL};
-    double *t = &s->e->temperature;
-    PDI_TRY(pdi_text_number(s->ctx, s->text, s->chemistry, "temperature", "K", "298.15 K", t));
-    if (!(*t >= PDI_READ_ELECTROLYTE_COLD && *t <= PDI_READ_ELECTROLYTE_HOT))
-        return pdi_text_refuse(s->ctx, s->text, s->chemistry, "temperature", "found %g K, expected water from 273 to "
-                               "373 K", *t);
+    double *t = &s->electrolyte->temperature;
+    PDI_TRY(pdi_text_get_number(s->ctx, s->text, s->chemistry, "temperature", "K", "298.15 K", t));
+    if (!(*t >= PDI_READ_ELECTROLYTE_MIN_T && *t <= PDI_READ_ELECTROLYTE_MAX_T))
+        return pdi_text_fail_key(s->ctx, s->text, s->chemistry, "temperature",
+                                 "found %g K, expected water from 273 to "
+                                 "373 K",
+                                 *t);
     for (int k = 0; k < named->count; k++)
         if (strcmp(named->symbol[k].name, "T") == 0)
-            return pdi_text_refuse(s->ctx, s->text, pdi_text_section(s->ctx, s->text, "constants", NULL), "T",
-                                   "found beside species, where T is their temperature, expected another name");
-    pdi_read_constants_append(s->text, named, "T", "K", *t);
-    return pdi_text_choice(s->ctx, s->text, s->chemistry, "diffusion", ways, "given", &s->by_viscosity);
+            return pdi_text_fail_key(s->ctx, s->text, pdi_text_get_section(s->ctx, s->text, "constants", NULL), "T",
+                                     "found beside species, where T is their temperature, expected another name");
+    pdi_read_constants_add_builtin(s->text, named, "T", "K", *t);
+    return pdi_text_get_choice(s->ctx, s->text, s->chemistry, "diffusion", ways, "given", &s->diffusion_by_viscosity);
 }
 
 /* Arrhenius factor of a rate or diffusivity from 25 C to the temperature: exp(energy/R (1/T0 - 1/T)); energy
  * [J/mol]. */
-static double pdi_read_electrolyte_arrhenius(const pdi_read_electrolyte *s, double energy)
+static double pdi_read_electrolyte_arrhenius_factor(const pdi_read_electrolyte_state *s, double energy)
 {
-    return exp(energy / PDI_GAS * (1.0 / PDI_READ_ELECTROLYTE_TABLES - 1.0 / s->e->temperature));
+    return exp(energy / PDI_GAS_CONSTANT *
+               (1.0 / PDI_READ_ELECTROLYTE_REFERENCE_T - 1.0 / s->electrolyte->temperature));
 }
 
 /* log10 of the viscosity of water at `celsius` [C] over that at 20 C: Kestin, Sokolov and Wakeham 1978. */
-static double pdi_read_electrolyte_viscous(double celsius)
+static double pdi_read_electrolyte_log_viscosity(double celsius)
 {
     double less = 20.0 - celsius;
     return less / (celsius + 96.0) * (1.2364 - less * (1.37e-3 - less * 5.7e-6));
 }
 
 /* Factor of a diffusivity from 25 C to the temperature by Stokes-Einstein: D mu/T is constant. */
-static double pdi_read_electrolyte_stokes(const pdi_read_electrolyte *s)
+static double pdi_read_electrolyte_stokes_einstein_factor(const pdi_read_electrolyte_state *s)
 {
-    double t = s->e->temperature, ice = 273.15;
-    double more = pdi_read_electrolyte_viscous(PDI_READ_ELECTROLYTE_TABLES - ice);
-    more -= pdi_read_electrolyte_viscous(t - ice);
-    return t / PDI_READ_ELECTROLYTE_TABLES * pow(10.0, more);
+    double t = s->electrolyte->temperature, ice = 273.15;
+    double more = pdi_read_electrolyte_log_viscosity(PDI_READ_ELECTROLYTE_REFERENCE_T - ice);
+    more -= pdi_read_electrolyte_log_viscosity(t - ice);
+    return t / PDI_READ_ELECTROLYTE_REFERENCE_T * pow(10.0, more);
 }
 
 /* Read the diffusivity [m2/s] at 25 C and convert it to the temperature, by activation energy or viscosity. */
-static pd_status pdi_read_electrolyte_diffusivity(pdi_read_electrolyte *s, int section, double *diffusivity)
+static pd_status pdi_read_electrolyte_diffusivity(pdi_read_electrolyte_state *s, int section, double *diffusivity)
 {
     double energy;
-    int own = pdi_text_has(s->ctx, s->text, section, "activation");
-    PDI_TRY(pdi_text_number(s->ctx, s->text, section, "D", "m2/s", NULL, diffusivity));
+    int own = pdi_text_has_key(s->ctx, s->text, section, "activation");
+    PDI_TRY(pdi_text_get_number(s->ctx, s->text, section, "D", "m2/s", NULL, diffusivity));
     if (own) {
-        PDI_TRY(pdi_text_number(s->ctx, s->text, section, "activation", "J/mol", NULL, &energy));
-        *diffusivity *= pdi_read_electrolyte_arrhenius(s, energy);
-    } else if (s->by_viscosity) {
-        *diffusivity *= pdi_read_electrolyte_stokes(s);
+        PDI_TRY(pdi_text_get_number(s->ctx, s->text, section, "activation", "J/mol", NULL, &energy));
+        *diffusivity *= pdi_read_electrolyte_arrhenius_factor(s, energy);
+    } else if (s->diffusion_by_viscosity) {
+        *diffusivity *= pdi_read_electrolyte_stokes_einstein_factor(s);
     }
     return PD_OK;
 }
@@ -97,76 +100,81 @@ static pd_status pdi_read_electrolyte_diffusivity(pdi_read_electrolyte *s, int s
 /* ---- [species FORMULA] ---- */
 
 /* Read a concentration [mol/m3] of at least 0. */
-static pd_status pdi_read_electrolyte_amount(pdi_read_electrolyte *s, int section, const char *key,
-                                             const char *fallback, double *value)
+static pd_status pdi_read_electrolyte_concentration(pdi_read_electrolyte_state *s, int section, const char *key,
+                                                    const char *fallback, double *value)
 {
-    PDI_TRY(pdi_text_number(s->ctx, s->text, section, key, "mol/m3", fallback, value));
+    PDI_TRY(pdi_text_get_number(s->ctx, s->text, section, key, "mol/m3", fallback, value));
     if (*value >= 0.0 && *value < HUGE_VAL) return PD_OK;
-    return pdi_text_refuse(s->ctx, s->text, section, key, "found %.6g mol/m3, expected a value of at least 0", *value);
+    return pdi_text_fail_key(s->ctx, s->text, section, key, "found %.6g mol/m3, expected a value of at least 0",
+                             *value);
 }
 
 /* Read the concentration of the species in work in the inlet or inside solution; default: the initial one, 0 of
  * solids. */
-static pd_status pdi_read_electrolyte_other(pdi_read_electrolyte *s, int section, const char *key, double *value)
+static pd_status pdi_read_electrolyte_other_concentration(pdi_read_electrolyte_state *s, int section, const char *key,
+                                                          double *value)
 {
-    const pd_electrolyte *e = s->e;
+    const pd_electrolyte *e = s->electrolyte;
     int solid = e->species[e->count].phase == PD_PHASE_SOLID;
     *value = solid ? 0.0 : e->initial[e->count];
-    if (!pdi_text_has(s->ctx, s->text, section, key)) return PD_OK;
-    if (!solid) return pdi_read_electrolyte_amount(s, section, key, NULL, value);
-    return pdi_text_refuse(s->ctx, s->text, section, key, "found it of the solid %s, which does not flow",
-                           e->species[e->count].name);
+    if (!pdi_text_has_key(s->ctx, s->text, section, key)) return PD_OK;
+    if (!solid) return pdi_read_electrolyte_concentration(s, section, key, NULL, value);
+    return pdi_text_fail_key(s->ctx, s->text, section, key, "found it of the solid %s, which does not flow",
+                             e->species[e->count].name);
 }
 
 /* Read one [species FORMULA] section: formula, charge, D, concentrations, molar volume. */
-static pd_status pdi_read_electrolyte_one(pdi_read_electrolyte *s, int section)
+static pd_status pdi_read_electrolyte_one_species(pdi_read_electrolyte_state *s, int section)
 {
-    pd_electrolyte *e = s->e;
+    pd_electrolyte *e = s->electrolyte;
     pd_species_desc desc;
     const char *label = s->text->section[section].label;
     int k = e->count;
     memset(&desc, 0, sizeof desc);
     desc.name = label;
     if (!label[0])
-        return pdi_text_refuse(s->ctx, s->text, section, "species", "found no name, expected [species Mg2+] or another "
-                               "formula");
+        return pdi_text_fail_key(s->ctx, s->text, section, "species",
+                                 "found no name, expected [species Mg2+] or another "
+                                 "formula");
     if (k == PD_SPECIES_MOST)
-        return pdi_text_refuse(s->ctx, s->text, section, "species", "found more than %d species, expected fewer",
-                               PD_SPECIES_MOST);
-    if (pdi_text_has(s->ctx, s->text, section, "formula"))
-        PDI_TRY(pdi_text_string(s->ctx, s->text, section, "formula", NULL, &desc.formula));
-    desc.has_charge = pdi_text_has(s->ctx, s->text, section, "charge");
-    if (desc.has_charge)
-        PDI_TRY(pdi_text_integer(s->ctx, s->text, section, "charge", -20, 20, NULL, &desc.charge));
-    if (pdi_text_has(s->ctx, s->text, section, "D"))
+        return pdi_text_fail_key(s->ctx, s->text, section, "species", "found more than %d species, expected fewer",
+                                 PD_SPECIES_MOST);
+    if (pdi_text_has_key(s->ctx, s->text, section, "formula"))
+        PDI_TRY(pdi_text_get_string(s->ctx, s->text, section, "formula", NULL, &desc.formula));
+    desc.has_charge = pdi_text_has_key(s->ctx, s->text, section, "charge");
+    if (desc.has_charge) PDI_TRY(pdi_text_get_integer(s->ctx, s->text, section, "charge", -20, 20, NULL, &desc.charge));
+    if (pdi_text_has_key(s->ctx, s->text, section, "D"))
         PDI_TRY(pdi_read_electrolyte_diffusivity(s, section, &desc.diffusivity));
-    else if (pdi_text_has(s->ctx, s->text, section, "activation"))
-        return pdi_text_refuse(s->ctx, s->text, section, "activation", "found without D, expected that of 25 C");
+    else if (pdi_text_has_key(s->ctx, s->text, section, "activation"))
+        return pdi_text_fail_key(s->ctx, s->text, section, "activation", "found without D, expected that of 25 C");
     if (pd_species_read(s->ctx, &desc, &e->species[k]) < 0) return pdi_read_electrolyte_fail(s, section, "species");
-    PDI_TRY(pdi_read_electrolyte_amount(s, section, "initial", "0", &e->initial[k]));
-    PDI_TRY(pdi_read_electrolyte_other(s, section, "inlet", &e->inlet[k]));
-    PDI_TRY(pdi_read_electrolyte_other(s, section, "inside", &e->inside[k]));
-    PDI_TRY(pdi_text_number(s->ctx, s->text, section, "volume", "m3/mol", "0", &e->volume[k]));
+    PDI_TRY(pdi_read_electrolyte_concentration(s, section, "initial", "0", &e->initial[k]));
+    PDI_TRY(pdi_read_electrolyte_other_concentration(s, section, "inlet", &e->inlet[k]));
+    PDI_TRY(pdi_read_electrolyte_other_concentration(s, section, "inside", &e->inside[k]));
+    PDI_TRY(pdi_text_get_number(s->ctx, s->text, section, "volume", "m3/mol", "0", &e->volume[k]));
     if (!(e->volume[k] >= 0.0) || (e->volume[k] > 0.0 && e->species[k].phase != PD_PHASE_SOLID))
-        return pdi_text_refuse(s->ctx, s->text, section, "volume", "found %g m3/mol of %s, expected a positive value "
-                               "of a solid", e->volume[k], label);
+        return pdi_text_fail_key(s->ctx, s->text, section, "volume",
+                                 "found %g m3/mol of %s, expected a positive value "
+                                 "of a solid",
+                                 e->volume[k], label);
     s->section[k] = section;
     e->count++;
     return PD_OK;
 }
 
 /* Read all species, and add the solvent H2O if the file has none. */
-static pd_status pdi_read_electrolyte_species(pdi_read_electrolyte *s)
+static pd_status pdi_read_electrolyte_species(pdi_read_electrolyte_state *s)
 {
-    pd_electrolyte *e = s->e;
+    pd_electrolyte *e = s->electrolyte;
     pd_species_desc water;
-    for (int k = pdi_text_next(s->ctx, s->text, "species", -1); k >= 0;
-         k = pdi_text_next(s->ctx, s->text, "species", k))
-        PDI_TRY(pdi_read_electrolyte_one(s, k));
+    for (int k = pdi_text_next_section(s->ctx, s->text, "species", -1); k >= 0;
+         k = pdi_text_next_section(s->ctx, s->text, "species", k))
+        PDI_TRY(pdi_read_electrolyte_one_species(s, k));
     if (!e->count)
-        return pdi_text_refuse(s->ctx, s->text, s->chemistry, "chemistry", "found no species, expected [species Na+] "
-                               "and others");
-    int solvent = pdi_electrolyte_find(e, "H2O");
+        return pdi_text_fail_key(s->ctx, s->text, s->chemistry, "chemistry",
+                                 "found no species, expected [species Na+] "
+                                 "and others");
+    int solvent = pdi_electrolyte_find_species(e, "H2O");
     if (solvent < 0 && e->count < PD_SPECIES_MOST) {
         memset(&water, 0, sizeof water);
         water.name = "H2O";
@@ -175,9 +183,11 @@ static pd_status pdi_read_electrolyte_species(pdi_read_electrolyte *s)
         solvent = e->count++;
     }
     if (solvent < 0)
-        return pdi_text_refuse(s->ctx, s->text, s->section[e->count - 1], "species", "found %d species beside water, "
-                               "expected at most %d", e->count, PD_SPECIES_MOST - 1);
-    if (!(e->initial[solvent] > 0.0)) e->initial[solvent] = PDI_READ_ELECTROLYTE_WATER;
+        return pdi_text_fail_key(s->ctx, s->text, s->section[e->count - 1], "species",
+                                 "found %d species beside water, "
+                                 "expected at most %d",
+                                 e->count, PD_SPECIES_MOST - 1);
+    if (!(e->initial[solvent] > 0.0)) e->initial[solvent] = PDI_READ_ELECTROLYTE_WATER_C;
     e->inlet[solvent] = e->inside[solvent] = e->initial[solvent];
     return PD_OK;
 }
@@ -185,12 +195,12 @@ static pd_status pdi_read_electrolyte_species(pdi_read_electrolyte *s)
 /* ---- [reaction NAME] ---- */
 
 /* Read an equilibrium or rate constant: *value and unit[PD_UNITS_TEXT] as a product of powers of mol, L and s. */
-static pd_status pdi_read_electrolyte_constant(pdi_read_electrolyte *s, int section, const char *key, double *value,
-                                               char *unit)
+static pd_status pdi_read_electrolyte_constant(pdi_read_electrolyte_state *s, int section, const char *key,
+                                               double *value, char *unit)
 {
     static const char *const names[] = {"mol", "L", "s"};
     pd_expr expr;
-    PDI_TRY(pdi_text_expr(s->ctx, s->text, section, key, NULL, NULL, 0, NULL, &expr));
+    PDI_TRY(pdi_text_get_expr(s->ctx, s->text, section, key, NULL, NULL, 0, NULL, &expr));
     pd_dims dims = expr.dims;
     *value = pdi_expr_eval(&expr, NULL);
     pdi_expr_free(s->ctx, &expr);
@@ -198,9 +208,9 @@ static pd_status pdi_read_electrolyte_constant(pdi_read_electrolyte *s, int sect
     if (dims.e[1] != 0.0 || dims.e[3] != 0.0 || dims.e[5] != 0.0) {
         char found[PD_UNITS_TEXT];
         pdi_units_describe(&dims, found);
-        return pdi_text_refuse(s->ctx, s->text, section, key, "found %s, expected a unit of mol, L and s", found);
+        return pdi_text_fail_key(s->ctx, s->text, section, key, "found %s, expected a unit of mol, L and s", found);
     }
-    *value *= pow(PDI_READ_ELECTROLYTE_LITRES, power[1]);
+    *value *= pow(PDI_READ_ELECTROLYTE_LITRES_PER_M3, power[1]);
     unit[0] = '\0';
     for (int sign = 1; sign >= -1; sign -= 2)
         for (int k = 0; k < 3; k++) {
@@ -215,16 +225,17 @@ static pd_status pdi_read_electrolyte_constant(pdi_read_electrolyte *s, int sect
 
 /* Convert the equilibrium constant from 25 C to the temperature by van't Hoff, if its enthalpy is given (theory: eq.
  * 5b.12). */
-static pd_status pdi_read_electrolyte_heat(pdi_read_electrolyte *s, int section, pd_reaction_desc *desc)
+static pd_status pdi_read_electrolyte_vant_hoff(pdi_read_electrolyte_state *s, int section, pd_reaction_desc *desc)
 {
-    pd_electrolyte *e = s->e;
+    pd_electrolyte *e = s->electrolyte;
     double *enthalpy = &e->enthalpy[e->reactions];
     *enthalpy = NAN;
-    if (!pdi_text_has(s->ctx, s->text, section, "enthalpy")) return PD_OK;
+    if (!pdi_text_has_key(s->ctx, s->text, section, "enthalpy")) return PD_OK;
     if (isnan(desc->k))
-        return pdi_text_refuse(s->ctx, s->text, section, "enthalpy", "found without a constant, expected K or log10_K");
-    PDI_TRY(pdi_text_number(s->ctx, s->text, section, "enthalpy", "J/mol", NULL, enthalpy));
-    double more = *enthalpy / PDI_GAS * (1.0 / PDI_READ_ELECTROLYTE_TABLES - 1.0 / e->temperature);
+        return pdi_text_fail_key(s->ctx, s->text, section, "enthalpy",
+                                 "found without a constant, expected K or log10_K");
+    PDI_TRY(pdi_text_get_number(s->ctx, s->text, section, "enthalpy", "J/mol", NULL, enthalpy));
+    double more = *enthalpy / PDI_GAS_CONSTANT * (1.0 / PDI_READ_ELECTROLYTE_REFERENCE_T - 1.0 / e->temperature);
     if (strcmp(desc->k_unit, "log10") == 0) desc->k += more / log(10.0);
     else desc->k *= exp(more);
     return PD_OK;
@@ -232,24 +243,26 @@ static pd_status pdi_read_electrolyte_heat(pdi_read_electrolyte *s, int section,
 
 /* Convert the rate constants from 25 C to the temperature by Arrhenius: forward with the activation energy, backward
  * with that less the enthalpy, so that their ratio stays K. */
-static pd_status pdi_read_electrolyte_speed(pdi_read_electrolyte *s, int section, pd_reaction_desc *desc)
+static pd_status pdi_read_electrolyte_rate_temperature(pdi_read_electrolyte_state *s, int section,
+                                                       pd_reaction_desc *desc)
 {
-    double energy, enthalpy = s->e->enthalpy[s->e->reactions];
-    if (!pdi_text_has(s->ctx, s->text, section, "activation")) return PD_OK;
+    double energy, enthalpy = s->electrolyte->enthalpy[s->electrolyte->reactions];
+    if (!pdi_text_has_key(s->ctx, s->text, section, "activation")) return PD_OK;
     if (!(desc->forward > 0.0) && !(desc->backward > 0.0))
-        return pdi_text_refuse(s->ctx, s->text, section, "activation", "found without a rate, expected forward or "
-                               "backward");
-    PDI_TRY(pdi_text_number(s->ctx, s->text, section, "activation", "J/mol", NULL, &energy));
-    desc->forward *= pdi_read_electrolyte_arrhenius(s, energy);
-    desc->backward *= pdi_read_electrolyte_arrhenius(s, isnan(enthalpy) ? energy : energy - enthalpy);
+        return pdi_text_fail_key(s->ctx, s->text, section, "activation",
+                                 "found without a rate, expected forward or "
+                                 "backward");
+    PDI_TRY(pdi_text_get_number(s->ctx, s->text, section, "activation", "J/mol", NULL, &energy));
+    desc->forward *= pdi_read_electrolyte_arrhenius_factor(s, energy);
+    desc->backward *= pdi_read_electrolyte_arrhenius_factor(s, isnan(enthalpy) ? energy : energy - enthalpy);
     return PD_OK;
 }
 
 /* Read one [reaction NAME] section: equation, equilibrium constant, rate constants. */
-static pd_status pdi_read_electrolyte_reaction(pdi_read_electrolyte *s, int section)
+static pd_status pdi_read_electrolyte_reaction(pdi_read_electrolyte_state *s, int section)
 {
     static const char *const rates[] = {"forward", "backward"};
-    pd_electrolyte *e = s->e;
+    pd_electrolyte *e = s->electrolyte;
     pd_reaction_desc desc;
     char unit[3][PD_UNITS_TEXT];
     double *rate[2] = {&desc.forward, &desc.backward};
@@ -261,32 +274,36 @@ static pd_status pdi_read_electrolyte_reaction(pdi_read_electrolyte *s, int sect
     desc.forward_unit = unit[1];
     desc.backward_unit = unit[2];
     if (!desc.name[0])
-        return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found no name, expected [reaction water] or "
-                               "another word");
+        return pdi_text_fail_key(s->ctx, s->text, section, "reaction",
+                                 "found no name, expected [reaction water] or "
+                                 "another word");
     if (e->reactions == PD_REACTION_MOST)
-        return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found more than %d reactions, expected fewer",
-                               PD_REACTION_MOST);
-    PDI_TRY(pdi_text_string(s->ctx, s->text, section, "equation", NULL, &desc.text));
+        return pdi_text_fail_key(s->ctx, s->text, section, "reaction", "found more than %d reactions, expected fewer",
+                                 PD_REACTION_MOST);
+    PDI_TRY(pdi_text_get_string(s->ctx, s->text, section, "equation", NULL, &desc.text));
     const char *first = strchr(desc.text, '=');
     if (first && strchr(first + 1, '='))
-        return pdi_text_refuse(s->ctx, s->text, section, "equation", "found a second = in '%.120s', expected one, and "
-                               "behind the equation K, log10_K, forward or backward", desc.text);
-    if (pdi_text_has(s->ctx, s->text, section, "log10_K")) {
-        if (pdi_text_has(s->ctx, s->text, section, "K"))
-            return pdi_text_refuse(s->ctx, s->text, section, "log10_K", "found beside 'K', expected one of them");
-        PDI_TRY(pdi_text_number(s->ctx, s->text, section, "log10_K", "", NULL, &desc.k));
+        return pdi_text_fail_key(s->ctx, s->text, section, "equation",
+                                 "found a second = in '%.120s', expected one, and "
+                                 "behind the equation K, log10_K, forward or backward",
+                                 desc.text);
+    if (pdi_text_has_key(s->ctx, s->text, section, "log10_K")) {
+        if (pdi_text_has_key(s->ctx, s->text, section, "K"))
+            return pdi_text_fail_key(s->ctx, s->text, section, "log10_K", "found beside 'K', expected one of them");
+        PDI_TRY(pdi_text_get_number(s->ctx, s->text, section, "log10_K", "", NULL, &desc.k));
         desc.k_unit = "log10";
-    } else if (pdi_text_has(s->ctx, s->text, section, "K")) {
+    } else if (pdi_text_has_key(s->ctx, s->text, section, "K")) {
         PDI_TRY(pdi_read_electrolyte_constant(s, section, "K", &desc.k, unit[0]));
     }
-    PDI_TRY(pdi_read_electrolyte_heat(s, section, &desc));
+    PDI_TRY(pdi_read_electrolyte_vant_hoff(s, section, &desc));
     for (int k = 0; k < 2; k++) {
-        if (!pdi_text_has(s->ctx, s->text, section, rates[k])) continue;
+        if (!pdi_text_has_key(s->ctx, s->text, section, rates[k])) continue;
         PDI_TRY(pdi_read_electrolyte_constant(s, section, rates[k], rate[k], unit[1 + k]));
         if (!(*rate[k] > 0.0))
-            return pdi_text_refuse(s->ctx, s->text, section, rates[k], "found %g, expected a positive value", *rate[k]);
+            return pdi_text_fail_key(s->ctx, s->text, section, rates[k], "found %g, expected a positive value",
+                                     *rate[k]);
     }
-    PDI_TRY(pdi_read_electrolyte_speed(s, section, &desc));
+    PDI_TRY(pdi_read_electrolyte_rate_temperature(s, section, &desc));
     if (pd_reaction_read(s->ctx, &desc, e->species, e->count, &e->reaction[e->reactions]) < 0)
         return pdi_read_electrolyte_fail(s, section, "equation");
     e->reactions++;
@@ -296,50 +313,56 @@ static pd_status pdi_read_electrolyte_reaction(pdi_read_electrolyte *s, int sect
 /* ---- [chemistry] ---- */
 
 /* Read the ion that a key names (balance, counter): its index; -1: the key is absent. */
-static pd_status pdi_read_electrolyte_ion(pdi_read_electrolyte *s, const char *key, int *ion)
+static pd_status pdi_read_electrolyte_ion(pdi_read_electrolyte_state *s, const char *key, int *ion)
 {
     const char *name;
     *ion = -1;
-    if (!pdi_text_has(s->ctx, s->text, s->chemistry, key)) return PD_OK;
-    PDI_TRY(pdi_text_string(s->ctx, s->text, s->chemistry, key, NULL, &name));
-    *ion = pdi_electrolyte_find(s->e, name);
+    if (!pdi_text_has_key(s->ctx, s->text, s->chemistry, key)) return PD_OK;
+    PDI_TRY(pdi_text_get_string(s->ctx, s->text, s->chemistry, key, NULL, &name));
+    *ion = pdi_electrolyte_find_species(s->electrolyte, name);
     if (*ion < 0)
-        return pdi_text_refuse(s->ctx, s->text, s->chemistry, key, "found '%.40s', which no section defines, expected "
-                               "an ion of a [species ...]", name);
-    if (s->e->species[*ion].phase == PD_PHASE_SOLUTE && s->e->species[*ion].charge) return PD_OK;
-    return pdi_text_refuse(s->ctx, s->text, s->chemistry, key, "found '%.40s', which is no ion, expected one such as "
-                           "Cl-", name);
+        return pdi_text_fail_key(s->ctx, s->text, s->chemistry, key,
+                                 "found '%.40s', which no section defines, expected "
+                                 "an ion of a [species ...]",
+                                 name);
+    if (s->electrolyte->species[*ion].phase == PD_PHASE_SOLUTE && s->electrolyte->species[*ion].charge) return PD_OK;
+    return pdi_text_fail_key(s->ctx, s->text, s->chemistry, key,
+                             "found '%.40s', which is no ion, expected one such as "
+                             "Cl-",
+                             name);
 }
 
 /* Read a pH from -2 to 16; unchanged if the key is absent. */
-static pd_status pdi_read_electrolyte_ph(pdi_read_electrolyte *s, const char *key, double *ph)
+static pd_status pdi_read_electrolyte_ph(pdi_read_electrolyte_state *s, const char *key, double *ph)
 {
-    if (!pdi_text_has(s->ctx, s->text, s->chemistry, key)) return PD_OK;
-    PDI_TRY(pdi_text_number(s->ctx, s->text, s->chemistry, key, "", NULL, ph));
+    if (!pdi_text_has_key(s->ctx, s->text, s->chemistry, key)) return PD_OK;
+    PDI_TRY(pdi_text_get_number(s->ctx, s->text, s->chemistry, key, "", NULL, ph));
     if (*ph >= -2.0 && *ph <= 16.0) return PD_OK;
-    return pdi_text_refuse(s->ctx, s->text, s->chemistry, key, "found %g, expected a pH from -2 to 16", *ph);
+    return pdi_text_fail_key(s->ctx, s->text, s->chemistry, key, "found %g, expected a pH from -2 to 16", *ph);
 }
 
 /* Read the section [chemistry]: activity model, minerals, balancing ions, pH of the three solutions. */
-static pd_status pdi_read_electrolyte_chemistry(pdi_read_electrolyte *s)
+static pd_status pdi_read_electrolyte_chemistry(pdi_read_electrolyte_state *s)
 {
     static const char *const activities[] = {"ideal", "davies", NULL}, *const minerals[] = {"given", "all", NULL};
-    pd_electrolyte *e = s->e;
+    pd_electrolyte *e = s->electrolyte;
     const char *files; /* they are in the text */
     int activity, at = s->chemistry;
-    if (pdi_text_has(s->ctx, s->text, at, "include"))
-        PDI_TRY(pdi_text_string(s->ctx, s->text, at, "include", NULL, &files));
-    PDI_TRY(pdi_text_choice(s->ctx, s->text, at, "activity", activities, "davies", &activity));
+    if (pdi_text_has_key(s->ctx, s->text, at, "include"))
+        PDI_TRY(pdi_text_get_string(s->ctx, s->text, at, "include", NULL, &files));
+    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, at, "activity", activities, "davies", &activity));
     e->activity = (pd_activity)activity;
-    PDI_TRY(pdi_text_choice(s->ctx, s->text, at, "minerals", minerals, "given", &e->precipitates));
+    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, at, "minerals", minerals, "given", &e->precipitates));
     PDI_TRY(pdi_read_electrolyte_ion(s, "balance", &e->balance));
     PDI_TRY(pdi_read_electrolyte_ion(s, "counter", &e->counter));
     if (e->counter < 0) e->counter = e->balance;
-    if (e->counter >= 0 && (strcmp(e->species[e->counter].name, "H+") == 0 ||
-                            strcmp(e->species[e->counter].name, "OH-") == 0) &&
-        pdi_text_has(s->ctx, s->text, at, "pH"))
-        return pdi_text_refuse(s->ctx, s->text, at, "pH", "found beside balance or counter = %s, expected another ion, "
-                               "that of a salt", e->species[e->counter].name);
+    if (e->counter >= 0 &&
+        (strcmp(e->species[e->counter].name, "H+") == 0 || strcmp(e->species[e->counter].name, "OH-") == 0) &&
+        pdi_text_has_key(s->ctx, s->text, at, "pH"))
+        return pdi_text_fail_key(s->ctx, s->text, at, "pH",
+                                 "found beside balance or counter = %s, expected another ion, "
+                                 "that of a salt",
+                                 e->species[e->counter].name);
     PDI_TRY(pdi_read_electrolyte_ph(s, "pH", &e->ph));
     e->inlet_ph = e->inside_ph = e->ph;
     PDI_TRY(pdi_read_electrolyte_ph(s, "inlet_pH", &e->inlet_ph));
@@ -348,59 +371,61 @@ static pd_status pdi_read_electrolyte_chemistry(pdi_read_electrolyte *s)
 
 /* Make the inlet or inside solution c[species] [mol/m3] neutral with its pH; errors name the key of one of its
  * concentrations, or key_ph. */
-static pd_status pdi_read_electrolyte_neutral(pdi_read_electrolyte *s, const char *key, const char *key_ph, double ph,
-                                              double *c)
+static pd_status pdi_read_electrolyte_close_solution(pdi_read_electrolyte_state *s, const char *key, const char *key_ph,
+                                                     double ph, double *c)
 {
     int written = -1;
-    for (int k = 0; k < s->e->count; k++)
-        if (written < 0 && s->section[k] != s->chemistry && pdi_text_has(s->ctx, s->text, s->section[k], key))
+    for (int k = 0; k < s->electrolyte->count; k++)
+        if (written < 0 && s->section[k] != s->chemistry && pdi_text_has_key(s->ctx, s->text, s->section[k], key))
             written = s->section[k];
-    if (pd_electrolyte_close(s->ctx, s->e, ph, c) == PD_OK) return PD_OK;
+    if (pd_electrolyte_close(s->ctx, s->electrolyte, ph, c) == PD_OK) return PD_OK;
     return written < 0 ? pdi_read_electrolyte_fail(s, s->chemistry, key_ph)
                        : pdi_read_electrolyte_fail(s, written, key);
 }
 
 /* Make the initial, inlet and inside solutions neutral with their pH; keep the recipe as it was before. */
-static pd_status pdi_read_electrolyte_close(pdi_read_electrolyte *s)
+static pd_status pdi_read_electrolyte_close_solutions(pdi_read_electrolyte_state *s)
 {
-    pd_electrolyte *e = s->e;
+    pd_electrolyte *e = s->electrolyte;
     pd_speciation system;
-    if (pdi_electrolyte_build(s->ctx, e, NULL, &system) < 0)
+    if (pdi_electrolyte_build_speciation(s->ctx, e, NULL, &system) < 0)
         return pdi_read_electrolyte_fail(s, s->chemistry, "chemistry");
     memcpy(e->recipe, e->initial, sizeof e->recipe);
     if (pd_electrolyte_close(s->ctx, e, NAN, e->initial) < 0)
         return pdi_read_electrolyte_fail(s, s->chemistry, "chemistry");
     if (pd_electrolyte_close(s->ctx, e, e->ph, e->initial) < 0)
         return pdi_read_electrolyte_fail(s, s->chemistry, "pH");
-    PDI_TRY(pdi_read_electrolyte_neutral(s, "inlet", "inlet_pH", e->inlet_ph, e->inlet));
-    return pdi_read_electrolyte_neutral(s, "inside", "inside_pH", e->inside_ph, e->inside);
+    PDI_TRY(pdi_read_electrolyte_close_solution(s, "inlet", "inlet_pH", e->inlet_ph, e->inlet));
+    return pdi_read_electrolyte_close_solution(s, "inside", "inside_pH", e->inside_ph, e->inside);
 }
 
-PDI_FN int pdi_read_electrolyte_given(pd_ctx *ctx, pd_text *text)
+PDI_FN int pdi_read_electrolyte_has_sections(pd_ctx *ctx, pd_text *text)
 {
     static const char *const names[] = {"chemistry", "species", "reaction", "mineral"};
     int given = 0;
-    for (size_t k = 0; k < sizeof names / sizeof names[0]; k++) given |= pdi_text_next(ctx, text, names[k], -1) >= 0;
+    for (size_t k = 0; k < sizeof names / sizeof names[0]; k++)
+        given |= pdi_text_next_section(ctx, text, names[k], -1) >= 0;
     return given;
 }
 
-PDI_FN pd_status pdi_read_electrolyte_sections(pd_ctx *ctx, pd_text *text, pdi_read_constants *named,
+PDI_FN pd_status pdi_read_electrolyte_sections(pd_ctx *ctx, pd_text *text, pdi_read_constants_table *named,
                                                pd_electrolyte *e)
 {
-    pdi_read_electrolyte s;
+    pdi_read_electrolyte_state s;
     memset(&s, 0, sizeof s);
     memset(e, 0, sizeof *e);
     s.ctx = ctx;
     s.text = text;
-    s.e = e;
+    s.electrolyte = e;
     e->ph = e->inlet_ph = e->inside_ph = NAN;
-    s.chemistry = pdi_text_section(ctx, text, "chemistry", NULL);
+    s.chemistry = pdi_text_get_section(ctx, text, "chemistry", NULL);
     PDI_TRY(pdi_read_electrolyte_temperature(&s, named));
     PDI_TRY(pdi_read_electrolyte_species(&s));
     PDI_TRY(pdi_read_electrolyte_chemistry(&s));
-    for (int k = pdi_text_next(ctx, text, "reaction", -1); k >= 0; k = pdi_text_next(ctx, text, "reaction", k))
+    for (int k = pdi_text_next_section(ctx, text, "reaction", -1); k >= 0;
+         k = pdi_text_next_section(ctx, text, "reaction", k))
         PDI_TRY(pdi_read_electrolyte_reaction(&s, k));
-    return pdi_read_electrolyte_close(&s);
+    return pdi_read_electrolyte_close_solutions(&s);
 }
 
 PDI_FN pd_status pdi_read_electrolyte_prepare(pd_ctx *ctx, pd_text *text, const char *const *overrides, int count)
@@ -410,7 +435,7 @@ PDI_FN pd_status pdi_read_electrolyte_prepare(pd_ctx *ctx, pd_text *text, const 
         for (int k = 0; k < count; k++)
             if ((strncmp(overrides[k], first, sizeof first - 1) == 0) == !turn)
                 PDI_TRY(pdi_override_apply(ctx, text, overrides[k]));
-        if (!turn) PDI_TRY(pdi_include_read(ctx, text));
+        if (!turn) PDI_TRY(pdi_include_files_read(ctx, text));
     }
     return PD_OK;
 }
@@ -421,12 +446,13 @@ PDI_FN pd_status pdi_read_electrolyte_prepare(pd_ctx *ctx, pd_text *text, const 
 static pd_status pdi_read_electrolyte_text(pd_ctx *ctx, pd_text *text, const char *const *overrides, int count,
                                            pd_electrolyte *e)
 {
-    pdi_read_constants named;
+    pdi_read_constants_table named;
     text->scene = 1;
     PDI_TRY(pdi_read_electrolyte_prepare(ctx, text, overrides, count));
-    PDI_TRY(pdi_syntax_check(ctx, text));
-    if (!pdi_read_electrolyte_given(ctx, text))
-        return pdi_text_refuse(ctx, text, 0, "chemistry", "found no species, expected sections such as [species Na+]");
+    PDI_TRY(pdi_key_check_all(ctx, text));
+    if (!pdi_read_electrolyte_has_sections(ctx, text))
+        return pdi_text_fail_key(ctx, text, 0, "chemistry",
+                                 "found no species, expected sections such as [species Na+]");
     memset(&named, 0, sizeof named);
     PDI_TRY(pdi_read_constants_read(ctx, text, &named));
     pd_status status = pdi_read_electrolyte_sections(ctx, text, &named, e);
@@ -436,8 +462,8 @@ static pd_status pdi_read_electrolyte_text(pd_ctx *ctx, pd_text *text, const cha
 }
 
 /* Read an electrolyte from the text of a file of its own, and free the text; on failure the electrolyte is zero. */
-static pd_status pdi_read_electrolyte_take(pd_ctx *ctx, pd_text *text, const char *const *overrides, int count,
-                                           pd_electrolyte *e)
+static pd_status pdi_read_electrolyte_text_and_free(pd_ctx *ctx, pd_text *text, const char *const *overrides, int count,
+                                                    pd_electrolyte *e)
 {
     pd_status status = pdi_read_electrolyte_text(ctx, text, overrides, count, e);
     pdi_text_free(ctx, text);
@@ -450,7 +476,7 @@ pd_status pd_electrolyte_read(pd_ctx *ctx, const char *path, const char *const *
     pd_text text;
     memset(e, 0, sizeof *e);
     PDI_TRY(pdi_text_read(ctx, path, &text));
-    return pdi_read_electrolyte_take(ctx, &text, overrides, count, e);
+    return pdi_read_electrolyte_text_and_free(ctx, &text, overrides, count, e);
 }
 
 pd_status pd_electrolyte_parse(pd_ctx *ctx, const char *path, const char *text, const char *const *overrides, int count,
@@ -459,5 +485,5 @@ pd_status pd_electrolyte_parse(pd_ctx *ctx, const char *path, const char *text, 
     pd_text own;
     memset(e, 0, sizeof *e);
     PDI_TRY(pdi_text_build(ctx, path, text, strlen(text), &own));
-    return pdi_read_electrolyte_take(ctx, &own, overrides, count, e);
+    return pdi_read_electrolyte_text_and_free(ctx, &own, overrides, count, e);
 }

@@ -26,10 +26,10 @@ PD_API pd_status pd_electrolyte_parse(pd_ctx *ctx, const char *path, const char 
                                       int count, pd_electrolyte *electrolyte);
 #ifdef PDI_INTERNAL
 /* 1: the text has a section of chemistry. */
-PDI_FN int pdi_read_electrolyte_given(pd_ctx *ctx, pd_text *text);
+PDI_FN int pdi_read_electrolyte_has_sections(pd_ctx *ctx, pd_text *text);
 /* Read the electrolyte from a text whose constants are declared and whose files are included. Declares the temperature
  * T as a constant. */
-PDI_FN pd_status pdi_read_electrolyte_sections(pd_ctx *ctx, pd_text *text, pdi_read_constants *named,
+PDI_FN pd_status pdi_read_electrolyte_sections(pd_ctx *ctx, pd_text *text, pdi_read_constants_table *named,
                                                pd_electrolyte *electrolyte);
 /* Include the files of [chemistry] and apply overrides; an override of chemistry.include is applied first. */
 PDI_FN pd_status pdi_read_electrolyte_prepare(pd_ctx *ctx, pd_text *text, const char *const *overrides, int count);

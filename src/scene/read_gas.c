@@ -6,60 +6,63 @@ PDI_FN pd_status pdi_read_gas_side(pd_ctx *ctx, pd_text *text, int section, pd_s
 {
     static const char *const flows[] = {"slip", "inlet", "outlet", "periodic", "mirror", NULL};
     int flow;
-    PDI_TRY(pdi_text_choice(ctx, text, section, "flow", flows, "slip", &flow));
+    PDI_TRY(pdi_text_get_choice(ctx, text, section, "flow", flows, "slip", &flow));
     side->kind = (pd_side)flow;
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_read_gas_alone(pd_ctx *ctx, pd_text *text, const pd_setup *u)
+PDI_FN pd_status pdi_read_gas_check_alone(pd_ctx *ctx, pd_text *text, const pd_setup *u)
 {
-    int section = pdi_text_section(ctx, text, "gas", NULL);
+    int section = pdi_text_get_section(ctx, text, "gas", NULL);
     const char *beside = u->has_flow ? "flow" : u->has_transport ? "transport" : u->has_dissolve ? "dissolve" :
                          u->has_corrode ? "corrode" : NULL;
     if (!u->has_gas || !beside) return PD_OK;
-    return pdi_text_refuse(ctx, text, section, "gas", "found beside [%s], expected [gas] alone: an inviscid gas "
-                           "carries nothing and attacks nothing", beside);
+    return pdi_text_fail_key(ctx, text, section, "gas",
+                             "found beside [%s], expected [gas] alone: an inviscid gas "
+                             "carries nothing and attacks nothing",
+                             beside);
 }
 
 /* Read an expression in x, y, z; if it is constant it must be positive. */
-static pd_status pdi_read_gas_positive(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
-                                       pd_expr *expr)
+static pd_status pdi_read_gas_positive_expr(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
+                                            pd_expr *expr)
 {
-    PDI_TRY(pdi_text_expr(ctx, text, section, key, unit, pdi_setup_position(), PD_DIM, NULL, expr));
-    if (!pdi_expr_constant(expr)) return PD_OK;
+    PDI_TRY(pdi_text_get_expr(ctx, text, section, key, unit, pdi_setup_get_position_symbols(), PD_DIM, NULL, expr));
+    if (!pdi_expr_is_constant(expr)) return PD_OK;
     double value = pdi_expr_eval(expr, NULL);
     if (value > 0.0 && value < 1e100) return PD_OK;
-    return pdi_text_refuse(ctx, text, section, key, "found %.6g %s, expected a positive value", value, unit);
+    return pdi_text_fail_key(ctx, text, section, key, "found %.6g %s, expected a positive value", value, unit);
 }
 
 /* Read a number above `low` and at most `high`. */
-static pd_status pdi_read_gas_number(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
-                                     double low, double high, double *value)
+static pd_status pdi_read_gas_bounded(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
+                                      double low, double high, double *value)
 {
-    PDI_TRY(pdi_text_number(ctx, text, section, key, "", fallback, value));
+    PDI_TRY(pdi_text_get_number(ctx, text, section, key, "", fallback, value));
     if (*value > low && *value <= high) return PD_OK;
-    return pdi_text_refuse(ctx, text, section, key, "found %.6g, expected a value above %g and at most %g", *value, low,
-                           high);
+    return pdi_text_fail_key(ctx, text, section, key, "found %.6g, expected a value above %g and at most %g", *value,
+                             low, high);
 }
 
 PDI_FN pd_status pdi_read_gas_read(pd_ctx *ctx, pd_text *text, pd_setup *u)
 {
     static const char *const orders[] = {"second", "first", NULL};
     static const char *const keys[] = {"vx", "vy", "vz"};
-    int section = pdi_text_section(ctx, text, "gas", NULL), order;
+    int section = pdi_text_get_section(ctx, text, "gas", NULL), order;
     if (!u->has_gas) return PD_OK;
     /* without friction a plane wall is a plane of symmetry, and bonds to images know no corner */
     for (int side = 0; side < 2 * PD_DIM; side++)
         if (u->side[side].kind == PD_SIDE_WALL) u->side[side].kind = PD_SIDE_MIRROR;
     if (u->axisymmetric)
-        return pdi_text_refuse(ctx, text, section, "gas",
-                               "found in a box with geometry = axisymmetric, expected planar");
-    PDI_TRY(pdi_read_gas_number(ctx, text, section, "gamma", "1.4", 1.0, 10.0, &u->gas_gamma));
-    PDI_TRY(pdi_read_gas_positive(ctx, text, section, "rho", "kg/m3", &u->gas_rho));
-    PDI_TRY(pdi_read_gas_positive(ctx, text, section, "p", "Pa", &u->gas_p));
+        return pdi_text_fail_key(ctx, text, section, "gas",
+                                 "found in a box with geometry = axisymmetric, expected planar");
+    PDI_TRY(pdi_read_gas_bounded(ctx, text, section, "gamma", "1.4", 1.0, 10.0, &u->gas_gamma));
+    PDI_TRY(pdi_read_gas_positive_expr(ctx, text, section, "rho", "kg/m3", &u->gas_rho));
+    PDI_TRY(pdi_read_gas_positive_expr(ctx, text, section, "p", "Pa", &u->gas_p));
     for (int d = 0; d < PD_DIM; d++)
-        PDI_TRY(pdi_text_expr(ctx, text, section, keys[d], "m/s", pdi_setup_position(), PD_DIM, "0", &u->start[d]));
-    PDI_TRY(pdi_text_choice(ctx, text, section, "order", orders, "second", &order));
+        PDI_TRY(pdi_text_get_expr(ctx, text, section, keys[d], "m/s", pdi_setup_get_position_symbols(), PD_DIM, "0",
+                                  &u->start[d]));
+    PDI_TRY(pdi_text_get_choice(ctx, text, section, "order", orders, "second", &order));
     u->gas_order = (pd_gas_order)order;
-    return pdi_read_gas_number(ctx, text, section, "cfl", "0.8", 0.0, 1.0, &u->gas_cfl);
+    return pdi_read_gas_bounded(ctx, text, section, "cfl", "0.8", 0.0, 1.0, &u->gas_cfl);
 }

@@ -9,7 +9,7 @@
 PDI_FN pd_status pdi_read_gas_read(pd_ctx *ctx, pd_text *text, pd_setup *setup);
 /* Check that no flow, transport or dissolution stands beside a gas: the inviscid gas is not coupled to them.
  * PD_ERR_ARGUMENT. */
-PDI_FN pd_status pdi_read_gas_alone(pd_ctx *ctx, pd_text *text, const pd_setup *setup);
+PDI_FN pd_status pdi_read_gas_check_alone(pd_ctx *ctx, pd_text *text, const pd_setup *setup);
 /* Read the boundary condition of a side for a gas: slip, inlet, outlet, periodic or mirror. */
 PDI_FN pd_status pdi_read_gas_side(pd_ctx *ctx, pd_text *text, int section, pd_setup_side *side);
 #endif

@@ -1,150 +1,161 @@
 /* read_measured: see read_measured.h */
 #include "scene/read_measured.h"
-#include "scene/named_files.h"
+#include "scene/input_files.h"
 #include "scene/read_tables.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-#define PDI_READ_MEASURED_SAME 1e-9 /* [-] relative difference of times that are one */
+#define PDI_READ_MEASURED_TIME_TOL 1e-9 /* [-] relative difference of times that are one */
 
 /* Heading of the first column that begins with "spread", the default column of error bars; NULL: there is none. */
-static const char *pdi_read_measured_spread(const pdi_read_tables *s)
+static const char *pdi_read_measured_find_spread(const pdi_read_tables_state *s)
 {
     for (int k = 0; k < s->table.columns; k++)
-        if (strncmp(pdi_table_text(&s->table, -1, k), "spread", 6) == 0) return pdi_table_text(&s->table, -1, k);
+        if (strncmp(pdi_table_get_text(&s->table, -1, k), "spread", 6) == 0)
+            return pdi_table_get_text(&s->table, -1, k);
     return NULL;
 }
 
 /* Check that a column has the wanted dimension. PD_ERR_ARGUMENT. */
-static pd_status pdi_read_measured_dims(const pdi_read_tables *s, const char *key, const pd_dims *found,
-                                        const pd_dims *wanted)
+static pd_status pdi_read_measured_check_dims(const pdi_read_tables_state *s, const char *key, const pd_dims *found,
+                                              const pd_dims *wanted)
 {
     char is[PD_UNITS_TEXT], expected[PD_UNITS_TEXT];
-    if (pdi_units_same(found, wanted)) return PD_OK;
+    if (pdi_units_is_same(found, wanted)) return PD_OK;
     pdi_units_describe(found, is);
     pdi_units_describe(wanted, expected);
-    return pdi_text_refuse(s->ctx, s->text, s->section, key, "found %s, expected %s: write the unit behind 'in', such "
-                           "as 'time_h in h'", is, expected);
+    return pdi_text_fail_key(s->ctx, s->text, s->section, key,
+                             "found %s, expected %s: write the unit behind 'in', such "
+                             "as 'time_h in h'",
+                             is, expected);
 }
 
 /* Report an inadmissible value in a row of the data file, with the line of that file. Returns PD_ERR_ARGUMENT. */
-static pd_status pdi_read_measured_bad(const pdi_read_tables *s, int row, const char *key, double found,
-                                       const char *expected)
+static pd_status pdi_read_measured_fail_row(const pdi_read_tables_state *s, int row, const char *key, double found,
+                                            const char *expected)
 {
-    return pdi_text_refuse(s->ctx, s->text, s->section, key, "%.200s:%d: found %.6g, expected %s", s->table.path,
-                           s->table.line[row], found, expected);
+    return pdi_text_fail_key(s->ctx, s->text, s->section, key, "%.200s:%d: found %.6g, expected %s", s->table.path,
+                             s->table.line[row], found, expected);
 }
 
 /* Read the column of times, ascending, as time since the start of the run [s]. */
-static pd_status pdi_read_measured_times(const pdi_read_tables *s, double *time)
+static pd_status pdi_read_measured_times(const pdi_read_tables_state *s, double *time)
 {
     char unit[PD_UNITS_TEXT];
     double scale, start;
     pd_dims dims, wanted;
     PDI_TRY(pdi_read_tables_column(s, "time", "1", 1, time, unit, &scale, &dims));
     pd_units_parse(s->ctx, "s", NULL, &wanted);
-    PDI_TRY(pdi_read_measured_dims(s, "time", &dims, &wanted));
-    PDI_TRY(pdi_text_number(s->ctx, s->text, s->section, "start", "s", "0", &start));
+    PDI_TRY(pdi_read_measured_check_dims(s, "time", &dims, &wanted));
+    PDI_TRY(pdi_text_get_number(s->ctx, s->text, s->section, "start", "s", "0", &start));
     for (int k = 0; k < s->table.rows; k++) {
-        if (!(fabs(time[k]) < HUGE_VAL)) return pdi_read_measured_bad(s, k, "time", time[k], "a finite time");
+        if (!(fabs(time[k]) < HUGE_VAL)) return pdi_read_measured_fail_row(s, k, "time", time[k], "a finite time");
         if (k && time[k] < time[k - 1])
-            return pdi_read_measured_bad(s, k, "time", time[k], "a time that is not before that of the line above");
+            return pdi_read_measured_fail_row(s, k, "time", time[k],
+                                              "a time that is not before that of the line above");
     }
     for (int k = 0; k < s->table.rows; k++) time[k] = scale * time[k] - start;
     return PD_OK;
 }
 
 /* Read the columns of values and of error bars, converted to SI. */
-static pd_status pdi_read_measured_values(const pdi_read_tables *s, pd_setup_record *r)
+static pd_status pdi_read_measured_values(const pdi_read_tables_state *s, pd_setup_record *r)
 {
     char unit[PD_UNITS_TEXT];
-    const char *spread = pdi_read_measured_spread(s);
+    const char *spread = pdi_read_measured_find_spread(s);
     double scale;
     pd_dims dims;
     PDI_TRY(pdi_read_tables_column(s, "value", "2", 1, r->value, r->unit, &r->scale, &r->dims));
     for (int k = 0; k < r->points; k++) {
-        if (!(fabs(r->value[k]) < HUGE_VAL)) return pdi_read_measured_bad(s, k, "value", r->value[k], "a finite value");
+        if (!(fabs(r->value[k]) < HUGE_VAL))
+            return pdi_read_measured_fail_row(s, k, "value", r->value[k], "a finite value");
         r->value[k] *= r->scale;
     }
-    if (!spread && !pdi_text_has(s->ctx, s->text, s->section, "spread")) return PD_OK;
+    if (!spread && !pdi_text_has_key(s->ctx, s->text, s->section, "spread")) return PD_OK;
     PDI_TRY(PDI_NEW(s->ctx, "record", r->points, r->spread));
     PDI_TRY(pdi_read_tables_column(s, "spread", spread, 1, r->spread, unit, &scale, &dims));
-    PDI_TRY(pdi_read_measured_dims(s, "spread", &dims, &r->dims));
+    PDI_TRY(pdi_read_measured_check_dims(s, "spread", &dims, &r->dims));
     for (int k = 0; k < r->points; k++) {
         if (!(r->spread[k] >= 0.0) || !(r->spread[k] < HUGE_VAL))
-            return pdi_read_measured_bad(s, k, "spread", r->spread[k], "a finite spread of at least 0");
+            return pdi_read_measured_fail_row(s, k, "spread", r->spread[k], "a finite spread of at least 0");
         r->spread[k] *= scale;
     }
     return PD_OK;
 }
 
 /* Read the name of the scalar output that the data are compared with: "volume_loss" or "section.name.figure". */
-static pd_status pdi_read_measured_figure(const pdi_read_tables *s, pd_setup_record *r)
+static pd_status pdi_read_measured_output_name(const pdi_read_tables_state *s, pd_setup_record *r)
 {
     const char *of;
-    PDI_TRY(pdi_text_string(s->ctx, s->text, s->section, "of", "volume_loss", &of));
+    PDI_TRY(pdi_text_get_string(s->ctx, s->text, s->section, "of", "volume_loss", &of));
     const char *first = strchr(of, '.'), *last = strrchr(of, '.');
     if (strlen(of) >= sizeof r->figure || (strcmp(of, "volume_loss") != 0 && first == last))
-        return pdi_text_refuse(s->ctx, s->text, s->section, "of", "found '%.80s', expected volume_loss or a figure of"
-                               " another section such as plane.NAME.flow or probe.NAME.C", of);
+        return pdi_text_fail_key(s->ctx, s->text, s->section, "of",
+                                 "found '%.80s', expected volume_loss or a figure of"
+                                 " another section such as plane.NAME.flow or probe.NAME.C",
+                                 of);
     memcpy(r->figure, of, strlen(of) + 1);
     return PD_OK;
 }
 
-PDI_FN int pdi_read_measured_counts(const pd_setup_record *r, int point, double until)
+PDI_FN int pdi_read_measured_is_in_run(const pd_setup_record *r, int point, double until)
 {
-    return r->time[point] > 0.0 && r->time[point] <= until * (1.0 + PDI_READ_MEASURED_SAME);
+    return r->time[point] > 0.0 && r->time[point] <= until * (1.0 + PDI_READ_MEASURED_TIME_TOL);
 }
 
 /* Check that at least one data point lies in the run. PD_ERR_ARGUMENT. */
-static pd_status pdi_read_measured_reach(const pdi_read_tables *s, const pd_setup *u, const pd_setup_record *r)
+static pd_status pdi_read_measured_check_times(const pdi_read_tables_state *s, const pd_setup *u,
+                                               const pd_setup_record *r)
 {
     char until[PD_UNITS_TEXT];
     for (int k = 0; k < r->points; k++)
-        if (pdi_read_measured_counts(r, k, u->until)) return PD_OK;
-    pdi_setup_show(u->until, "s", until);
-    return pdi_text_refuse(s->ctx, s->text, s->section, "file", "%.200s: found no point behind the start of the run and"
-                           " before its end at t = %s; 'start' is the time of the file at which the run begins",
-                           s->table.path, until);
+        if (pdi_read_measured_is_in_run(r, k, u->until)) return PD_OK;
+    pdi_setup_format_value(u->until, "s", until);
+    return pdi_text_fail_key(s->ctx, s->text, s->section, "file",
+                             "%.200s: found no point behind the start of the run and"
+                             " before its end at t = %s; 'start' is the time of the file at which the run begins",
+                             s->table.path, until);
 }
 
 /* Read one [measured NAME] section with its data file. */
-static pd_status pdi_read_measured_section(pdi_read_tables *s, pd_setup *u)
+static pd_status pdi_read_measured_section(pdi_read_tables_state *s, pd_setup *u)
 {
     const char *label = s->text->section[s->section].label;
     char path[PD_PATH_SIZE];
     if (u->records >= PD_SETUP_RECORDS)
-        return pdi_text_refuse(s->ctx, s->text, s->section, "measured", "found more than %d sections of this sort",
-                               PD_SETUP_RECORDS);
+        return pdi_text_fail_key(s->ctx, s->text, s->section, "measured", "found more than %d sections of this sort",
+                                 PD_SETUP_RECORDS);
     if (label[0] == '\0' || strlen(label) >= PD_SETUP_NAME - 24)
-        return pdi_text_refuse(s->ctx, s->text, s->section, "measured", "expected a short name: [measured NAME]");
+        return pdi_text_fail_key(s->ctx, s->text, s->section, "measured", "expected a short name: [measured NAME]");
     pd_setup_record *r = &u->record[u->records++];
     memcpy(r->name, label, strlen(label) + 1);
     r->line = s->text->section[s->section].line;
-    PDI_TRY(pdi_named_files_path(s->ctx, s->text, s->section, "file", s->folder, path));
-    if (pdi_table_read(s->ctx, path, &s->table) < 0) return pdi_named_files_fail(s->ctx, s->text, s->section, "file");
+    PDI_TRY(pdi_input_files_get_path(s->ctx, s->text, s->section, "file", s->folder, path));
+    if (pdi_table_read(s->ctx, path, &s->table) < 0) return pdi_input_files_fail(s->ctx, s->text, s->section, "file");
     if (s->table.columns < 2 || s->table.rows < 1)
-        return pdi_text_refuse(s->ctx, s->text, s->section, "file", "%.200s: found %d columns and %d rows, expected a"
-                               " time and a value in each row", path, s->table.columns, s->table.rows);
+        return pdi_text_fail_key(s->ctx, s->text, s->section, "file",
+                                 "%.200s: found %d columns and %d rows, expected a"
+                                 " time and a value in each row",
+                                 path, s->table.columns, s->table.rows);
     r->points = s->table.rows;
     PDI_TRY(PDI_NEW(s->ctx, "record", r->points, r->time));
     PDI_TRY(PDI_NEW(s->ctx, "record", r->points, r->value));
     PDI_TRY(pdi_read_measured_times(s, r->time));
     PDI_TRY(pdi_read_measured_values(s, r));
-    PDI_TRY(pdi_read_measured_figure(s, r));
-    return pdi_read_measured_reach(s, u, r);
+    PDI_TRY(pdi_read_measured_output_name(s, r));
+    return pdi_read_measured_check_times(s, u, r);
 }
 
 PDI_FN pd_status pdi_read_measured_read(pd_ctx *ctx, pd_text *text, const char *folder, pd_setup *setup)
 {
-    pdi_read_tables s;
+    pdi_read_tables_state s;
     memset(&s, 0, sizeof s);
     s.ctx = ctx;
     s.text = text;
     s.folder = folder;
-    for (s.section = pdi_text_next(ctx, text, "measured", -1); s.section >= 0;
-         s.section = pdi_text_next(ctx, text, "measured", s.section)) {
+    for (s.section = pdi_text_next_section(ctx, text, "measured", -1); s.section >= 0;
+         s.section = pdi_text_next_section(ctx, text, "measured", s.section)) {
         pd_status status = pdi_read_measured_section(&s, setup);
         pdi_table_free(ctx, &s.table);
         PDI_TRY(status);
@@ -159,22 +170,22 @@ PDI_FN pd_status pdi_read_measured_replace(pd_ctx *ctx, const char *where, const
     if (strlen(text) + 32 > sizeof line || strchr(text, '\n'))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, where, "found more than a line of %d bytes", PD_EXPR_LENGTH - 32);
     snprintf(line, sizeof line, "[measured data] file = %.4000s\n", text);
-    pdi_setup_forget(ctx, setup);
+    pdi_setup_free_measured(ctx, setup);
     PDI_TRY(pdi_text_build(ctx, where, line, strlen(line), &scene));
     pd_status status = pdi_read_measured_read(ctx, &scene, "", setup);
-    if (status == PD_OK) status = pdi_text_unused(ctx, &scene);
+    if (status == PD_OK) status = pdi_text_check_unused(ctx, &scene);
     pdi_text_free(ctx, &scene);
     for (int k = 0; k < setup->records; k++) setup->record[k].line = 0;
     return status;
 }
 
-PDI_FN void pdi_read_measured_series(const pd_setup_record *r, double x_unit, double y_unit, double last, double *work,
-                              pd_series *series)
+PDI_FN void pdi_read_measured_build_series(const pd_setup_record *r, double x_unit, double y_unit, double last,
+                                           double *work, pd_series *series)
 {
     double *y = work + r->points, *spread = y + r->points;
     memset(series, 0, sizeof *series);
     for (int k = 0; k < r->points; k++) {
-        if (r->time[k] < 0.0 || r->time[k] > last * (1.0 + PDI_READ_MEASURED_SAME)) continue;
+        if (r->time[k] < 0.0 || r->time[k] > last * (1.0 + PDI_READ_MEASURED_TIME_TOL)) continue;
         work[series->count] = r->time[k] / x_unit;
         y[series->count] = r->value[k] / y_unit;
         spread[series->count++] = r->spread ? r->spread[k] / y_unit : 0.0;
@@ -186,4 +197,4 @@ PDI_FN void pdi_read_measured_series(const pd_setup_record *r, double x_unit, do
     series->stroke = PD_STROKE_MARKERS;
 }
 
-#undef PDI_READ_MEASURED_SAME
+#undef PDI_READ_MEASURED_TIME_TOL

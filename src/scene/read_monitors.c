@@ -1,19 +1,19 @@
 /* read_monitors: see read_monitors.h */
 #include "scene/read_monitors.h"
-#include "scene/named_files.h"
+#include "scene/input_files.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-#define PDI_READ_MONITORS_POINTS 100000 /* most points of a line */
+#define PDI_READ_MONITORS_MAX_POINTS 100000 /* most points of a line */
 
 /* State of the reader. */
-typedef struct pdi_read_monitors {
+typedef struct pdi_read_monitors_state {
     pd_ctx *ctx;
     pd_text *text;
     pd_setup *setup;
     int section;
-} pdi_read_monitors;
+} pdi_read_monitors_state;
 
 /* ---- values ---- */
 
@@ -21,37 +21,37 @@ PDI_FN pd_status pdi_read_monitors_fields(pd_ctx *ctx, pd_text *text, const pd_s
                                           const char *key, const char *fallback, pd_fields *bits)
 {
     pd_word_list list;
-    int given = pdi_text_has(ctx, text, section, key);
-    PDI_TRY(pdi_text_words(ctx, text, section, key, fallback, &list));
+    int given = pdi_text_has_key(ctx, text, section, key);
+    PDI_TRY(pdi_text_get_words(ctx, text, section, key, fallback, &list));
     *bits = 0;
     if (list.count == 1 && strcmp(list.word[0], "none") == 0) return PD_OK;
     for (int w = 0; w < list.count; w++) {
-        int field = pdi_setup_field_find(setup, list.word[w]);
+        int field = pdi_setup_find_field(setup, list.word[w]);
         if (field == PD_FIELD_COUNT)
-            return pdi_text_refuse(ctx, text, section, key,
-                                   "found '%s', expected some of C, v, p, kind, grain, phase, D,"
-                                   " rate, density, damage, energy%s%s, or none", list.word[w],
-                                   setup->has_potential ? ", phi, j, i" : "",
-                                   setup->has_chemistry ? ", pH, species such as Na+" : "");
-        const char *needs = pdi_setup_field_needs(setup, (pd_field)field);
+            return pdi_text_fail_key(ctx, text, section, key,
+                                     "found '%s', expected some of C, v, p, kind, grain, phase, D,"
+                                     " rate, density, damage, energy%s%s, or none",
+                                     list.word[w], setup->has_potential ? ", phi, j, i" : "",
+                                     setup->has_chemistry ? ", pH, species such as Na+" : "");
+        const char *needs = pdi_setup_field_lacks(setup, (pd_field)field);
         if (needs && given)
-            return pdi_text_refuse(ctx, text, section, key, "found '%s', which needs %s", list.word[w], needs);
+            return pdi_text_fail_key(ctx, text, section, key, "found '%s', which needs %s", list.word[w], needs);
         if (!needs) *bits |= pdi_setup_field_bit(field);
     }
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_read_monitors_place(pd_ctx *ctx, pd_text *text, const pd_setup *setup, int section,
-                                         const char *key, int *axis, double *at)
+PDI_FN pd_status pdi_read_monitors_plane_position(pd_ctx *ctx, pd_text *text, const pd_setup *setup, int section,
+                                                  const char *key, int *axis, double *at)
 {
     const char *value;
     pd_expr expr;
     pd_expr_desc desc;
-    PDI_TRY(pdi_text_string(ctx, text, section, key, NULL, &value));
+    PDI_TRY(pdi_text_get_string(ctx, text, section, key, NULL, &value));
     *axis = value[0] - 'x';
     if (*axis < 0 || *axis >= PD_DIM || value[1] != ' ')
-        return pdi_text_refuse(ctx, text, section, key, "found '%.40s', expected an axis and a place: %c 0 um", value,
-                               "xyz"[PD_DIM - 1]);
+        return pdi_text_fail_key(ctx, text, section, key, "found '%.40s', expected an axis and a place: %c 0 um", value,
+                                 "xyz"[PD_DIM - 1]);
     memset(&desc, 0, sizeof desc);
     desc.text = value + 2;
     desc.consts = text->consts;
@@ -61,73 +61,77 @@ PDI_FN pd_status pdi_read_monitors_place(pd_ctx *ctx, pd_text *text, const pd_se
     desc.unit = "m";
     desc.where = key;
     desc.column = 3;
-    if (pdi_expr_build(ctx, &desc, &expr) < 0) return pdi_named_files_fail(ctx, text, section, key);
+    if (pdi_expr_build(ctx, &desc, &expr) < 0) return pdi_input_files_fail(ctx, text, section, key);
     *at = pdi_expr_eval(&expr, NULL);
     pdi_expr_free(ctx, &expr);
     if (*at > setup->lo[*axis] && *at < setup->hi[*axis]) return PD_OK;
-    return pdi_text_refuse(ctx, text, section, key, "found %.6g m, expected a place inside the box", *at);
+    return pdi_text_fail_key(ctx, text, section, key, "found %.6g m, expected a place inside the box", *at);
 }
 
 /* Read the coordinates x[PD_DIM] [m] of a point inside the box. */
-static pd_status pdi_read_monitors_point(pdi_read_monitors *w, const char *key, double *x)
+static pd_status pdi_read_monitors_point(pdi_read_monitors_state *w, const char *key, double *x)
 {
     const pd_setup *u = w->setup;
     int count;
-    PDI_TRY(pdi_text_numbers(w->ctx, w->text, w->section, key, "m", NULL, PD_DIM, x, &count));
+    PDI_TRY(pdi_text_get_numbers(w->ctx, w->text, w->section, key, "m", NULL, PD_DIM, x, &count));
     if (count != PD_DIM)
-        return pdi_text_refuse(w->ctx, w->text, w->section, key, "found %d number%s, expected %d, one for each axis:"
-                               " pd%dd runs scenes in %dD", count, count > 1 ? "s" : "", PD_DIM, count, count);
+        return pdi_text_fail_key(w->ctx, w->text, w->section, key,
+                                 "found %d number%s, expected %d, one for each axis:"
+                                 " pd%dd runs scenes in %dD",
+                                 count, count > 1 ? "s" : "", PD_DIM, count, count);
     for (int d = 0; d < PD_DIM; d++)
         if (!(x[d] >= u->lo[d]) || !(x[d] <= u->hi[d]))
-            return pdi_text_refuse(w->ctx, w->text, w->section, key,
-                                   "found %.6g m on axis %c, expected a place inside the box", x[d], "xyz"[d]);
+            return pdi_text_fail_key(w->ctx, w->text, w->section, key,
+                                     "found %.6g m on axis %c, expected a place inside the box", x[d], "xyz"[d]);
     return PD_OK;
 }
 
 /* Read a number above 0. */
-static pd_status pdi_read_monitors_positive(pdi_read_monitors *w, const char *key, const char *unit,
+static pd_status pdi_read_monitors_positive(pdi_read_monitors_state *w, const char *key, const char *unit,
                                             const char *fallback, double *value)
 {
     char found[PD_UNITS_TEXT];
-    PDI_TRY(pdi_text_number(w->ctx, w->text, w->section, key, unit, fallback, value));
+    PDI_TRY(pdi_text_get_number(w->ctx, w->text, w->section, key, unit, fallback, value));
     if (*value > 0.0) return PD_OK;
-    pdi_setup_show(*value, unit, found);
-    return pdi_text_refuse(w->ctx, w->text, w->section, key, "found %s, expected a positive value", found);
+    pdi_setup_format_value(*value, unit, found);
+    return pdi_text_fail_key(w->ctx, w->text, w->section, key, "found %s, expected a positive value", found);
 }
 
 /* Read a concentration [mol/m3] of at least 0. */
-static pd_status pdi_read_monitors_concentration(pdi_read_monitors *w, const char *key, double *value)
+static pd_status pdi_read_monitors_concentration(pdi_read_monitors_state *w, const char *key, double *value)
 {
-    PDI_TRY(pdi_text_number(w->ctx, w->text, w->section, key, "mol/m3", NULL, value));
+    PDI_TRY(pdi_text_get_number(w->ctx, w->text, w->section, key, "mol/m3", NULL, value));
     if (*value >= 0.0) return PD_OK;
-    return pdi_text_refuse(w->ctx, w->text, w->section, key, "found %.6g mol/m3, expected at least 0", *value);
+    return pdi_text_fail_key(w->ctx, w->text, w->section, key, "found %.6g mol/m3, expected at least 0", *value);
 }
 
 /* Read the box of a monitor; without the key, if optional, it is that of the grid. */
-static pd_status pdi_read_monitors_box(pdi_read_monitors *w, int optional, pd_setup_monitor *m)
+static pd_status pdi_read_monitors_box(pdi_read_monitors_state *w, int optional, pd_setup_monitor *m)
 {
     int count;
     memcpy(m->lo, w->setup->lo, sizeof m->lo);
     memcpy(m->hi, w->setup->hi, sizeof m->hi);
-    if (optional && !pdi_text_has(w->ctx, w->text, w->section, "box")) return PD_OK;
-    PDI_TRY(pdi_text_ranges(w->ctx, w->text, w->section, "box", "m", NULL, PD_DIM, m->lo, m->hi, &count));
+    if (optional && !pdi_text_has_key(w->ctx, w->text, w->section, "box")) return PD_OK;
+    PDI_TRY(pdi_text_get_ranges(w->ctx, w->text, w->section, "box", "m", NULL, PD_DIM, m->lo, m->hi, &count));
     if (count == PD_DIM) return PD_OK;
-    return pdi_text_refuse(w->ctx, w->text, w->section, "box", "found %d range%s, expected %d, one for each axis:"
-                           " pd%dd runs scenes in %dD", count, count > 1 ? "s" : "", PD_DIM, count, count);
+    return pdi_text_fail_key(w->ctx, w->text, w->section, "box",
+                             "found %d range%s, expected %d, one for each axis:"
+                             " pd%dd runs scenes in %dD",
+                             count, count > 1 ? "s" : "", PD_DIM, count, count);
 }
 
 /* ---- sections ---- */
 
 /* Check that the physics a monitor needs is present. PD_ERR_ARGUMENT: found no section [what]. */
-static pd_status pdi_read_monitors_needs(pdi_read_monitors *w, int has, const char *what)
+static pd_status pdi_read_monitors_check_section(pdi_read_monitors_state *w, int has, const char *what)
 {
     const char *name = w->text->section[w->section].name;
     if (has) return PD_OK;
-    return pdi_text_refuse(w->ctx, w->text, w->section, name, "found no [%s] section, expected one", what);
+    return pdi_text_fail_key(w->ctx, w->text, w->section, name, "found no [%s] section, expected one", what);
 }
 
 /* Read a [line NAME] section: end points, fields, and number or spacing of the sampling points. */
-static pd_status pdi_read_monitors_line(pdi_read_monitors *w, pd_setup_monitor *m)
+static pd_status pdi_read_monitors_line(pdi_read_monitors_state *w, pd_setup_monitor *m)
 {
     double spacing, length = 0.0;
     PDI_TRY(pdi_read_monitors_point(w, "from", m->lo));
@@ -135,69 +139,73 @@ static pd_status pdi_read_monitors_line(pdi_read_monitors *w, pd_setup_monitor *
     for (int d = 0; d < PD_DIM; d++) length += (m->hi[d] - m->lo[d]) * (m->hi[d] - m->lo[d]);
     length = sqrt(length);
     if (!(length > 0.0))
-        return pdi_text_refuse(w->ctx, w->text, w->section, "to", "found the point of 'from', expected another one");
+        return pdi_text_fail_key(w->ctx, w->text, w->section, "to", "found the point of 'from', expected another one");
     PDI_TRY(pdi_read_monitors_fields(w->ctx, w->text, w->setup, w->section, "fields", "C, v, p, pH", &m->fields));
     m->images = m->fields;
-    if (pdi_text_has(w->ctx, w->text, w->section, "images"))
+    if (pdi_text_has_key(w->ctx, w->text, w->section, "images"))
         PDI_TRY(pdi_read_monitors_fields(w->ctx, w->text, w->setup, w->section, "images", NULL, &m->images));
     if (m->images & ~m->fields)
-        return pdi_text_refuse(w->ctx, w->text, w->section, "images", "found a field that is not among 'fields'");
-    if (!pdi_text_has(w->ctx, w->text, w->section, "spacing"))
-        return pdi_text_integer(w->ctx, w->text, w->section, "points", 2, PDI_READ_MONITORS_POINTS, NULL, &m->points);
-    if (pdi_text_has(w->ctx, w->text, w->section, "points"))
-        return pdi_text_refuse(w->ctx, w->text, w->section, "spacing", "found beside 'points', expected one of them");
+        return pdi_text_fail_key(w->ctx, w->text, w->section, "images", "found a field that is not among 'fields'");
+    if (!pdi_text_has_key(w->ctx, w->text, w->section, "spacing"))
+        return pdi_text_get_integer(w->ctx, w->text, w->section, "points", 2, PDI_READ_MONITORS_MAX_POINTS, NULL,
+                                    &m->points);
+    if (pdi_text_has_key(w->ctx, w->text, w->section, "points"))
+        return pdi_text_fail_key(w->ctx, w->text, w->section, "spacing", "found beside 'points', expected one of them");
     PDI_TRY(pdi_read_monitors_positive(w, "spacing", "m", NULL, &spacing));
-    if (length / spacing > PDI_READ_MONITORS_POINTS - 1.0)
-        return pdi_text_refuse(w->ctx, w->text, w->section, "spacing", "found %.6g m, which makes more than %d points",
-                               spacing, PDI_READ_MONITORS_POINTS);
+    if (length / spacing > PDI_READ_MONITORS_MAX_POINTS - 1.0)
+        return pdi_text_fail_key(w->ctx, w->text, w->section, "spacing",
+                                 "found %.6g m, which makes more than %d points", spacing,
+                                 PDI_READ_MONITORS_MAX_POINTS);
     m->points = (int)pdi_max(ceil(length / spacing * (1.0 - 1e-12)), 1.0) + 1;
     return PD_OK;
 }
 
 /* Read a [plane NAME] section: the lattice plane between cells nearest to the coordinate. */
-static pd_status pdi_read_monitors_plane(pdi_read_monitors *w, pd_setup_monitor *m)
+static pd_status pdi_read_monitors_plane(pdi_read_monitors_state *w, pd_setup_monitor *m)
 {
     const pd_setup *u = w->setup;
     double at = 0.0, index;
     if (u->has_gas)
-        return pdi_text_refuse(w->ctx, w->text, w->section, "plane", "found beside [gas], expected [line] or [total]");
-    PDI_TRY(pdi_read_monitors_place(w->ctx, w->text, u, w->section, "at", &m->axis, &at));
-    index = floor((at - u->lo[m->axis]) / u->h[m->axis] + 0.5 + PDI_SHAPE_TIE); /* of two as near, the upper one */
-    if (!(index >= 1.0) || !(index <= pdi_setup_cells(u, m->axis) - 1.0))
-        return pdi_text_refuse(w->ctx, w->text, w->section, "at",
-                               "found %.6g m, expected a place at least half a cell inside of the box", at);
+        return pdi_text_fail_key(w->ctx, w->text, w->section, "plane",
+                                 "found beside [gas], expected [line] or [total]");
+    PDI_TRY(pdi_read_monitors_plane_position(w->ctx, w->text, u, w->section, "at", &m->axis, &at));
+    /* of two as near, the upper one */
+    index = floor((at - u->lo[m->axis]) / u->h[m->axis] + 0.5 + PDI_SHAPE_TOLERANCE);
+    if (!(index >= 1.0) || !(index <= pdi_setup_count_cells(u, m->axis) - 1.0))
+        return pdi_text_fail_key(w->ctx, w->text, w->section, "at",
+                                 "found %.6g m, expected a place at least half a cell inside of the box", at);
     m->index = (int)index;
     return PD_OK;
 }
 
 /* Read the solid or wall on which a force is measured. */
-static pd_status pdi_read_monitors_shape(pdi_read_monitors *w, pd_setup_monitor *m)
+static pd_status pdi_read_monitors_shape(pdi_read_monitors_state *w, pd_setup_monitor *m)
 {
     const char *name;
     int k = 0;
-    PDI_TRY(pdi_text_string(w->ctx, w->text, w->section, "shape", NULL, &name));
-    for (int s = -1; (s = pdi_text_next(w->ctx, w->text, "shape", s)) >= 0; k++) {
+    PDI_TRY(pdi_text_get_string(w->ctx, w->text, w->section, "shape", NULL, &name));
+    for (int s = -1; (s = pdi_text_next_section(w->ctx, w->text, "shape", s)) >= 0; k++) {
         if (strcmp(w->text->section[s].label, name) != 0) continue;
         m->shape = 1 + w->setup->named[k];
         if (m->shape > 0) return PD_OK;
-        return pdi_text_refuse(w->ctx, w->text, w->section, "shape",
-                               "found '%.40s', which is no body, expected a [shape] with kind = solid or wall", name);
+        return pdi_text_fail_key(w->ctx, w->text, w->section, "shape",
+                                 "found '%.40s', which is no body, expected a [shape] with kind = solid or wall", name);
     }
-    return pdi_text_refuse(w->ctx, w->text, w->section, "shape",
-                           "found '%.40s', expected the name of a [shape] with kind = solid or wall", name);
+    return pdi_text_fail_key(w->ctx, w->text, w->section, "shape",
+                             "found '%.40s', expected the name of a [shape] with kind = solid or wall", name);
 }
 
 /* Read a [force NAME] section: box or shape, momentum balance, and reference values of the coefficients 2 F/(rho U^2
  * A). */
-static pd_status pdi_read_monitors_force(pdi_read_monitors *w, pd_setup_monitor *m)
+static pd_status pdi_read_monitors_force(pdi_read_monitors_state *w, pd_setup_monitor *m)
 {
     const char *size = PD_DIM == 3 ? "area" : "length";
-    PDI_TRY(pdi_read_monitors_needs(w, w->setup->has_flow, "flow"));
-    int named = pdi_text_has(w->ctx, w->text, w->section, "shape");
+    PDI_TRY(pdi_read_monitors_check_section(w, w->setup->has_flow, "flow"));
+    int named = pdi_text_has_key(w->ctx, w->text, w->section, "shape");
     if (named) PDI_TRY(pdi_read_monitors_shape(w, m));
     PDI_TRY(pdi_read_monitors_box(w, named, m));
-    PDI_TRY(pdi_text_bool(w->ctx, w->text, w->section, "balance", named ? "no" : "yes", &m->balance));
-    if (!pdi_text_has(w->ctx, w->text, w->section, "speed") && !pdi_text_has(w->ctx, w->text, w->section, size))
+    PDI_TRY(pdi_text_get_bool(w->ctx, w->text, w->section, "balance", named ? "no" : "yes", &m->balance));
+    if (!pdi_text_has_key(w->ctx, w->text, w->section, "speed") && !pdi_text_has_key(w->ctx, w->text, w->section, size))
         return PD_OK;
     PDI_TRY(pdi_read_monitors_positive(w, "speed", "m/s", NULL, &m->speed));
     m->area = 1.0;
@@ -205,66 +213,68 @@ static pd_status pdi_read_monitors_force(pdi_read_monitors *w, pd_setup_monitor 
 }
 
 /* Read the reference concentration of a Sherwood number: fluid = inlet, bulk, or a value [mol/m3]. */
-static pd_status pdi_read_monitors_against(pdi_read_monitors *w, pd_setup_monitor *m)
+static pd_status pdi_read_monitors_reference_fluid(pdi_read_monitors_state *w, pd_setup_monitor *m)
 {
     const pd_setup *u = w->setup;
     const char *value;
     int inlets = 0;
-    PDI_TRY(pdi_text_string(w->ctx, w->text, w->section, "fluid", NULL, &value));
+    PDI_TRY(pdi_text_get_string(w->ctx, w->text, w->section, "fluid", NULL, &value));
     for (int side = 0; side < 2 * PD_DIM; side++)
         inlets += u->side[side].kind == PD_SIDE_INLET && !u->side[side].open;
     if (strcmp(value, "inlet") == 0) {
         m->against = PD_AGAINST_INLET;
         m->fluid = u->inlet;
         if (inlets && u->enters)
-            return pdi_text_refuse(w->ctx, w->text, w->section, "fluid",
-                                   "found 'inlet', whose C is no constant, expected bulk or a concentration");
+            return pdi_text_fail_key(w->ctx, w->text, w->section, "fluid",
+                                     "found 'inlet', whose C is no constant, expected bulk or a concentration");
         if (inlets) return PD_OK;
-        return pdi_text_refuse(w->ctx, w->text, w->section, "fluid",
-                               "found 'inlet' in a scene without one, expected bulk or a concentration");
+        return pdi_text_fail_key(w->ctx, w->text, w->section, "fluid",
+                                 "found 'inlet' in a scene without one, expected bulk or a concentration");
     }
     if (strcmp(value, "bulk") != 0) return pdi_read_monitors_concentration(w, "fluid", &m->fluid);
     m->against = PD_AGAINST_BULK;
-    PDI_TRY(pdi_read_monitors_needs(w, u->has_flow, "flow"));
+    PDI_TRY(pdi_read_monitors_check_section(w, u->has_flow, "flow"));
     if (m->axis >= 0) return PD_OK;
-    return pdi_text_refuse(w->ctx, w->text, w->section, "fluid",
-                           "found 'bulk' without the axis of the stream, expected along = %s",
-                           PD_DIM == 3 ? "x, y or z" : PD_DIM == 2 ? "x or y" : "x");
+    return pdi_text_fail_key(w->ctx, w->text, w->section, "fluid",
+                             "found 'bulk' without the axis of the stream, expected along = %s",
+                             PD_DIM == 3   ? "x, y or z"
+                             : PD_DIM == 2 ? "x or y"
+                                           : "x");
 }
 
 /* Read a [transfer NAME] section: box, axis of local values, area, and the reference values of a Sherwood number. */
-static pd_status pdi_read_monitors_transfer(pdi_read_monitors *w, pd_setup_monitor *m)
+static pd_status pdi_read_monitors_transfer(pdi_read_monitors_state *w, pd_setup_monitor *m)
 {
     static const char *const axes[] = {"x", "y", "z"};
     const char *names[PD_DIM + 1], *unit = PD_DIM == 3 ? "m2" : PD_DIM == 2 ? "m" : "";
     char diffusivity[PD_UNITS_TEXT];
     for (int d = 0; d < PD_DIM; d++) names[d] = axes[d];
     names[PD_DIM] = NULL;
-    PDI_TRY(pdi_read_monitors_needs(w, w->setup->has_transport, "transport"));
+    PDI_TRY(pdi_read_monitors_check_section(w, w->setup->has_transport, "transport"));
     PDI_TRY(pdi_read_monitors_box(w, 1, m));
     m->axis = -1;
-    if (pdi_text_has(w->ctx, w->text, w->section, "along"))
-        PDI_TRY(pdi_text_choice(w->ctx, w->text, w->section, "along", names, NULL, &m->axis));
-    if (pdi_text_has(w->ctx, w->text, w->section, "area"))
+    if (pdi_text_has_key(w->ctx, w->text, w->section, "along"))
+        PDI_TRY(pdi_text_get_choice(w->ctx, w->text, w->section, "along", names, NULL, &m->axis));
+    if (pdi_text_has_key(w->ctx, w->text, w->section, "area"))
         PDI_TRY(pdi_read_monitors_positive(w, "area", unit, NULL, &m->area));
-    if (!pdi_text_has(w->ctx, w->text, w->section, "length")) return PD_OK;
+    if (!pdi_text_has_key(w->ctx, w->text, w->section, "length")) return PD_OK;
     PDI_TRY(pdi_read_monitors_positive(w, "length", "m", NULL, &m->length));
     PDI_TRY(pdi_read_monitors_concentration(w, "surface", &m->surface));
-    PDI_TRY(pdi_read_monitors_against(w, m));
+    PDI_TRY(pdi_read_monitors_reference_fluid(w, m));
     snprintf(diffusivity, sizeof diffusivity, "%.17g m2/s", w->setup->diffusivity);
     return pdi_read_monitors_positive(w, "D", "m2/s", diffusivity, &m->diffusivity);
 }
 
 /* Read one section of a kind of monitor and append it to the setup. */
-static pd_status pdi_read_monitors_monitor(pdi_read_monitors *w, pd_monitor_kind kind)
+static pd_status pdi_read_monitors_section(pdi_read_monitors_state *w, pd_monitor_kind kind)
 {
     pd_setup *u = w->setup;
-    const char *label = w->text->section[w->section].label, *name = pdi_setup_monitor_name(kind);
+    const char *label = w->text->section[w->section].label, *name = pdi_setup_monitor_section_name(kind);
     if (u->monitors >= PD_SETUP_MONITORS)
-        return pdi_text_refuse(w->ctx, w->text, w->section, name, "found more than %d sections of this sort",
-                               PD_SETUP_MONITORS);
+        return pdi_text_fail_key(w->ctx, w->text, w->section, name, "found more than %d sections of this sort",
+                                 PD_SETUP_MONITORS);
     if (label[0] == '\0' || strlen(label) >= PD_SETUP_NAME - 24)
-        return pdi_text_refuse(w->ctx, w->text, w->section, name, "expected a short name: [%s NAME]", name);
+        return pdi_text_fail_key(w->ctx, w->text, w->section, name, "expected a short name: [%s NAME]", name);
     pd_setup_monitor *m = &u->monitor[u->monitors++];
     m->kind = kind;
     m->line = w->text->section[w->section].line;
@@ -285,14 +295,14 @@ static pd_status pdi_read_monitors_monitor(pdi_read_monitors *w, pd_monitor_kind
 }
 
 /* Read one [probe NAME] section: point and fields. */
-static pd_status pdi_read_monitors_probe(pdi_read_monitors *w)
+static pd_status pdi_read_monitors_probe(pdi_read_monitors_state *w)
 {
     pd_setup *u = w->setup;
     const char *label = w->text->section[w->section].label;
     if (u->probes >= PD_SETUP_PROBES)
-        return pdi_text_refuse(w->ctx, w->text, w->section, "probe", "found more than %d probes", PD_SETUP_PROBES);
+        return pdi_text_fail_key(w->ctx, w->text, w->section, "probe", "found more than %d probes", PD_SETUP_PROBES);
     if (label[0] == '\0' || strlen(label) >= PD_SETUP_NAME - 24)
-        return pdi_text_refuse(w->ctx, w->text, w->section, "probe", "expected a short name: [probe NAME]");
+        return pdi_text_fail_key(w->ctx, w->text, w->section, "probe", "expected a short name: [probe NAME]");
     pd_setup_probe *p = &u->probe[u->probes++];
     memcpy(p->name, label, strlen(label) + 1);
     p->line = w->text->section[w->section].line;
@@ -304,20 +314,20 @@ static pd_status pdi_read_monitors_probe(pdi_read_monitors *w)
 
 PDI_FN pd_status pdi_read_monitors_read(pd_ctx *ctx, pd_text *text, pd_setup *setup)
 {
-    pdi_read_monitors w;
+    pdi_read_monitors_state w;
     w.ctx = ctx;
     w.text = text;
     w.setup = setup;
-    for (w.section = pdi_text_next(ctx, text, "probe", -1); w.section >= 0;
-         w.section = pdi_text_next(ctx, text, "probe", w.section))
+    for (w.section = pdi_text_next_section(ctx, text, "probe", -1); w.section >= 0;
+         w.section = pdi_text_next_section(ctx, text, "probe", w.section))
         PDI_TRY(pdi_read_monitors_probe(&w));
     for (int kind = PD_MONITOR_LINE; kind <= PD_MONITOR_TOTAL; kind++) {
-        const char *name = pdi_setup_monitor_name((pd_monitor_kind)kind);
-        for (w.section = pdi_text_next(ctx, text, name, -1); w.section >= 0;
-             w.section = pdi_text_next(ctx, text, name, w.section))
-            PDI_TRY(pdi_read_monitors_monitor(&w, (pd_monitor_kind)kind));
+        const char *name = pdi_setup_monitor_section_name((pd_monitor_kind)kind);
+        for (w.section = pdi_text_next_section(ctx, text, name, -1); w.section >= 0;
+             w.section = pdi_text_next_section(ctx, text, name, w.section))
+            PDI_TRY(pdi_read_monitors_section(&w, (pd_monitor_kind)kind));
     }
     return PD_OK;
 }
 
-#undef PDI_READ_MONITORS_POINTS
+#undef PDI_READ_MONITORS_MAX_POINTS

@@ -13,8 +13,8 @@ PDI_FN pd_status pdi_read_monitors_read(pd_ctx *ctx, pd_text *text, pd_setup *se
 PDI_FN pd_status pdi_read_monitors_fields(pd_ctx *ctx, pd_text *text, const pd_setup *setup, int section,
                                           const char *key, const char *fallback, pd_fields *bits);
 /* Read an axis-aligned plane "x 1 mm": *axis, and its coordinate *at [m], inside the box. */
-PDI_FN pd_status pdi_read_monitors_place(pd_ctx *ctx, pd_text *text, const pd_setup *setup, int section,
-                                         const char *key, int *axis, double *at);
+PDI_FN pd_status pdi_read_monitors_plane_position(pd_ctx *ctx, pd_text *text, const pd_setup *setup, int section,
+                                                  const char *key, int *axis, double *at);
 #endif
 
 #endif

@@ -1,44 +1,44 @@
 /* read_potential: see read_potential.h */
 #include "scene/read_potential.h"
 #include "scene/read_chemistry.h"
-#include "scene/read_surface.h"
+#include "scene/read_surface_states.h"
 #include <math.h>
 #include <string.h>
 
 /* Table points of a polarisation curve that is given as an expression. */
-#define PDI_READ_POTENTIAL_POINTS 4001
+#define PDI_READ_POTENTIAL_TABLE_POINTS 4001
 /* Check that a curve in species rises: number of potentials tried, their range [V], relative fall that is rounding. */
-#define PDI_READ_POTENTIAL_TRIALS 400
-#define PDI_READ_POTENTIAL_WIDE 4.0
-#define PDI_READ_POTENTIAL_SLACK 1e-12
+#define PDI_READ_POTENTIAL_CHECK_POINTS 400
+#define PDI_READ_POTENTIAL_CHECK_RANGE 4.0
+#define PDI_READ_POTENTIAL_CHECK_TOL 1e-12
 /* [V] Bound of all potentials and Tafel slopes: anything larger is a mistake. */
-#define PDI_READ_POTENTIAL_MOST 1e4
+#define PDI_READ_POTENTIAL_MAX_VOLTAGE 1e4
 
 /* Kind of polarisation curve, the values of the key `curve`. */
-typedef enum pdi_read_potential_curve {
-    PDI_READ_POTENTIAL_BUTLER = 0,
+typedef enum pdi_read_potential_curve_kind {
+    PDI_READ_POTENTIAL_BUTLER_VOLMER = 0,
     PDI_READ_POTENTIAL_TAFEL,
     PDI_READ_POTENTIAL_LINEAR,
     PDI_READ_POTENTIAL_EXPRESSION,
     PDI_READ_POTENTIAL_PRIMARY
-} pdi_read_potential_curve;
+} pdi_read_potential_curve_kind;
 
-static const pd_expr_symbol pdi_read_potential_argument[] = {{"E", "V", 0.0}};
+static const pd_expr_symbol pdi_read_potential_curve_symbol[] = {{"E", "V", 0.0}};
 
-PDI_FN int pdi_read_potential_given(pdi_reader *s)
+PDI_FN int pdi_read_potential_has_sections(pdi_reader *s)
 {
-    return pdi_text_has(s->ctx, s->text, pdi_text_section(s->ctx, s->text, "potential", NULL), NULL) ||
-           pdi_text_next(s->ctx, s->text, "electrode", -1) >= 0;
+    return pdi_text_has_key(s->ctx, s->text, pdi_text_get_section(s->ctx, s->text, "potential", NULL), NULL) ||
+           pdi_text_next_section(s->ctx, s->text, "electrode", -1) >= 0;
 }
 
 /* ---- where it is ---- */
 
 /* Index of the metal of a [shape] section; 0 if it names none. */
-static int pdi_read_potential_metal(pdi_reader *s, int section)
+static int pdi_read_potential_find_metal(pdi_reader *s, int section)
 {
     const char *name;
-    if (!pdi_text_has(s->ctx, s->text, section, "material")) return 0;
-    if (pdi_text_string(s->ctx, s->text, section, "material", NULL, &name) != PD_OK) return 0;
+    if (!pdi_text_has_key(s->ctx, s->text, section, "material")) return 0;
+    if (pdi_text_get_string(s->ctx, s->text, section, "material", NULL, &name) != PD_OK) return 0;
     for (int k = 0; k < s->setup->metals; k++)
         if (strcmp(s->setup->metal[k].material.name, name) == 0) return k;
     return 0;
@@ -50,86 +50,102 @@ static pd_status pdi_read_potential_shape(pdi_reader *s, int section, pd_setup_e
     const pd_setup *u = s->setup;
     const char *name;
     int k = 0;
-    PDI_TRY(pdi_text_string(s->ctx, s->text, section, "shape", NULL, &name));
-    for (int at = pdi_text_next(s->ctx, s->text, "shape", -1); at >= 0;
-         at = pdi_text_next(s->ctx, s->text, "shape", at), k++) {
+    PDI_TRY(pdi_text_get_string(s->ctx, s->text, section, "shape", NULL, &name));
+    for (int at = pdi_text_next_section(s->ctx, s->text, "shape", -1); at >= 0;
+         at = pdi_text_next_section(s->ctx, s->text, "shape", at), k++) {
         int solid = 0;
         if (strcmp(s->text->section[at].label, name) != 0) continue;
         e->shape = u->named[k];
         for (int w = 0; w < u->wall_count; w++) solid |= u->walls[w].section == at;
-        e->metal = pdi_read_potential_metal(s, at);
+        e->metal = pdi_read_potential_find_metal(s, at);
         if (e->shape >= 0 && !solid) return PD_OK;
-        return pdi_text_refuse(s->ctx, s->text, section, "shape", "found '%.40s', which is no metal, expected a [shape "
-                               "NAME] with kind = solid", name);
+        return pdi_text_fail_key(s->ctx, s->text, section, "shape",
+                                 "found '%.40s', which is no metal, expected a [shape "
+                                 "NAME] with kind = solid",
+                                 name);
     }
-    return pdi_text_refuse(s->ctx, s->text, section, "shape", "found '%.40s', which is no shape, expected the name of "
-                           "a [shape NAME] with kind = solid", name);
+    return pdi_text_fail_key(s->ctx, s->text, section, "shape",
+                             "found '%.40s', which is no shape, expected the name of "
+                             "a [shape NAME] with kind = solid",
+                             name);
 }
 
 /* Read where an electrode is: a solid shape, or all metal of a material. */
-static pd_status pdi_read_potential_place(pdi_reader *s, int section, pd_setup_electrode *e)
+static pd_status pdi_read_potential_location(pdi_reader *s, int section, pd_setup_electrode *e)
 {
     const pd_setup *u = s->setup;
     const char *name;
-    int shape = pdi_text_has(s->ctx, s->text, section, "shape");
+    int shape = pdi_text_has_key(s->ctx, s->text, section, "shape");
     e->shape = -1;
-    if (shape == pdi_text_has(s->ctx, s->text, section, "material"))
-        return pdi_text_refuse(s->ctx, s->text, section, "shape", "found %s, expected shape = NAME of a solid, or "
-                               "material = NAME", shape ? "a shape and a material" : "neither a shape nor a material");
+    if (shape == pdi_text_has_key(s->ctx, s->text, section, "material"))
+        return pdi_text_fail_key(s->ctx, s->text, section, "shape",
+                                 "found %s, expected shape = NAME of a solid, or "
+                                 "material = NAME",
+                                 shape ? "a shape and a material" : "neither a shape nor a material");
     if (shape) return pdi_read_potential_shape(s, section, e);
-    PDI_TRY(pdi_text_string(s->ctx, s->text, section, "material", NULL, &name));
+    PDI_TRY(pdi_text_get_string(s->ctx, s->text, section, "material", NULL, &name));
     for (e->metal = 0; e->metal < u->metals; e->metal++)
         if (strcmp(u->metal[e->metal].material.name, name) == 0) return PD_OK;
-    return pdi_text_refuse(s->ctx, s->text, section, "material", "found '%.40s', expected the material of a solid "
-                           "shape", name);
+    return pdi_text_fail_key(s->ctx, s->text, section, "material",
+                             "found '%.40s', expected the material of a solid "
+                             "shape",
+                             name);
 }
 
 /* ---- curves ---- */
 
 /* Read a Butler-Volmer (both = 1) or Tafel curve: exchange current density, slopes per decade, limiting currents. */
-static pd_status pdi_read_potential_slopes(pdi_reader *s, int section, int both, pd_electrode_term *t)
+static pd_status pdi_read_potential_tafel_slopes(pdi_reader *s, int section, int both, pd_electrode_term *t)
 {
     static const char *const keys[] = {"anodic_slope", "cathodic_slope"}, *const limits[] = {"anodic_limit",
                                                                                             "cathodic_limit"};
     double *slope[] = {&t->anodic, &t->cathodic}, *limit[] = {&t->anodic_limit, &t->cathodic_limit};
     int given = 0;
     t->kind = PD_ELECTRODE_BUTLER_VOLMER;
-    PDI_TRY(pdi_reader_positive(s, section, "i0", "A/m2", NULL, &t->exchange));
+    PDI_TRY(pdi_reader_get_positive(s, section, "i0", "A/m2", NULL, &t->exchange));
     for (int k = 0; k < 2; k++) {
-        if (!pdi_text_has(s->ctx, s->text, section, keys[k])) continue;
-        PDI_TRY(pdi_reader_within(s, section, keys[k], "V", NULL, 0.0, PDI_READ_POTENTIAL_MOST, 1, slope[k]));
+        if (!pdi_text_has_key(s->ctx, s->text, section, keys[k])) continue;
+        PDI_TRY(
+            pdi_reader_get_bounded(s, section, keys[k], "V", NULL, 0.0, PDI_READ_POTENTIAL_MAX_VOLTAGE, 1, slope[k]));
         *slope[k] /= log(10.0);
-        PDI_TRY(pdi_reader_not_negative(s, section, limits[k], "A/m2", "0", limit[k]));
+        PDI_TRY(pdi_reader_get_nonnegative(s, section, limits[k], "A/m2", "0", limit[k]));
         given++;
     }
     if (given == 1 + both) return PD_OK;
-    return pdi_text_refuse(s->ctx, s->text, section, "curve", "found %d of anodic_slope and cathodic_slope, expected "
-                           "%s", given, both ? "both with butler_volmer" : "one of them with tafel");
+    return pdi_text_fail_key(s->ctx, s->text, section, "curve",
+                             "found %d of anodic_slope and cathodic_slope, expected "
+                             "%s",
+                             given, both ? "both with butler_volmer" : "one of them with tafel");
 }
 
 /* Tabulate a curve i(E) [A/m2] over its range. PD_ERR_ARGUMENT: i falls with E, so that solutions would not be
  * unique. */
-static pd_status pdi_read_potential_points(pdi_reader *s, int section, const pd_expr *curve, pd_setup_electrode *e)
+static pd_status pdi_read_potential_tabulate_curve(pdi_reader *s, int section, const pd_expr *curve,
+                                                   pd_setup_electrode *e)
 {
     double low, high;
     int count;
-    PDI_TRY(pdi_text_ranges(s->ctx, s->text, section, "range", "V", NULL, 1, &low, &high, &count));
-    e->points = PDI_READ_POTENTIAL_POINTS;
+    PDI_TRY(pdi_text_get_ranges(s->ctx, s->text, section, "range", "V", NULL, 1, &low, &high, &count));
+    e->points = PDI_READ_POTENTIAL_TABLE_POINTS;
     PDI_TRY(PDI_NEW(s->ctx, "electrode", e->points, e->potential));
     PDI_TRY(PDI_NEW(s->ctx, "electrode", e->points, e->current));
     for (int k = 0; k < e->points; k++) {
         e->potential[k] = low + (high - low) * k / (e->points - 1);
         e->current[k] = pdi_expr_eval(curve, &e->potential[k]);
-        if (!(fabs(e->current[k]) < PDI_READER_HUGE))
-            return pdi_text_refuse(s->ctx, s->text, section, "i", "found %g A/m2 at E = %.6g V, expected a number, or "
-                                   "another range", e->current[k], e->potential[k]);
+        if (!(fabs(e->current[k]) < PDI_READER_MAX_NUMBER))
+            return pdi_text_fail_key(s->ctx, s->text, section, "i",
+                                     "found %g A/m2 at E = %.6g V, expected a number, or "
+                                     "another range",
+                                     e->current[k], e->potential[k]);
         if (k && e->current[k] < e->current[k - 1])
-            return pdi_text_refuse(s->ctx, s->text, section, "i", "found a current that falls from %.6g to %.6g A/m2 "
-                                   "between E = %.6g and %.6g V, where a field would have several solutions; expected "
-                                   "one that rises or stays (cathodic currents are negative). A peak of active metal "
-                                   "is solved among ions: migration = yes in [chemistry], the curve as current of "
-                                   "[dissolve], and a potential here", e->current[k - 1], e->current[k],
-                                   e->potential[k - 1], e->potential[k]);
+            return pdi_text_fail_key(
+                s->ctx, s->text, section, "i",
+                "found a current that falls from %.6g to %.6g A/m2 "
+                "between E = %.6g and %.6g V, where a field would have several solutions; expected "
+                "one that rises or stays (cathodic currents are negative). A peak of active metal "
+                "is solved among ions: migration = yes in [chemistry], the curve as current of "
+                "[dissolve], and a potential here",
+                e->current[k - 1], e->current[k], e->potential[k - 1], e->potential[k]);
     }
     e->term.kind = PD_ELECTRODE_TABLE;
     e->term.points = e->points;
@@ -139,20 +155,22 @@ static pd_status pdi_read_potential_points(pdi_reader *s, int section, const pd_
 }
 
 /* Check that a curve in E, pH and species does not fall with E, at 1 mol/m3 of each species and pH 7. */
-static pd_status pdi_read_potential_rises(pdi_reader *s, int section, const pd_setup_electrode *e)
+static pd_status pdi_read_potential_check_rising(pdi_reader *s, int section, const pd_setup_electrode *e)
 {
     double vars[PD_EXPR_VARS], last = -HUGE_VAL;
     for (int k = 0; k < PD_EXPR_VARS; k++) vars[k] = 1.0;
     vars[1] = 7.0;
-    for (int k = 0; k <= PDI_READ_POTENTIAL_TRIALS; k++) {
-        vars[0] = PDI_READ_POTENTIAL_WIDE * (2.0 * k / PDI_READ_POTENTIAL_TRIALS - 1.0);
+    for (int k = 0; k <= PDI_READ_POTENTIAL_CHECK_POINTS; k++) {
+        vars[0] = PDI_READ_POTENTIAL_CHECK_RANGE * (2.0 * k / PDI_READ_POTENTIAL_CHECK_POINTS - 1.0);
         double i = pdi_expr_eval(&e->law, vars);
-        if (!(fabs(i) < PDI_READER_HUGE)) continue;
-        if (i < last - PDI_READ_POTENTIAL_SLACK * fabs(last))
-            return pdi_text_refuse(s->ctx, s->text, section, "i", "found a current that falls from %.6g to %.6g A/m2 "
-                                   "as E rises to %.6g V, at 1 mol/m3 of each species, expected one that rises or "
-                                   "stays "
-                                   "(cathodic currents are negative)", last, i, vars[0]);
+        if (!(fabs(i) < PDI_READER_MAX_NUMBER)) continue;
+        if (i < last - PDI_READ_POTENTIAL_CHECK_TOL * fabs(last))
+            return pdi_text_fail_key(s->ctx, s->text, section, "i",
+                                     "found a current that falls from %.6g to %.6g A/m2 "
+                                     "as E rises to %.6g V, at 1 mol/m3 of each species, expected one that rises or "
+                                     "stays "
+                                     "(cathodic currents are negative)",
+                                     last, i, vars[0]);
         last = i;
     }
     return PD_OK;
@@ -160,40 +178,42 @@ static pd_status pdi_read_potential_rises(pdi_reader *s, int section, const pd_s
 
 /* With migrating ions, read a curve that names pH or species; it stays an expression instead of a table. Sets
  * e->reads. */
-static pd_status pdi_read_potential_law(pdi_reader *s, int section, pd_setup_electrode *e)
+static pd_status pdi_read_potential_species_curve(pdi_reader *s, int section, pd_setup_electrode *e)
 {
     pd_expr_symbol vars[PD_EXPR_VARS];
     char name[PD_EXPR_VARS][PD_SPECIES_NAME + 2];
     const char *text;
     int count = 2;
-    if (!s->setup->migrates || !pdi_text_has(s->ctx, s->text, section, "i")) return PD_OK;
-    PDI_TRY(pdi_text_string(s->ctx, s->text, section, "i", NULL, &text));
+    if (!s->setup->migrates || !pdi_text_has_key(s->ctx, s->text, section, "i")) return PD_OK;
+    PDI_TRY(pdi_text_get_string(s->ctx, s->text, section, "i", NULL, &text));
     if (!strchr(text, '[') && !strstr(text, "pH")) return PD_OK;
     memset(vars, 0, sizeof vars);
-    vars[0] = pdi_read_potential_argument[0];
+    vars[0] = pdi_read_potential_curve_symbol[0];
     vars[1].name = "pH";
     vars[1].unit = "";
-    PDI_TRY(pdi_read_surface_species(s, section, "i", vars, name, &count, e->of, &e->species));
-    PDI_TRY(pdi_text_expr(s->ctx, s->text, section, "i", "A/m2", vars, count, NULL, &e->law));
+    PDI_TRY(pdi_read_surface_states_species_symbols(s, section, "i", vars, name, &count, e->of, &e->species));
+    PDI_TRY(pdi_text_get_expr(s->ctx, s->text, section, "i", "A/m2", vars, count, NULL, &e->law));
     e->reads = 1;
-    if ((e->law.uses >> 1 & 1u) && pdi_electrolyte_find(&s->setup->electrolyte, "H+") < 0)
-        return pdi_text_refuse(s->ctx, s->text, section, "i", "found pH without the species H+, expected [species H+] "
-                               "and others");
-    if (e->film > 0.0 || pdi_text_has(s->ctx, s->text, section, "range"))
-        return pdi_text_refuse(s->ctx, s->text, section, e->film > 0.0 ? "film" : "range", "found beside a curve in pH "
-                               "or species, expected none");
-    return pdi_read_potential_rises(s, section, e);
+    if ((e->law.uses >> 1 & 1u) && pdi_electrolyte_find_species(&s->setup->electrolyte, "H+") < 0)
+        return pdi_text_fail_key(s->ctx, s->text, section, "i",
+                                 "found pH without the species H+, expected [species H+] "
+                                 "and others");
+    if (e->film > 0.0 || pdi_text_has_key(s->ctx, s->text, section, "range"))
+        return pdi_text_fail_key(s->ctx, s->text, section, e->film > 0.0 ? "film" : "range",
+                                 "found beside a curve in pH "
+                                 "or species, expected none");
+    return pdi_read_potential_check_rising(s, section, e);
 }
 
 /* Read a polarisation curve that is given as an expression (key `i`). */
-static pd_status pdi_read_potential_expression(pdi_reader *s, int section, pd_setup_electrode *e)
+static pd_status pdi_read_potential_expression_curve(pdi_reader *s, int section, pd_setup_electrode *e)
 {
     pd_expr curve;
-    PDI_TRY(pdi_read_potential_law(s, section, e));
+    PDI_TRY(pdi_read_potential_species_curve(s, section, e));
     if (e->reads) return PD_OK;
-    PDI_TRY(pdi_text_expr(s->ctx, s->text, section, "i", "A/m2", pdi_read_potential_argument, 1, NULL, &curve));
-    pdi_expr_table_range(&curve, 0, e->table_range);
-    pd_status status = pdi_read_potential_points(s, section, &curve, e);
+    PDI_TRY(pdi_text_get_expr(s->ctx, s->text, section, "i", "A/m2", pdi_read_potential_curve_symbol, 1, NULL, &curve));
+    pdi_expr_get_table_range(&curve, 0, e->table_range);
+    pd_status status = pdi_read_potential_tabulate_curve(s, section, &curve, e);
     pdi_expr_free(s->ctx, &curve);
     return status;
 }
@@ -203,25 +223,27 @@ static pd_status pdi_read_potential_kinetics(pdi_reader *s, int section, pd_setu
 {
     static const char *const curves[] = {"butler_volmer", "tafel", "linear", "expression", "primary", NULL};
     int curve = 0;
-    e->bare = s->setup->migrates && !pdi_text_has(s->ctx, s->text, section, "curve");
+    e->bare = s->setup->migrates && !pdi_text_has_key(s->ctx, s->text, section, "curve");
     if (e->bare) return PD_OK;
-    if (!pdi_text_has(s->ctx, s->text, section, "curve"))
-        return pdi_text_refuse(s->ctx, s->text, section, "curve", "found no polarisation curve, expected curve = "
-                               "butler_volmer, tafel, linear, expression or primary");
-    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "curve", curves, NULL, &curve));
-    PDI_TRY(pdi_reader_not_negative(s, section, "film", "ohm m2", "0", &e->film));
-    if (curve == PDI_READ_POTENTIAL_EXPRESSION) return pdi_read_potential_expression(s, section, e);
-    PDI_TRY(pdi_reader_within(s, section, "E0", "V", "0", -PDI_READ_POTENTIAL_MOST, PDI_READ_POTENTIAL_MOST, 0,
-                              &e->term.equilibrium));
+    if (!pdi_text_has_key(s->ctx, s->text, section, "curve"))
+        return pdi_text_fail_key(s->ctx, s->text, section, "curve",
+                                 "found no polarisation curve, expected curve = "
+                                 "butler_volmer, tafel, linear, expression or primary");
+    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "curve", curves, NULL, &curve));
+    PDI_TRY(pdi_reader_get_nonnegative(s, section, "film", "ohm m2", "0", &e->film));
+    if (curve == PDI_READ_POTENTIAL_EXPRESSION) return pdi_read_potential_expression_curve(s, section, e);
+    PDI_TRY(pdi_reader_get_bounded(s, section, "E0", "V", "0", -PDI_READ_POTENTIAL_MAX_VOLTAGE,
+                                   PDI_READ_POTENTIAL_MAX_VOLTAGE, 0, &e->term.equilibrium));
     e->primary = curve == PDI_READ_POTENTIAL_PRIMARY;
     if (e->primary && s->setup->migrates)
-        return pdi_text_refuse(s->ctx, s->text, section, "curve", "found primary beside migration = yes of [chemistry],"
-                               " expected another curve");
+        return pdi_text_fail_key(s->ctx, s->text, section, "curve",
+                                 "found primary beside migration = yes of [chemistry],"
+                                 " expected another curve");
     if (e->primary) return PD_OK;
     if (curve != PDI_READ_POTENTIAL_LINEAR)
-        return pdi_read_potential_slopes(s, section, curve == PDI_READ_POTENTIAL_BUTLER, &e->term);
+        return pdi_read_potential_tafel_slopes(s, section, curve == PDI_READ_POTENTIAL_BUTLER_VOLMER, &e->term);
     e->term.kind = PD_ELECTRODE_LINEAR;
-    return pdi_reader_positive(s, section, "resistance", "ohm m2", NULL, &e->term.resistance);
+    return pdi_reader_get_positive(s, section, "resistance", "ohm m2", NULL, &e->term.resistance);
 }
 
 /* ---- circuits ---- */
@@ -229,31 +251,33 @@ static pd_status pdi_read_potential_kinetics(pdi_reader *s, int section, pd_setu
 /* Read the prescribed potential [V] or current [A] of an electrode, a function of t; neither: it floats. */
 static pd_status pdi_read_potential_control(pdi_reader *s, int section, pd_setup_electrode *e)
 {
-    e->holds = pdi_text_has(s->ctx, s->text, section, "potential");
-    e->gives = pdi_text_has(s->ctx, s->text, section, "current");
+    e->holds = pdi_text_has_key(s->ctx, s->text, section, "potential");
+    e->gives = pdi_text_has_key(s->ctx, s->text, section, "current");
     if (e->holds && e->gives)
-        return pdi_text_refuse(s->ctx, s->text, section, "current", "found beside 'potential', expected one of them");
+        return pdi_text_fail_key(s->ctx, s->text, section, "current", "found beside 'potential', expected one of them");
     if (!e->holds && !e->gives) return PD_OK;
     const char *key = e->holds ? "potential" : "current";
-    PDI_TRY(pdi_text_expr(s->ctx, s->text, section, key, e->holds ? "V" : "A", pdi_setup_position(), PDI_SETUP_PLACE,
-                          NULL, &e->given));
+    PDI_TRY(pdi_text_get_expr(s->ctx, s->text, section, key, e->holds ? "V" : "A", pdi_setup_get_position_symbols(),
+                              PDI_SETUP_POSITION_VARS, NULL, &e->given));
     if (!(e->given.uses & ~((uint32_t)1 << PD_DIM))) return PD_OK;
-    return pdi_text_refuse(s->ctx, s->text, section, key, "found a function of the place, expected one of t alone");
+    return pdi_text_fail_key(s->ctx, s->text, section, key, "found a function of the place, expected one of t alone");
 }
 
 /* Read the electrodes that are electrically connected to electrode `own`, and merge their circuits. */
-static pd_status pdi_read_potential_wires(pdi_reader *s, int section, int own)
+static pd_status pdi_read_potential_connections(pdi_reader *s, int section, int own)
 {
     pd_setup_potential *p = &s->setup->potential;
     pd_word_list list;
-    if (!pdi_text_has(s->ctx, s->text, section, "connected")) return PD_OK;
-    PDI_TRY(pdi_text_words(s->ctx, s->text, section, "connected", NULL, &list));
+    if (!pdi_text_has_key(s->ctx, s->text, section, "connected")) return PD_OK;
+    PDI_TRY(pdi_text_get_words(s->ctx, s->text, section, "connected", NULL, &list));
     for (int w = 0; w < list.count; w++) {
         int other = 0;
         while (other < p->electrodes && strcmp(p->electrode[other].name, list.word[w]) != 0) other++;
         if (other == p->electrodes || other == own)
-            return pdi_text_refuse(s->ctx, s->text, section, "connected", "found '%s', expected the name of another "
-                                   "[electrode NAME]", list.word[w]);
+            return pdi_text_fail_key(s->ctx, s->text, section, "connected",
+                                     "found '%s', expected the name of another "
+                                     "[electrode NAME]",
+                                     list.word[w]);
         int a = p->electrode[own].wire, b = p->electrode[other].wire;
         for (int k = 0; k < p->electrodes; k++)
             if (p->electrode[k].wire == (a < b ? b : a)) p->electrode[k].wire = a < b ? a : b;
@@ -262,16 +286,18 @@ static pd_status pdi_read_potential_wires(pdi_reader *s, int section, int own)
 }
 
 /* Check that each circuit has at most one prescribed potential or current. */
-static pd_status pdi_read_potential_once(pdi_reader *s)
+static pd_status pdi_read_potential_check_circuits(pdi_reader *s)
 {
     const pd_setup_potential *p = &s->setup->potential;
     for (int k = 0; k < p->electrodes; k++)
         for (int j = 0; j < k; j++) {
             const pd_setup_electrode *a = &p->electrode[j], *b = &p->electrode[k];
             if (a->wire != b->wire || !(a->holds || a->gives) || !(b->holds || b->gives)) continue;
-            return pdi_text_refuse(s->ctx, s->text, pdi_text_section(s->ctx, s->text, "electrode", b->name),
-                                   b->holds ? "potential" : "current", "found beside that of %s, which %s is connected "
-                                   "to, expected one of them", a->name, b->name);
+            return pdi_text_fail_key(s->ctx, s->text, pdi_text_get_section(s->ctx, s->text, "electrode", b->name),
+                                     b->holds ? "potential" : "current",
+                                     "found beside that of %s, which %s is connected "
+                                     "to, expected one of them",
+                                     a->name, b->name);
         }
     return PD_OK;
 }
@@ -279,11 +305,11 @@ static pd_status pdi_read_potential_once(pdi_reader *s)
 /* ---- sections ---- */
 
 /* Add a monitor of potential and current of an electrode. */
-static pd_status pdi_read_potential_table(pdi_reader *s, int section, int index)
+static pd_status pdi_read_potential_add_monitor(pdi_reader *s, int section, int index)
 {
     pd_setup *u = s->setup;
     if (u->monitors == PD_SETUP_MONITORS)
-        return pdi_text_refuse(s->ctx, s->text, section, "electrode", "found more than %d tables", PD_SETUP_MONITORS);
+        return pdi_text_fail_key(s->ctx, s->text, section, "electrode", "found more than %d tables", PD_SETUP_MONITORS);
     pd_setup_monitor *m = &u->monitor[u->monitors++];
     memset(m, 0, sizeof *m);
     m->kind = PD_MONITOR_ELECTRODE;
@@ -294,30 +320,31 @@ static pd_status pdi_read_potential_table(pdi_reader *s, int section, int index)
 }
 
 /* Read one [electrode NAME] section. */
-static pd_status pdi_read_potential_section(pdi_reader *s, int section)
+static pd_status pdi_read_potential_electrode(pdi_reader *s, int section)
 {
     pd_setup_potential *p = &s->setup->potential;
     const char *label = s->text->section[section].label;
     if (p->electrodes == PD_SETUP_ELECTRODES)
-        return pdi_text_refuse(s->ctx, s->text, section, "electrode", "found more than %d electrodes",
-                               PD_SETUP_ELECTRODES);
+        return pdi_text_fail_key(s->ctx, s->text, section, "electrode", "found more than %d electrodes",
+                                 PD_SETUP_ELECTRODES);
     if (label[0] == '\0' || strlen(label) >= PD_TEXT_WORD)
-        return pdi_text_refuse(s->ctx, s->text, section, "electrode", "expected a short name: [electrode NAME]");
+        return pdi_text_fail_key(s->ctx, s->text, section, "electrode", "expected a short name: [electrode NAME]");
     pd_setup_electrode *e = &p->electrode[p->electrodes];
     memcpy(e->name, label, strlen(label) + 1);
     e->line = s->text->section[section].line;
     e->wire = p->electrodes++;
-    PDI_TRY(pdi_read_potential_place(s, section, e));
+    PDI_TRY(pdi_read_potential_location(s, section, e));
     PDI_TRY(pdi_read_potential_kinetics(s, section, e));
-    PDI_TRY(pdi_read_surface_share(s, section, e->wire));
+    PDI_TRY(pdi_read_surface_states_current_factor(s, section, e->wire));
     PDI_TRY(pdi_read_potential_control(s, section, e));
-    e->reacts = pdi_text_has(s->ctx, s->text, section, "reaction");
-    if (e->reacts) PDI_TRY(pdi_read_chemistry_electrode(s, section, e->shed));
+    e->reacts = pdi_text_has_key(s->ctx, s->text, section, "reaction");
+    if (e->reacts) PDI_TRY(pdi_read_chemistry_electrode_reaction(s, section, e->shed));
     if (s->setup->migrates && !e->reacts && !e->bare)
-        return pdi_text_refuse(s->ctx, s->text, section, "reaction", "found none, expected the half-reaction by which "
-                               "the current of the curve enters the ions: reaction = O2 + 2 H2O + 4 e- = 4 OH-");
+        return pdi_text_fail_key(s->ctx, s->text, section, "reaction",
+                                 "found none, expected the half-reaction by which "
+                                 "the current of the curve enters the ions: reaction = O2 + 2 H2O + 4 e- = 4 OH-");
     p->reacts = p->reacts || e->reacts;
-    return pdi_read_potential_table(s, section, e->wire);
+    return pdi_read_potential_add_monitor(s, section, e->wire);
 }
 
 /* Read the Dirichlet potentials [V] of the fluid at walls and inlets. */
@@ -325,64 +352,72 @@ static pd_status pdi_read_potential_sides(pdi_reader *s)
 {
     pd_setup *u = s->setup;
     for (int k = 0; k < 2 * PD_DIM; k++) {
-        int section = pdi_text_section(s->ctx, s->text, "side", pdi_setup_side_name(k));
-        if (!pdi_text_has(s->ctx, s->text, section, "potential")) continue;
+        int section = pdi_text_get_section(s->ctx, s->text, "side", pdi_setup_side_name(k));
+        if (!pdi_text_has_key(s->ctx, s->text, section, "potential")) continue;
         if (u->migrates)
-            return pdi_text_refuse(s->ctx, s->text, section, "potential", "found beside migration = yes of [chemistry],"
-                                   " expected species = inlet, which holds ions at the potential 0");
-        PDI_TRY(pdi_reader_within(s, section, "potential", "V", NULL, -PDI_READ_POTENTIAL_MOST,
-                                  PDI_READ_POTENTIAL_MOST, 0, &u->potential.hold[k]));
+            return pdi_text_fail_key(s->ctx, s->text, section, "potential",
+                                     "found beside migration = yes of [chemistry],"
+                                     " expected species = inlet, which holds ions at the potential 0");
+        PDI_TRY(pdi_reader_get_bounded(s, section, "potential", "V", NULL, -PDI_READ_POTENTIAL_MAX_VOLTAGE,
+                                       PDI_READ_POTENTIAL_MAX_VOLTAGE, 0, &u->potential.hold[k]));
         u->potential.held[k] = 1;
         if (u->side[k].kind == PD_SIDE_WALL || u->side[k].kind == PD_SIDE_INLET) continue;
-        return pdi_text_refuse(s->ctx, s->text, section, "potential", "found at a side that is no wall and no inlet, "
-                               "expected flow = noslip or inlet there");
+        return pdi_text_fail_key(s->ctx, s->text, section, "potential",
+                                 "found at a side that is no wall and no inlet, "
+                                 "expected flow = noslip or inlet there");
     }
     return PD_OK;
 }
 
 /* Read conductivity and tolerance of the section [potential]. */
-static pd_status pdi_read_potential_electrolyte(pdi_reader *s, int section)
+static pd_status pdi_read_potential_conductivity(pdi_reader *s, int section)
 {
     pd_setup_potential *p = &s->setup->potential;
-    if (s->setup->migrates && pdi_text_has(s->ctx, s->text, section, "conductivity"))
-        return pdi_text_refuse(s->ctx, s->text, section, "conductivity", "found beside migration = yes of [chemistry], "
-                               "expected none: it is that of the ions");
-    if (!pdi_text_has(s->ctx, s->text, section, "conductivity") && !s->setup->has_chemistry)
-        return pdi_text_refuse(s->ctx, s->text, section, "conductivity", "found none, expected [potential] "
-                               "conductivity = 1.5 S/m or another positive value");
-    if (pdi_text_has(s->ctx, s->text, section, "conductivity"))
-        PDI_TRY(pdi_reader_positive(s, section, "conductivity", "S/m", NULL, &p->conductivity));
-    return pdi_reader_within(s, section, "tolerance", "", "1e-12", 0.0, 0.1, 1, &p->tolerance);
+    if (s->setup->migrates && pdi_text_has_key(s->ctx, s->text, section, "conductivity"))
+        return pdi_text_fail_key(s->ctx, s->text, section, "conductivity",
+                                 "found beside migration = yes of [chemistry], "
+                                 "expected none: it is that of the ions");
+    if (!pdi_text_has_key(s->ctx, s->text, section, "conductivity") && !s->setup->has_chemistry)
+        return pdi_text_fail_key(s->ctx, s->text, section, "conductivity",
+                                 "found none, expected [potential] "
+                                 "conductivity = 1.5 S/m or another positive value");
+    if (pdi_text_has_key(s->ctx, s->text, section, "conductivity"))
+        PDI_TRY(pdi_reader_get_positive(s, section, "conductivity", "S/m", NULL, &p->conductivity));
+    return pdi_reader_get_bounded(s, section, "tolerance", "", "1e-12", 0.0, 0.1, 1, &p->tolerance);
 }
 
 PDI_FN pd_status pdi_read_potential_read(pdi_reader *s)
 {
     pd_setup *u = s->setup;
-    int section = pdi_text_section(s->ctx, s->text, "potential", NULL), k = 0;
-    int first = pdi_text_next(s->ctx, s->text, "electrode", -1);
+    int section = pdi_text_get_section(s->ctx, s->text, "potential", NULL), k = 0;
+    int first = pdi_text_next_section(s->ctx, s->text, "electrode", -1);
     if (!u->has_potential) return PD_OK;
     if (u->has_gas)
-        return pdi_text_refuse(s->ctx, s->text, section, "potential", "found beside [gas], expected [flow] or fluid at "
-                               "rest");
+        return pdi_text_fail_key(s->ctx, s->text, section, "potential",
+                                 "found beside [gas], expected [flow] or fluid at "
+                                 "rest");
     if (first < 0)
-        return pdi_text_refuse(s->ctx, s->text, section, "potential", "found no electrode, expected an [electrode "
-                               "NAME] with a shape and a curve");
+        return pdi_text_fail_key(s->ctx, s->text, section, "potential",
+                                 "found no electrode, expected an [electrode "
+                                 "NAME] with a shape and a curve");
     for (int n = 0; n < s->text->const_count; n++)
         if (strcmp(s->text->consts[n].name, "E") == 0 || strcmp(s->text->consts[n].name, "i") == 0)
-            return pdi_text_refuse(s->ctx, s->text, pdi_text_section(s->ctx, s->text, "constants", NULL),
-                                   s->text->consts[n].name, "found the name '%s' beside [potential], where it is a "
-                                   "variable, expected another one", s->text->consts[n].name);
-    PDI_TRY(pdi_read_potential_electrolyte(s, section));
+            return pdi_text_fail_key(s->ctx, s->text, pdi_text_get_section(s->ctx, s->text, "constants", NULL),
+                                     s->text->consts[n].name,
+                                     "found the name '%s' beside [potential], where it is a "
+                                     "variable, expected another one",
+                                     s->text->consts[n].name);
+    PDI_TRY(pdi_read_potential_conductivity(s, section));
     PDI_TRY(pdi_read_potential_sides(s));
-    for (int at = first; at >= 0; at = pdi_text_next(s->ctx, s->text, "electrode", at))
-        PDI_TRY(pdi_read_potential_section(s, at));
-    for (int at = first; at >= 0; at = pdi_text_next(s->ctx, s->text, "electrode", at))
-        PDI_TRY(pdi_read_potential_wires(s, at, k++));
-    return pdi_read_potential_once(s);
+    for (int at = first; at >= 0; at = pdi_text_next_section(s->ctx, s->text, "electrode", at))
+        PDI_TRY(pdi_read_potential_electrode(s, at));
+    for (int at = first; at >= 0; at = pdi_text_next_section(s->ctx, s->text, "electrode", at))
+        PDI_TRY(pdi_read_potential_connections(s, at, k++));
+    return pdi_read_potential_check_circuits(s);
 }
 
-#undef PDI_READ_POTENTIAL_POINTS
-#undef PDI_READ_POTENTIAL_TRIALS
-#undef PDI_READ_POTENTIAL_WIDE
-#undef PDI_READ_POTENTIAL_SLACK
-#undef PDI_READ_POTENTIAL_MOST
+#undef PDI_READ_POTENTIAL_TABLE_POINTS
+#undef PDI_READ_POTENTIAL_CHECK_POINTS
+#undef PDI_READ_POTENTIAL_CHECK_RANGE
+#undef PDI_READ_POTENTIAL_CHECK_TOL
+#undef PDI_READ_POTENTIAL_MAX_VOLTAGE

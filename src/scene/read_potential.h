@@ -6,7 +6,7 @@
 
 #ifdef PDI_INTERNAL
 /* 1: the scene has a section [potential] or [electrode NAME]. */
-PDI_FN int pdi_read_potential_given(pdi_reader *reader);
+PDI_FN int pdi_read_potential_has_sections(pdi_reader *reader);
 /* Read all of it, after shapes, sides, species and metals. PD_ERR_PARSE, PD_ERR_ARGUMENT with file:line. */
 PDI_FN pd_status pdi_read_potential_read(pdi_reader *reader);
 #endif

@@ -3,15 +3,15 @@
 #include "scene/reader.h"
 #include "io/png.h"
 #include "io/stl.h"
-#include "scene/named_files.h"
-#include "scene/read_solid.h"
+#include "scene/input_files.h"
+#include "scene/read_mechanics.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
 #define PDI_READ_SHAPES_RAW_LIMIT ((size_t)1 << 31)
 /* Grey level, 0 to 255, from which on a pixel is inside the shape. */
-#define PDI_READ_SHAPES_LIGHT 128
+#define PDI_READ_SHAPES_INSIDE_GREY 128
 
 /* What a shape is, the values of the key `kind`. */
 typedef enum pdi_read_shapes_kind {
@@ -25,22 +25,22 @@ typedef enum pdi_read_shapes_kind {
 } pdi_read_shapes_kind;
 
 /* State of the reader: the section in work and the shapes read so far, which later ones may use. */
-typedef struct pdi_read_shapes {
+typedef struct pdi_read_shapes_state {
     pd_ctx *ctx;
     pd_text *text;
     const char *folder;
     pd_setup *setup;
     int section; /* in work */
-    int names;
+    int count;
     const char *name[PD_SETUP_SHAPES]; /* labels of the sections so far */
     int index[PD_SETUP_SHAPES];        /* their shapes */
     int used[PD_SETUP_SHAPES];
     int materials, grains; /* sections with these keys so far */
-} pdi_read_shapes;
+} pdi_read_shapes_state;
 
 /* Keys of primitives and set operations, in the order of the enum below. */
-static const char *const pdi_read_shapes_forms[] = {"box",          "ball",  "cylinder",  "half_space", "mask",
-                                               "raw",          "stl",   "union",     "intersect",  "difference", NULL};
+static const char *const pdi_read_shapes_form_keys[] = {"box", "ball",  "cylinder",  "half_space", "mask", "raw",
+                                                        "stl", "union", "intersect", "difference", NULL};
 typedef enum pdi_read_shapes_form {
     PDI_READ_SHAPES_BOX = 0,
     PDI_READ_SHAPES_BALL,
@@ -55,96 +55,105 @@ typedef enum pdi_read_shapes_form {
 } pdi_read_shapes_form;
 
 /* Read PD_DIM coordinates. */
-static pd_status pdi_read_shapes_point(pdi_read_shapes *s, const char *key, const char *unit, double *x)
+static pd_status pdi_read_shapes_point(pdi_read_shapes_state *s, const char *key, const char *unit, double *x)
 {
     int count;
-    PDI_TRY(pdi_text_numbers(s->ctx, s->text, s->section, key, unit, NULL, PD_DIM, x, &count));
+    PDI_TRY(pdi_text_get_numbers(s->ctx, s->text, s->section, key, unit, NULL, PD_DIM, x, &count));
     if (count == PD_DIM) return PD_OK;
-    return pdi_text_refuse(s->ctx, s->text, s->section, key, "found %d number%s, expected %d, one for each axis:"
-                           " pd%dd runs scenes in %dD", count, count > 1 ? "s" : "", PD_DIM, count, count);
+    return pdi_text_fail_key(s->ctx, s->text, s->section, key,
+                             "found %d number%s, expected %d, one for each axis:"
+                             " pd%dd runs scenes in %dD",
+                             count, count > 1 ? "s" : "", PD_DIM, count, count);
 }
 
 /* Read a positive length [m]. */
-static pd_status pdi_read_shapes_length(pdi_read_shapes *s, const char *key, const char *fallback, double *value)
+static pd_status pdi_read_shapes_length(pdi_read_shapes_state *s, const char *key, const char *fallback, double *value)
 {
-    PDI_TRY(pdi_text_number(s->ctx, s->text, s->section, key, "m", fallback, value));
+    PDI_TRY(pdi_text_get_number(s->ctx, s->text, s->section, key, "m", fallback, value));
     if (*value > 0.0) return PD_OK;
-    return pdi_text_refuse(s->ctx, s->text, s->section, key, "found %.6g m, expected a positive length", *value);
+    return pdi_text_fail_key(s->ctx, s->text, s->section, key, "found %.6g m, expected a positive length", *value);
 }
 
 /* Read a box from its ranges along the axes. */
-static pd_status pdi_read_shapes_box(pdi_read_shapes *s, pd_shape *shape)
+static pd_status pdi_read_shapes_box(pdi_read_shapes_state *s, pd_shape *shape)
 {
     int count;
     shape->type = PD_SHAPE_BOX;
-    PDI_TRY(pdi_text_ranges(s->ctx, s->text, s->section, "box", "m", NULL, PD_DIM, shape->a, shape->b, &count));
+    PDI_TRY(pdi_text_get_ranges(s->ctx, s->text, s->section, "box", "m", NULL, PD_DIM, shape->a, shape->b, &count));
     if (count == PD_DIM) return PD_OK;
-    return pdi_text_refuse(s->ctx, s->text, s->section, "box", "found %d range%s, expected %d, one for each axis:"
-                           " pd%dd runs scenes in %dD", count, count > 1 ? "s" : "", PD_DIM, count, count);
+    return pdi_text_fail_key(s->ctx, s->text, s->section, "box",
+                             "found %d range%s, expected %d, one for each axis:"
+                             " pd%dd runs scenes in %dD",
+                             count, count > 1 ? "s" : "", PD_DIM, count, count);
 }
 
 /* Read an infinite cylinder: axis, centre, radius. */
-static pd_status pdi_read_shapes_cylinder(pdi_read_shapes *s, pd_shape *shape)
+static pd_status pdi_read_shapes_cylinder(pdi_read_shapes_state *s, pd_shape *shape)
 {
     static const char *const axes[] = {"x", "y", "z", NULL};
     shape->type = PD_SHAPE_CYLINDER;
-    PDI_TRY(pdi_text_choice(s->ctx, s->text, s->section, "cylinder", axes, NULL, &shape->axis));
-    if (pdi_text_has(s->ctx, s->text, s->section, "centre")) PDI_TRY(pdi_read_shapes_point(s, "centre", "m", shape->a));
+    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, s->section, "cylinder", axes, NULL, &shape->axis));
+    if (pdi_text_has_key(s->ctx, s->text, s->section, "centre"))
+        PDI_TRY(pdi_read_shapes_point(s, "centre", "m", shape->a));
     return pdi_read_shapes_length(s, "radius", NULL, &shape->r);
 }
 
 /* Read a half space: a point of its plane and the outward normal. */
-static pd_status pdi_read_shapes_half_space(pdi_read_shapes *s, pd_shape *shape)
+static pd_status pdi_read_shapes_half_space(pdi_read_shapes_state *s, pd_shape *shape)
 {
     int yes;
     double size = 0.0;
     shape->type = PD_SHAPE_HALF_SPACE;
-    PDI_TRY(pdi_text_bool(s->ctx, s->text, s->section, "half_space", NULL, &yes));
-    if (!yes) return pdi_text_refuse(s->ctx, s->text, s->section, "half_space", "found 'no', expected 'yes'");
+    PDI_TRY(pdi_text_get_bool(s->ctx, s->text, s->section, "half_space", NULL, &yes));
+    if (!yes) return pdi_text_fail_key(s->ctx, s->text, s->section, "half_space", "found 'no', expected 'yes'");
     PDI_TRY(pdi_read_shapes_point(s, "point", "m", shape->a));
     PDI_TRY(pdi_read_shapes_point(s, "normal", "", shape->b));
     for (int d = 0; d < PD_DIM; d++) size += fabs(shape->b[d]);
     if (size > 0.0) return PD_OK;
-    return pdi_text_refuse(s->ctx, s->text, s->section, "normal", "found a zero vector, expected the outward normal");
+    return pdi_text_fail_key(s->ctx, s->text, s->section, "normal", "found a zero vector, expected the outward normal");
 }
 
 /* Convert a picture to a mask: light pixels are inside, dark and transparent ones outside; the lowest row of the
  * picture becomes the first row of the mask. *least, *most: range of grey levels. */
-static void pdi_read_shapes_pixels(const pd_image *image, uint8_t *mask, int *least, int *most)
+static void pdi_read_shapes_threshold_pixels(const pd_image *image, uint8_t *mask, int *least, int *most)
 {
     *least = 255;
     *most = 0;
     for (int row = 0; row < image->height; row++)
         for (int column = 0; column < image->width; column++) {
-            int light = pdi_image_gray(image, column, row);
+            int light = pdi_image_get_luminance(image, column, row);
             mask[(size_t)(image->height - 1 - row) * (size_t)image->width + (size_t)column] =
-                light >= PDI_READ_SHAPES_LIGHT;
+                light >= PDI_READ_SHAPES_INSIDE_GREY;
             *least = light < *least ? light : *least;
             *most = light > *most ? light : *most;
         }
 }
 
 /* Read the mask of a shape from a PNG picture (2D). */
-static pd_status pdi_read_shapes_png(pdi_read_shapes *s, pd_shape *shape)
+static pd_status pdi_read_shapes_png(pdi_read_shapes_state *s, pd_shape *shape)
 {
     char path[PD_PATH_SIZE];
     pd_image image;
     uint8_t *mask = NULL;
     memset(&image, 0, sizeof image);
     if (PD_DIM != 2)
-        return pdi_text_refuse(s->ctx, s->text, s->section, "mask", "found a picture in %dD, expected raw = FILE with"
-                               " size = %s", PD_DIM, PD_DIM == 3 ? "NX, NY, NZ" : "NX");
-    PDI_TRY(pdi_named_files_path(s->ctx, s->text, s->section, "mask", s->folder, path));
-    if (pdi_png_read(s->ctx, path, &image) < 0) return pdi_named_files_fail(s->ctx, s->text, s->section, "mask");
-    pd_status status = pdi_setup_mask(s->ctx, s->setup, (size_t)image.width * (size_t)image.height, &mask);
+        return pdi_text_fail_key(s->ctx, s->text, s->section, "mask",
+                                 "found a picture in %dD, expected raw = FILE with"
+                                 " size = %s",
+                                 PD_DIM, PD_DIM == 3 ? "NX, NY, NZ" : "NX");
+    PDI_TRY(pdi_input_files_get_path(s->ctx, s->text, s->section, "mask", s->folder, path));
+    if (pdi_png_read(s->ctx, path, &image) < 0) return pdi_input_files_fail(s->ctx, s->text, s->section, "mask");
+    pd_status status = pdi_setup_add_mask(s->ctx, s->setup, (size_t)image.width * (size_t)image.height, &mask);
     int least = 0, most = 255;
-    if (status == PD_OK) pdi_read_shapes_pixels(&image, mask, &least, &most);
-    if (most < PDI_READ_SHAPES_LIGHT)
-        status = pdi_text_refuse(s->ctx, s->text, s->section, "mask", "found lightness from %d to %d in '%.200s', "
-                                 "expected %d and more of 255 where the shape is: %s", least, most, path,
-                                 PDI_READ_SHAPES_LIGHT, !most ? "it is black or transparent everywhere"
-                                 : most < 16 ? "numbers of labels are no lightness; make theirs 255"
-                                             : "white is inside");
+    if (status == PD_OK) pdi_read_shapes_threshold_pixels(&image, mask, &least, &most);
+    if (most < PDI_READ_SHAPES_INSIDE_GREY)
+        status = pdi_text_fail_key(s->ctx, s->text, s->section, "mask",
+                                   "found lightness from %d to %d in '%.200s', "
+                                   "expected %d and more of 255 where the shape is: %s",
+                                   least, most, path, PDI_READ_SHAPES_INSIDE_GREY,
+                                   !most       ? "it is black or transparent everywhere"
+                                   : most < 16 ? "numbers of labels are no lightness; make theirs 255"
+                                               : "white is inside");
     shape->n[0] = image.width;
     shape->n[PD_DIM - 1] = image.height;
     shape->mask = mask;
@@ -153,143 +162,147 @@ static pd_status pdi_read_shapes_png(pdi_read_shapes *s, pd_shape *shape)
 }
 
 /* Read the mask of a shape from a raw file: one byte a voxel, nonzero inside, x fastest. */
-static pd_status pdi_read_shapes_raw(pdi_read_shapes *s, pd_shape *shape)
+static pd_status pdi_read_shapes_raw(pdi_read_shapes_state *s, pd_shape *shape)
 {
     char path[PD_PATH_SIZE], *bytes = NULL;
     double number[PD_DIM], voxels = 1.0;
     size_t size = 0;
     uint8_t *mask = NULL;
-    PDI_TRY(pdi_named_files_path(s->ctx, s->text, s->section, "raw", s->folder, path));
+    PDI_TRY(pdi_input_files_get_path(s->ctx, s->text, s->section, "raw", s->folder, path));
     PDI_TRY(pdi_read_shapes_point(s, "size", "", number));
     for (int d = 0; d < PD_DIM; d++) {
         if (!(number[d] >= 1.0) || !(number[d] < 1e6) || number[d] > floor(number[d]))
-            return pdi_text_refuse(s->ctx, s->text, s->section, "size", "found %.6g, expected whole numbers from 1",
-                                   number[d]);
+            return pdi_text_fail_key(s->ctx, s->text, s->section, "size", "found %.6g, expected whole numbers from 1",
+                                     number[d]);
         shape->n[d] = (int)number[d];
         voxels *= number[d];
     }
     /* a longer file need not be read to its end to see that it is too long */
     double most = pdi_min(2.0 * voxels + 4096.0, (double)PDI_READ_SHAPES_RAW_LIMIT);
-    if (pdi_file_read(s->ctx, path, (size_t)most, &bytes, &size) < 0)
-        return pdi_named_files_fail(s->ctx, s->text, s->section, "raw");
+    if (pdi_file_read_all(s->ctx, path, (size_t)most, &bytes, &size) < 0)
+        return pdi_input_files_fail(s->ctx, s->text, s->section, "raw");
     pd_status status;
     if ((double)size < voxels || (double)size > voxels)
-        status = pdi_text_refuse(s->ctx, s->text, s->section, "raw",
-                                 "found a file of %.0f bytes, expected %.0f, one for each"
-                                 " voxel", (double)size, voxels);
-    else status = pdi_setup_mask(s->ctx, s->setup, size, &mask);
+        status = pdi_text_fail_key(s->ctx, s->text, s->section, "raw",
+                                   "found a file of %.0f bytes, expected %.0f, one for each"
+                                   " voxel",
+                                   (double)size, voxels);
+    else status = pdi_setup_add_mask(s->ctx, s->setup, size, &mask);
     if (status == PD_OK && mask) {
         size_t zeros = 0;
         memcpy(mask, bytes, size);
         shape->mask = mask;
         while (zeros < size && !mask[zeros]) zeros++;
         if (zeros == size)
-            status = pdi_text_refuse(s->ctx, s->text, s->section, "raw", "found bytes that are all 0, expected others "
-                                     "where the shape is");
+            status = pdi_text_fail_key(s->ctx, s->text, s->section, "raw",
+                                       "found bytes that are all 0, expected others "
+                                       "where the shape is");
     }
     PDI_DELETE(s->ctx, size + 1, bytes);
     return status;
 }
 
 /* Read a shape of voxels: corner, cell size and mask. */
-static pd_status pdi_read_shapes_mask(pdi_read_shapes *s, pdi_read_shapes_form form, pd_shape *shape)
+static pd_status pdi_read_shapes_mask(pdi_read_shapes_state *s, pdi_read_shapes_form form, pd_shape *shape)
 {
     int count;
     shape->type = PD_SHAPE_VOXELS;
     PDI_TRY(pdi_read_shapes_point(s, "corner", "m", shape->a));
-    PDI_TRY(pdi_text_numbers(s->ctx, s->text, s->section, "cell", "m", NULL, PD_DIM, shape->b, &count));
+    PDI_TRY(pdi_text_get_numbers(s->ctx, s->text, s->section, "cell", "m", NULL, PD_DIM, shape->b, &count));
     for (int d = 0; d < PD_DIM; d++) {
         if (count == 1) shape->b[d] = shape->b[0];
         if ((count != 1 && count != PD_DIM) || !(shape->b[d] > 0.0))
-            return pdi_text_refuse(s->ctx, s->text, s->section, "cell",
-                                   "expected one positive length or one for each axis");
+            return pdi_text_fail_key(s->ctx, s->text, s->section, "cell",
+                                     "expected one positive length or one for each axis");
     }
     return form == PDI_READ_SHAPES_MASK ? pdi_read_shapes_png(s, shape) : pdi_read_shapes_raw(s, shape);
 }
 
 /* Read a closed triangle surface from an STL file (3D). Key `scale`: length of one unit of the file. */
-static pd_status pdi_read_shapes_stl(pdi_read_shapes *s, pd_shape *shape)
+static pd_status pdi_read_shapes_stl(pdi_read_shapes_state *s, pd_shape *shape)
 {
     char path[PD_PATH_SIZE];
     double scale, shift[PD_DIM] = {0.0};
     pd_facets *surface = NULL;
     shape->type = PD_SHAPE_FACETS;
     if (PD_DIM != 3)
-        return pdi_text_refuse(s->ctx, s->text, s->section, "stl", "found a surface in %dD, expected 3D", PD_DIM);
-    PDI_TRY(pdi_named_files_path(s->ctx, s->text, s->section, "stl", s->folder, path));
+        return pdi_text_fail_key(s->ctx, s->text, s->section, "stl", "found a surface in %dD, expected 3D", PD_DIM);
+    PDI_TRY(pdi_input_files_get_path(s->ctx, s->text, s->section, "stl", s->folder, path));
     PDI_TRY(pdi_read_shapes_length(s, "scale", NULL, &scale));
-    if (pdi_text_has(s->ctx, s->text, s->section, "shift")) PDI_TRY(pdi_read_shapes_point(s, "shift", "m", shift));
-    PDI_TRY(pdi_setup_surface(s->ctx, s->setup, &surface));
+    if (pdi_text_has_key(s->ctx, s->text, s->section, "shift")) PDI_TRY(pdi_read_shapes_point(s, "shift", "m", shift));
+    PDI_TRY(pdi_setup_add_facets(s->ctx, s->setup, &surface));
     shape->facets = surface;
     if (pd_facets_read(s->ctx, path, scale, shift, surface) < 0)
-        return pdi_named_files_fail(s->ctx, s->text, s->section, "stl");
+        return pdi_input_files_fail(s->ctx, s->text, s->section, "stl");
     if (surface->turned)
-        pdi_setup_note(s->setup, "%.200s is inside out, its normals point inward: all its triangles are turned", path);
+        pdi_setup_add_note(s->setup, "%.200s is inside out, its normals point inward: all its triangles are turned",
+                           path);
     if (surface->joined)
-        pdi_setup_note(s->setup, "%.200s is closed where corners within 3e-6 of its extent are one: %d have moved",
-                       path, (int)surface->joined);
+        pdi_setup_add_note(s->setup, "%.200s is closed where corners within 3e-6 of its extent are one: %d have moved",
+                           path, (int)surface->joined);
     return PD_OK;
 }
 
 /* Index of the shape of an earlier section of that name, which is marked as used. PD_ERR_ARGUMENT: none. */
-static pd_status pdi_read_shapes_find(pdi_read_shapes *s, const char *key, const char *name, int *index)
+static pd_status pdi_read_shapes_find_shape(pdi_read_shapes_state *s, const char *key, const char *name, int *index)
 {
-    for (int k = 0; k < s->names; k++)
+    for (int k = 0; k < s->count; k++)
         if (strcmp(s->name[k], name) == 0) {
             s->used[k] = 1;
             *index = s->index[k];
             return PD_OK;
         }
-    return pdi_text_refuse(s->ctx, s->text, s->section, key, "found '%s', expected the name of a [shape] above", name);
+    return pdi_text_fail_key(s->ctx, s->text, s->section, key, "found '%s', expected the name of a [shape] above",
+                             name);
 }
 
 /* Read a union, intersection or difference of earlier shapes. */
-static pd_status pdi_read_shapes_operation(pdi_read_shapes *s, pdi_read_shapes_form form, pd_shape *shape)
+static pd_status pdi_read_shapes_set_operation(pdi_read_shapes_state *s, pdi_read_shapes_form form, pd_shape *shape)
 {
     pd_word_list list;
-    const char *key = pdi_read_shapes_forms[form];
+    const char *key = pdi_read_shapes_form_keys[form];
     const int room = (int)(sizeof shape->child / sizeof shape->child[0]);
     shape->type = form == PDI_READ_SHAPES_UNION       ? PD_SHAPE_UNION
                   : form == PDI_READ_SHAPES_INTERSECT ? PD_SHAPE_INTERSECT
                                                  : PD_SHAPE_DIFFERENCE;
-    PDI_TRY(pdi_text_words(s->ctx, s->text, s->section, key, NULL, &list));
+    PDI_TRY(pdi_text_get_words(s->ctx, s->text, s->section, key, NULL, &list));
     if (list.count < 2 || list.count > room)
-        return pdi_text_refuse(s->ctx, s->text, s->section, key, "found %d name%s, expected 2 to %d", list.count,
-                               list.count > 1 ? "s" : "", room);
-    for (int k = 0; k < list.count; k++) PDI_TRY(pdi_read_shapes_find(s, key, list.word[k], &shape->child[k]));
+        return pdi_text_fail_key(s->ctx, s->text, s->section, key, "found %d name%s, expected 2 to %d", list.count,
+                                 list.count > 1 ? "s" : "", room);
+    for (int k = 0; k < list.count; k++) PDI_TRY(pdi_read_shapes_find_shape(s, key, list.word[k], &shape->child[k]));
     shape->children = list.count;
     return PD_OK;
 }
 
 /* Find the one primitive or set operation of the section. PD_ERR_ARGUMENT: none or several. */
-static pd_status pdi_read_shapes_which(pdi_read_shapes *s, pdi_read_shapes_form *form)
+static pd_status pdi_read_shapes_find_form(pdi_read_shapes_state *s, pdi_read_shapes_form *form)
 {
     int found = -1;
-    for (int k = 0; pdi_read_shapes_forms[k]; k++) {
-        if (!pdi_text_has(s->ctx, s->text, s->section, pdi_read_shapes_forms[k])) continue;
+    for (int k = 0; pdi_read_shapes_form_keys[k]; k++) {
+        if (!pdi_text_has_key(s->ctx, s->text, s->section, pdi_read_shapes_form_keys[k])) continue;
         if (found >= 0)
-            return pdi_text_refuse(s->ctx, s->text, s->section, pdi_read_shapes_forms[k],
-                                   "found beside '%s', expected one"
-                                   " primitive or operation in a [shape] section",
-                                   pdi_read_shapes_forms[found]);
+            return pdi_text_fail_key(s->ctx, s->text, s->section, pdi_read_shapes_form_keys[k],
+                                     "found beside '%s', expected one"
+                                     " primitive or operation in a [shape] section",
+                                     pdi_read_shapes_form_keys[found]);
         found = k;
     }
     if (found < 0)
-        return pdi_text_refuse(s->ctx, s->text, s->section, "shape",
-                               "found no geometry, expected one of box, ball, cylinder,"
-                               " half_space, mask, raw, stl, union, intersect, difference");
+        return pdi_text_fail_key(s->ctx, s->text, s->section, "shape",
+                                 "found no geometry, expected one of box, ball, cylinder,"
+                                 " half_space, mask, raw, stl, union, intersect, difference");
     *form = (pdi_read_shapes_form)found;
     return PD_OK;
 }
 
 /* Read the geometry of the section, with its complement if outside = yes, and append it; *index: its shape. */
-static pd_status pdi_read_shapes_geometry(pdi_read_shapes *s, int *index)
+static pd_status pdi_read_shapes_geometry(pdi_read_shapes_state *s, int *index)
 {
     pd_shape shape;
     pdi_read_shapes_form form = PDI_READ_SHAPES_BOX;
     int outside;
     memset(&shape, 0, sizeof shape);
-    PDI_TRY(pdi_read_shapes_which(s, &form));
+    PDI_TRY(pdi_read_shapes_find_form(s, &form));
     switch (form) {
     case PDI_READ_SHAPES_BOX: PDI_TRY(pdi_read_shapes_box(s, &shape)); break;
     case PDI_READ_SHAPES_BALL:
@@ -304,16 +317,16 @@ static pd_status pdi_read_shapes_geometry(pdi_read_shapes *s, int *index)
     case PDI_READ_SHAPES_STL: PDI_TRY(pdi_read_shapes_stl(s, &shape)); break;
     case PDI_READ_SHAPES_UNION:
     case PDI_READ_SHAPES_INTERSECT:
-    case PDI_READ_SHAPES_DIFFERENCE: PDI_TRY(pdi_read_shapes_operation(s, form, &shape)); break;
+    case PDI_READ_SHAPES_DIFFERENCE: PDI_TRY(pdi_read_shapes_set_operation(s, form, &shape)); break;
     }
-    PDI_TRY(pdi_setup_shape(s->ctx, s->setup, &shape, index));
-    PDI_TRY(pdi_text_bool(s->ctx, s->text, s->section, "outside", "no", &outside));
-    return outside ? pdi_setup_outside(s->ctx, s->setup, index) : PD_OK;
+    PDI_TRY(pdi_setup_add_shape(s->ctx, s->setup, &shape, index));
+    PDI_TRY(pdi_text_get_bool(s->ctx, s->text, s->section, "outside", "no", &outside));
+    return outside ? pdi_setup_add_complement(s->ctx, s->setup, index) : PD_OK;
 }
 
 /* Read the material of a solid shape and add its metal to the setup. The first named material is also that of shapes
  * without one. */
-static pd_status pdi_read_shapes_material(pdi_read_shapes *s, int index)
+static pd_status pdi_read_shapes_material(pdi_read_shapes_state *s, int index)
 {
     pd_setup *u = s->setup;
     int found = 0;
@@ -323,15 +336,15 @@ static pd_status pdi_read_shapes_material(pdi_read_shapes *s, int index)
     snprintf(piece->name, sizeof piece->name, "%.*s", PD_SETUP_NAME - 1, s->text->section[s->section].label);
     piece->shape = index;
     piece->metal = 0;
-    if (!pdi_text_has(s->ctx, s->text, s->section, "material")) return PD_OK;
-    PDI_TRY(pdi_text_string(s->ctx, s->text, s->section, "material", NULL, &name));
+    if (!pdi_text_has_key(s->ctx, s->text, s->section, "material")) return PD_OK;
+    PDI_TRY(pdi_text_get_string(s->ctx, s->text, s->section, "material", NULL, &name));
     if (!pd_material_find(name, &material))
-        return pdi_text_refuse(s->ctx, s->text, s->section, "material", "found '%.40s', expected %s", name,
-                              PDI_MATERIAL_NAMES);
+        return pdi_text_fail_key(s->ctx, s->text, s->section, "material", "found '%.40s', expected %s", name,
+                                 PDI_MATERIAL_NAMES);
     if (!s->materials++) u->metal[0].material = material;
     while (found < u->metals && strcmp(material.name, u->metal[found].material.name) != 0) found++;
     if (found == PD_SETUP_METALS)
-        return pdi_text_refuse(s->ctx, s->text, s->section, "material", "found more than %d metals", PD_SETUP_METALS);
+        return pdi_text_fail_key(s->ctx, s->text, s->section, "material", "found more than %d metals", PD_SETUP_METALS);
     pd_setup_metal *metal = &u->metal[found];
     piece->metal = found;
     if (found == u->metals) {
@@ -341,34 +354,34 @@ static pd_status pdi_read_shapes_material(pdi_read_shapes *s, int index)
         u->metals++;
     }
     metal->solid_c = pd_material_concentration(&material);
-    return found ? pdi_setup_join(s->ctx, u, index, &metal->shape) : PD_OK;
+    return found ? pdi_setup_add_union(s->ctx, u, index, &metal->shape) : PD_OK;
 }
 
 /* Read the grain structure of a solid: size, spread, seed, boundary width; one for all solids. */
-static pd_status pdi_read_shapes_grains(pdi_read_shapes *s)
+static pd_status pdi_read_shapes_grains(pdi_read_shapes_state *s)
 {
     pd_grain_desc grain;
     int seed;
     memset(&grain, 0, sizeof grain);
-    if (!pdi_text_has(s->ctx, s->text, s->section, "grains")) return PD_OK;
+    if (!pdi_text_has_key(s->ctx, s->text, s->section, "grains")) return PD_OK;
     PDI_TRY(pdi_read_shapes_length(s, "grains", NULL, &grain.size));
-    PDI_TRY(pdi_text_number(s->ctx, s->text, s->section, "grain_spread", "m", "0", &grain.spread));
-    PDI_TRY(pdi_text_integer(s->ctx, s->text, s->section, "grain_seed", 0, 2147483647, "1", &seed));
-    PDI_TRY(pdi_text_number(s->ctx, s->text, s->section, "boundary_width", "m", "0.5 um", &grain.boundary_width));
+    PDI_TRY(pdi_text_get_number(s->ctx, s->text, s->section, "grain_spread", "m", "0", &grain.spread));
+    PDI_TRY(pdi_text_get_integer(s->ctx, s->text, s->section, "grain_seed", 0, 2147483647, "1", &seed));
+    PDI_TRY(pdi_text_get_number(s->ctx, s->text, s->section, "boundary_width", "m", "0.5 um", &grain.boundary_width));
     if (grain.spread < 0.0)
-        return pdi_text_refuse(s->ctx, s->text, s->section, "grain_spread", "found %.6g m, expected at least 0",
-                               grain.spread);
+        return pdi_text_fail_key(s->ctx, s->text, s->section, "grain_spread", "found %.6g m, expected at least 0",
+                                 grain.spread);
     if (!(grain.boundary_width >= 0.0) ||
-        (grain.boundary_width > grain.size && !pdi_reader_repeats(grain.boundary_width, grain.size)))
-        return pdi_text_refuse(s->ctx, s->text, s->section, "boundary_width",
-                               "found %.6g m, expected 0 to the grain size %.6g m", grain.boundary_width, grain.size);
+        (grain.boundary_width > grain.size && !pdi_reader_is_equal(grain.boundary_width, grain.size)))
+        return pdi_text_fail_key(s->ctx, s->text, s->section, "boundary_width",
+                                 "found %.6g m, expected 0 to the grain size %.6g m", grain.boundary_width, grain.size);
     grain.seed = (uint64_t)seed;
     const pd_grain_desc *first = &s->setup->grain;
-    int same = pdi_reader_repeats(grain.size, first->size) && pdi_reader_repeats(grain.spread, first->spread) &&
-               pdi_reader_repeats(grain.boundary_width, first->boundary_width) && grain.seed == first->seed;
+    int same = pdi_reader_is_equal(grain.size, first->size) && pdi_reader_is_equal(grain.spread, first->spread) &&
+               pdi_reader_is_equal(grain.boundary_width, first->boundary_width) && grain.seed == first->seed;
     if (s->grains++ && !same)
-        return pdi_text_refuse(s->ctx, s->text, s->section, "grains",
-                               "found other grains than in a shape above, expected the same for all solids");
+        return pdi_text_fail_key(s->ctx, s->text, s->section, "grains",
+                                 "found other grains than in a shape above, expected the same for all solids");
     s->setup->grain = grain;
     s->setup->line[PD_PART_GRAIN] = s->text->section[s->section].line;
     s->setup->has_grains = 1;
@@ -376,107 +389,110 @@ static pd_status pdi_read_shapes_grains(pdi_read_shapes *s)
 }
 
 /* Add the shape to the walls, with a Dirichlet concentration if key C is given. */
-static pd_status pdi_read_shapes_wall(pdi_read_shapes *s, int index)
+static pd_status pdi_read_shapes_wall(pdi_read_shapes_state *s, int index)
 {
     pd_setup *u = s->setup;
     if (u->wall_count >= PD_SETUP_WALLS)
-        return pdi_text_refuse(s->ctx, s->text, s->section, "kind", "found more than %d walls", PD_SETUP_WALLS);
+        return pdi_text_fail_key(s->ctx, s->text, s->section, "kind", "found more than %d walls", PD_SETUP_WALLS);
     pd_setup_wall *w = &u->walls[u->wall_count++];
     w->shape = index;
     w->section = s->section;
-    if (u->has_transport && pdi_text_has(s->ctx, s->text, s->section, "C")) {
-        PDI_TRY(pdi_text_expr(s->ctx, s->text, s->section, "C", "mol/m3", pdi_setup_position(), PDI_SETUP_PLACE, NULL,
-                              &w->held));
+    if (u->has_transport && pdi_text_has_key(s->ctx, s->text, s->section, "C")) {
+        PDI_TRY(pdi_text_get_expr(s->ctx, s->text, s->section, "C", "mol/m3", pdi_setup_get_position_symbols(),
+                                  PDI_SETUP_POSITION_VARS, NULL, &w->held));
         if (!w->held.uses && !(pdi_expr_eval(&w->held, NULL) >= 0.0))
-            return pdi_text_refuse(s->ctx, s->text, s->section, "C", "found %.6g mol/m3, expected at least 0",
-                                   pdi_expr_eval(&w->held, NULL));
+            return pdi_text_fail_key(s->ctx, s->text, s->section, "C", "found %.6g mol/m3, expected at least 0",
+                                     pdi_expr_eval(&w->held, NULL));
         w->holds = 1;
     }
-    return pdi_setup_join(s->ctx, u, index, &u->wall);
+    return pdi_setup_add_union(s->ctx, u, index, &u->wall);
 }
 
 /* Add the shape to the medium, fluid with a diffusivity of its own; one for all such shapes. */
-static pd_status pdi_read_shapes_medium(pdi_read_shapes *s, int index)
+static pd_status pdi_read_shapes_medium(pdi_read_shapes_state *s, int index)
 {
     pd_setup *u = s->setup;
     double value;
     if (!u->has_transport)
-        return pdi_text_refuse(s->ctx, s->text, s->section, "kind", "found 'medium' without a [transport] section");
-    PDI_TRY(pdi_text_number(s->ctx, s->text, s->section, "D", "m2/s", NULL, &value));
+        return pdi_text_fail_key(s->ctx, s->text, s->section, "kind", "found 'medium' without a [transport] section");
+    PDI_TRY(pdi_text_get_number(s->ctx, s->text, s->section, "D", "m2/s", NULL, &value));
     if (!(value >= 0.0))
-        return pdi_text_refuse(s->ctx, s->text, s->section, "D", "found %.6g m2/s, expected at least 0", value);
-    if (u->medium >= 0 && !pdi_reader_repeats(value, u->medium_diffusivity))
-        return pdi_text_refuse(s->ctx, s->text, s->section, "D", "found another diffusivity than in a medium above,"
-                               " expected the same for all");
+        return pdi_text_fail_key(s->ctx, s->text, s->section, "D", "found %.6g m2/s, expected at least 0", value);
+    if (u->medium >= 0 && !pdi_reader_is_equal(value, u->medium_diffusivity))
+        return pdi_text_fail_key(s->ctx, s->text, s->section, "D",
+                                 "found another diffusivity than in a medium above,"
+                                 " expected the same for all");
     u->medium_diffusivity = value;
-    return pdi_setup_join(s->ctx, u, index, &u->medium);
+    return pdi_setup_add_union(s->ctx, u, index, &u->medium);
 }
 
 /* Add the shape to the region of passive film, where fluid does not dissolve metal. */
-static pd_status pdi_read_shapes_passive(pdi_read_shapes *s, int index)
+static pd_status pdi_read_shapes_passive(pdi_read_shapes_state *s, int index)
 {
     if (!s->setup->has_corrode)
-        return pdi_text_refuse(s->ctx, s->text, s->section, "kind", "found 'passive' without a [corrode] section");
-    return pdi_setup_join(s->ctx, s->setup, index, &s->setup->passive);
+        return pdi_text_fail_key(s->ctx, s->text, s->section, "kind", "found 'passive' without a [corrode] section");
+    return pdi_setup_add_union(s->ctx, s->setup, index, &s->setup->passive);
 }
 
 /* Add the shape to the region of fluid that starts with the composition `inside`. */
-static pd_status pdi_read_shapes_solution(pdi_read_shapes *s, int index)
+static pd_status pdi_read_shapes_solution(pdi_read_shapes_state *s, int index)
 {
     if (!s->setup->has_chemistry)
-        return pdi_text_refuse(s->ctx, s->text, s->section, "kind", "found 'solution' without species, expected "
-                               "[species Na+] and others");
-    return pdi_setup_join(s->ctx, s->setup, index, &s->setup->solution);
+        return pdi_text_fail_key(s->ctx, s->text, s->section, "kind",
+                                 "found 'solution' without species, expected "
+                                 "[species Na+] and others");
+    return pdi_setup_add_union(s->ctx, s->setup, index, &s->setup->solution);
 }
 
 /* Read one [shape NAME] section: geometry, kind, and the keys of that kind. */
-static pd_status pdi_read_shapes_section(pdi_read_shapes *s)
+static pd_status pdi_read_shapes_section(pdi_read_shapes_state *s)
 {
     static const char *const kinds[] = {"part", "solid", "wall", "medium", "passive", "grip", "solution", NULL};
     const char *label = s->text->section[s->section].label;
     int kind = 0, index = 0;
-    if (label[0] == '\0') return pdi_text_refuse(s->ctx, s->text, s->section, "shape", "expected a name: [shape NAME]");
-    if (s->names >= PD_SETUP_SHAPES)
-        return pdi_text_refuse(s->ctx, s->text, s->section, "shape", "more than %d shapes", PD_SETUP_SHAPES);
-    PDI_TRY(pdi_text_choice(s->ctx, s->text, s->section, "kind", kinds, "part", &kind));
+    if (label[0] == '\0')
+        return pdi_text_fail_key(s->ctx, s->text, s->section, "shape", "expected a name: [shape NAME]");
+    if (s->count >= PD_SETUP_SHAPES)
+        return pdi_text_fail_key(s->ctx, s->text, s->section, "shape", "more than %d shapes", PD_SETUP_SHAPES);
+    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, s->section, "kind", kinds, "part", &kind));
     PDI_TRY(pdi_read_shapes_geometry(s, &index));
-    s->name[s->names] = label;
-    s->index[s->names] = index;
-    s->setup->named[s->names] = kind == PDI_READ_SHAPES_SOLID || kind == PDI_READ_SHAPES_WALL ? index : -1;
-    s->used[s->names++] = kind != PDI_READ_SHAPES_PART;
+    s->name[s->count] = label;
+    s->index[s->count] = index;
+    s->setup->named[s->count] = kind == PDI_READ_SHAPES_SOLID || kind == PDI_READ_SHAPES_WALL ? index : -1;
+    s->used[s->count++] = kind != PDI_READ_SHAPES_PART;
     int line = s->text->section[s->section].line;
-    if (s->names == 1 || (kind == PDI_READ_SHAPES_SOLID && s->setup->solid < 0)) s->setup->shape_line = line;
+    if (s->count == 1 || (kind == PDI_READ_SHAPES_SOLID && s->setup->solid < 0)) s->setup->shape_line = line;
     if (kind == PDI_READ_SHAPES_MEDIUM) return pdi_read_shapes_medium(s, index);
     if (kind == PDI_READ_SHAPES_WALL) return pdi_read_shapes_wall(s, index);
     if (kind == PDI_READ_SHAPES_PASSIVE) return pdi_read_shapes_passive(s, index);
-    if (kind == PDI_READ_SHAPES_GRIP) return pdi_read_solid_shape(s->ctx, s->text, s->section, index, s->setup);
+    if (kind == PDI_READ_SHAPES_GRIP) return pdi_read_mechanics_shape_bc(s->ctx, s->text, s->section, index, s->setup);
     if (kind == PDI_READ_SHAPES_SOLUTION) return pdi_read_shapes_solution(s, index);
     if (kind != PDI_READ_SHAPES_SOLID) return PD_OK;
     PDI_TRY(pdi_read_shapes_material(s, index));
     PDI_TRY(pdi_read_shapes_grains(s));
-    return pdi_setup_join(s->ctx, s->setup, index, &s->setup->solid);
+    return pdi_setup_add_union(s->ctx, s->setup, index, &s->setup->solid);
 }
 
 PDI_FN pd_status pdi_read_shapes_read(pd_ctx *ctx, pd_text *text, const char *folder, pd_setup *setup)
 {
-    pdi_read_shapes s;
+    pdi_read_shapes_state s;
     memset(&s, 0, sizeof s);
     s.ctx = ctx;
     s.text = text;
     s.folder = folder;
     s.setup = setup;
-    for (s.section = pdi_text_next(ctx, text, "shape", -1); s.section >= 0;
-         s.section = pdi_text_next(ctx, text, "shape", s.section))
+    for (s.section = pdi_text_next_section(ctx, text, "shape", -1); s.section >= 0;
+         s.section = pdi_text_next_section(ctx, text, "shape", s.section))
         PDI_TRY(pdi_read_shapes_section(&s));
-    for (int k = 0; k < s.names; k++) {
+    for (int k = 0; k < s.count; k++) {
         if (s.used[k]) continue;
-        return pdi_text_refuse(ctx, text, pdi_text_section(ctx, text, "shape", s.name[k]), "shape",
-                               "'%.40s' has no kind and is part of no other shape, expected kind = solid, wall,"
-                               " medium, passive, grip or solution",
-                               s.name[k]);
+        return pdi_text_fail_key(ctx, text, pdi_text_get_section(ctx, text, "shape", s.name[k]), "shape",
+                                 "'%.40s' has no kind and is part of no other shape, expected kind = solid, wall,"
+                                 " medium, passive, grip or solution",
+                                 s.name[k]);
     }
     return setup->shapes ? pdi_shape_validate(ctx, setup->shape, setup->shapes) : PD_OK;
 }
 
 #undef PDI_READ_SHAPES_RAW_LIMIT
-#undef PDI_READ_SHAPES_LIGHT
+#undef PDI_READ_SHAPES_INSIDE_GREY

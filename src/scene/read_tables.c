@@ -1,45 +1,48 @@
 /* read_tables: see read_tables.h */
 #include "scene/read_tables.h"
-#include "scene/named_files.h"
+#include "scene/input_files.h"
 #include "scene/read_constants.h"
 #include <stdio.h>
 #include <string.h>
 
 /* Read the label of the section as name of the function: an identifier that expressions do not use yet. */
-static pd_status pdi_read_tables_name(const pdi_read_tables *s, char *name)
+static pd_status pdi_read_tables_check_name(const pdi_read_tables_state *s, char *name)
 {
     const char *label = s->text->section[s->section].label;
-    int taken = pdi_read_constants_taken(label);
-    if (pdi_units_word(label) != strlen(label) || !label[0] || strlen(label) >= PD_SETUP_NAME)
-        return pdi_text_refuse(s->ctx, s->text, s->section, "table", "found the name '%.70s', expected a short word of"
-                               " letters, digits and _: [table NAME]", label);
+    int taken = pdi_read_constants_is_reserved(label);
+    if (pdi_units_scan_word(label) != strlen(label) || !label[0] || strlen(label) >= PD_SETUP_NAME)
+        return pdi_text_fail_key(s->ctx, s->text, s->section, "table",
+                                 "found the name '%.70s', expected a short word of"
+                                 " letters, digits and _: [table NAME]",
+                                 label);
     for (int k = 0; k < s->text->const_count; k++) taken |= strcmp(s->text->consts[k].name, label) == 0;
     if (taken)
-        return pdi_text_refuse(s->ctx, s->text, s->section, "table",
-                               "found the name '%s', expected one that expressions do not have", label);
+        return pdi_text_fail_key(s->ctx, s->text, s->section, "table",
+                                 "found the name '%s', expected one that expressions do not have", label);
     memcpy(name, label, strlen(label) + 1);
     return PD_OK;
 }
 
 /* Find the column with this heading, or of this number; *column from 0. PD_ERR_ARGUMENT: there is none. */
-static pd_status pdi_read_tables_find(const pdi_read_tables *s, const char *key, const char *heading, int *column)
+static pd_status pdi_read_tables_find_column(const pdi_read_tables_state *s, const char *key, const char *heading,
+                                             int *column)
 {
     double number;
     char list[240] = "";
-    *column = pdi_table_find(&s->table, heading);
+    *column = pdi_table_find_column(&s->table, heading);
     if (*column >= 0) return PD_OK;
     for (int k = 0; k < s->table.columns; k++) {
         size_t used = strlen(list);
-        snprintf(list + used, sizeof list - used, "%s%s", k ? ", " : "", pdi_table_text(&s->table, -1, k));
-        if (pdi_file_parse(heading, strlen(heading), &number) && number >= k + 1 && number <= k + 1) *column = k;
+        snprintf(list + used, sizeof list - used, "%s%s", k ? ", " : "", pdi_table_get_text(&s->table, -1, k));
+        if (pdi_file_parse_number(heading, strlen(heading), &number) && number >= k + 1 && number <= k + 1) *column = k;
     }
     if (*column >= 0) return PD_OK;
-    return pdi_text_refuse(s->ctx, s->text, s->section, key, "found '%.60s', expected a column of %.200s: %s", heading,
-                           s->table.path, list);
+    return pdi_text_fail_key(s->ctx, s->text, s->section, key, "found '%.60s', expected a column of %.200s: %s",
+                             heading, s->table.path, list);
 }
 
 /* Unit in the brackets at the end of a heading, "loss [%]", into unit; unchanged if there are none. */
-static void pdi_read_tables_bracket(const char *heading, char *unit)
+static void pdi_read_tables_get_bracket_unit(const char *heading, char *unit)
 {
     const char *open = strrchr(heading, '[');
     size_t size = open ? strcspn(open + 1, "]") : 0;
@@ -50,13 +53,13 @@ static void pdi_read_tables_bracket(const char *heading, char *unit)
 }
 
 /* Split "heading in unit" into heading[PD_EXPR_LENGTH] and unit[PD_UNITS_TEXT]. */
-static pd_status pdi_read_tables_split(const pdi_read_tables *s, const char *key, const char *given, char *heading,
-                                       char *unit)
+static pd_status pdi_read_tables_split_heading(const pdi_read_tables_state *s, const char *key, const char *given,
+                                               char *heading, char *unit)
 {
     size_t size = strlen(given);
     const char *in = NULL;
     unit[0] = '\0';
-    if (size >= PD_EXPR_LENGTH) return pdi_text_refuse(s->ctx, s->text, s->section, key, "the heading is too long");
+    if (size >= PD_EXPR_LENGTH) return pdi_text_fail_key(s->ctx, s->text, s->section, key, "the heading is too long");
     memcpy(heading, given, size + 1);
     for (size_t k = 1; k + 4 < size; k++)
         if (memcmp(given + k, " in ", 4) == 0) {
@@ -64,74 +67,78 @@ static pd_status pdi_read_tables_split(const pdi_read_tables *s, const char *key
             size = k;
         }
     if (in && strlen(in) >= PD_UNITS_TEXT)
-        return pdi_text_refuse(s->ctx, s->text, s->section, key, "found '%.60s', expected a unit such as mol/L behind"
-                               " 'in'", in);
+        return pdi_text_fail_key(s->ctx, s->text, s->section, key,
+                                 "found '%.60s', expected a unit such as mol/L behind"
+                                 " 'in'",
+                                 in);
     if (in) memcpy(unit, in, strlen(in) + 1);
-    while (size > 0 && pdi_units_blank(heading[size - 1])) size--;
+    while (size > 0 && pdi_units_is_blank(heading[size - 1])) size--;
     heading[size] = '\0';
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_read_tables_column(const pdi_read_tables *s, const char *key, const char *fallback, int bracket,
-                                  double *values, char *unit, double *scale, pd_dims *dims)
+PDI_FN pd_status pdi_read_tables_column(const pdi_read_tables_state *s, const char *key, const char *fallback,
+                                        int bracket, double *values, char *unit, double *scale, pd_dims *dims)
 {
     const char *given, *name;
     char heading[PD_EXPR_LENGTH];
     int column;
-    PDI_TRY(pdi_text_string(s->ctx, s->text, s->section, key, fallback, &given));
-    PDI_TRY(pdi_read_tables_split(s, key, given, heading, unit));
-    PDI_TRY(pdi_read_tables_find(s, key, heading, &column));
-    name = pdi_table_text(&s->table, -1, column);
-    if (bracket && !unit[0]) pdi_read_tables_bracket(name, unit);
+    PDI_TRY(pdi_text_get_string(s->ctx, s->text, s->section, key, fallback, &given));
+    PDI_TRY(pdi_read_tables_split_heading(s, key, given, heading, unit));
+    PDI_TRY(pdi_read_tables_find_column(s, key, heading, &column));
+    name = pdi_table_get_text(&s->table, -1, column);
+    if (bracket && !unit[0]) pdi_read_tables_get_bracket_unit(name, unit);
     if (pd_units_parse(s->ctx, unit, scale, dims) < 0)
-        return pdi_text_refuse(s->ctx, s->text, s->section, key, "found '%.60s', expected a unit such as mol/L behind"
-                               " 'in'", unit);
-    if (pdi_table_column(s->ctx, &s->table, name, values) < 0)
-        return pdi_named_files_fail(s->ctx, s->text, s->section, key);
+        return pdi_text_fail_key(s->ctx, s->text, s->section, key,
+                                 "found '%.60s', expected a unit such as mol/L behind"
+                                 " 'in'",
+                                 unit);
+    if (pdi_table_parse_column(s->ctx, &s->table, name, values) < 0)
+        return pdi_input_files_fail(s->ctx, s->text, s->section, key);
     return PD_OK;
 }
 
 /* Build the monotone interpolant from the columns x and y of the section. x[rows], y[rows]: work arrays. */
-static pd_status pdi_read_tables_curve(const pdi_read_tables *s, double *x, double *y, pd_expr_table *function,
-                                       pd_curve *curve)
+static pd_status pdi_read_tables_build_curve(const pdi_read_tables_state *s, double *x, double *y,
+                                             pd_expr_table *function, pd_curve *curve)
 {
     static const char *const outsides[] = {"hold", "error", NULL};
     char unit[PD_UNITS_TEXT];
     double x_unit = 1.0, y_unit = 1.0;
     int strict;
-    PDI_TRY(pdi_text_choice(s->ctx, s->text, s->section, "outside", outsides, "hold", &strict));
+    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, s->section, "outside", outsides, "hold", &strict));
     PDI_TRY(pdi_read_tables_column(s, "x", NULL, 0, x, unit, &x_unit, &function->argument));
     PDI_TRY(pdi_read_tables_column(s, "y", NULL, 0, y, unit, &y_unit, &function->result));
     for (int k = 0; k < s->table.rows; k++) {
-        const char *wrong = pdi_curve_wrong(x, y, k);
+        const char *wrong = pdi_monotone_cubic_check_point(x, y, k);
         char before[PD_UNITS_TEXT] = "";
         if (wrong && k) snprintf(before, sizeof before, " behind x = %.6g, y = %.6g", x[k - 1], y[k - 1]);
         if (wrong)
-            return pdi_text_refuse(s->ctx, s->text, s->section, "file", "%.200s:%d: found x = %.6g, y = %.6g%s, %s",
-                                   s->table.path, s->table.line[k], x[k], y[k], before, wrong);
+            return pdi_text_fail_key(s->ctx, s->text, s->section, "file", "%.200s:%d: found x = %.6g, y = %.6g%s, %s",
+                                     s->table.path, s->table.line[k], x[k], y[k], before, wrong);
     }
     for (int k = 0; k < s->table.rows; k++) {
         x[k] *= x_unit;
         y[k] *= y_unit;
     }
-    if (pdi_curve_build(s->ctx, x, y, s->table.rows, strict, curve) == PD_OK) return PD_OK;
-    return pdi_named_files_fail(s->ctx, s->text, s->section, "file");
+    if (pdi_monotone_cubic_build(s->ctx, x, y, s->table.rows, strict, curve) == PD_OK) return PD_OK;
+    return pdi_input_files_fail(s->ctx, s->text, s->section, "file");
 }
 
 /* Read one [table NAME] section: its CSV file and its function. */
-static pd_status pdi_read_tables_section(pdi_read_tables *s, pd_setup_table *table, pd_expr_table *function)
+static pd_status pdi_read_tables_section(pdi_read_tables_state *s, pd_setup_table *table, pd_expr_table *function)
 {
     char path[PD_PATH_SIZE];
     double *x = NULL, *y = NULL;
-    PDI_TRY(pdi_read_tables_name(s, table->name));
-    PDI_TRY(pdi_named_files_path(s->ctx, s->text, s->section, "file", s->folder, path));
-    if (pdi_table_read(s->ctx, path, &s->table) < 0) return pdi_named_files_fail(s->ctx, s->text, s->section, "file");
+    PDI_TRY(pdi_read_tables_check_name(s, table->name));
+    PDI_TRY(pdi_input_files_get_path(s->ctx, s->text, s->section, "file", s->folder, path));
+    if (pdi_table_read(s->ctx, path, &s->table) < 0) return pdi_input_files_fail(s->ctx, s->text, s->section, "file");
     int rows = s->table.rows;
     function->name = table->name;
     function->curve = &table->curve;
     pd_status status = PDI_NEW(s->ctx, "table", rows, x);
     if (status == PD_OK) status = PDI_NEW(s->ctx, "table", rows, y);
-    if (status == PD_OK) status = pdi_read_tables_curve(s, x, y, function, &table->curve);
+    if (status == PD_OK) status = pdi_read_tables_build_curve(s, x, y, function, &table->curve);
     PDI_DELETE(s->ctx, rows, x);
     PDI_DELETE(s->ctx, rows, y);
     pdi_table_free(s->ctx, &s->table);
@@ -140,19 +147,21 @@ static pd_status pdi_read_tables_section(pdi_read_tables *s, pd_setup_table *tab
 
 PDI_FN pd_status pdi_read_tables_read(pd_ctx *ctx, pd_text *text, const char *folder, pd_setup *setup)
 {
-    pdi_read_tables s;
+    pdi_read_tables_state s;
     int count = 0, k = 0;
     memset(&s, 0, sizeof s);
     s.ctx = ctx;
     s.text = text;
     s.folder = folder;
-    for (int at = pdi_text_next(ctx, text, "table", -1); at >= 0; at = pdi_text_next(ctx, text, "table", at)) count++;
+    for (int at = pdi_text_next_section(ctx, text, "table", -1); at >= 0;
+         at = pdi_text_next_section(ctx, text, "table", at))
+        count++;
     if (!count) return PD_OK;
     PDI_TRY(PDI_NEW(ctx, "table", count, setup->table));
     setup->tables = count;
     PDI_TRY(PDI_NEW(ctx, "table", count, setup->function));
-    for (s.section = pdi_text_next(ctx, text, "table", -1); s.section >= 0;
-         s.section = pdi_text_next(ctx, text, "table", s.section), k++)
+    for (s.section = pdi_text_next_section(ctx, text, "table", -1); s.section >= 0;
+         s.section = pdi_text_next_section(ctx, text, "table", s.section), k++)
         PDI_TRY(pdi_read_tables_section(&s, &setup->table[k], &setup->function[k]));
     text->tables = setup->function;
     text->table_count = count;

@@ -13,18 +13,18 @@
 
 #ifdef PDI_INTERNAL
 /* State of the reader: the section in work and the CSV file that it names. */
-typedef struct pdi_read_tables {
+typedef struct pdi_read_tables_state {
     pd_ctx *ctx;
     pd_text *text;
     int section; /* in work */
     const char *folder;
     pd_table table; /* the file of that section */
-} pdi_read_tables;
+} pdi_read_tables_state;
 
 /* Read the column that the key selects as "heading", "heading in unit" or column number from 1. values [rows]: not yet
  * converted; unit [PD_UNITS_TEXT], *scale its size in SI, *dims its dimension. fallback: default column, NULL:
  * required. bracket 1: without "in" the unit is taken from the heading, "loss [%]". */
-PDI_FN pd_status pdi_read_tables_column(const pdi_read_tables *tables, const char *key, const char *fallback,
+PDI_FN pd_status pdi_read_tables_column(const pdi_read_tables_state *tables, const char *key, const char *fallback,
                                         int bracket, double *values, char *unit, double *scale, pd_dims *dims);
 /* Read all [table NAME] sections into setup->table; the expressions of `text` know the functions from then on. folder:
  * of the scene. PD_ERR_PARSE, PD_ERR_ARGUMENT with the lines of the scene and of the table. */

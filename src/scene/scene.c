@@ -1,20 +1,20 @@
 /* scene: see scene.h */
 #include "scene/scene.h"
-#include "scene/syntax.h"
+#include "scene/key_check.h"
 #include "scene/read_constants.h"
 #include "scene/read_tables.h"
 #include "scene/fingerprint.h"
 #include "scene/read_shapes.h"
-#include "scene/read_metal.h"
+#include "scene/read_dissolution.h"
 #include "scene/read_electrolyte.h"
 #include "scene/read_chemistry.h"
 #include "scene/read_potential.h"
-#include "scene/read_surface.h"
+#include "scene/read_surface_states.h"
 #include "scene/read_gas.h"
-#include "scene/read_solid.h"
-#include "scene/read_cuts.h"
-#include "scene/read_flat.h"
-#include "scene/read_drawing.h"
+#include "scene/read_mechanics.h"
+#include "scene/read_precracks.h"
+#include "scene/read_param_file.h"
+#include "scene/read_image_options.h"
 #include "scene/read_monitors.h"
 #include "scene/read_measured.h"
 #include <math.h>
@@ -22,174 +22,188 @@
 #include <string.h>
 
 /* Bounds that catch a wrong unit. */
-#define PDI_SCENE_CELLS 1e9 /* largest number of cells on an axis */
-#define PDI_SCENE_STEPS 1e9 /* largest number of time steps */
+#define PDI_SCENE_MAX_CELLS 1e9 /* largest number of cells on an axis */
+#define PDI_SCENE_MAX_STEPS 1e9 /* largest number of time steps */
 
 /* Mark in setup->given that the scene sets a solver setting, so that the `accuracy` preset leaves it alone. */
-static void pdi_scene_given(pdi_reader *s, int section, const char *key, pd_knob knob)
+static void pdi_scene_mark_given(pdi_reader *s, int section, const char *key, pd_knob knob)
 {
-    if (pdi_text_has(s->ctx, s->text, section, key)) s->setup->given |= 1u << knob;
+    if (pdi_text_has_key(s->ctx, s->text, section, key)) s->setup->given |= 1u << knob;
 }
 
 /* ---- [grid] ---- */
 
 /* Check that each edge of the box is a whole number of cells, and not too many. */
-static pd_status pdi_scene_whole_cells(pdi_reader *s, int section)
+static pd_status pdi_scene_check_whole_cells(pdi_reader *s, int section)
 {
     const pd_setup *u = s->setup;
     for (int d = 0; d < PD_DIM; d++) {
         double cells = (u->hi[d] - u->lo[d]) / u->h[d];
         char edge[PD_UNITS_TEXT], spacing[PD_UNITS_TEXT];
-        if (!(cells < PDI_SCENE_CELLS)) {
-            pdi_setup_show(u->h[d], "m", spacing);
-            return pdi_text_refuse(s->ctx, s->text, section, "box", "found %.3g cells of %s on axis %c, expected fewer"
-                                   " than %.0g", cells, spacing, "xyz"[d], PDI_SCENE_CELLS);
+        if (!(cells < PDI_SCENE_MAX_CELLS)) {
+            pdi_setup_format_value(u->h[d], "m", spacing);
+            return pdi_text_fail_key(s->ctx, s->text, section, "box",
+                                     "found %.3g cells of %s on axis %c, expected fewer"
+                                     " than %.0g",
+                                     cells, spacing, "xyz"[d], PDI_SCENE_MAX_CELLS);
         }
         if (fabs(cells - floor(cells + 0.5)) <= 1e-6 && cells > 0.5) continue;
-        pdi_setup_show(u->hi[d] - u->lo[d], "m", edge);
-        pdi_setup_show(u->h[d], "m", spacing);
-        return pdi_text_refuse(s->ctx, s->text, section, "box",
-                               "found %s on axis %c, %.6g cells of %s, expected a whole number"
-                               " of cells", edge, "xyz"[d], cells, spacing);
+        pdi_setup_format_value(u->hi[d] - u->lo[d], "m", edge);
+        pdi_setup_format_value(u->h[d], "m", spacing);
+        return pdi_text_fail_key(s->ctx, s->text, section, "box",
+                                 "found %s on axis %c, %.6g cells of %s, expected a whole number"
+                                 " of cells",
+                                 edge, "xyz"[d], cells, spacing);
     }
     return PD_OK;
 }
 
 /* Read the geometry: planar or axisymmetric around x. The axisymmetric box starts on the axis, whose side becomes a
  * mirror, or at least one horizon away from it. */
-static pd_status pdi_scene_geometry(pdi_reader *s, int section)
+static pd_status pdi_scene_read_geometry(pdi_reader *s, int section)
 {
     static const char *const kinds[] = {"planar", "axisymmetric", NULL};
     pd_setup *u = s->setup;
     int r = PD_DIM - 1;
-    double reach = pdi_setup_layers(u);
+    double reach = pdi_setup_count_ghost_layers(u);
     char found[PD_UNITS_TEXT], horizon[PD_UNITS_TEXT];
-    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "geometry", kinds, "planar", &u->axisymmetric));
+    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "geometry", kinds, "planar", &u->axisymmetric));
     if (!u->axisymmetric) return PD_OK;
     if (PD_DIM != 2)
-        return pdi_text_refuse(s->ctx, s->text, section, "geometry", "found 'axisymmetric' in %dD, expected it in 2D",
-                               PD_DIM);
+        return pdi_text_fail_key(s->ctx, s->text, section, "geometry", "found 'axisymmetric' in %dD, expected it in 2D",
+                                 PD_DIM);
     if (fabs(u->lo[r]) <= 1e-9 * u->h[r]) {
         u->lo[r] = 0.0;
         u->side[2 * r].kind = PD_SIDE_MIRROR;
         return PD_OK;
     }
     if (u->lo[r] >= reach * u->h[r] * (1.0 - 1e-12)) return PD_OK;
-    pdi_setup_show(u->lo[r], "m", found);
-    pdi_setup_show(reach * u->h[r], "m", horizon);
-    return pdi_text_refuse(s->ctx, s->text, section, "box",
-                           "found y from %s, expected the distance from the axis to begin at 0 or at least at one"
-                           " horizon, %s", found, horizon);
+    pdi_setup_format_value(u->lo[r], "m", found);
+    pdi_setup_format_value(reach * u->h[r], "m", horizon);
+    return pdi_text_fail_key(s->ctx, s->text, section, "box",
+                             "found y from %s, expected the distance from the axis to begin at 0 or at least at one"
+                             " horizon, %s",
+                             found, horizon);
 }
 
 /* Read the section [grid]: spacing, horizon, box, threads, geometry. */
-static pd_status pdi_scene_grid(pdi_reader *s)
+static pd_status pdi_scene_read_grid(pdi_reader *s)
 {
     pd_setup *u = s->setup;
-    int section = pdi_text_section(s->ctx, s->text, "grid", NULL), count;
-    PDI_TRY(pdi_text_numbers(s->ctx, s->text, section, "h", "m", NULL, PD_DIM, u->h, &count));
+    int section = pdi_text_get_section(s->ctx, s->text, "grid", NULL), count;
+    PDI_TRY(pdi_text_get_numbers(s->ctx, s->text, section, "h", "m", NULL, PD_DIM, u->h, &count));
     if (count != 1 && count != PD_DIM)
-        return pdi_text_refuse(s->ctx, s->text, section, "h", "found %d lengths, expected one or %d", count, PD_DIM);
+        return pdi_text_fail_key(s->ctx, s->text, section, "h", "found %d lengths, expected one or %d", count, PD_DIM);
     for (int d = 0; d < PD_DIM; d++) {
         if (count == 1) u->h[d] = u->h[0];
         if (!(u->h[d] > 0.0))
-            return pdi_text_refuse(s->ctx, s->text, section, "h", "found %.6g m, expected a positive length", u->h[d]);
+            return pdi_text_fail_key(s->ctx, s->text, section, "h", "found %.6g m, expected a positive length",
+                                     u->h[d]);
     }
-    PDI_TRY(pdi_read_metal_horizons(s, section));
-    PDI_TRY(pdi_text_ranges(s->ctx, s->text, section, "box", "m", NULL, PD_DIM, u->lo, u->hi, &count));
+    PDI_TRY(pdi_read_dissolution_horizons(s, section));
+    PDI_TRY(pdi_text_get_ranges(s->ctx, s->text, section, "box", "m", NULL, PD_DIM, u->lo, u->hi, &count));
     if (count != PD_DIM)
-        return pdi_text_refuse(s->ctx, s->text, section, "box", "found %d range%s, expected %d, one for each axis:"
-                               " pd%dd runs scenes in %dD", count, count > 1 ? "s" : "", PD_DIM, count, count);
-    PDI_TRY(pdi_text_integer(s->ctx, s->text, section, "threads", 0, 1024, "0", &u->threads));
-    PDI_TRY(pdi_scene_whole_cells(s, section));
-    return pdi_scene_geometry(s, section);
+        return pdi_text_fail_key(s->ctx, s->text, section, "box",
+                                 "found %d range%s, expected %d, one for each axis:"
+                                 " pd%dd runs scenes in %dD",
+                                 count, count > 1 ? "s" : "", PD_DIM, count, count);
+    PDI_TRY(pdi_text_get_integer(s->ctx, s->text, section, "threads", 0, 1024, "0", &u->threads));
+    PDI_TRY(pdi_scene_check_whole_cells(s, section));
+    return pdi_scene_read_geometry(s, section);
 }
 
 /* ---- [side ...] ---- */
 
 /* Check that each [side ...] section names a side of the box. */
-static pd_status pdi_scene_side_names(pdi_reader *s)
+static pd_status pdi_scene_check_side_names(pdi_reader *s)
 {
-    for (int k = pdi_text_next(s->ctx, s->text, "side", -1); k >= 0; k = pdi_text_next(s->ctx, s->text, "side", k)) {
+    for (int k = pdi_text_next_section(s->ctx, s->text, "side", -1); k >= 0;
+         k = pdi_text_next_section(s->ctx, s->text, "side", k)) {
         const char *label = s->text->section[k].label;
         int known = 0;
         for (int side = 0; side < 2 * PD_DIM; side++) known = known || strcmp(label, pdi_setup_side_name(side)) == 0;
         if (!known)
-            return pdi_text_refuse(s->ctx, s->text, k, "side", "found [side %.40s], expected one of x-, x+%s%s"
-                                   " in %dD", label, PD_DIM > 1 ? ", y-, y+" : "", PD_DIM > 2 ? ", z-, z+" : "",
-                                   PD_DIM);
+            return pdi_text_fail_key(s->ctx, s->text, k, "side",
+                                     "found [side %.40s], expected one of x-, x+%s%s"
+                                     " in %dD",
+                                     label, PD_DIM > 1 ? ", y-, y+" : "", PD_DIM > 2 ? ", z-, z+" : "", PD_DIM);
     }
     return PD_OK;
 }
 
 /* Read an expression in x, y, z and t. */
-static pd_status pdi_scene_expr(pdi_reader *s, int section, const char *key, const char *unit, const char *fallback,
-                                pd_expr *expr)
+static pd_status pdi_scene_read_expr(pdi_reader *s, int section, const char *key, const char *unit,
+                                     const char *fallback, pd_expr *expr)
 {
-    return pdi_text_expr(s->ctx, s->text, section, key, unit, pdi_setup_position(), PDI_SETUP_PLACE, fallback, expr);
+    return pdi_text_get_expr(s->ctx, s->text, section, key, unit, pdi_setup_get_position_symbols(),
+                             PDI_SETUP_POSITION_VARS, fallback, expr);
 }
 
 /* Read the mean speed or flow rate of an inlet as a function of t; stream->uses is 0 for a constant. PD_ERR_ARGUMENT:
  * it depends on the place. */
-static pd_status pdi_scene_stream(pdi_reader *s, int section, const char *key, const char *unit, pd_expr *stream)
+static pd_status pdi_scene_read_time_expr(pdi_reader *s, int section, const char *key, const char *unit,
+                                          pd_expr *stream)
 {
-    PDI_TRY(pdi_scene_expr(s, section, key, unit, NULL, stream));
+    PDI_TRY(pdi_scene_read_expr(s, section, key, unit, NULL, stream));
     if (!(stream->uses & ~((uint32_t)1 << PD_DIM))) return PD_OK;
-    return pdi_text_refuse(s->ctx, s->text, section, key, "found a function of the place, expected one of t alone, or"
-                           " profile = expression with a velocity");
+    return pdi_text_fail_key(s->ctx, s->text, section, key,
+                             "found a function of the place, expected one of t alone, or"
+                             " profile = expression with a velocity");
 }
 
 /* Read the strength of the inflow: `mean` [m/s] or `flow_rate` [m3/s], constant or a function of t. */
-static pd_status pdi_scene_speed(pdi_reader *s, int section, pd_setup_side *side)
+static pd_status pdi_scene_read_inflow(pdi_reader *s, int section, pd_setup_side *side)
 {
-    int volume = pdi_text_has(s->ctx, s->text, section, "flow_rate");
-    if (!volume) PDI_TRY(pdi_scene_stream(s, section, "mean", "m/s", &side->stream));
+    int volume = pdi_text_has_key(s->ctx, s->text, section, "flow_rate");
+    if (!volume) PDI_TRY(pdi_scene_read_time_expr(s, section, "mean", "m/s", &side->stream));
     if (!volume && side->stream.uses) return PD_OK;
-    if (!volume) return pdi_reader_not_negative(s, section, "mean", "m/s", NULL, &side->mean);
-    if (pdi_text_has(s->ctx, s->text, section, "mean"))
-        return pdi_text_refuse(s->ctx, s->text, section, "flow_rate", "found beside 'mean', expected one of them");
+    if (!volume) return pdi_reader_get_nonnegative(s, section, "mean", "m/s", NULL, &side->mean);
+    if (pdi_text_has_key(s->ctx, s->text, section, "mean"))
+        return pdi_text_fail_key(s->ctx, s->text, section, "flow_rate", "found beside 'mean', expected one of them");
     if (PD_DIM == 1)
-        return pdi_text_refuse(s->ctx, s->text, section, "flow_rate",
-                               "found a volume flow in 1D, expected mean = speed");
+        return pdi_text_fail_key(s->ctx, s->text, section, "flow_rate",
+                                 "found a volume flow in 1D, expected mean = speed");
     side->flow_rate = 1.0;
-    PDI_TRY(pdi_scene_stream(s, section, "flow_rate", "m3/s", &side->stream));
+    PDI_TRY(pdi_scene_read_time_expr(s, section, "flow_rate", "m3/s", &side->stream));
     if (side->stream.uses) return PD_OK;
-    return pdi_reader_positive(s, section, "flow_rate", "m3/s", NULL, &side->flow_rate);
+    return pdi_reader_get_positive(s, section, "flow_rate", "m3/s", NULL, &side->flow_rate);
 }
 
 /* Read an inlet: velocity profile, its strength, and the velocity of profile = expression. */
-static pd_status pdi_scene_inlet(pdi_reader *s, int section, pd_setup_side *side)
+static pd_status pdi_scene_read_inlet(pdi_reader *s, int section, pd_setup_side *side)
 {
     static const char *const profiles[] = {"uniform", "parabola", "expression", NULL};
     static const char *const keys[] = {"vx", "vy", "vz"};
     int profile;
-    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "profile", profiles, NULL, &profile));
+    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "profile", profiles, NULL, &profile));
     side->profile = (pd_profile)(profile + PD_PROFILE_UNIFORM);
-    side->scaled = side->profile == PD_PROFILE_EXPRESSION && (pdi_text_has(s->ctx, s->text, section, "mean") ||
-                                                              pdi_text_has(s->ctx, s->text, section, "flow_rate"));
-    if (side->profile != PD_PROFILE_EXPRESSION || side->scaled) PDI_TRY(pdi_scene_speed(s, section, side));
+    side->scaled = side->profile == PD_PROFILE_EXPRESSION && (pdi_text_has_key(s->ctx, s->text, section, "mean") ||
+                                                              pdi_text_has_key(s->ctx, s->text, section, "flow_rate"));
+    if (side->profile != PD_PROFILE_EXPRESSION || side->scaled) PDI_TRY(pdi_scene_read_inflow(s, section, side));
     if (side->profile != PD_PROFILE_EXPRESSION) return PD_OK;
     for (int d = 0; d < PD_DIM; d++) {
-        PDI_TRY(pdi_scene_expr(s, section, keys[d], "m/s", "0", &side->velocity[d]));
-        if (side->scaled && pdi_setup_timed(&side->velocity[d]))
-            return pdi_text_refuse(s->ctx, s->text, section, keys[d], "found a function of t that 'mean' or "
-                                   "'flow_rate' scales, expected one of the place alone: let 'mean' depend on t");
+        PDI_TRY(pdi_scene_read_expr(s, section, keys[d], "m/s", "0", &side->velocity[d]));
+        if (side->scaled && pdi_setup_is_time_dependent(&side->velocity[d]))
+            return pdi_text_fail_key(s->ctx, s->text, section, keys[d],
+                                     "found a function of t that 'mean' or "
+                                     "'flow_rate' scales, expected one of the place alone: let 'mean' depend on t");
     }
     for (int d = 0; d < PD_DIM; d++)
-        if (pdi_text_has(s->ctx, s->text, section, keys[d])) return PD_OK;
-    return pdi_text_refuse(s->ctx, s->text, section, "profile",
-                           "found 'expression' without a velocity, expected vx = ...");
+        if (pdi_text_has_key(s->ctx, s->text, section, keys[d])) return PD_OK;
+    return pdi_text_fail_key(s->ctx, s->text, section, "profile",
+                             "found 'expression' without a velocity, expected vx = ...");
 }
 
 /* Read a value that all inlets (C) or outlets (p) share; *seen 1: it must repeat *value. */
-static pd_status pdi_scene_same(pdi_reader *s, int section, const char *key, const char *unit, int *seen, double *value)
+static pd_status pdi_scene_read_shared_value(pdi_reader *s, int section, const char *key, const char *unit, int *seen,
+                                             double *value)
 {
     double found;
-    PDI_TRY(pdi_reader_within(s, section, key, unit, "0", key[0] == 'p' ? -PDI_READER_HUGE : 0.0, PDI_READER_HUGE, 0,
-                             &found));
-    if (*seen && !pdi_reader_repeats(found, *value))
-        return pdi_text_refuse(s->ctx, s->text, section, key, "found %.6g, another side has %.6g, expected one value",
-                               found, *value);
+    PDI_TRY(pdi_reader_get_bounded(s, section, key, unit, "0", key[0] == 'p' ? -PDI_READER_MAX_NUMBER : 0.0,
+                                   PDI_READER_MAX_NUMBER, 0, &found));
+    if (*seen && !pdi_reader_is_equal(found, *value))
+        return pdi_text_fail_key(s->ctx, s->text, section, key, "found %.6g, another side has %.6g, expected one value",
+                                 found, *value);
     *seen = 1;
     *value = found;
     return PD_OK;
@@ -197,22 +211,22 @@ static pd_status pdi_scene_same(pdi_reader *s, int section, const char *key, con
 
 /* Read an open side, an inlet where the prescribed flow enters and an outlet where it leaves, with its inflow
  * concentration. */
-static pd_status pdi_scene_open(pdi_reader *s, int section, pd_setup_side *side)
+static pd_status pdi_scene_read_open_side(pdi_reader *s, int section, pd_setup_side *side)
 {
     side->kind = PD_SIDE_INLET;
     side->open = 1;
-    return pdi_scene_expr(s, section, "C", "mol/m3", "0", &side->entering);
+    return pdi_scene_read_expr(s, section, "C", "mol/m3", "0", &side->entering);
 }
 
 /* Read the concentration of an inlet: one constant of all inlets, or an expression of the side. *inlets 1: the constant
  * was read. */
-static pd_status pdi_scene_enters(pdi_reader *s, int section, pd_setup_side *side, int *inlets)
+static pd_status pdi_scene_read_inlet_concentration(pdi_reader *s, int section, pd_setup_side *side, int *inlets)
 {
     pd_expr found;
-    PDI_TRY(pdi_scene_expr(s, section, "C", "mol/m3", "0", &found));
+    PDI_TRY(pdi_scene_read_expr(s, section, "C", "mol/m3", "0", &found));
     if (!found.uses) {
         pdi_expr_free(s->ctx, &found);
-        return pdi_scene_same(s, section, "C", "mol/m3", inlets, &s->setup->inlet);
+        return pdi_scene_read_shared_value(s, section, "C", "mol/m3", inlets, &s->setup->inlet);
     }
     side->entering = found;
     s->setup->enters = 1;
@@ -220,404 +234,418 @@ static pd_status pdi_scene_enters(pdi_reader *s, int section, pd_setup_side *sid
 }
 
 /* Read whether a wall holds all species at their inlet values (Dirichlet condition, key `species`). */
-static pd_status pdi_scene_steeps(pdi_reader *s, int section, pd_setup_side *side)
+static pd_status pdi_scene_read_wall_species(pdi_reader *s, int section, pd_setup_side *side)
 {
     static const char *const ways[] = {"closed", "inlet", NULL};
-    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "species", ways, "closed", &side->steeps));
+    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "species", ways, "closed", &side->steeps));
     if (!side->steeps || s->setup->has_chemistry) return PD_OK;
-    return pdi_text_refuse(s->ctx, s->text, section, "species", "found without species, expected [species Na+] and "
-                           "others");
+    return pdi_text_fail_key(s->ctx, s->text, section, "species",
+                             "found without species, expected [species Na+] and "
+                             "others");
 }
 
 /* Read a wall: tangential velocity, Dirichlet concentration, species. */
-static pd_status pdi_scene_wall(pdi_reader *s, int section, int k)
+static pd_status pdi_scene_read_wall(pdi_reader *s, int section, int k)
 {
     pd_setup_side *side = &s->setup->side[k];
     int count;
-    if (s->setup->has_flow && pdi_text_has(s->ctx, s->text, section, "velocity")) {
-        PDI_TRY(pdi_text_exprs(s->ctx, s->text, section, "velocity", "m/s", pdi_setup_position(), PDI_SETUP_PLACE, NULL,
-                               PD_DIM, side->slide, &count));
+    if (s->setup->has_flow && pdi_text_has_key(s->ctx, s->text, section, "velocity")) {
+        PDI_TRY(pdi_text_get_exprs(s->ctx, s->text, section, "velocity", "m/s", pdi_setup_get_position_symbols(),
+                                   PDI_SETUP_POSITION_VARS, NULL, PD_DIM, side->slide, &count));
         for (int d = 0; d < count; d++)
             side->slides = side->slides || side->slide[d].uses || fabs(pdi_expr_eval(&side->slide[d], NULL)) > 0.0;
         const pd_expr *across = &side->slide[k / 2];
         if (count != PD_DIM || across->uses || fabs(pdi_expr_eval(across, NULL)) > 0.0)
-            return pdi_text_refuse(s->ctx, s->text, section, "velocity",
-                                   "expected %d components, that along %c being 0: a wall slides along itself", PD_DIM,
-                                   "xyz"[k / 2]);
+            return pdi_text_fail_key(s->ctx, s->text, section, "velocity",
+                                     "expected %d components, that along %c being 0: a wall slides along itself",
+                                     PD_DIM, "xyz"[k / 2]);
     }
-    PDI_TRY(pdi_scene_steeps(s, section, side));
-    if (!s->setup->has_transport || !pdi_text_has(s->ctx, s->text, section, "C")) return PD_OK;
+    PDI_TRY(pdi_scene_read_wall_species(s, section, side));
+    if (!s->setup->has_transport || !pdi_text_has_key(s->ctx, s->text, section, "C")) return PD_OK;
     side->holds = 1;
-    PDI_TRY(pdi_scene_expr(s, section, "C", "mol/m3", NULL, &side->held));
+    PDI_TRY(pdi_scene_read_expr(s, section, "C", "mol/m3", NULL, &side->held));
     double held;
-    return side->held.uses ? PD_OK : pdi_reader_not_negative(s, section, "C", "mol/m3", NULL, &held);
+    return side->held.uses ? PD_OK : pdi_reader_get_nonnegative(s, section, "C", "mol/m3", NULL, &held);
 }
 
 /* Check that periodic sides come in pairs. */
-static pd_status pdi_scene_pairs(pdi_reader *s)
+static pd_status pdi_scene_check_periodic_pairs(pdi_reader *s)
 {
     for (int k = 0; k < 2 * PD_DIM; k++) {
         const pd_setup_side *a = &s->setup->side[k], *b = &s->setup->side[k ^ 1];
         if ((a->kind == PD_SIDE_PERIODIC) == (b->kind == PD_SIDE_PERIODIC)) continue;
         int periodic = a->kind == PD_SIDE_PERIODIC ? k : k ^ 1;
-        int section = pdi_text_section(s->ctx, s->text, "side", pdi_setup_side_name(periodic));
-        return pdi_text_refuse(s->ctx, s->text, section, "flow", "found 'periodic', expected it on %s and %s",
-                               pdi_setup_side_name(k & ~1), pdi_setup_side_name(k | 1));
+        int section = pdi_text_get_section(s->ctx, s->text, "side", pdi_setup_side_name(periodic));
+        return pdi_text_fail_key(s->ctx, s->text, section, "flow", "found 'periodic', expected it on %s and %s",
+                                 pdi_setup_side_name(k & ~1), pdi_setup_side_name(k | 1));
     }
     return PD_OK;
 }
 
 /* Open side of [corrode] in fluid at rest: a wall whose Dirichlet concentration is `bulk`. */
-static pd_status pdi_scene_bulk_side(pdi_reader *s, int section, pd_setup_side *side)
+static pd_status pdi_scene_read_bulk_side(pdi_reader *s, int section, pd_setup_side *side)
 {
-    int corrode = pdi_text_section(s->ctx, s->text, "corrode", NULL);
-    if (pdi_text_has(s->ctx, s->text, section, "C"))
-        return pdi_text_refuse(s->ctx, s->text, section, "C",
-                               "found beside flow = open, expected bulk in [corrode], or C without open");
+    int corrode = pdi_text_get_section(s->ctx, s->text, "corrode", NULL);
+    if (pdi_text_has_key(s->ctx, s->text, section, "C"))
+        return pdi_text_fail_key(s->ctx, s->text, section, "C",
+                                 "found beside flow = open, expected bulk in [corrode], or C without open");
     side->kind = PD_SIDE_WALL;
     side->holds = 1;
-    PDI_TRY(pdi_scene_steeps(s, section, side));
-    return pdi_scene_expr(s, corrode, "bulk", "mol/m3", "0", &side->held);
+    PDI_TRY(pdi_scene_read_wall_species(s, section, side));
+    return pdi_scene_read_expr(s, corrode, "bulk", "mol/m3", "0", &side->held);
 }
 
 /* Read one [side ...] section; k: index of the side. *inlets, *outlets: 1 once the shared C and p are known. */
-static pd_status pdi_scene_side(pdi_reader *s, int k, int section, int *inlets, int *outlets)
+static pd_status pdi_scene_read_side(pdi_reader *s, int k, int section, int *inlets, int *outlets)
 {
     static const char *const flows[] = {"noslip", "inlet", "outlet", "periodic", "mirror", "open", NULL};
     const int open = 5;
     pd_setup *u = s->setup;
     int flow;
     if (u->has_gas) return pdi_read_gas_side(s->ctx, s->text, section, &u->side[k]);
-    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "flow", flows, "noslip", &flow));
+    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "flow", flows, "noslip", &flow));
     if (u->axisymmetric && k / 2 == PD_DIM - 1) {
         int axis = u->side[k].kind == PD_SIDE_MIRROR;
         if (axis && flow != PD_SIDE_MIRROR)
-            return pdi_text_refuse(s->ctx, s->text, section, "flow",
-                                   "found '%s' on the axis, expected mirror or nothing", flows[flow]);
+            return pdi_text_fail_key(s->ctx, s->text, section, "flow",
+                                     "found '%s' on the axis, expected mirror or nothing", flows[flow]);
         if (!axis && (flow == PD_SIDE_PERIODIC || flow == PD_SIDE_MIRROR))
-            return pdi_text_refuse(s->ctx, s->text, section, "flow",
-                                   "found '%s' around an axis, expected noslip, inlet, outlet or open", flows[flow]);
+            return pdi_text_fail_key(s->ctx, s->text, section, "flow",
+                                     "found '%s' around an axis, expected noslip, inlet, outlet or open", flows[flow]);
     }
-    if (u->has_corrode && !u->has_flow && flow == open) return pdi_scene_bulk_side(s, section, &u->side[k]);
-    if ((pdi_grid_port((pd_side)flow) || flow == open) && !u->has_flow)
-        return pdi_text_refuse(s->ctx, s->text, section, "flow",
-                               "found '%s' without a [flow] section, expected C = ... alone"
-                               " to hold a concentration", flows[flow]);
-    if (flow == open) return pdi_scene_open(s, section, &u->side[k]);
+    if (u->has_corrode && !u->has_flow && flow == open) return pdi_scene_read_bulk_side(s, section, &u->side[k]);
+    if ((pdi_grid_is_inlet_or_outlet((pd_side)flow) || flow == open) && !u->has_flow)
+        return pdi_text_fail_key(s->ctx, s->text, section, "flow",
+                                 "found '%s' without a [flow] section, expected C = ... alone"
+                                 " to hold a concentration",
+                                 flows[flow]);
+    if (flow == open) return pdi_scene_read_open_side(s, section, &u->side[k]);
     u->side[k].kind = (pd_side)flow;
-    if (flow == PD_SIDE_WALL) return pdi_scene_wall(s, section, k);
-    if (flow == PD_SIDE_INLET) PDI_TRY(pdi_scene_inlet(s, section, &u->side[k]));
-    if (flow == PD_SIDE_OUTLET) return pdi_scene_same(s, section, "p", "Pa", outlets, &u->p_out);
+    if (flow == PD_SIDE_WALL) return pdi_scene_read_wall(s, section, k);
+    if (flow == PD_SIDE_INLET) PDI_TRY(pdi_scene_read_inlet(s, section, &u->side[k]));
+    if (flow == PD_SIDE_OUTLET) return pdi_scene_read_shared_value(s, section, "p", "Pa", outlets, &u->p_out);
     if (flow == PD_SIDE_INLET && u->has_transport)
-        return pdi_scene_enters(s, section, &u->side[k], inlets);
+        return pdi_scene_read_inlet_concentration(s, section, &u->side[k], inlets);
     return PD_OK;
 }
 
 /* Read the boundary conditions of all sides. */
-static pd_status pdi_scene_sides(pdi_reader *s)
+static pd_status pdi_scene_read_sides(pdi_reader *s)
 {
     int inlets = 0, outlets = 0;
-    PDI_TRY(pdi_scene_side_names(s));
+    PDI_TRY(pdi_scene_check_side_names(s));
     for (int k = 0; k < 2 * PD_DIM; k++) {
-        int section = pdi_text_section(s->ctx, s->text, "side", pdi_setup_side_name(k));
-        if (pdi_text_has(s->ctx, s->text, section, NULL)) PDI_TRY(pdi_scene_side(s, k, section, &inlets, &outlets));
+        int section = pdi_text_get_section(s->ctx, s->text, "side", pdi_setup_side_name(k));
+        if (pdi_text_has_key(s->ctx, s->text, section, NULL))
+            PDI_TRY(pdi_scene_read_side(s, k, section, &inlets, &outlets));
     }
-    return pdi_scene_pairs(s);
+    return pdi_scene_check_periodic_pairs(s);
 }
 
 /* ---- physics ---- */
 
 /* Read the time treatment of the flow, its initial velocity, and the tolerance or equation of state of that scheme. */
-static pd_status pdi_scene_motion(pdi_reader *s, int section)
+static pd_status pdi_scene_read_flow_time(pdi_reader *s, int section)
 {
     static const char *const motions[] = {"steady", "implicit", "explicit", "given", NULL};
     static const char *const states[] = {"tait", "linear", NULL};
     static const char *const keys[] = {"vx", "vy", "vz"};
     pd_setup *u = s->setup;
     int motion;
-    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "time", motions, "steady", &motion));
+    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "time", motions, "steady", &motion));
     u->motion = (pd_motion)motion;
     for (int k = 0; k < 2 * PD_DIM; k++)
         if (u->side[k].open && u->motion != PD_MOTION_GIVEN)
-            return pdi_text_refuse(s->ctx, s->text, section, "time", "found '%s' beside an open side, expected given",
-                                   motions[motion]);
+            return pdi_text_fail_key(s->ctx, s->text, section, "time", "found '%s' beside an open side, expected given",
+                                     motions[motion]);
     if (u->motion == PD_MOTION_STEADY) return PD_OK;
     if (u->has_dissolve && u->motion == PD_MOTION_GIVEN)
-        return pdi_text_refuse(s->ctx, s->text, section, "time", "found 'given' beside [dissolve], expected steady,"
-                               " implicit or explicit: a given flow does not enter where metal was");
+        return pdi_text_fail_key(s->ctx, s->text, section, "time",
+                                 "found 'given' beside [dissolve], expected steady,"
+                                 " implicit or explicit: a given flow does not enter where metal was");
     for (int d = 0; d < PD_DIM; d++)
-        PDI_TRY(pdi_text_expr(s->ctx, s->text, section, keys[d], "m/s", pdi_setup_position(), PD_DIM, "0",
-                              &u->start[d]));
+        PDI_TRY(pdi_text_get_expr(s->ctx, s->text, section, keys[d], "m/s", pdi_setup_get_position_symbols(), PD_DIM,
+                                  "0", &u->start[d]));
     if (u->motion == PD_MOTION_GIVEN) return PD_OK;
     if (u->motion == PD_MOTION_IMPLICIT) {
-        pdi_scene_given(s, section, "rtol", PD_KNOB_FLOW_RTOL);
-        return pdi_reader_within(s, section, "rtol", "", "1e-4", 0.0, 0.1, 1, &u->flow_rtol);
+        pdi_scene_mark_given(s, section, "rtol", PD_KNOB_FLOW_RTOL);
+        return pdi_reader_get_bounded(s, section, "rtol", "", "1e-4", 0.0, 0.1, 1, &u->flow_rtol);
     }
-    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "eos", states, "tait", &u->linear));
-    return pdi_reader_positive(s, section, "c0", "m/s", NULL, &u->sound);
+    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "eos", states, "tait", &u->linear));
+    return pdi_reader_get_positive(s, section, "c0", "m/s", NULL, &u->sound);
 }
 
 /* Read and ignore eos and c0 in a scene whose flow is steady; adds a note. */
-static pd_status pdi_scene_compressible(pdi_reader *s, int section)
+static pd_status pdi_scene_read_ignored_eos(pdi_reader *s, int section)
 {
     static const char *const states[] = {"tait", "linear", NULL};
     double sound;
-    int state, given = pdi_text_has(s->ctx, s->text, section, "c0");
+    int state, given = pdi_text_has_key(s->ctx, s->text, section, "c0");
     if (s->setup->motion != PD_MOTION_STEADY) return PD_OK;
-    if (!given && !pdi_text_has(s->ctx, s->text, section, "eos")) return PD_OK;
-    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "eos", states, "tait", &state));
-    if (given) PDI_TRY(pdi_reader_positive(s, section, "c0", "m/s", NULL, &sound));
-    pdi_setup_note(s->setup,
-                   "eos and c0 belong to time = explicit; the steady solver is incompressible and ignores them");
+    if (!given && !pdi_text_has_key(s->ctx, s->text, section, "eos")) return PD_OK;
+    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "eos", states, "tait", &state));
+    if (given) PDI_TRY(pdi_reader_get_positive(s, section, "c0", "m/s", NULL, &sound));
+    pdi_setup_add_note(s->setup,
+                       "eos and c0 belong to time = explicit; the steady solver is incompressible and ignores them");
     return PD_OK;
 }
 
 /* Read the body force per mass: a constant vector, or expressions if one component is not constant. */
-static pd_status pdi_scene_force(pdi_reader *s, int section)
+static pd_status pdi_scene_read_body_force(pdi_reader *s, int section)
 {
     pd_setup *u = s->setup;
     int count;
-    if (!pdi_text_has(s->ctx, s->text, section, "force")) return PD_OK;
-    PDI_TRY(pdi_text_exprs(s->ctx, s->text, section, "force", "m/s2", pdi_setup_position(), PDI_SETUP_PLACE, NULL,
-                           PD_DIM, u->body, &count));
+    if (!pdi_text_has_key(s->ctx, s->text, section, "force")) return PD_OK;
+    PDI_TRY(pdi_text_get_exprs(s->ctx, s->text, section, "force", "m/s2", pdi_setup_get_position_symbols(),
+                               PDI_SETUP_POSITION_VARS, NULL, PD_DIM, u->body, &count));
     for (int d = 0; d < count; d++) u->pushed = u->pushed || u->body[d].uses;
     if (u->pushed) return PD_OK;
     for (int d = 0; d < count; d++) pdi_expr_free(s->ctx, &u->body[d]);
-    return pdi_text_numbers(s->ctx, s->text, section, "force", "m/s2", NULL, PD_DIM, u->force, &count);
+    return pdi_text_get_numbers(s->ctx, s->text, section, "force", "m/s2", NULL, PD_DIM, u->force, &count);
 }
 
 /* Read the order of the flow discretisation, auto, 2 or 4; 4 needs m = 1 and planar geometry. */
-static pd_status pdi_scene_order(pdi_reader *s, int section)
+static pd_status pdi_scene_read_flow_order(pdi_reader *s, int section)
 {
     static const char *const orders[] = {"auto", "2", "4", NULL};
     const pd_setup *u = s->setup;
     int twice;
-    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "order", orders, "auto", &twice));
+    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "order", orders, "auto", &twice));
     s->setup->flow_order = 2 * twice;
     if (twice < 2) return PD_OK;
     if (u->m > 1.0)
-        return pdi_text_refuse(s->ctx, s->text, section, "order", "found 4 and m = %g, expected m = 1 in [grid]", u->m);
+        return pdi_text_fail_key(s->ctx, s->text, section, "order", "found 4 and m = %g, expected m = 1 in [grid]",
+                                 u->m);
     if (u->axisymmetric)
-        return pdi_text_refuse(s->ctx, s->text, section, "order", "found 4 in an axisymmetric box, expected 2");
+        return pdi_text_fail_key(s->ctx, s->text, section, "order", "found 4 in an axisymmetric box, expected 2");
     if (u->motion == PD_MOTION_EXPLICIT || u->motion == PD_MOTION_GIVEN)
-        return pdi_text_refuse(s->ctx, s->text, section, "order",
-                               "found 4 beside time = explicit or given, expected steady or implicit");
+        return pdi_text_fail_key(s->ctx, s->text, section, "order",
+                                 "found 4 beside time = explicit or given, expected steady or implicit");
     return PD_OK;
 }
 
 /* Read the section [flow]. */
-static pd_status pdi_scene_flow(pdi_reader *s)
+static pd_status pdi_scene_read_flow(pdi_reader *s)
 {
     pd_setup *u = s->setup;
-    int section = pdi_text_section(s->ctx, s->text, "flow", NULL), inflow = 0, outflow = 0;
+    int section = pdi_text_get_section(s->ctx, s->text, "flow", NULL), inflow = 0, outflow = 0;
     if (!u->has_flow) return PD_OK;
-    PDI_TRY(pdi_reader_positive(s, section, "rho", "kg/m3", NULL, &u->rho));
-    PDI_TRY(pdi_reader_positive(s, section, "mu", "Pa s", NULL, &u->mu));
-    PDI_TRY(pdi_reader_within(s, section, "steady", "", "1e-6", 0.0, 0.1, 1, &u->steady));
-    pdi_scene_given(s, section, "steady", PD_KNOB_STEADY);
-    PDI_TRY(pdi_scene_force(s, section));
-    if (pdi_text_has(s->ctx, s->text, section, "speed"))
-        PDI_TRY(pdi_reader_positive(s, section, "speed", "m/s", NULL, &u->speed));
-    if (pdi_text_has(s->ctx, s->text, section, "length"))
-        PDI_TRY(pdi_reader_positive(s, section, "length", "m", NULL, &u->length));
-    PDI_TRY(pdi_scene_motion(s, section));
-    PDI_TRY(pdi_scene_order(s, section));
-    PDI_TRY(pdi_scene_compressible(s, section));
+    PDI_TRY(pdi_reader_get_positive(s, section, "rho", "kg/m3", NULL, &u->rho));
+    PDI_TRY(pdi_reader_get_positive(s, section, "mu", "Pa s", NULL, &u->mu));
+    PDI_TRY(pdi_reader_get_bounded(s, section, "steady", "", "1e-6", 0.0, 0.1, 1, &u->steady));
+    pdi_scene_mark_given(s, section, "steady", PD_KNOB_STEADY);
+    PDI_TRY(pdi_scene_read_body_force(s, section));
+    if (pdi_text_has_key(s->ctx, s->text, section, "speed"))
+        PDI_TRY(pdi_reader_get_positive(s, section, "speed", "m/s", NULL, &u->speed));
+    if (pdi_text_has_key(s->ctx, s->text, section, "length"))
+        PDI_TRY(pdi_reader_get_positive(s, section, "length", "m", NULL, &u->length));
+    PDI_TRY(pdi_scene_read_flow_time(s, section));
+    PDI_TRY(pdi_scene_read_flow_order(s, section));
+    PDI_TRY(pdi_scene_read_ignored_eos(s, section));
     for (int k = 0; k < 2 * PD_DIM; k++) {
         inflow += u->side[k].kind == PD_SIDE_INLET && !u->side[k].open;
         outflow += u->side[k].kind == PD_SIDE_OUTLET;
     }
     if (inflow && !outflow)
-        return pdi_text_refuse(s->ctx, s->text, section, "flow",
-                               "found an inlet and no outlet, expected flow = outlet in a [side ...]");
+        return pdi_text_fail_key(s->ctx, s->text, section, "flow",
+                                 "found an inlet and no outlet, expected flow = outlet in a [side ...]");
     return PD_OK;
 }
 
 /* Read the section [transport]. */
-static pd_status pdi_scene_transport(pdi_reader *s)
+static pd_status pdi_scene_read_transport(pdi_reader *s)
 {
     static const char *const schemes[] = {"limited", "upwind", NULL}, *const times[] = {"implicit", "steady", NULL};
     pd_setup *u = s->setup;
-    int section = pdi_text_section(s->ctx, s->text, "transport", NULL), scheme, species = u->settle;
-    if (!pdi_text_has(s->ctx, s->text, section, NULL)) return PD_OK;
-    PDI_TRY(pdi_reader_not_negative(s, section, "D", "m2/s", NULL, &u->diffusivity));
-    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "advection", schemes, "limited", &scheme));
+    int section = pdi_text_get_section(s->ctx, s->text, "transport", NULL), scheme, species = u->settle;
+    if (!pdi_text_has_key(s->ctx, s->text, section, NULL)) return PD_OK;
+    PDI_TRY(pdi_reader_get_nonnegative(s, section, "D", "m2/s", NULL, &u->diffusivity));
+    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "advection", schemes, "limited", &scheme));
     u->advection = (pd_advection)scheme;
-    PDI_TRY(pdi_text_choice(s->ctx, s->text, section, "time", times, times[species], &u->settle));
+    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "time", times, times[species], &u->settle));
     if (u->has_chemistry && u->settle != species)
-        return pdi_text_refuse(s->ctx, s->text, section, "time", "found '%s' beside [chemistry] with time = %s, "
-                               "expected the same", times[u->settle], times[species]);
+        return pdi_text_fail_key(s->ctx, s->text, section, "time",
+                                 "found '%s' beside [chemistry] with time = %s, "
+                                 "expected the same",
+                                 times[u->settle], times[species]);
     if (u->settle && u->has_dissolve)
-        return pdi_text_refuse(s->ctx, s->text, section, "time",
-                               "found 'steady' beside metal that dissolves, expected implicit");
-    return pdi_reader_initial(s, section);
+        return pdi_text_fail_key(s->ctx, s->text, section, "time",
+                                 "found 'steady' beside metal that dissolves, expected implicit");
+    return pdi_reader_read_initial(s, section);
 }
 
 /* ---- [run], [output] ---- */
 
 /* Check that none of `count` expressions depends on t, in a scene without time. PD_ERR_ARGUMENT names `key`. */
-static pd_status pdi_scene_steady(pdi_reader *s, int section, const char *key, const pd_expr *expr, int count)
+static pd_status pdi_scene_check_time_independent(pdi_reader *s, int section, const char *key, const pd_expr *expr,
+                                                  int count)
 {
     for (int k = 0; k < count; k++)
-        if (pdi_setup_timed(&expr[k]))
-            return pdi_text_refuse(s->ctx, s->text, section, key,
-                                   "found a function of t in a scene that is steady, expected until = ... in [run], "
-                                   "time = implicit in [flow], [transport] or [chemistry], or a function of the place");
+        if (pdi_setup_is_time_dependent(&expr[k]))
+            return pdi_text_fail_key(
+                s->ctx, s->text, section, key,
+                "found a function of t in a scene that is steady, expected until = ... in [run], "
+                "time = implicit in [flow], [transport] or [chemistry], or a function of the place");
     return PD_OK;
 }
 
 /* Check that nothing depends on time in a steady scene: boundary conditions, loads, electrodes, body forces. */
-static pd_status pdi_scene_timeless(pdi_reader *s)
+static pd_status pdi_scene_check_steady_scene(pdi_reader *s)
 {
     static const char *const keys[] = {"vx", "vy", "vz"};
     const pd_setup *u = s->setup;
     for (int k = 0; k < 2 * PD_DIM; k++) {
         const pd_setup_side *side = &u->side[k];
-        int section = pdi_text_section(s->ctx, s->text, "side", pdi_setup_side_name(k));
-        PDI_TRY(pdi_scene_steady(s, section, side->flow_rate > 0.0 ? "flow_rate" : "mean", &side->stream, 1));
+        int section = pdi_text_get_section(s->ctx, s->text, "side", pdi_setup_side_name(k));
+        PDI_TRY(pdi_scene_check_time_independent(s, section, side->flow_rate > 0.0 ? "flow_rate" : "mean",
+                                                 &side->stream, 1));
         for (int d = 0; d < PD_DIM; d++)
-            PDI_TRY(pdi_scene_steady(s, section, keys[d], &side->velocity[d], 1));
-        PDI_TRY(pdi_scene_steady(s, section, "C", &side->entering, 1));
-        PDI_TRY(pdi_scene_steady(s, section, "C", &side->held, 1));
-        PDI_TRY(pdi_scene_steady(s, section, "velocity", side->slide, PD_DIM));
+            PDI_TRY(pdi_scene_check_time_independent(s, section, keys[d], &side->velocity[d], 1));
+        PDI_TRY(pdi_scene_check_time_independent(s, section, "C", &side->entering, 1));
+        PDI_TRY(pdi_scene_check_time_independent(s, section, "C", &side->held, 1));
+        PDI_TRY(pdi_scene_check_time_independent(s, section, "velocity", side->slide, PD_DIM));
     }
     for (int k = 0; k < u->wall_count; k++)
-        PDI_TRY(pdi_scene_steady(s, u->walls[k].section, "C", &u->walls[k].held, 1));
+        PDI_TRY(pdi_scene_check_time_independent(s, u->walls[k].section, "C", &u->walls[k].held, 1));
     for (int k = 0; k < u->metal_body.grips; k++) {
         const pd_setup_grip *grip = &u->metal_body.grip[k];
         for (int d = 0; d < PD_DIM; d++) {
             static const char *const moves[] = {"ux", "uy", "uz"};
-            PDI_TRY(pdi_scene_steady(s, grip->section, moves[d], &grip->move[d], 1));
+            PDI_TRY(pdi_scene_check_time_independent(s, grip->section, moves[d], &grip->move[d], 1));
         }
-        PDI_TRY(pdi_scene_steady(s, grip->section, "traction", grip->pull, PD_DIM));
-        PDI_TRY(pdi_scene_steady(s, grip->section, "pressure", &grip->press, 1));
+        PDI_TRY(pdi_scene_check_time_independent(s, grip->section, "traction", grip->pull, PD_DIM));
+        PDI_TRY(pdi_scene_check_time_independent(s, grip->section, "pressure", &grip->press, 1));
     }
-    PDI_TRY(pdi_scene_steady(s, pdi_text_section(s->ctx, s->text, "solid", NULL), "force", u->metal_body.force,
-                             PD_DIM));
+    PDI_TRY(pdi_scene_check_time_independent(s, pdi_text_get_section(s->ctx, s->text, "solid", NULL), "force",
+                                             u->metal_body.force, PD_DIM));
     for (int k = 0; k < u->potential.electrodes; k++) {
         const pd_setup_electrode *e = &u->potential.electrode[k];
-        PDI_TRY(pdi_scene_steady(s, pdi_text_section(s->ctx, s->text, "electrode", e->name),
-                                 e->holds ? "potential" : "current", &e->given, 1));
+        PDI_TRY(pdi_scene_check_time_independent(s, pdi_text_get_section(s->ctx, s->text, "electrode", e->name),
+                                                 e->holds ? "potential" : "current", &e->given, 1));
     }
-    return pdi_scene_steady(s, pdi_text_section(s->ctx, s->text, "flow", NULL), "force", u->body, PD_DIM);
+    return pdi_scene_check_time_independent(s, pdi_text_get_section(s->ctx, s->text, "flow", NULL), "force", u->body,
+                                            PD_DIM);
 }
 
 /* Read the section [run]: end time, largest step, tolerances. A steady scene has none. */
-static pd_status pdi_scene_run(pdi_reader *s)
+static pd_status pdi_scene_read_run(pdi_reader *s)
 {
     pd_setup *u = s->setup;
-    int section = pdi_text_section(s->ctx, s->text, "run", NULL);
+    int section = pdi_text_get_section(s->ctx, s->text, "run", NULL);
     int carries = u->has_transport || u->has_chemistry;
     int rests = u->motion == PD_MOTION_STEADY || u->motion == PD_MOTION_GIVEN;
     /* a steady flow may follow what stands outside of it, when a time to follow it for is given */
     int follows = (u->motion == PD_MOTION_STEADY || u->has_solid || u->has_potential) && !carries &&
-                  pdi_text_has(s->ctx, s->text, section, "until");
+                  pdi_text_has_key(s->ctx, s->text, section, "until");
     rests = rests && !(u->metal_body.density > 0.0);
-    if (rests && !follows && !u->has_gas && (!carries || u->settle)) return pdi_scene_timeless(s);
-    PDI_TRY(pdi_reader_positive(s, section, "until", "s", NULL, &u->until));
-    PDI_TRY(pdi_reader_within(s, section, "max_step", "s", "0", 0.0, PDI_READER_HUGE, 0, &u->max_step));
-    if (u->max_step > 0.0 && u->until > PDI_SCENE_STEPS * u->max_step)
-        return pdi_text_refuse(s->ctx, s->text, section, "max_step", "found %.3g steps until the end, expected at most"
-                               " %.0g", u->until / u->max_step, PDI_SCENE_STEPS);
+    if (rests && !follows && !u->has_gas && (!carries || u->settle)) return pdi_scene_check_steady_scene(s);
+    PDI_TRY(pdi_reader_get_positive(s, section, "until", "s", NULL, &u->until));
+    PDI_TRY(pdi_reader_get_bounded(s, section, "max_step", "s", "0", 0.0, PDI_READER_MAX_NUMBER, 0, &u->max_step));
+    if (u->max_step > 0.0 && u->until > PDI_SCENE_MAX_STEPS * u->max_step)
+        return pdi_text_fail_key(s->ctx, s->text, section, "max_step",
+                                 "found %.3g steps until the end, expected at most"
+                                 " %.0g",
+                                 u->until / u->max_step, PDI_SCENE_MAX_STEPS);
     if (!carries) return PD_OK;
     if (u->has_corrode) { /* loss in proportion to a difference: (1 - x)^n is not exp(-n x) */
         const char *share = u->drive == PD_DRIVE_DIFFERENCE ? "0.01" : u->activation ? "0.1" : "0.2";
-        PDI_TRY(pdi_reader_within(s, section, "rtol", "", "1e-3", 0.0, 0.1, 1, &u->rtol));
-        return pdi_reader_within(s, section, "fraction", "", share, 0.0, 1.0, 1, &u->fraction);
+        PDI_TRY(pdi_reader_get_bounded(s, section, "rtol", "", "1e-3", 0.0, 0.1, 1, &u->rtol));
+        return pdi_reader_get_bounded(s, section, "fraction", "", share, 0.0, 1.0, 1, &u->fraction);
     }
-    pdi_scene_given(s, section, "rtol", PD_KNOB_RTOL);
-    pdi_scene_given(s, section, "fraction", PD_KNOB_FRACTION);
-    PDI_TRY(pdi_reader_within(s, section, "rtol", "", u->has_dissolve ? "4e-3" : "1e-3", 0.0, 0.1, 1, &u->rtol));
+    pdi_scene_mark_given(s, section, "rtol", PD_KNOB_RTOL);
+    pdi_scene_mark_given(s, section, "fraction", PD_KNOB_FRACTION);
+    PDI_TRY(pdi_reader_get_bounded(s, section, "rtol", "", u->has_dissolve ? "4e-3" : "1e-3", 0.0, 0.1, 1, &u->rtol));
     /* Measured on a dissolving disc of radius 12 h, law 1 - C/Csat, after 4 h of recession: the volume loss is off by
      * 3e-3 when a step takes at most 0.1 of a node, by 1e-3 with 0.025. */
     u->fraction = pdi_min(1.0, 25.0 * u->rtol);
-    if (!pdi_text_has(s->ctx, s->text, section, "fraction")) return PD_OK;
-    return pdi_reader_within(s, section, "fraction", "", NULL, 0.0, 1.0, 1, &u->fraction);
+    if (!pdi_text_has_key(s->ctx, s->text, section, "fraction")) return PD_OK;
+    return pdi_reader_get_bounded(s, section, "fraction", "", NULL, 0.0, 1.0, 1, &u->fraction);
 }
 
 /* Read the plane that images of a 3D run show. */
-static pd_status pdi_scene_slice(pdi_reader *s, int section)
+static pd_status pdi_scene_read_slice(pdi_reader *s, int section)
 {
     pd_setup *u = s->setup;
     u->slice_axis = PD_DIM - 1;
     u->slice_at = 0.5 * (u->lo[u->slice_axis] + u->hi[u->slice_axis]);
-    if (!pdi_text_has(s->ctx, s->text, section, "slice")) return PD_OK;
-    if (PD_DIM < 3) return pdi_text_refuse(s->ctx, s->text, section, "slice", "found in %dD, expected it in 3D only",
-                                           PD_DIM);
-    return pdi_read_monitors_place(s->ctx, s->text, u, section, "slice", &u->slice_axis, &u->slice_at);
+    if (!pdi_text_has_key(s->ctx, s->text, section, "slice")) return PD_OK;
+    if (PD_DIM < 3)
+        return pdi_text_fail_key(s->ctx, s->text, section, "slice", "found in %dD, expected it in 3D only", PD_DIM);
+    return pdi_read_monitors_plane_position(s->ctx, s->text, u, section, "slice", &u->slice_axis, &u->slice_at);
 }
 
 /* Read the prefix of output files, a word without folder. */
-static pd_status pdi_scene_prefix(pdi_reader *s, int section)
+static pd_status pdi_scene_read_prefix(pdi_reader *s, int section)
 {
     const char *value;
-    PDI_TRY(pdi_text_string(s->ctx, s->text, section, "prefix", "corr", &value));
+    PDI_TRY(pdi_text_get_string(s->ctx, s->text, section, "prefix", "corr", &value));
     if (strlen(value) >= PD_SETUP_NAME || strpbrk(value, "/\\ :"))
-        return pdi_text_refuse(s->ctx, s->text, section, "prefix",
-                               "found '%.40s', expected a short word without folder", value);
+        return pdi_text_fail_key(s->ctx, s->text, section, "prefix",
+                                 "found '%.40s', expected a short word without folder", value);
     memcpy(s->setup->prefix, value, strlen(value) + 1);
     return PD_OK;
 }
 
 /* Read the magnification of displacements in images of the metal. */
-static pd_status pdi_scene_deformed(pdi_reader *s, int section)
+static pd_status pdi_scene_read_magnification(pdi_reader *s, int section)
 {
-    if (!pdi_text_has(s->ctx, s->text, section, "deformed")) return PD_OK;
+    if (!pdi_text_has_key(s->ctx, s->text, section, "deformed")) return PD_OK;
     if (PD_DIM == 1 || !s->setup->has_solid)
-        return pdi_text_refuse(s->ctx, s->text, section, "deformed", PD_DIM == 1 ?
-                               "found in 1D, where images are curves, expected it in 2D and 3D" :
-                               "found without [solid], whose displacements it magnifies");
-    return pdi_reader_not_negative(s, section, "deformed", "", NULL, &s->setup->deformed);
+        return pdi_text_fail_key(s->ctx, s->text, section, "deformed",
+                                 PD_DIM == 1 ? "found in 1D, where images are curves, expected it in 2D and 3D"
+                                             : "found without [solid], whose displacements it magnifies");
+    return pdi_reader_get_nonnegative(s, section, "deformed", "", NULL, &s->setup->deformed);
 }
 
 /* Read the section [output]: interval, fields, images and their options, folder. */
-static pd_status pdi_scene_output(pdi_reader *s)
+static pd_status pdi_scene_read_output(pdi_reader *s)
 {
     pd_setup *u = s->setup;
-    int section = pdi_text_section(s->ctx, s->text, "output", NULL);
+    int section = pdi_text_get_section(s->ctx, s->text, "output", NULL);
     u->every = u->until / 20.0;
-    if (u->until > 0.0 && pdi_text_has(s->ctx, s->text, section, "every"))
-        PDI_TRY(pdi_reader_positive(s, section, "every", "s", NULL, &u->every));
+    if (u->until > 0.0 && pdi_text_has_key(s->ctx, s->text, section, "every"))
+        PDI_TRY(pdi_reader_get_positive(s, section, "every", "s", NULL, &u->every));
     if (u->has_gas && !(u->max_step > 0.0)) u->max_step = u->every / 20.0; /* rows of the tables */
     if (u->until > 0.0 && u->until / u->every > 9e5)
-        return pdi_text_refuse(s->ctx, s->text, section, "every",
-                               "found %.3g frames until the end, expected at most 900000", u->until / u->every);
+        return pdi_text_fail_key(s->ctx, s->text, section, "every",
+                                 "found %.3g frames until the end, expected at most 900000", u->until / u->every);
     PDI_TRY(pdi_read_monitors_fields(s->ctx, s->text, u, section, "fields",
                                      u->has_gas ? "density, v, p, energy, kind" :
                                      u->has_solid ? "C, v, p, kind, grain, u, mises, sigma_h, eps_p, broken" :
                                      "C, v, p, kind, grain, pH, phi", &u->fields));
     PDI_TRY(pdi_read_monitors_fields(s->ctx, s->text, u, section, "images", "none", &u->images));
-    PDI_TRY(pdi_scene_deformed(s, section));
-    PDI_TRY(pdi_read_drawing_read(s->ctx, s->text, section, u));
-    PDI_TRY(pdi_scene_prefix(s, section));
-    PDI_TRY(pdi_setup_folder(s->ctx, s->text, section, "folder", u));
-    return pdi_scene_slice(s, section);
+    PDI_TRY(pdi_scene_read_magnification(s, section));
+    PDI_TRY(pdi_read_image_options_read(s->ctx, s->text, section, u));
+    PDI_TRY(pdi_scene_read_prefix(s, section));
+    PDI_TRY(pdi_setup_read_folder(s->ctx, s->text, section, "folder", u));
+    return pdi_scene_read_slice(s, section);
 }
 
 /* Line of a section in the file, 0: absent. */
-static int pdi_scene_line(pdi_reader *s, const char *name, const char *label)
+static int pdi_scene_find_section_line(pdi_reader *s, const char *name, const char *label)
 {
-    int section = pdi_text_section(s->ctx, s->text, name, label);
+    int section = pdi_text_get_section(s->ctx, s->text, name, label);
     return section >= 0 ? s->text->section[section].line : 0;
 }
 
 /* Store the lines of the main sections, for errors that only show when the model is built. */
-static void pdi_scene_lines(pdi_reader *s)
+static void pdi_scene_set_section_lines(pdi_reader *s)
 {
     pd_setup *u = s->setup;
-    u->line[PD_PART_GRID] = pdi_scene_line(s, "grid", NULL);
-    u->line[PD_PART_FLOW] = pdi_scene_line(s, "flow", NULL);
-    u->line[PD_PART_GAS] = pdi_scene_line(s, "gas", NULL);
-    u->line[PD_PART_SOLID] = pdi_scene_line(s, "solid", NULL);
-    u->line[PD_PART_TRANSPORT] = pdi_scene_line(s, "transport", NULL);
-    u->line[PD_PART_DISSOLVE] = pdi_scene_line(s, "dissolve", NULL);
-    u->line[PD_PART_POTENTIAL] = pdi_scene_line(s, "potential", NULL);
-    if (!u->line[PD_PART_DISSOLVE]) u->line[PD_PART_DISSOLVE] = pdi_scene_line(s, "corrode", NULL);
-    for (int k = 0; k < 2 * PD_DIM; k++) u->side[k].line = pdi_scene_line(s, "side", pdi_setup_side_name(k));
+    u->line[PD_PART_GRID] = pdi_scene_find_section_line(s, "grid", NULL);
+    u->line[PD_PART_FLOW] = pdi_scene_find_section_line(s, "flow", NULL);
+    u->line[PD_PART_GAS] = pdi_scene_find_section_line(s, "gas", NULL);
+    u->line[PD_PART_SOLID] = pdi_scene_find_section_line(s, "solid", NULL);
+    u->line[PD_PART_TRANSPORT] = pdi_scene_find_section_line(s, "transport", NULL);
+    u->line[PD_PART_DISSOLVE] = pdi_scene_find_section_line(s, "dissolve", NULL);
+    u->line[PD_PART_POTENTIAL] = pdi_scene_find_section_line(s, "potential", NULL);
+    if (!u->line[PD_PART_DISSOLVE]) u->line[PD_PART_DISSOLVE] = pdi_scene_find_section_line(s, "corrode", NULL);
+    for (int k = 0; k < 2 * PD_DIM; k++)
+        u->side[k].line = pdi_scene_find_section_line(s, "side", pdi_setup_side_name(k));
 }
 
 /* Read all sections of a scene in the order of their dependencies. */
-static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path, pd_setup *setup)
+static pd_status pdi_scene_read_sections(pd_ctx *ctx, pd_text *text, const char *path, pd_setup *setup)
 {
     pdi_reader s;
     char folder[PD_PATH_SIZE], name[PD_SETUP_NAME];
@@ -627,60 +655,60 @@ static pd_status pdi_scene_sections(pd_ctx *ctx, pd_text *text, const char *path
     s.setup = setup;
     text->scene = 1;
     pdi_setup_split_path(path, name, folder);
-    PDI_TRY(pdi_syntax_check(ctx, text));
-    pdi_scene_lines(&s);
-    setup->has_flow = pdi_text_has(ctx, text, pdi_text_section(ctx, text, "flow", NULL), NULL);
-    setup->has_gas = pdi_text_has(ctx, text, pdi_text_section(ctx, text, "gas", NULL), NULL);
-    setup->has_transport = pdi_text_has(ctx, text, pdi_text_section(ctx, text, "transport", NULL), NULL);
-    setup->has_solid = pdi_text_has(ctx, text, pdi_text_section(ctx, text, "solid", NULL), NULL);
-    setup->has_dissolve = pdi_read_metal_given(&s, "dissolve");
-    setup->has_corrode = pdi_read_metal_given(&s, "corrode");
-    setup->has_potential = pdi_read_potential_given(&s);
-    PDI_TRY(pdi_read_gas_alone(ctx, text, setup));
-    PDI_TRY(pdi_read_metal_first(&s));
-    PDI_TRY(pdi_read_constants_read(ctx, text, &s.named));
+    PDI_TRY(pdi_key_check_all(ctx, text));
+    pdi_scene_set_section_lines(&s);
+    setup->has_flow = pdi_text_has_key(ctx, text, pdi_text_get_section(ctx, text, "flow", NULL), NULL);
+    setup->has_gas = pdi_text_has_key(ctx, text, pdi_text_get_section(ctx, text, "gas", NULL), NULL);
+    setup->has_transport = pdi_text_has_key(ctx, text, pdi_text_get_section(ctx, text, "transport", NULL), NULL);
+    setup->has_solid = pdi_text_has_key(ctx, text, pdi_text_get_section(ctx, text, "solid", NULL), NULL);
+    setup->has_dissolve = pdi_read_dissolution_has_section(&s, "dissolve");
+    setup->has_corrode = pdi_read_dissolution_has_section(&s, "corrode");
+    setup->has_potential = pdi_read_potential_has_sections(&s);
+    PDI_TRY(pdi_read_gas_check_alone(ctx, text, setup));
+    PDI_TRY(pdi_read_dissolution_begin(&s));
+    PDI_TRY(pdi_read_constants_read(ctx, text, &s.constants));
     PDI_TRY(pdi_read_chemistry_read(&s));
     PDI_TRY(pdi_read_tables_read(ctx, text, folder, setup));
     PDI_TRY(pdi_read_shapes_read(ctx, text, folder, setup));
-    PDI_TRY(pdi_read_metal_constants(&s));
-    PDI_TRY(pdi_scene_grid(&s));
-    PDI_TRY(pdi_scene_sides(&s));
-    PDI_TRY(pdi_scene_flow(&s));
+    PDI_TRY(pdi_read_dissolution_constants(&s));
+    PDI_TRY(pdi_scene_read_grid(&s));
+    PDI_TRY(pdi_scene_read_sides(&s));
+    PDI_TRY(pdi_scene_read_flow(&s));
     PDI_TRY(pdi_read_gas_read(ctx, text, setup));
-    PDI_TRY(pdi_scene_transport(&s));
-    PDI_TRY(pdi_read_surface_states(&s));
-    PDI_TRY(pdi_read_metal_dissolve(&s));
-    PDI_TRY(pdi_read_metal_corrode(&s));
-    PDI_TRY(pdi_read_metal_laws(&s));
-    PDI_TRY(pdi_read_chemistry_metal(&s));
+    PDI_TRY(pdi_scene_read_transport(&s));
+    PDI_TRY(pdi_read_surface_states_read(&s));
+    PDI_TRY(pdi_read_dissolution_dissolve(&s));
+    PDI_TRY(pdi_read_dissolution_corrode(&s));
+    PDI_TRY(pdi_read_dissolution_rates(&s));
+    PDI_TRY(pdi_read_chemistry_surface_reactions(&s));
     PDI_TRY(pdi_read_potential_read(&s));
-    PDI_TRY(pdi_read_surface_rates(&s));
-    PDI_TRY(pdi_read_solid_read(&s));
-    PDI_TRY(pdi_read_cuts_read(&s));
-    pdi_read_solid_notes(&s);
-    PDI_TRY(pdi_scene_run(&s));
-    PDI_TRY(pdi_scene_output(&s));
+    PDI_TRY(pdi_read_surface_states_rates(&s));
+    PDI_TRY(pdi_read_mechanics_read(&s));
+    PDI_TRY(pdi_read_precracks_read(&s));
+    pdi_read_mechanics_add_notes(&s);
+    PDI_TRY(pdi_scene_read_run(&s));
+    PDI_TRY(pdi_scene_read_output(&s));
     PDI_TRY(pdi_read_monitors_read(ctx, text, setup));
     PDI_TRY(pdi_read_measured_read(ctx, text, folder, setup));
-    PDI_TRY(pdi_text_unused(ctx, text));
+    PDI_TRY(pdi_text_check_unused(ctx, text));
     if (!setup->has_flow && !setup->has_gas && !setup->has_transport && !setup->has_solid &&
         !setup->has_chemistry && !setup->has_potential)
-        return pdi_text_refuse(ctx, text, 0, "scene",
-                               "found no physics, expected a [flow], [gas], [transport], [corrode], [chemistry], "
-                               "[potential] or [solid] section");
+        return pdi_text_fail_key(ctx, text, 0, "scene",
+                                 "found no physics, expected a [flow], [gas], [transport], [corrode], [chemistry], "
+                                 "[potential] or [solid] section");
     return PD_OK;
 }
 
 /* Read a parsed text: a flat parameter file, or a scene with sections. Constants and tables of the readers are detached
  * afterwards. */
-static pd_status pdi_scene_text(pd_ctx *ctx, pd_text *text, const char *path, const char *const *overrides, int count,
-                                pd_setup *setup)
+static pd_status pdi_scene_read_text(pd_ctx *ctx, pd_text *text, const char *path, const char *const *overrides,
+                                     int count, pd_setup *setup)
 {
     if (text->section_count <= 1 && text->entry_count == 0)
-        return pdi_text_refuse(ctx, text, 0, "scene", "found an empty file, expected sections or lines key = value");
-    if (pdi_text_flat(text)) return pdi_read_flat_read(ctx, text, overrides, count, setup);
+        return pdi_text_fail_key(ctx, text, 0, "scene", "found an empty file, expected sections or lines key = value");
+    if (pdi_text_is_flat(text)) return pdi_read_param_file_read(ctx, text, overrides, count, setup);
     PDI_TRY(pdi_read_electrolyte_prepare(ctx, text, overrides, count));
-    pd_status status = pdi_scene_sections(ctx, text, path, setup);
+    pd_status status = pdi_scene_read_sections(ctx, text, path, setup);
     text->consts = NULL;
     text->const_count = 0;
     text->tables = NULL;
@@ -689,8 +717,8 @@ static pd_status pdi_scene_text(pd_ctx *ctx, pd_text *text, const char *path, co
 }
 
 /* Build a setup from the text `bytes`, or from the file at `path` if bytes is NULL. On failure the setup is freed. */
-static pd_status pdi_scene_build(pd_ctx *ctx, const char *path, const char *bytes, const char *const *overrides,
-                                 int count, pd_setup *setup)
+static pd_status pdi_scene_build_setup(pd_ctx *ctx, const char *path, const char *bytes, const char *const *overrides,
+                                       int count, pd_setup *setup)
 {
     pd_text text;
     PDI_TRY(pdi_setup_init(ctx, setup));
@@ -698,7 +726,7 @@ static pd_status pdi_scene_build(pd_ctx *ctx, const char *path, const char *byte
     if (strlen(path) < sizeof setup->source) memcpy(setup->source, path, strlen(path) + 1);
     pd_status status = bytes ? pdi_text_build(ctx, path, bytes, strlen(bytes), &text) : pdi_text_read(ctx, path, &text);
     if (status == PD_OK) {
-        status = pdi_scene_text(ctx, &text, path, overrides, count, setup);
+        status = pdi_scene_read_text(ctx, &text, path, overrides, count, setup);
         if (status == PD_OK) status = pdi_fingerprint_build(ctx, &text, setup);
         pdi_text_free(ctx, &text);
     }
@@ -708,11 +736,11 @@ static pd_status pdi_scene_build(pd_ctx *ctx, const char *path, const char *byte
 
 pd_status pd_scene_read(pd_ctx *ctx, const char *path, const char *const *overrides, int count, pd_setup *setup)
 {
-    return pdi_scene_build(ctx, path, NULL, overrides, count, setup);
+    return pdi_scene_build_setup(ctx, path, NULL, overrides, count, setup);
 }
 
 pd_status pd_scene_parse(pd_ctx *ctx, const char *path, const char *text, const char *const *overrides, int count,
                          pd_setup *setup)
 {
-    return pdi_scene_build(ctx, path, text, overrides, count, setup);
+    return pdi_scene_build_setup(ctx, path, text, overrides, count, setup);
 }

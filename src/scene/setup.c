@@ -6,12 +6,13 @@
 #include <string.h>
 
 /* Names of fields in the order of pd_field, up to the species. */
-static const char *const pdi_setup_fields[] = {"C",     "v", "p",    "kind",    "grain",
-                                               "phase", "D", "rate", "density", "damage", "energy",
-                                               "u", "mises", "sigma_h", "eps_p", "broken", "strain_energy",
-                                               "sigma_xx", "sigma_yy", "sigma_zz", "sigma_xy", "sigma_yz", "sigma_zx",
-                                               "phi", "j", "i", "pH", "potential", "film", "SI"};
-static const char *const pdi_setup_sides[] = {"x-", "x+", "y-", "y+", "z-", "z+"};
+static const char *const pdi_setup_field_names[] = {
+    "C",        "v",        "p",        "kind",      "grain",         "phase",
+    "D",        "rate",     "density",  "damage",    "energy",        "u",
+    "mises",    "sigma_h",  "eps_p",    "broken",    "strain_energy", "sigma_xx",
+    "sigma_yy", "sigma_zz", "sigma_xy", "sigma_yz",  "sigma_zx",      "phi",
+    "j",        "i",        "pH",       "potential", "film",          "SI"};
+static const char *const pdi_setup_side_names[] = {"x-", "x+", "y-", "y+", "z-", "z+"};
 /* Coordinates of a point as expression variables. */
 #if PD_DIM == 1
 #define PDI_SETUP_COORDINATES {"x", "m", 0.0}
@@ -21,13 +22,12 @@ static const char *const pdi_setup_sides[] = {"x-", "x+", "y-", "y+", "z-", "z+"
 #define PDI_SETUP_COORDINATES {"x", "m", 0.0}, {"y", "m", 0.0}, {"z", "m", 0.0}
 #endif
 /* Variables of expressions in space and time. */
-static const pd_expr_symbol pdi_setup_axes[] = {PDI_SETUP_COORDINATES, {"t", "s", 0.0}};
+static const pd_expr_symbol pdi_setup_position_symbols[] = {PDI_SETUP_COORDINATES, {"t", "s", 0.0}};
 /* Variables of dissolution rate laws. */
-static const pd_expr_symbol pdi_setup_symbols[] = {
-    {"C", "mol/m3", 0.0}, {"t", "s", 0.0}, PDI_SETUP_COORDINATES, {"grain", "", 0.0}, {"i", "A/m2", 0.0},
-    {"E", "V", 0.0}};
+static const pd_expr_symbol pdi_setup_rate_symbols[] = {{"C", "mol/m3", 0.0}, {"t", "s", 0.0},    PDI_SETUP_COORDINATES,
+                                                        {"grain", "", 0.0},   {"i", "A/m2", 0.0}, {"E", "V", 0.0}};
 /* Variables of the stress factor of the dissolution rate. */
-static const pd_expr_symbol pdi_setup_stresses[] = {
+static const pd_expr_symbol pdi_setup_stress_symbols[] = {
     {"sigma_h", "Pa", 0.0}, {"mises", "Pa", 0.0}, {"eps_p", "", 0.0}, PDI_SETUP_COORDINATES, {"t", "s", 0.0}};
 #undef PDI_SETUP_COORDINATES
 
@@ -52,7 +52,7 @@ PDI_FN pd_status pdi_setup_init(pd_ctx *ctx, pd_setup *setup)
 }
 
 /* Free the expressions of loads, supports and stress factor. */
-static void pdi_setup_free_body(pd_ctx *ctx, pd_setup_body *b)
+static void pdi_setup_free_mechanics(pd_ctx *ctx, pd_setup_body *b)
 {
     for (int k = 0; k < b->grips; k++) {
         for (int d = 0; d < PD_DIM; d++) pdi_expr_free(ctx, &b->grip[k].move[d]);
@@ -78,7 +78,7 @@ static void pdi_setup_free_electrodes(pd_ctx *ctx, pd_setup_potential *p)
 
 void pd_setup_free(pd_ctx *ctx, pd_setup *setup)
 {
-    pdi_setup_free_body(ctx, &setup->metal_body);
+    pdi_setup_free_mechanics(ctx, &setup->metal_body);
     pdi_setup_free_electrodes(ctx, &setup->potential);
     for (int s = 0; s < 2 * PD_DIM; s++) {
         for (int d = 0; d < PD_DIM; d++) pdi_expr_free(ctx, &setup->side[s].velocity[d]);
@@ -107,30 +107,32 @@ void pd_setup_free(pd_ctx *ctx, pd_setup *setup)
         PDI_DELETE(ctx, 1, setup->surface[k]);
     }
     PDI_DELETE(ctx, PD_SHAPE_MAX, setup->shape);
-    for (int k = 0; k < setup->tables; k++) pdi_curve_free(ctx, &setup->table[k].curve);
+    for (int k = 0; k < setup->tables; k++) pdi_monotone_cubic_free(ctx, &setup->table[k].curve);
     PDI_DELETE(ctx, setup->tables, setup->table);
     PDI_DELETE(ctx, setup->tables, setup->function);
     PDI_DELETE(ctx, setup->fingerprint_size, setup->fingerprint);
-    pdi_setup_forget(ctx, setup);
+    pdi_setup_free_measured(ctx, setup);
     memset(setup, 0, sizeof *setup);
 }
 
 /* Error of pd_setup_function: the value under `key` cannot be a function, and why. Returns PD_ERR_ARGUMENT. */
-static pd_status pdi_setup_no_function(pd_ctx *ctx, const char *key, const char *why)
+static pd_status pdi_setup_fail_function(pd_ctx *ctx, const char *key, const char *why)
 {
     return pdi_fail(ctx, PD_ERR_ARGUMENT, "setup", "a function for '%.40s': %s", key, why);
 }
 
 /* Find the expression of a boundary condition that a user function replaces: key "x-.C", "x-.mean" or "x-.vx". Switches
  * the side to the value that the function gives. PD_ERR_ARGUMENT: the scene does not give that value. */
-static pd_status pdi_setup_side_function(pd_ctx *ctx, pd_setup *u, const char *key, pd_setup_side *side, pd_expr **expr)
+static pd_status pdi_setup_find_side_expr(pd_ctx *ctx, pd_setup *u, const char *key, pd_setup_side *side,
+                                          pd_expr **expr)
 {
     const char *name = key + 3;
     int inlet = side->kind == PD_SIDE_INLET && side->profile != PD_PROFILE_REST;
     if (strcmp(name, "mean") == 0) {
         if (!inlet || (side->profile == PD_PROFILE_EXPRESSION && !side->scaled))
-            return pdi_setup_no_function(ctx, key, "expected an inlet with profile = uniform or parabola, or with "
-                                         "'mean' beside an expression");
+            return pdi_setup_fail_function(ctx, key,
+                                           "expected an inlet with profile = uniform or parabola, or with "
+                                           "'mean' beside an expression");
         side->flow_rate = 0.0;
         *expr = &side->stream;
         return PD_OK;
@@ -139,53 +141,54 @@ static pd_status pdi_setup_side_function(pd_ctx *ctx, pd_setup *u, const char *k
         if (name[0] != 'v' || name[1] != "xyz"[d] || name[2]) continue;
         *expr = &side->velocity[d];
         if (inlet && side->profile == PD_PROFILE_EXPRESSION && !side->scaled) return PD_OK;
-        return pdi_setup_no_function(ctx, key, "expected an inlet with profile = expression, without 'mean'");
+        return pdi_setup_fail_function(ctx, key, "expected an inlet with profile = expression, without 'mean'");
     }
     if (strcmp(name, "C") != 0)
-        return pdi_setup_no_function(ctx, key, "expected C, mean or vx, vy, vz behind the side");
+        return pdi_setup_fail_function(ctx, key, "expected C, mean or vx, vy, vz behind the side");
     *expr = side->holds ? &side->held : &side->entering;
     if (!u->has_transport || !(side->holds || side->kind == PD_SIDE_INLET))
-        return pdi_setup_no_function(ctx, key, "expected an inlet, or a wall that holds a concentration");
+        return pdi_setup_fail_function(ctx, key, "expected an inlet, or a wall that holds a concentration");
     for (int k = 0; k < u->monitors && !side->holds; k++)
         if (u->monitor[k].kind == PD_MONITOR_TRANSFER && u->monitor[k].against == PD_AGAINST_INLET)
-            return pdi_setup_no_function(ctx, key, "[transfer] has fluid = inlet, expected bulk or a concentration");
+            return pdi_setup_fail_function(ctx, key, "[transfer] has fluid = inlet, expected bulk or a concentration");
     u->enters = u->enters || !side->holds;
     return PD_OK;
 }
 
 /* Find the expression of the dissolution rate that a user function replaces: key "rate", or "rate.NAME" of one of
  * several metals. PD_ERR_ARGUMENT: no such metal, or `uses` names the grain without grains. */
-static pd_status pdi_setup_law_function(pd_ctx *ctx, pd_setup *u, const char *key, uint32_t uses, pd_expr **expr)
+static pd_status pdi_setup_find_rate_expr(pd_ctx *ctx, pd_setup *u, const char *key, uint32_t uses, pd_expr **expr)
 {
     int metal = u->metals == 1 && !key[4] ? 0 : -1;
-    if (!u->has_dissolve) return pdi_setup_no_function(ctx, key, "expected [dissolve] or [corrode]");
+    if (!u->has_dissolve) return pdi_setup_fail_function(ctx, key, "expected [dissolve] or [corrode]");
     for (int k = 0; k < u->metals && key[4]; k++)
         if (u->metal[k].material.name && strcmp(u->metal[k].material.name, key + 5) == 0) metal = k;
     if (metal < 0)
-        return pdi_setup_no_function(ctx, key, key[4] ? "no solid is of that material"
-                                                      : "there are several metals, expected rate.NAME for one of them");
-    if ((uses >> PDI_SETUP_GRAIN & 1u) && !u->has_grains)
-        return pdi_setup_no_function(ctx, key, "it depends on the grain, expected a solid [shape] with grains");
+        return pdi_setup_fail_function(ctx, key,
+                                       key[4] ? "no solid is of that material"
+                                              : "there are several metals, expected rate.NAME for one of them");
+    if ((uses >> PDI_SETUP_RATE_GRAIN & 1u) && !u->has_grains)
+        return pdi_setup_fail_function(ctx, key, "it depends on the grain, expected a solid [shape] with grains");
     u->metal[metal].rate_scale = 1.0;
     *expr = &u->metal[metal].rate;
     return PD_OK;
 }
 
 /* Find the expression that a user function replaces under `key`: "rate", "initial" or a value of a side. */
-static pd_status pdi_setup_expression(pd_ctx *ctx, pd_setup *u, const char *key, uint32_t uses, pd_expr **found)
+static pd_status pdi_setup_find_expr(pd_ctx *ctx, pd_setup *u, const char *key, uint32_t uses, pd_expr **found)
 {
     pd_expr *expr = NULL;
     if (strcmp(key, "rate") == 0 || strncmp(key, "rate.", 5) == 0) {
-        PDI_TRY(pdi_setup_law_function(ctx, u, key, uses, &expr));
+        PDI_TRY(pdi_setup_find_rate_expr(ctx, u, key, uses, &expr));
     } else if (strcmp(key, "initial") == 0) {
-        if (!u->has_transport) return pdi_setup_no_function(ctx, key, "expected [transport] or [corrode]");
+        if (!u->has_transport) return pdi_setup_fail_function(ctx, key, "expected [transport] or [corrode]");
         expr = &u->initial;
     }
     for (int s = 0; s < 2 * PD_DIM; s++)
-        if (strncmp(key, pdi_setup_sides[s], 2) == 0 && key[2] == '.')
-            PDI_TRY(pdi_setup_side_function(ctx, u, key, &u->side[s], &expr));
+        if (strncmp(key, pdi_setup_side_names[s], 2) == 0 && key[2] == '.')
+            PDI_TRY(pdi_setup_find_side_expr(ctx, u, key, &u->side[s], &expr));
     if (!expr)
-        return pdi_setup_no_function(ctx, key, "expected rate, initial, or a side and its value, such as x-.C");
+        return pdi_setup_fail_function(ctx, key, "expected rate, initial, or a side and its value, such as x-.C");
     *found = expr;
     return PD_OK;
 }
@@ -193,7 +196,7 @@ static pd_status pdi_setup_expression(pd_ctx *ctx, pd_setup *u, const char *key,
 pd_status pd_setup_function(pd_ctx *ctx, pd_setup *u, const char *key, pd_expr_fn fn, void *user, uint32_t uses)
 {
     pd_expr *expr;
-    PDI_TRY(pdi_setup_expression(ctx, u, key, uses, &expr));
+    PDI_TRY(pdi_setup_find_expr(ctx, u, key, uses, &expr));
     expr->fn = fn;
     expr->user = user;
     expr->uses = strcmp(key + 2, ".mean") == 0 ? (uint32_t)1 << PD_DIM : uses;
@@ -203,7 +206,7 @@ pd_status pd_setup_function(pd_ctx *ctx, pd_setup *u, const char *key, pd_expr_f
 pd_status pd_setup_breaks(pd_ctx *ctx, pd_setup *u, const char *key, const double *t, int count)
 {
     pd_expr *expr;
-    PDI_TRY(pdi_setup_expression(ctx, u, key, 0, &expr));
+    PDI_TRY(pdi_setup_find_expr(ctx, u, key, 0, &expr));
     if (!expr->fn || count < 0)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "setup", "%d breaks of '%.40s', expected at least 0, and a function in "
                         "its place", count, key);
@@ -220,7 +223,7 @@ pd_status pd_setup_breaks(pd_ctx *ctx, pd_setup *u, const char *key, const doubl
     return PD_OK;
 }
 
-PDI_FN void pdi_setup_forget(pd_ctx *ctx, pd_setup *setup)
+PDI_FN void pdi_setup_free_measured(pd_ctx *ctx, pd_setup *setup)
 {
     for (int k = 0; k < setup->records; k++) {
         pd_setup_record *r = &setup->record[k];
@@ -232,25 +235,25 @@ PDI_FN void pdi_setup_forget(pd_ctx *ctx, pd_setup *setup)
     setup->records = 0;
 }
 
-PDI_FN int pdi_setup_surfaces(const pd_setup *setup)
+PDI_FN int pdi_setup_has_surface_area(const pd_setup *setup)
 {
     int asked = setup->has_dissolve || setup->has_grains || setup->has_potential;
     for (int k = 0; k < setup->monitors; k++) asked = asked || setup->monitor[k].kind == PD_MONITOR_TRANSFER;
     return asked;
 }
 
-PDI_FN int pdi_setup_layers(const pd_setup *setup)
+PDI_FN int pdi_setup_count_ghost_layers(const pd_setup *setup)
 {
-    return (int)ceil((pdi_setup_surfaces(setup) ? pdi_max(setup->m, setup->metal_m) : setup->m) + 0.5) - 1;
+    return (int)ceil((pdi_setup_has_surface_area(setup) ? pdi_max(setup->m, setup->metal_m) : setup->m) + 0.5) - 1;
 }
 
-PDI_FN int pdi_setup_bonds(const pd_setup *setup)
+PDI_FN int pdi_setup_get_bond_options(const pd_setup *setup)
 {
     if (setup->has_flow) return 0;
     return setup->has_gas ? PD_BONDS_AT_REST : PD_BONDS_AT_REST | PD_BONDS_LEAN;
 }
 
-PDI_FN void pdi_setup_reactive(const pd_setup *u, pd_reactive_desc *desc)
+PDI_FN void pdi_setup_get_reactive_desc(const pd_setup *u, pd_reactive_desc *desc)
 {
     const pd_electrolyte *e = &u->electrolyte;
     memset(desc, 0, sizeof *desc);
@@ -267,30 +270,30 @@ PDI_FN void pdi_setup_reactive(const pd_setup *u, pd_reactive_desc *desc)
     desc->migration = u->migrates;
 }
 
-PDI_FN int pdi_setup_field_species(const pd_setup *setup, int64_t field)
+PDI_FN int pdi_setup_field_species_index(const pd_setup *setup, int64_t field)
 {
     int64_t place = field - PD_FIELD_SPECIES;
     return place >= 0 && place < PD_SPECIES_MOST && place < setup->electrolyte.count ? (int)place : -1;
 }
 
-PDI_FN int pdi_setup_field_state(const pd_setup *setup, int64_t field)
+PDI_FN int pdi_setup_field_state_index(const pd_setup *setup, int64_t field)
 {
     int64_t place = field - PD_FIELD_SPECIES - setup->electrolyte.count;
     return field >= PD_FIELD_SPECIES && place >= 0 && place < setup->states ? (int)place : -1;
 }
 
-PDI_FN int pdi_setup_field_body(pd_field field) { return field >= PD_FIELD_U && field <= PD_FIELD_ZX; }
+PDI_FN int pdi_setup_is_mechanics_field(pd_field field) { return field >= PD_FIELD_U && field <= PD_FIELD_ZX; }
 
-PDI_FN int pdi_setup_field_stress(pd_field field) { return field >= PD_FIELD_XX && field <= PD_FIELD_ZX; }
+PDI_FN int pdi_setup_is_stress_field(pd_field field) { return field >= PD_FIELD_XX && field <= PD_FIELD_ZX; }
 
 PDI_FN const char *pdi_setup_field_name(const pd_setup *setup, pd_field field)
 {
-    int species = pdi_setup_field_species(setup, field), state = pdi_setup_field_state(setup, field);
+    int species = pdi_setup_field_species_index(setup, field), state = pdi_setup_field_state_index(setup, field);
     if (field >= PD_FIELD_SPECIES && species < 0) return state < 0 ? "" : setup->state[state].name;
-    return species < 0 ? pdi_setup_fields[field] : setup->electrolyte.species[species].name;
+    return species < 0 ? pdi_setup_field_names[field] : setup->electrolyte.species[species].name;
 }
 
-PDI_FN int pdi_setup_field_find(const pd_setup *setup, const char *name)
+PDI_FN int pdi_setup_find_field(const pd_setup *setup, const char *name)
 {
     int field = 0;
     while (field < PD_FIELD_COUNT && (!name[0] || strcmp(pdi_setup_field_name(setup, (pd_field)field), name) != 0))
@@ -299,19 +302,42 @@ PDI_FN int pdi_setup_field_find(const pd_setup *setup, const char *name)
 }
 
 /* Names of fields with units, in the order of pd_field, up to the species. */
-static const char *const pdi_setup_labels[] = {"C [mol/m3]", "v [m/s]",  "p [Pa]",     "kind",           "grain",
-                                               "phase",      "D [m2/s]", "rate [m/s]", "density [kg/m3]", "damage",
-                                               "energy [J/m3]", "u [m]", "mises [Pa]", "sigma_h [Pa]",
-                                               "eps_p", "broken", "strain_energy [J/m3]", "sigma_xx [Pa]",
-                                               "sigma_yy [Pa]", "sigma_zz [Pa]", "sigma_xy [Pa]", "sigma_yz [Pa]",
-                                               "sigma_zx [Pa]", "phi [V]", "j [A/m2]", "i [A/m2]", "pH",
-                                               "potential [V]", "film", "SI"};
+static const char *const pdi_setup_field_labels[] = {"C [mol/m3]",
+                                                     "v [m/s]",
+                                                     "p [Pa]",
+                                                     "kind",
+                                                     "grain",
+                                                     "phase",
+                                                     "D [m2/s]",
+                                                     "rate [m/s]",
+                                                     "density [kg/m3]",
+                                                     "damage",
+                                                     "energy [J/m3]",
+                                                     "u [m]",
+                                                     "mises [Pa]",
+                                                     "sigma_h [Pa]",
+                                                     "eps_p",
+                                                     "broken",
+                                                     "strain_energy [J/m3]",
+                                                     "sigma_xx [Pa]",
+                                                     "sigma_yy [Pa]",
+                                                     "sigma_zz [Pa]",
+                                                     "sigma_xy [Pa]",
+                                                     "sigma_yz [Pa]",
+                                                     "sigma_zx [Pa]",
+                                                     "phi [V]",
+                                                     "j [A/m2]",
+                                                     "i [A/m2]",
+                                                     "pH",
+                                                     "potential [V]",
+                                                     "film",
+                                                     "SI"};
 
 PDI_FN const char *pdi_setup_field_label(const pd_setup *setup, pd_field field)
 {
-    int species = pdi_setup_field_species(setup, field), state = pdi_setup_field_state(setup, field);
+    int species = pdi_setup_field_species_index(setup, field), state = pdi_setup_field_state_index(setup, field);
     if (field >= PD_FIELD_SPECIES && species < 0) return state < 0 ? "" : setup->state[state].label;
-    return species < 0 ? pdi_setup_labels[field] : setup->species_label[species];
+    return species < 0 ? pdi_setup_field_labels[field] : setup->species_label[species];
 }
 
 PDI_FN void pdi_setup_field_unit(const pd_setup *setup, pd_field field, char *unit)
@@ -320,30 +346,31 @@ PDI_FN void pdi_setup_field_unit(const pd_setup *setup, pd_field field, char *un
     snprintf(unit, PD_UNITS_TEXT, "%.*s", from ? (int)strcspn(from + 1, "]") : 0, from ? from + 1 : "");
 }
 
-PDI_FN int pdi_setup_field_numbered(pd_field field)
+PDI_FN int pdi_setup_is_categorical_field(pd_field field)
 {
     return field == PD_FIELD_KIND || field == PD_FIELD_GRAIN || field == PD_FIELD_PHASE;
 }
 
-PDI_FN int pdi_setup_field_metal(pd_field field)
+PDI_FN int pdi_setup_is_metal_field(pd_field field)
 {
     return field == PD_FIELD_GRAIN || field == PD_FIELD_PHASE || field == PD_FIELD_DENSITY ||
-           field == PD_FIELD_DAMAGE || pdi_setup_field_body(field);
+           field == PD_FIELD_DAMAGE || pdi_setup_is_mechanics_field(field);
 }
 
 /* 1: the material has a stress tensor: solid mechanics that is not bond-based. */
-static int pdi_setup_stressed(const pd_setup *setup)
+static int pdi_setup_has_stress(const pd_setup *setup)
 {
     return setup->has_solid && setup->metal_body.material != PD_STRUCTURE_SPRINGS;
 }
 
 /* What the setup lacks for a field of chemistry (pH, species, diffusion potential, minerals); NULL: the field
  * exists. */
-static const char *pdi_setup_dissolved_needs(const pd_setup *setup, pd_field field)
+static const char *pdi_setup_chemistry_field_lacks(const pd_setup *setup, pd_field field)
 {
     const pd_electrolyte *e = &setup->electrolyte;
-    int species = field == PD_FIELD_PH ? pdi_electrolyte_find(e, "H+") : pdi_setup_field_species(setup, field);
-    if (pdi_setup_field_state(setup, field) >= 0) return NULL;
+    int species =
+        field == PD_FIELD_PH ? pdi_electrolyte_find_species(e, "H+") : pdi_setup_field_species_index(setup, field);
+    if (pdi_setup_field_state_index(setup, field) >= 0) return NULL;
     if (!setup->has_chemistry) return "a [chemistry] section";
     if (field == PD_FIELD_POTENTIAL) return setup->migrates ? NULL : "[chemistry] migration = yes";
     if (field == PD_FIELD_FILM || field == PD_FIELD_SI) return setup->minerals ? NULL : "a [mineral ...] section";
@@ -351,9 +378,9 @@ static const char *pdi_setup_dissolved_needs(const pd_setup *setup, pd_field fie
     return field == PD_FIELD_PH ? "the species H+" : "a solute";
 }
 
-PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field)
+PDI_FN const char *pdi_setup_field_lacks(const pd_setup *setup, pd_field field)
 {
-    if (field >= PD_FIELD_PH) return pdi_setup_dissolved_needs(setup, field);
+    if (field >= PD_FIELD_PH) return pdi_setup_chemistry_field_lacks(setup, field);
     switch (field) {
     case PD_FIELD_V:
     case PD_FIELD_P: return setup->has_flow || setup->has_gas ? NULL : "a [flow] or [gas] section";
@@ -361,22 +388,21 @@ PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field)
     case PD_FIELD_STORED:
     case PD_FIELD_BROKEN: return setup->has_solid ? NULL : "a [solid] section";
     case PD_FIELD_MISES:
-    case PD_FIELD_PRESSURE:
-        return pdi_setup_stressed(setup) ? NULL : "a [solid] section whose bonds are no springs";
+    case PD_FIELD_PRESSURE: return pdi_setup_has_stress(setup) ? NULL : "a [solid] section whose bonds are no springs";
     case PD_FIELD_SLIP:
         return setup->has_solid && setup->metal_body.yield > 0.0 ? NULL : "a [solid] section with a yield stress";
     case PD_FIELD_ENERGY: return setup->has_gas ? NULL : "a [gas] section";
-    case PD_FIELD_XX: return pdi_setup_stressed(setup) ? NULL : "a [solid] section whose bonds are no springs";
+    case PD_FIELD_XX: return pdi_setup_has_stress(setup) ? NULL : "a [solid] section whose bonds are no springs";
     case PD_FIELD_YY:
     case PD_FIELD_ZZ:
     case PD_FIELD_XY:
-        if (PD_DIM > 1 && pdi_setup_stressed(setup)) return NULL;
+        if (PD_DIM > 1 && pdi_setup_has_stress(setup)) return NULL;
         return "two dimensions and a [solid] section whose bonds are no springs";
     case PD_FIELD_YZ:
     case PD_FIELD_ZX:
-        return PD_DIM > 2 && pdi_setup_stressed(setup) ? NULL
-                                                       : "three dimensions and a [solid] section whose bonds are no "
-                                                         "springs";
+        return PD_DIM > 2 && pdi_setup_has_stress(setup) ? NULL
+                                                         : "three dimensions and a [solid] section whose bonds are no "
+                                                           "springs";
     case PD_FIELD_C:
     case PD_FIELD_D: return setup->has_transport ? NULL : "a [transport] or [corrode] section";
     case PD_FIELD_RATE: return setup->has_dissolve ? NULL : "a [dissolve] or [corrode] section";
@@ -402,42 +428,42 @@ PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field)
     return NULL;
 }
 
-PDI_FN const char *pdi_setup_monitor_name(pd_monitor_kind kind)
+PDI_FN const char *pdi_setup_monitor_section_name(pd_monitor_kind kind)
 {
     static const char *const names[] = {"line", "plane", "force", "transfer", "total", "grip", "solid", "cut",
                                         "electrode", "surface"};
     return names[kind];
 }
 
-PDI_FN const char *pdi_setup_side_name(int side) { return pdi_setup_sides[side]; }
+PDI_FN const char *pdi_setup_side_name(int side) { return pdi_setup_side_names[side]; }
 
-PDI_FN int pdi_setup_cells(const pd_setup *setup, int axis)
+PDI_FN int pdi_setup_count_cells(const pd_setup *setup, int axis)
 {
     return (int)floor((setup->hi[axis] - setup->lo[axis]) / setup->h[axis] + 0.5);
 }
 
-PDI_FN const pd_expr_symbol *pdi_setup_position(void) { return pdi_setup_axes; }
+PDI_FN const pd_expr_symbol *pdi_setup_get_position_symbols(void) { return pdi_setup_position_symbols; }
 
-PDI_FN const pd_expr_symbol *pdi_setup_law(void) { return pdi_setup_symbols; }
+PDI_FN const pd_expr_symbol *pdi_setup_get_rate_symbols(void) { return pdi_setup_rate_symbols; }
 
-PDI_FN const pd_expr_symbol *pdi_setup_pace(void) { return pdi_setup_stresses; }
+PDI_FN const pd_expr_symbol *pdi_setup_get_stress_symbols(void) { return pdi_setup_stress_symbols; }
 
-PDI_FN double pdi_setup_speed(const pd_setup_metal *metal)
+PDI_FN double pdi_setup_compute_rate_at_zero(const pd_setup_metal *metal)
 {
     double vars[PD_EXPR_VARS];
     memset(vars, 0, sizeof vars);
     return metal->rate_scale * pdi_expr_eval(&metal->rate, vars);
 }
 
-PDI_FN double pdi_setup_eval(const pd_expr *expr, const double *x, double t)
+PDI_FN double pdi_setup_eval_expr(const pd_expr *expr, const double *x, double t)
 {
-    double vars[PDI_SETUP_PLACE];
+    double vars[PDI_SETUP_POSITION_VARS];
     memcpy(vars, x, PD_DIM * sizeof *x);
     vars[PD_DIM] = t;
     return pdi_expr_eval(expr, vars);
 }
 
-PDI_FN pd_status pdi_setup_shape(pd_ctx *ctx, pd_setup *setup, const pd_shape *shape, int *index)
+PDI_FN pd_status pdi_setup_add_shape(pd_ctx *ctx, pd_setup *setup, const pd_shape *shape, int *index)
 {
     if (setup->shapes >= PD_SHAPE_MAX)
         return pdi_fail(ctx, PD_ERR_SIZE, "setup", "more than %d shapes and set operations", PD_SHAPE_MAX);
@@ -446,7 +472,7 @@ PDI_FN pd_status pdi_setup_shape(pd_ctx *ctx, pd_setup *setup, const pd_shape *s
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_setup_join(pd_ctx *ctx, pd_setup *setup, int index, int *whole)
+PDI_FN pd_status pdi_setup_add_union(pd_ctx *ctx, pd_setup *setup, int index, int *whole)
 {
     pd_shape both;
     if (*whole < 0) {
@@ -458,35 +484,37 @@ PDI_FN pd_status pdi_setup_join(pd_ctx *ctx, pd_setup *setup, int index, int *wh
     both.children = 2;
     both.child[0] = *whole;
     both.child[1] = index;
-    return pdi_setup_shape(ctx, setup, &both, whole);
+    return pdi_setup_add_shape(ctx, setup, &both, whole);
 }
 
-PDI_FN pd_status pdi_setup_outside(pd_ctx *ctx, pd_setup *setup, int *index)
+PDI_FN pd_status pdi_setup_add_complement(pd_ctx *ctx, pd_setup *setup, int *index)
 {
     pd_shape outside;
     memset(&outside, 0, sizeof outside);
     outside.type = PD_SHAPE_COMPLEMENT;
     outside.children = 1;
     outside.child[0] = *index;
-    return pdi_setup_shape(ctx, setup, &outside, index);
+    return pdi_setup_add_shape(ctx, setup, &outside, index);
 }
 
-PDI_FN pd_status pdi_setup_folder(pd_ctx *ctx, pd_text *text, int section, const char *key, pd_setup *setup)
+PDI_FN pd_status pdi_setup_read_folder(pd_ctx *ctx, pd_text *text, int section, const char *key, pd_setup *setup)
 {
     const char *folder;
     char own[PD_SETUP_NAME + 16];
     snprintf(own, sizeof own, "output/%s", setup->name); /* a folder holds one run */
-    PDI_TRY(pdi_text_string(ctx, text, section, key, pdi_file_below(own) ? own : "output", &folder));
+    PDI_TRY(pdi_text_get_string(ctx, text, section, key, pdi_file_is_subpath(own) ? own : "output", &folder));
     if (strlen(folder) >= PD_PATH_SIZE - PD_SETUP_NAME)
-        return pdi_text_refuse(ctx, text, section, key, "the path is too long");
-    if (!pdi_file_below(folder))
-        return pdi_text_refuse(ctx, text, section, key, "found '%.200s', expected a folder below the current one,"
-                               " without '..': only who starts the run may choose another", folder);
+        return pdi_text_fail_key(ctx, text, section, key, "the path is too long");
+    if (!pdi_file_is_subpath(folder))
+        return pdi_text_fail_key(ctx, text, section, key,
+                                 "found '%.200s', expected a folder below the current one,"
+                                 " without '..': only who starts the run may choose another",
+                                 folder);
     memcpy(setup->folder, folder, strlen(folder) + 1);
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_setup_mask(pd_ctx *ctx, pd_setup *setup, size_t size, uint8_t **mask)
+PDI_FN pd_status pdi_setup_add_mask(pd_ctx *ctx, pd_setup *setup, size_t size, uint8_t **mask)
 {
     int k = setup->masks;
     if (k >= PD_SETUP_MASKS) return pdi_fail(ctx, PD_ERR_SIZE, "setup", "more than %d masks", PD_SETUP_MASKS);
@@ -497,7 +525,7 @@ PDI_FN pd_status pdi_setup_mask(pd_ctx *ctx, pd_setup *setup, size_t size, uint8
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_setup_surface(pd_ctx *ctx, pd_setup *setup, pd_facets **surface)
+PDI_FN pd_status pdi_setup_add_facets(pd_ctx *ctx, pd_setup *setup, pd_facets **surface)
 {
     int k = setup->surfaces;
     if (k >= PD_SETUP_SURFACES)
@@ -508,7 +536,7 @@ PDI_FN pd_status pdi_setup_surface(pd_ctx *ctx, pd_setup *setup, pd_facets **sur
     return PD_OK;
 }
 
-PDI_FN void pdi_setup_note(pd_setup *setup, const char *format, ...)
+PDI_FN void pdi_setup_add_note(pd_setup *setup, const char *format, ...)
 {
     va_list args;
     if (setup->notes >= PD_SETUP_NOTES) return;
@@ -517,14 +545,14 @@ PDI_FN void pdi_setup_note(pd_setup *setup, const char *format, ...)
     va_end(args);
 }
 
-PDI_FN void pdi_setup_show(double value, const char *unit, char *text)
+PDI_FN void pdi_setup_format_value(double value, const char *unit, char *text)
 {
     pd_ctx quiet;
     pd_dims dims;
     pd_ctx_init(&quiet);
     memset(&dims, 0, sizeof dims);
     pd_units_parse(&quiet, unit, NULL, &dims);
-    pdi_units_format(value, &dims, text);
+    pdi_units_format_value(value, &dims, text);
 }
 
 PDI_FN void pdi_setup_split_path(const char *path, char *name, char *folder)

@@ -10,7 +10,7 @@
 #include "metal/dissolve.h"
 #include "metal/metal.h"
 #include "flow/gas.h"
-#include "couple/structure.h"
+#include "couple/solid_coupling.h"
 #include "chemistry/electrolyte.h"
 #include "potential/electrode.h"
 #include "react/coat.h"
@@ -127,7 +127,7 @@ typedef struct pd_setup_wall {
 typedef enum pd_motion {
     PD_MOTION_STEADY = 0,
     PD_MOTION_IMPLICIT, /* incompressible, implicit.h */
-    PD_MOTION_EXPLICIT, /* weakly compressible, unsteady.h */
+    PD_MOTION_EXPLICIT, /* weakly compressible, weakly_compressible.h */
     PD_MOTION_GIVEN     /* prescribed once and for all */
 } pd_motion;
 
@@ -508,105 +508,109 @@ PDI_FN const char *pdi_setup_field_label(const pd_setup *setup, pd_field field);
 /* Unit of a field into unit[PD_UNITS_TEXT]: "mol/m3"; "": dimensionless. */
 PDI_FN void pdi_setup_field_unit(const pd_setup *setup, pd_field field, char *unit);
 /* Search a field by name. Returns its pd_field, or PD_FIELD_COUNT if there is none. */
-PDI_FN int pdi_setup_field_find(const pd_setup *setup, const char *name);
+PDI_FN int pdi_setup_find_field(const pd_setup *setup, const char *name);
 /* Fill the description of the reactive species solver (species, reactions, minerals, activity model, time order) from
  * the setup. Concentrations and arena are left to the caller. */
-PDI_FN void pdi_setup_reactive(const pd_setup *setup, pd_reactive_desc *desc);
+PDI_FN void pdi_setup_get_reactive_desc(const pd_setup *setup, pd_reactive_desc *desc);
 /* Index in the electrolyte of the species whose concentration the field is; -1: it is no species. */
-PDI_FN int pdi_setup_field_species(const pd_setup *setup, int64_t field);
+PDI_FN int pdi_setup_field_species_index(const pd_setup *setup, int64_t field);
 /* Index of the surface state that the field is; -1: it is none. */
-PDI_FN int pdi_setup_field_state(const pd_setup *setup, int64_t field);
+PDI_FN int pdi_setup_field_state_index(const pd_setup *setup, int64_t field);
 /* 1: a field of solid mechanics: displacement, stress, plastic strain, broken bonds, strain energy. */
-PDI_FN int pdi_setup_field_body(pd_field field);
+PDI_FN int pdi_setup_is_mechanics_field(pd_field field);
 /* 1: a component of the stress tensor. */
-PDI_FN int pdi_setup_field_stress(pd_field field);
+PDI_FN int pdi_setup_is_stress_field(pd_field field);
 /* Bit of a field in a pd_fields set. */
 static inline pd_fields pdi_setup_field_bit(int64_t field) { return (pd_fields)1 << field; }
 /* 1: a categorical field, whose values are integer labels (kind, grain, phase): not to be interpolated. */
-PDI_FN int pdi_setup_field_numbered(pd_field field);
+PDI_FN int pdi_setup_is_categorical_field(pd_field field);
 /* 1: the field has values in the metal. */
-PDI_FN int pdi_setup_field_metal(pd_field field);
+PDI_FN int pdi_setup_is_metal_field(pd_field field);
 /* Name of the scene section of a kind of monitor: "line", "plane", ... */
-PDI_FN const char *pdi_setup_monitor_name(pd_monitor_kind kind);
+PDI_FN const char *pdi_setup_monitor_section_name(pd_monitor_kind kind);
 /* What the setup lacks for this field, as text for a message: "a [flow] or [gas] section"; NULL: the field exists. */
-PDI_FN const char *pdi_setup_field_needs(const pd_setup *setup, pd_field field);
+PDI_FN const char *pdi_setup_field_lacks(const pd_setup *setup, pd_field field);
 /* Name of a side of the box: "x-", "x+", "y-", ... */
 PDI_FN const char *pdi_setup_side_name(int side);
 /* 1: some physics needs surface areas: dissolution, grain boundaries, electrodes, mass transfer from walls. */
-PDI_FN int pdi_setup_surfaces(const pd_setup *setup);
+PDI_FN int pdi_setup_has_surface_area(const pd_setup *setup);
 /* Number of ghost layers of the lattice: largest n with |n| < m + 1/2 of any horizon in use. */
-PDI_FN int pdi_setup_layers(const pd_setup *setup);
+PDI_FN int pdi_setup_count_ghost_layers(const pd_setup *setup);
 /* Options (pd_bonds_options) for building the bonds of the lattice: fluid at rest, less memory. */
-PDI_FN int pdi_setup_bonds(const pd_setup *setup);
+PDI_FN int pdi_setup_get_bond_options(const pd_setup *setup);
 /* Number of cells of the box along an axis. */
-PDI_FN int pdi_setup_cells(const pd_setup *setup, int axis);
-#define PDI_SETUP_PLACE (PD_DIM + 1)
-/* Symbol table of expressions in space and time: x, y, z (PD_DIM of them), then t; PDI_SETUP_PLACE entries. */
-PDI_FN const pd_expr_symbol *pdi_setup_position(void);
-#define PDI_SETUP_GRAIN (PD_DIM + 2)   /* index of the variable grain of a rate law */
-#define PDI_SETUP_CURRENT (PD_DIM + 3) /* index of i, current density of the electrode */
-#define PDI_SETUP_SURFACE (PD_DIM + 4) /* index of E, potential of the electrode */
-#define PDI_SETUP_LAW (PD_DIM + 5)     /* number of these variables */
+PDI_FN int pdi_setup_count_cells(const pd_setup *setup, int axis);
+#define PDI_SETUP_POSITION_VARS (PD_DIM + 1)
+/* Symbol table of expressions in space and time: x, y, z (PD_DIM of them), then t; PDI_SETUP_POSITION_VARS entries. */
+PDI_FN const pd_expr_symbol *pdi_setup_get_position_symbols(void);
+#define PDI_SETUP_RATE_GRAIN (PD_DIM + 2)     /* index of the variable grain of a rate law */
+#define PDI_SETUP_RATE_CURRENT (PD_DIM + 3)   /* index of i, current density of the electrode */
+#define PDI_SETUP_RATE_POTENTIAL (PD_DIM + 4) /* index of E, potential of the electrode */
+#define PDI_SETUP_RATE_VARS (PD_DIM + 5)      /* number of these variables */
 /* Symbol table of dissolution rate laws: C, t, x, y, z, grain as in pd_rate_at, then current density i and potential E
- * of electrodes; PDI_SETUP_LAW entries. */
-PDI_FN const pd_expr_symbol *pdi_setup_law(void);
+ * of electrodes; PDI_SETUP_RATE_VARS entries. */
+PDI_FN const pd_expr_symbol *pdi_setup_get_rate_symbols(void);
 /* Index of the variable pH of a rate law; behind it follow the species that the law names, then surface states. */
-#define PDI_SETUP_PH PDI_SETUP_LAW
+#define PDI_SETUP_RATE_PH PDI_SETUP_RATE_VARS
 /* 1: the rate law of the metal depends on pH, species, surface states, or on E with migrating ions. */
-static inline int pdi_setup_chemical(const pd_setup_metal *metal)
+static inline int pdi_setup_has_species_rate(const pd_setup_metal *metal)
 {
-    return metal->rate.uses >> PDI_SETUP_PH != 0 ||
-           (metal->polarised && (metal->rate.uses >> PDI_SETUP_SURFACE & 1u) != 0);
+    return metal->rate.uses >> PDI_SETUP_RATE_PH != 0 ||
+           (metal->polarised && (metal->rate.uses >> PDI_SETUP_RATE_POTENTIAL & 1u) != 0);
 }
 /* Index of the first metal whose rate law depends on species or, with migrating ions, on E; -1: none does. */
-static inline int pdi_setup_attacked(const pd_setup *setup)
+static inline int pdi_setup_find_species_rate_metal(const pd_setup *setup)
 {
     for (int k = 0; k < setup->metals && setup->has_dissolve; k++)
-        if (pdi_setup_chemical(&setup->metal[k])) return k;
+        if (pdi_setup_has_species_rate(&setup->metal[k])) return k;
     return -1;
 }
 /* Number of metals that the species solver distinguishes: all of them when several have such a rate law, else 1. */
-static inline int pdi_setup_apart(const pd_setup *setup)
+static inline int pdi_setup_count_species_rate_metals(const pd_setup *setup)
 {
     int count = 0;
-    for (int k = 0; k < setup->metals && setup->has_dissolve; k++) count += pdi_setup_chemical(&setup->metal[k]);
+    for (int k = 0; k < setup->metals && setup->has_dissolve; k++)
+        count += pdi_setup_has_species_rate(&setup->metal[k]);
     return count > 1 ? setup->metals : 1;
 }
 /* 1: electrodes in an electrolyte whose ions migrate. */
-static inline int pdi_setup_polarises(const pd_setup *setup) { return setup->migrates && setup->has_potential; }
-/* 1: the rate law depends on i or E of the electric potential solver. */
-static inline int pdi_setup_electric(const pd_setup_metal *metal)
+static inline int pdi_setup_has_ion_electrodes(const pd_setup *setup)
 {
-    return !metal->polarised && (metal->rate.uses >> PDI_SETUP_CURRENT & 3u) != 0;
+    return setup->migrates && setup->has_potential;
 }
-#define PDI_SETUP_PACE (PD_DIM + 4)
-/* Symbol table of the stress factor of the dissolution rate: sigma_h, mises, eps_p, x, y, z, t; PDI_SETUP_PACE
+/* 1: the rate law depends on i or E of the electric potential solver. */
+static inline int pdi_setup_has_electric_rate(const pd_setup_metal *metal)
+{
+    return !metal->polarised && (metal->rate.uses >> PDI_SETUP_RATE_CURRENT & 3u) != 0;
+}
+#define PDI_SETUP_STRESS_VARS (PD_DIM + 4)
+/* Symbol table of the stress factor of the dissolution rate: sigma_h, mises, eps_p, x, y, z, t; PDI_SETUP_STRESS_VARS
  * entries. */
-PDI_FN const pd_expr_symbol *pdi_setup_pace(void);
+PDI_FN const pd_expr_symbol *pdi_setup_get_stress_symbols(void);
 /* Recession speed [m/s] of the rate law where all its variables are 0: C = 0, t = 0, x = 0. */
-PDI_FN double pdi_setup_speed(const pd_setup_metal *metal);
+PDI_FN double pdi_setup_compute_rate_at_zero(const pd_setup_metal *metal);
 /* Value of an expression in x, y, z, t at the point x[PD_DIM] [m] and time t [s]. */
-PDI_FN double pdi_setup_eval(const pd_expr *expr, const double *x, double t);
+PDI_FN double pdi_setup_eval_expr(const pd_expr *expr, const double *x, double t);
 /* 1: an expression in x, y, z, t depends on t. */
-static inline int pdi_setup_timed(const pd_expr *expr) { return (int)(expr->uses >> PD_DIM & 1u); }
+static inline int pdi_setup_is_time_dependent(const pd_expr *expr) { return (int)(expr->uses >> PD_DIM & 1u); }
 /* Append a shape to the geometry tree; *index: its position. PD_ERR_SIZE: too many shapes. */
-PDI_FN pd_status pdi_setup_shape(pd_ctx *ctx, pd_setup *setup, const pd_shape *shape, int *index);
+PDI_FN pd_status pdi_setup_add_shape(pd_ctx *ctx, pd_setup *setup, const pd_shape *shape, int *index);
 /* Append the union of the shapes `index` and *whole and put its index into *whole. *whole = -1: it becomes `index`. */
-PDI_FN pd_status pdi_setup_join(pd_ctx *ctx, pd_setup *setup, int index, int *whole);
+PDI_FN pd_status pdi_setup_add_union(pd_ctx *ctx, pd_setup *setup, int index, int *whole);
 /* Append the complement of the shape *index and put its index into *index. */
-PDI_FN pd_status pdi_setup_outside(pd_ctx *ctx, pd_setup *setup, int *index);
+PDI_FN pd_status pdi_setup_add_complement(pd_ctx *ctx, pd_setup *setup, int *index);
 /* Read the output folder from a key; it must lie below the current folder. PD_ERR_ARGUMENT with file:line. */
-PDI_FN pd_status pdi_setup_folder(pd_ctx *ctx, pd_text *text, int section, const char *key, pd_setup *setup);
+PDI_FN pd_status pdi_setup_read_folder(pd_ctx *ctx, pd_text *text, int section, const char *key, pd_setup *setup);
 /* Free the experimental data of all [measured] sections. */
-PDI_FN void pdi_setup_forget(pd_ctx *ctx, pd_setup *setup);
+PDI_FN void pdi_setup_free_measured(pd_ctx *ctx, pd_setup *setup);
 /* Allocate an empty triangle surface, owned by the setup. PD_ERR_SIZE: too many. */
-PDI_FN pd_status pdi_setup_surface(pd_ctx *ctx, pd_setup *setup, pd_facets **surface);
+PDI_FN pd_status pdi_setup_add_facets(pd_ctx *ctx, pd_setup *setup, pd_facets **surface);
 /* Allocate a voxel mask of `size` bytes, owned by the setup. PD_ERR_SIZE: too many. */
-PDI_FN pd_status pdi_setup_mask(pd_ctx *ctx, pd_setup *setup, size_t size, uint8_t **mask);
+PDI_FN pd_status pdi_setup_add_mask(pd_ctx *ctx, pd_setup *setup, size_t size, uint8_t **mask);
 /* Add a note, printf style, to the printed summary. Notes beyond PD_SETUP_NOTES are dropped. */
-PDI_FN void pdi_setup_note(pd_setup *setup, const char *format, ...) PD_PRINTF_LIKE(2, 3);
+PDI_FN void pdi_setup_add_note(pd_setup *setup, const char *format, ...) PD_PRINTF_LIKE(2, 3);
 /* Print a SI value with a unit of readable size ("80 um") into text[PD_UNITS_TEXT]; `unit` gives the dimension. */
-PDI_FN void pdi_setup_show(double value, const char *unit, char *text);
+PDI_FN void pdi_setup_format_value(double value, const char *unit, char *text);
 /* Split a path: file name without ending into name[PD_SETUP_NAME], and its folder, when `folder` is not NULL, into
  * folder[PD_PATH_SIZE]. */
 PDI_FN void pdi_setup_split_path(const char *path, char *name, char *folder);

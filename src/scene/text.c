@@ -5,23 +5,23 @@
 #include <stdio.h>
 #include <string.h>
 
-#define PDI_TEXT_WHERE 320 /* [byte] of "file:line" */
+#define PDI_TEXT_LOCATION_SIZE 320 /* [byte] of "file:line" */
 
 /* ---- strings and tables ---- */
 
 /* Grow a table by doubling when it has no capacity for one more element. */
-#define PDI_TEXT_ROOM(ctx, table, count, room) \
+#define PDI_TEXT_GROW(ctx, table, count, room) \
     do { \
         if ((count) == (room)) { \
-            int pdi_text_more = (room) > 0 ? 2 * (room) : 16; \
-            PDI_TRY(PDI_GROW(ctx, "text", (room), pdi_text_more, table)); \
-            (room) = pdi_text_more; \
+            int pdi_text_capacity = (room) > 0 ? 2 * (room) : 16; \
+            PDI_TRY(PDI_GROW(ctx, "text", (room), pdi_text_capacity, table)); \
+            (room) = pdi_text_capacity; \
         } \
     } while (0)
 
-PDI_FN pd_status pdi_text_keep(pd_ctx *ctx, pd_text *text, const char *bytes, size_t size, char **copy)
+PDI_FN pd_status pdi_text_copy_string(pd_ctx *ctx, pd_text *text, const char *bytes, size_t size, char **copy)
 {
-    PDI_TEXT_ROOM(ctx, text->block, text->block_count, text->block_room);
+    PDI_TEXT_GROW(ctx, text->block, text->block_count, text->block_room);
     pd_text_block *block = &text->block[text->block_count];
     PDI_TRY(PDI_NEW(ctx, "text", size + 1, block->bytes));
     block->size = size + 1;
@@ -31,44 +31,45 @@ PDI_FN pd_status pdi_text_keep(pd_ctx *ctx, pd_text *text, const char *bytes, si
     return PD_OK;
 }
 
-/* Location for messages into where[PDI_TEXT_WHERE]: "file:12", or "command line" for line 0. */
-static void pdi_text_where(const char *file, int line, char *where)
+/* Location for messages into where[PDI_TEXT_LOCATION_SIZE]: "file:12", or "command line" for line 0. */
+static void pdi_text_format_location(const char *file, int line, char *where)
 {
-    if (line > 0) snprintf(where, PDI_TEXT_WHERE, "%.280s:%d", file, line);
-    else snprintf(where, PDI_TEXT_WHERE, "command line");
+    if (line > 0) snprintf(where, PDI_TEXT_LOCATION_SIZE, "%.280s:%d", file, line);
+    else snprintf(where, PDI_TEXT_LOCATION_SIZE, "command line");
 }
 
-PDI_FN pd_status pdi_text_error(pd_ctx *ctx, const char *file, int line, const char *format, ...)
+PDI_FN pd_status pdi_text_fail_line(pd_ctx *ctx, const char *file, int line, const char *format, ...)
 {
-    char where[PDI_TEXT_WHERE], message[PD_MESSAGE_SIZE];
+    char where[PDI_TEXT_LOCATION_SIZE], message[PD_MESSAGE_SIZE];
     va_list args;
     va_start(args, format);
     vsnprintf(message, sizeof message, format, args);
     va_end(args);
-    pdi_text_where(file, line, where);
+    pdi_text_format_location(file, line, where);
     return pdi_fail(ctx, PD_ERR_PARSE, where, "%s", message);
 }
 
 /* Section header for messages into title[PD_UNITS_TEXT]: "[side x-]", or words for the lines before the first
  * section. */
-static void pdi_text_title(const pd_text *text, int section, char *title)
+static void pdi_text_format_section(const pd_text *text, int section, char *title)
 {
     const pd_section *s = &text->section[section];
     if (section == 0) snprintf(title, PD_UNITS_TEXT, text->flat ? "the file" : "the lines before the first section");
     else snprintf(title, PD_UNITS_TEXT, "[%.40s%s%.40s]", s->name, s->label[0] ? " " : "", s->label);
 }
 
-PDI_FN void pdi_text_list_add(char *list, const char *separator, const char *name)
+PDI_FN void pdi_text_add_to_list(char *list, const char *separator, const char *name)
 {
     size_t used = strlen(list);
-    if (used + strlen(name) + strlen(separator) + 5 > PDI_TEXT_LIST) {
-        if (used > 3 && strcmp(list + used - 3, "...") != 0) snprintf(list + used, PDI_TEXT_LIST - used, " ...");
+    if (used + strlen(name) + strlen(separator) + 5 > PDI_TEXT_LIST_SIZE) {
+        if (used > 3 && strcmp(list + used - 3, "...") != 0) snprintf(list + used, PDI_TEXT_LIST_SIZE - used, " ...");
         return;
     }
-    snprintf(list + used, PDI_TEXT_LIST - used, "%s%s", used > 0 ? separator : "", name);
+    snprintf(list + used, PDI_TEXT_LIST_SIZE - used, "%s%s", used > 0 ? separator : "", name);
 }
 
-PDI_FN pd_status pdi_text_section_at(pd_ctx *ctx, pd_text *text, const char *name, const char *label, int *index)
+PDI_FN pd_status pdi_text_find_or_add_section(pd_ctx *ctx, pd_text *text, const char *name, const char *label,
+                                              int *index)
 {
     int group = text->section_count;
     char *kept_name, *kept_label;
@@ -79,9 +80,9 @@ PDI_FN pd_status pdi_text_section_at(pd_ctx *ctx, pd_text *text, const char *nam
         *index = k;
         return PD_OK;
     }
-    PDI_TEXT_ROOM(ctx, text->section, text->section_count, text->section_room);
-    PDI_TRY(pdi_text_keep(ctx, text, name, strlen(name), &kept_name));
-    PDI_TRY(pdi_text_keep(ctx, text, label, strlen(label), &kept_label));
+    PDI_TEXT_GROW(ctx, text->section, text->section_count, text->section_room);
+    PDI_TRY(pdi_text_copy_string(ctx, text, name, strlen(name), &kept_name));
+    PDI_TRY(pdi_text_copy_string(ctx, text, label, strlen(label), &kept_label));
     pd_section *s = &text->section[text->section_count];
     s->name = kept_name;
     s->label = kept_label;
@@ -91,26 +92,26 @@ PDI_FN pd_status pdi_text_section_at(pd_ctx *ctx, pd_text *text, const char *nam
     return PD_OK;
 }
 
-PDI_FN pd_text_entry *pdi_text_entry_at(const pd_text *text, int section, const char *key)
+PDI_FN pd_text_entry *pdi_text_find_entry(const pd_text *text, int section, const char *key)
 {
     for (int k = 0; k < text->entry_count; k++)
         if (text->entry[k].section == section && strcmp(text->entry[k].key, key) == 0) return &text->entry[k];
     return NULL;
 }
 
-PDI_FN pd_status pdi_text_add(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *value, int line,
-                              int column)
+PDI_FN pd_status pdi_text_add_entry(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *value,
+                                    int line, int column)
 {
-    const pd_text_entry *old = pdi_text_entry_at(text, section, key);
+    const pd_text_entry *old = pdi_text_find_entry(text, section, key);
     char title[PD_UNITS_TEXT];
-    pdi_text_title(text, section, title);
+    pdi_text_format_section(text, section, title);
     if (old)
-        return pdi_text_error(ctx, text->name, line,
-                              "found '%.40s' a second time in %s, first on line %d; expected it once", key, title,
-                              old->line);
+        return pdi_text_fail_line(ctx, text->name, line,
+                                  "found '%.40s' a second time in %s, first on line %d; expected it once", key, title,
+                                  old->line);
     if (text->entry_count >= PD_TEXT_ENTRIES)
-        return pdi_text_error(ctx, text->name, line, "found more than %d pairs, expected fewer", PD_TEXT_ENTRIES);
-    PDI_TEXT_ROOM(ctx, text->entry, text->entry_count, text->entry_room);
+        return pdi_text_fail_line(ctx, text->name, line, "found more than %d pairs, expected fewer", PD_TEXT_ENTRIES);
+    PDI_TEXT_GROW(ctx, text->entry, text->entry_count, text->entry_room);
     pd_text_entry *e = &text->entry[text->entry_count++];
     e->key = key;
     e->value = value;
@@ -124,62 +125,63 @@ PDI_FN pd_status pdi_text_add(pd_ctx *ctx, pd_text *text, int section, const cha
 
 /* ---- reading the file ---- */
 
-PDI_FN size_t pdi_text_skip(const char *t, size_t at)
+PDI_FN size_t pdi_text_skip_blanks(const char *t, size_t at)
 {
-    while (pdi_units_blank(t[at])) at++;
+    while (pdi_units_is_blank(t[at])) at++;
     return at;
 }
 
-PDI_FN pdi_text_word pdi_text_label(const char *section)
+PDI_FN pdi_text_charset pdi_text_get_label_charset(const char *section)
 {
-    const pd_key_section *table = pdi_keys_section(section);
-    return table && strcmp(table->label, "FORMULA") == 0 ? PDI_TEXT_FORMULA : PDI_TEXT_LABEL;
+    const pd_key_section *table = pdi_keys_find_section(section);
+    return table && strcmp(table->label, "FORMULA") == 0 ? PDI_TEXT_CHARSET_FORMULA : PDI_TEXT_CHARSET_LABEL;
 }
 
-PDI_FN size_t pdi_text_name(const char *t, pdi_text_word kind)
+PDI_FN size_t pdi_text_scan_word(const char *t, pdi_text_charset kind)
 {
     size_t n = 0;
     while ((unsigned char)t[n] < 0x80 &&
            ((t[n] >= 'a' && t[n] <= 'z') || (t[n] >= 'A' && t[n] <= 'Z') || t[n] == '_' ||
-            (pdi_units_digit(t[n]) && (n > 0 || kind)) || (kind && (t[n] == '+' || t[n] == '-')) ||
-            (kind == PDI_TEXT_FORMULA && n > 0 && (t[n] == '(' || t[n] == ')' || t[n] == '^' || t[n] == ':'))))
+            (pdi_units_is_digit(t[n]) && (n > 0 || kind)) || (kind && (t[n] == '+' || t[n] == '-')) ||
+            (kind == PDI_TEXT_CHARSET_FORMULA && n > 0 && (t[n] == '(' || t[n] == ')' || t[n] == '^' || t[n] == ':'))))
         n++;
     return n;
 }
 
 /* Length of the key at t if `identifier =` starts there, else 0; *value: offset of the value behind the '='. */
-static size_t pdi_text_pair(const char *t, size_t *value)
+static size_t pdi_text_scan_key(const char *t, size_t *value)
 {
-    size_t n = pdi_text_name(t, PDI_TEXT_KEY), equal = pdi_text_skip(t, n);
+    size_t n = pdi_text_scan_word(t, PDI_TEXT_CHARSET_KEY), equal = pdi_text_skip_blanks(t, n);
     if (n == 0 || t[equal] != '=' || t[equal + 1] == '=') return 0;
     *value = equal + 1;
     return n;
 }
 
-PDI_FN pd_status pdi_text_expected(pd_ctx *ctx, const pd_text *text, int line, const char *t, size_t at,
-                                   const char *expected)
+PDI_FN pd_status pdi_text_fail_expected(pd_ctx *ctx, const pd_text *text, int line, const char *t, size_t at,
+                                        const char *expected)
 {
     char found[PD_UNITS_TEXT];
-    pdi_expr_quote(t + at, found);
-    return pdi_text_error(ctx, text->name, line, "column %d: found %s, expected %s", (int)at + 1, found, expected);
+    pdi_expr_quote_token(t + at, found);
+    return pdi_text_fail_line(ctx, text->name, line, "column %d: found %s, expected %s", (int)at + 1, found, expected);
 }
 
 /* Parse a section line "[name label]" at t[*at]; *section: the section that it opens, *at: index behind the ']'. */
-static pd_status pdi_text_header(pd_ctx *ctx, pd_text *text, char *t, int line, size_t *at, int *section)
+static pd_status pdi_text_parse_section(pd_ctx *ctx, pd_text *text, char *t, int line, size_t *at, int *section)
 {
-    size_t name = pdi_text_skip(t, *at + 1), name_size = pdi_text_name(t + name, PDI_TEXT_KEY);
+    size_t name = pdi_text_skip_blanks(t, *at + 1), name_size = pdi_text_scan_word(t + name, PDI_TEXT_CHARSET_KEY);
     size_t label, label_size, close;
     char kept[PD_TEXT_WORD] = "";
-    if (name_size == 0) return pdi_text_expected(ctx, text, line, t, name, "the name of a section");
-    label = pdi_text_skip(t, name + name_size);
+    if (name_size == 0) return pdi_text_fail_expected(ctx, text, line, t, name, "the name of a section");
+    label = pdi_text_skip_blanks(t, name + name_size);
     if (name_size < sizeof kept) memcpy(kept, t + name, name_size);
-    label_size = label > name + name_size ? pdi_text_name(t + label, pdi_text_label(kept)) : 0;
-    close = pdi_text_skip(t, label + label_size);
-    if (t[close] != ']') return pdi_text_expected(ctx, text, line, t, close, "']' after [name or [name label");
+    label_size = label > name + name_size ? pdi_text_scan_word(t + label, pdi_text_get_label_charset(kept)) : 0;
+    close = pdi_text_skip_blanks(t, label + label_size);
+    if (t[close] != ']') return pdi_text_fail_expected(ctx, text, line, t, close, "']' after [name or [name label");
     if (text->section_count >= PD_TEXT_ENTRIES)
-        return pdi_text_error(ctx, text->name, line, "found more than %d sections, expected fewer", PD_TEXT_ENTRIES);
+        return pdi_text_fail_line(ctx, text->name, line, "found more than %d sections, expected fewer",
+                                  PD_TEXT_ENTRIES);
     t[close] = t[label + label_size] = t[name + name_size] = '\0';
-    PDI_TRY(pdi_text_section_at(ctx, text, t + name, label_size > 0 ? t + label : "", section));
+    PDI_TRY(pdi_text_find_or_add_section(ctx, text, t + name, label_size > 0 ? t + label : "", section));
     if (text->section[*section].line == 0) text->section[*section].line = line;
     text->section[*section].present = 1;
     text->flat = 0;
@@ -189,92 +191,94 @@ static pd_status pdi_text_header(pd_ctx *ctx, pd_text *text, char *t, int line, 
 
 /* Key under which the free text of a section is stored (first key of unit "text"); NULL: the section has no free
  * text. */
-static const char *pdi_text_free_key(const pd_text *text, int section)
+static const char *pdi_text_get_free_text_key(const pd_text *text, int section)
 {
-    const pd_key_section *table = pdi_keys_section(text->section[section].name);
+    const pd_key_section *table = pdi_keys_find_section(text->section[section].name);
     return table && strcmp(table->key[0].unit, "text") == 0 ? table->key[0].keys : NULL;
 }
 
 /* Look up the key of `size` bytes at t in the key table of its section; NULL: the table has no such key. */
-static const pd_key *pdi_text_listed(const pd_text *text, int section, const char *t, size_t size)
+static const pd_key *pdi_text_find_listed_key(const pd_text *text, int section, const char *t, size_t size)
 {
-    const pd_key_section *table = pdi_keys_section(text->section[section].name);
+    const pd_key_section *table = pdi_keys_find_section(text->section[section].name);
     char key[PD_TEXT_WORD];
     if (!table || size >= sizeof key) return NULL;
     memcpy(key, t, size);
     key[size] = '\0';
-    return pdi_keys_find(table, key);
+    return pdi_keys_find_key(table, key);
 }
 
 /* Length of the key at t, 0: none. In a section with free text, and inside such a value (within = 1), only the keys of
  * its table count. */
-static size_t pdi_text_begins(const pd_text *text, int section, const char *t, int within, size_t *value)
+static size_t pdi_text_scan_section_key(const pd_text *text, int section, const char *t, int within, size_t *value)
 {
-    size_t size = pdi_text_pair(t, value);
-    if (size == 0 || size >= PD_TEXT_WORD || !(within || pdi_text_free_key(text, section))) return size;
-    return pdi_text_listed(text, section, t, size) ? size : 0;
+    size_t size = pdi_text_scan_key(t, value);
+    if (size == 0 || size >= PD_TEXT_WORD || !(within || pdi_text_get_free_text_key(text, section))) return size;
+    return pdi_text_find_listed_key(text, section, t, size) ? size : 0;
 }
 
 /* Number of bytes from the '[' at t[at] to the ']' of a species [FORMULA] inside the value that starts at t[start]; 0:
  * no species, since no operator precedes it or its formula is malformed. */
-static size_t pdi_text_species(const char *t, size_t start, size_t at)
+static size_t pdi_text_scan_species(const char *t, size_t start, size_t at)
 {
-    size_t size = pdi_text_name(t + at + 1, PDI_TEXT_FORMULA), before = at;
-    while (before > start && pdi_units_blank(t[before - 1])) before--;
+    size_t size = pdi_text_scan_word(t + at + 1, PDI_TEXT_CHARSET_FORMULA), before = at;
+    while (before > start && pdi_units_is_blank(t[before - 1])) before--;
     if (before > start && !strchr("+-*/^(,<>=", t[before - 1])) return 0;
     return size && t[at + 1 + size] == ']' ? 1 + size : 0;
 }
 
 /* Find *end of the value that starts at t[at]: the next `identifier =` outside parentheses, or the end of the line.
  * PD_ERR_PARSE: unbalanced parentheses or a stray bracket. */
-static pd_status pdi_text_value_end(pd_ctx *ctx, const pd_text *text, int section, const char *t, int line, int within,
-                                    size_t at, size_t *end)
+static pd_status pdi_text_find_value_end(pd_ctx *ctx, const pd_text *text, int section, const char *t, int line,
+                                         int within, size_t at, size_t *end)
 {
     size_t start = at, open = 0, unused;
     int depth = 0;
     for (; t[at] != '\0'; at++) {
         char before = at > start ? t[at - 1] : ' ';
-        int apart = depth == 0 && (pdi_units_blank(before) || before == ',');
-        if (apart && pdi_text_begins(text, section, t + at, within, &unused) > 0) break;
+        int apart = depth == 0 && (pdi_units_is_blank(before) || before == ',');
+        if (apart && pdi_text_scan_section_key(text, section, t + at, within, &unused) > 0) break;
         if (t[at] == '(' && depth++ == 0) open = at;
-        if (t[at] == ')' && --depth < 0) return pdi_text_expected(ctx, text, line, t, at, "'(' before it");
-        size_t species = t[at] == '[' ? pdi_text_species(t, start, at) : 0;
+        if (t[at] == ')' && --depth < 0) return pdi_text_fail_expected(ctx, text, line, t, at, "'(' before it");
+        size_t species = t[at] == '[' ? pdi_text_scan_species(t, start, at) : 0;
         if (species) at += species;
         if (t[at] == '[' || (t[at] == ']' && !species))
-            return pdi_text_expected(ctx, text, line, t, at, "a value (a section starts on a line of its own)");
+            return pdi_text_fail_expected(ctx, text, line, t, at, "a value (a section starts on a line of its own)");
     }
-    if (depth > 0) return pdi_text_expected(ctx, text, line, t, open, "its ')' on the same line");
+    if (depth > 0) return pdi_text_fail_expected(ctx, text, line, t, open, "its ')' on the same line");
     *end = at;
     return PD_OK;
 }
 
 /* Parse one line: comment, section header, pairs. *section: the current section, updated by a header. */
-static pd_status pdi_text_line(pd_ctx *ctx, pd_text *text, char *t, int line, int *section)
+static pd_status pdi_text_parse_line(pd_ctx *ctx, pd_text *text, char *t, int line, int *section)
 {
     char *comment = strchr(t, '#');
     if (comment) *comment = '\0';
-    size_t at = pdi_text_skip(t, 0), value, end;
-    if (t[at] == '[') PDI_TRY(pdi_text_header(ctx, text, t, line, &at, section));
-    at = pdi_text_skip(t, at);
+    size_t at = pdi_text_skip_blanks(t, 0), value, end;
+    if (t[at] == '[') PDI_TRY(pdi_text_parse_section(ctx, text, t, line, &at, section));
+    at = pdi_text_skip_blanks(t, at);
     while (t[at] != '\0') {
-        size_t key = at, size = pdi_text_begins(text, *section, t + at, 0, &value);
-        const char *name = size ? t + key : pdi_text_free_key(text, *section);
+        size_t key = at, size = pdi_text_scan_section_key(text, *section, t + at, 0, &value);
+        const char *name = size ? t + key : pdi_text_get_free_text_key(text, *section);
         if (!name)
-            return pdi_text_expected(ctx, text, line, t, at, key == 0 ? "[section] or key = value" : "key = value");
-        value = size ? pdi_text_skip(t, at + value) : at;
-        const pd_key *listed = size ? pdi_text_listed(text, *section, t + key, size) : NULL;
+            return pdi_text_fail_expected(ctx, text, line, t, at,
+                                          key == 0 ? "[section] or key = value" : "key = value");
+        value = size ? pdi_text_skip_blanks(t, at + value) : at;
+        const pd_key *listed = size ? pdi_text_find_listed_key(text, *section, t + key, size) : NULL;
         int within = listed && strcmp(listed->unit, "text") == 0;
-        PDI_TRY(pdi_text_value_end(ctx, text, *section, t, line, within, value, &at));
-        for (end = at; end > value && (pdi_units_blank(t[end - 1]) || t[end - 1] == ',');) end--;
+        PDI_TRY(pdi_text_find_value_end(ctx, text, *section, t, line, within, value, &at));
+        for (end = at; end > value && (pdi_units_is_blank(t[end - 1]) || t[end - 1] == ',');) end--;
         if (end == value) {
             t[key + size] = '\0';
-            return pdi_text_error(ctx, text->name, line, "column %d: found nothing after '%.40s =', expected a value",
-                                  (int)value + 1, t + key);
+            return pdi_text_fail_line(ctx, text->name, line,
+                                      "column %d: found nothing after '%.40s =', expected a value", (int)value + 1,
+                                      t + key);
         }
         /* A value ends at a separator, so nothing of the next key is overwritten. */
         if (size) t[key + size] = '\0';
         t[end] = '\0';
-        PDI_TRY(pdi_text_add(ctx, text, *section, name, t + value, line, (int)value + 1));
+        PDI_TRY(pdi_text_add_entry(ctx, text, *section, name, t + value, line, (int)value + 1));
     }
     return PD_OK;
 }
@@ -287,7 +291,7 @@ PDI_FN pd_status pdi_text_check_bytes(pd_ctx *ctx, const pd_text *text, const ch
         int end = c == '\r' && (k + 1 == size || t[k + 1] == '\n');
         if (c == '\n') line++;
         else if ((c < 0x20 && c != '\t' && !end) || c == 0x7f)
-            return pdi_text_error(ctx, text->name, line, "found byte 0x%02x, expected text", (unsigned)c);
+            return pdi_text_fail_line(ctx, text->name, line, "found byte 0x%02x, expected text", (unsigned)c);
     }
     return PD_OK;
 }
@@ -301,19 +305,19 @@ static pd_status pdi_text_parse(pd_ctx *ctx, pd_text *text, const char *name, co
         bytes += 3;
         size -= 3;
     }
-    PDI_TRY(pdi_text_keep(ctx, text, name, strlen(name), &kept_name));
+    PDI_TRY(pdi_text_copy_string(ctx, text, name, strlen(name), &kept_name));
     text->name = kept_name;
-    PDI_TRY(pdi_text_section_at(ctx, text, "", "", &section));
+    PDI_TRY(pdi_text_find_or_add_section(ctx, text, "", "", &section));
     if (size > PD_TEXT_SIZE)
         return pdi_fail(ctx, PD_ERR_SIZE, text->name, "found %.0f bytes, expected at most %d", (double)size,
                         PD_TEXT_SIZE);
     PDI_TRY(pdi_text_check_bytes(ctx, text, bytes, size));
-    PDI_TRY(pdi_text_keep(ctx, text, bytes, size, &t));
+    PDI_TRY(pdi_text_copy_string(ctx, text, bytes, size, &t));
     text->flat = 1;
     while (t) {
         char *end = strchr(t, '\n');
         if (end) *end = '\0';
-        PDI_TRY(pdi_text_line(ctx, text, t, ++line, &section));
+        PDI_TRY(pdi_text_parse_line(ctx, text, t, ++line, &section));
         t = end ? end + 1 : NULL;
     }
     text->bare = text->flat;
@@ -333,7 +337,7 @@ PDI_FN pd_status pdi_text_read(pd_ctx *ctx, const char *path, pd_text *text)
     char *data;
     size_t size;
     memset(text, 0, sizeof *text);
-    PDI_TRY(pdi_file_read(ctx, path, PD_TEXT_SIZE, &data, &size));
+    PDI_TRY(pdi_file_read_all(ctx, path, PD_TEXT_SIZE, &data, &size));
     pd_status status = pdi_text_build(ctx, path, data, size, text);
     PDI_DELETE(ctx, size + 1, data);
     return status;
@@ -349,38 +353,39 @@ PDI_FN void pdi_text_free(pd_ctx *ctx, pd_text *text)
     memset(text, 0, sizeof *text);
 }
 
-PDI_FN int pdi_text_flat(const pd_text *text) { return text->flat; }
+PDI_FN int pdi_text_is_flat(const pd_text *text) { return text->flat; }
 
 /* ---- look-up ---- */
 
-PDI_FN int pdi_text_section(pd_ctx *ctx, pd_text *text, const char *name, const char *label)
+PDI_FN int pdi_text_get_section(pd_ctx *ctx, pd_text *text, const char *name, const char *label)
 {
     int index = -1;
-    pd_status status = pdi_text_section_at(ctx, text, name, label ? label : "", &index);
+    pd_status status = pdi_text_find_or_add_section(ctx, text, name, label ? label : "", &index);
     if (status < 0) text->failed = status;
     else text->section[text->section[index].group].asked = 1;
     return index;
 }
 
-PDI_FN int pdi_text_next(pd_ctx *ctx, pd_text *text, const char *name, int after)
+PDI_FN int pdi_text_next_section(pd_ctx *ctx, pd_text *text, const char *name, int after)
 {
-    if (after < 0 && pdi_text_section(ctx, text, name, NULL) < 0) return -1;
+    if (after < 0 && pdi_text_get_section(ctx, text, name, NULL) < 0) return -1;
     for (int k = after + 1; k < text->section_count; k++)
         if (text->section[k].present && strcmp(text->section[k].name, name) == 0) return k;
     return -1;
 }
 
 /* Report the pending out-of-memory error of an earlier call that returned no status. */
-static pd_status pdi_text_lost(pd_ctx *ctx, const pd_text *text)
+static pd_status pdi_text_fail_memory(pd_ctx *ctx, const pd_text *text)
 {
     return pdi_fail(ctx, text->failed, text->name, "memory for its keys could not be allocated");
 }
 
-/* Record that a reader looked up the key, for the suggestions of pdi_text_unused. PD_ERR_ARGUMENT: no such section. */
-static pd_status pdi_text_ask(pd_ctx *ctx, pd_text *text, int section, const char *key)
+/* Record that a reader looked up the key, for the suggestions of pdi_text_check_unused. PD_ERR_ARGUMENT: no such
+ * section. */
+static pd_status pdi_text_mark_asked(pd_ctx *ctx, pd_text *text, int section, const char *key)
 {
     char *copy;
-    if (text->failed) return pdi_text_lost(ctx, text);
+    if (text->failed) return pdi_text_fail_memory(ctx, text);
     if (section < 0 || section >= text->section_count)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "text", "section %d of %d was asked for '%.40s'", section,
                         text->section_count, key);
@@ -388,81 +393,84 @@ static pd_status pdi_text_ask(pd_ctx *ctx, pd_text *text, int section, const cha
     text->section[group].asked = 1;
     for (int k = 0; k < text->asked_count; k++)
         if (text->asked[k].group == group && strcmp(text->asked[k].key, key) == 0) return PD_OK;
-    PDI_TEXT_ROOM(ctx, text->asked, text->asked_count, text->asked_room);
-    PDI_TRY(pdi_text_keep(ctx, text, key, strlen(key), &copy));
+    PDI_TEXT_GROW(ctx, text->asked, text->asked_count, text->asked_room);
+    PDI_TRY(pdi_text_copy_string(ctx, text, key, strlen(key), &copy));
     text->asked[text->asked_count].key = copy;
     text->asked[text->asked_count++].group = group;
     return PD_OK;
 }
 
-PDI_FN int pdi_text_has(pd_ctx *ctx, pd_text *text, int section, const char *key)
+PDI_FN int pdi_text_has_key(pd_ctx *ctx, pd_text *text, int section, const char *key)
 {
     if (section < 0 || section >= text->section_count) return 0;
     if (!key) return text->section[section].present;
-    PD_ASSERT(!text->scene || pdi_keys_agree(text->section[section].name, key, NULL, NULL));
-    pd_status status = pdi_text_ask(ctx, text, section, key);
+    PD_ASSERT(!text->scene || pdi_keys_is_consistent(text->section[section].name, key, NULL, NULL));
+    pd_status status = pdi_text_mark_asked(ctx, text, section, key);
     if (status < 0) text->failed = status;
-    return status == PD_OK && pdi_text_entry_at(text, section, key) != NULL;
+    return status == PD_OK && pdi_text_find_entry(text, section, key) != NULL;
 }
 
 /* A value that was looked up, with its location for messages. */
 typedef struct pdi_text_value {
     const char *value;
     int line, column;
-    char where[PDI_TEXT_WHERE];
+    char location[PDI_TEXT_LOCATION_SIZE];
 } pdi_text_value;
 
 /* Look up a pair, or its default; marks it as read. `what` describes the expected value in the message of a missing
  * key. */
-static pd_status pdi_text_find(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
-                               const char *fallback, const char *what, pdi_text_value *v)
+static pd_status pdi_text_find_value(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
+                                     const char *fallback, const char *what, pdi_text_value *v)
 {
     char title[PD_UNITS_TEXT];
-    PDI_TRY(pdi_text_ask(ctx, text, section, key));
+    PDI_TRY(pdi_text_mark_asked(ctx, text, section, key));
     (void)unit; /* where there are no assertions */
-    PD_ASSERT(!text->scene || pdi_keys_agree(text->section[section].name, key, unit, fallback));
-    pd_text_entry *e = pdi_text_entry_at(text, section, key);
-    pdi_text_title(text, section, title);
+    PD_ASSERT(!text->scene || pdi_keys_is_consistent(text->section[section].name, key, unit, fallback));
+    pd_text_entry *e = pdi_text_find_entry(text, section, key);
+    pdi_text_format_section(text, section, title);
     if (e) {
         e->used = 1;
         v->value = e->value;
         v->line = e->line;
         v->column = e->column;
-        pdi_text_where(e->file, e->line, v->where);
-        if (e->line == 0) snprintf(v->where, sizeof v->where, "command line: %.40s", key);
+        pdi_text_format_location(e->file, e->line, v->location);
+        if (e->line == 0) snprintf(v->location, sizeof v->location, "command line: %.40s", key);
     } else if (fallback) {
         v->value = fallback;
         v->line = v->column = 1;
-        snprintf(v->where, sizeof v->where, "default of '%.40s' in %s", key, title);
+        snprintf(v->location, sizeof v->location, "default of '%.40s' in %s", key, title);
     } else {
         int line = text->section[section].line > 0 ? text->section[section].line : 1;
-        return pdi_text_error(ctx, text->section[section].file, line,
-                              "found no '%.40s' in %s, expected %.40s = %.120s", key, title, key, what);
+        return pdi_text_fail_line(ctx, text->section[section].file, line,
+                                  "found no '%.40s' in %s, expected %.40s = %.120s", key, title, key, what);
     }
     return PD_OK;
 }
 
 /* Report with column what stands at byte `at` of the value, and what was expected. Returns PD_ERR_PARSE. */
-static pd_status pdi_text_wrong(pd_ctx *ctx, const pdi_text_value *v, size_t at, const char *expected)
+static pd_status pdi_text_fail_value(pd_ctx *ctx, const pdi_text_value *v, size_t at, const char *expected)
 {
     char found[PD_UNITS_TEXT];
-    pdi_expr_quote(v->value + at, found);
-    return pdi_fail(ctx, PD_ERR_PARSE, v->where, "column %d: found %s, expected %s", v->column + (int)at, found,
+    pdi_expr_quote_token(v->value + at, found);
+    return pdi_fail(ctx, PD_ERR_PARSE, v->location, "column %d: found %s, expected %s", v->column + (int)at, found,
                     expected);
 }
 
 /* Compile bytes first .. end of the value as an expression of the given dimension in vars[var_count]. */
-static pd_status pdi_text_compile(pd_ctx *ctx, const pd_text *text, const pdi_text_value *v, size_t first, size_t end,
-                                  const char *unit, const pd_expr_symbol *vars, int var_count, pd_expr *expr)
+static pd_status pdi_text_compile_expr(pd_ctx *ctx, const pd_text *text, const pdi_text_value *v, size_t first,
+                                       size_t end, const char *unit, const pd_expr_symbol *vars, int var_count,
+                                       pd_expr *expr)
 {
     char item[PD_EXPR_LENGTH + 1];
     pd_expr_desc desc;
     memset(&desc, 0, sizeof desc);
     memset(expr, 0, sizeof *expr);
     if (end - first > PD_EXPR_LENGTH)
-        return pdi_fail(ctx, PD_ERR_PARSE, v->where, "column %d: found an expression of more than %d characters,"
-                        " expected a shorter one", v->column + (int)first, PD_EXPR_LENGTH);
-    while (first < end && pdi_units_blank(v->value[first])) first++;
+        return pdi_fail(ctx, PD_ERR_PARSE, v->location,
+                        "column %d: found an expression of more than %d characters,"
+                        " expected a shorter one",
+                        v->column + (int)first, PD_EXPR_LENGTH);
+    while (first < end && pdi_units_is_blank(v->value[first])) first++;
     memcpy(item, v->value + first, end - first);
     item[end - first] = '\0';
     desc.text = item;
@@ -474,24 +482,24 @@ static pd_status pdi_text_compile(pd_ctx *ctx, const pd_text *text, const pdi_te
     desc.table_count = text->table_count;
     desc.unit = unit;
     desc.allow_bare = text->bare;
-    desc.where = v->where;
+    desc.where = v->location;
     desc.column = v->column + (int)first;
     return pdi_expr_build(ctx, &desc, expr);
 }
 
 /* Evaluate bytes first .. end of the value as a constant expression; *value in SI. */
-static pd_status pdi_text_constant(pd_ctx *ctx, const pd_text *text, const pdi_text_value *v, size_t first, size_t end,
-                                   const char *unit, double *value)
+static pd_status pdi_text_eval_constant(pd_ctx *ctx, const pd_text *text, const pdi_text_value *v, size_t first,
+                                        size_t end, const char *unit, double *value)
 {
     pd_expr expr;
-    PDI_TRY(pdi_text_compile(ctx, text, v, first, end, unit, NULL, 0, &expr));
+    PDI_TRY(pdi_text_compile_expr(ctx, text, v, first, end, unit, NULL, 0, &expr));
     *value = pdi_expr_eval(&expr, NULL);
     pdi_expr_free(ctx, &expr);
     return PD_OK;
 }
 
 /* End of the list item that starts at value[first]: index of a comma outside parentheses, or of the end. */
-static size_t pdi_text_item(const char *value, size_t first)
+static size_t pdi_text_find_item_end(const char *value, size_t first)
 {
     int depth = 0;
     for (; value[first] != '\0' && (depth > 0 || value[first] != ','); first++)
@@ -500,177 +508,179 @@ static size_t pdi_text_item(const char *value, size_t first)
 }
 
 /* Describe the dimension of a unit for the message of a missing key: "a length [m]". */
-static void pdi_text_what(pd_ctx *ctx, const char *unit, char *what)
+static void pdi_text_describe_unit(pd_ctx *ctx, const char *unit, char *what)
 {
     pd_dims dims;
     if (unit && pd_units_parse(ctx, unit, NULL, &dims) == PD_OK) pdi_units_describe(&dims, what);
     else snprintf(what, PD_UNITS_TEXT, "an expression");
 }
 
-PDI_FN pd_status pdi_text_string(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
-                                 const char **value)
+PDI_FN pd_status pdi_text_get_string(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
+                                     const char **value)
 {
     pdi_text_value v;
-    PDI_TRY(pdi_text_find(ctx, text, section, key, NULL, fallback, "a text", &v));
+    PDI_TRY(pdi_text_find_value(ctx, text, section, key, NULL, fallback, "a text", &v));
     *value = v.value;
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_text_number(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
-                                 const char *fallback, double *value)
+PDI_FN pd_status pdi_text_get_number(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
+                                     const char *fallback, double *value)
 {
     pdi_text_value v;
     char what[PD_UNITS_TEXT];
-    pdi_text_what(ctx, unit, what);
-    PDI_TRY(pdi_text_find(ctx, text, section, key, unit, fallback, what, &v));
-    return pdi_text_constant(ctx, text, &v, 0, strlen(v.value), unit, value);
+    pdi_text_describe_unit(ctx, unit, what);
+    PDI_TRY(pdi_text_find_value(ctx, text, section, key, unit, fallback, what, &v));
+    return pdi_text_eval_constant(ctx, text, &v, 0, strlen(v.value), unit, value);
 }
 
 /* Report more than `max` list items, from byte `at` on; axes: a hint on the dimension. Returns PD_ERR_PARSE. */
-static pd_status pdi_text_too_many(pd_ctx *ctx, const pdi_text_value *v, size_t at, int max, const char *axes)
+static pd_status pdi_text_fail_too_many(pd_ctx *ctx, const pdi_text_value *v, size_t at, int max, const char *axes)
 {
-    char expected[PD_UNITS_TEXT + sizeof PDI_MORE_AXES];
+    char expected[PD_UNITS_TEXT + sizeof PDI_AXES_HINT];
     snprintf(expected, sizeof expected, "the end (at most %d item%s%s)", max, max > 1 ? "s" : "", axes);
-    return pdi_text_wrong(ctx, v, at, expected);
+    return pdi_text_fail_value(ctx, v, at, expected);
 }
 
-PDI_FN pd_status pdi_text_numbers(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
-                                  const char *fallback, int max, double *values, int *count)
+PDI_FN pd_status pdi_text_get_numbers(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
+                                      const char *fallback, int max, double *values, int *count)
 {
     pdi_text_value v;
     char what[PD_UNITS_TEXT];
     size_t at = 0, end;
     *count = 0;
-    pdi_text_what(ctx, unit, what);
-    PDI_TRY(pdi_text_find(ctx, text, section, key, unit, fallback, what, &v));
+    pdi_text_describe_unit(ctx, unit, what);
+    PDI_TRY(pdi_text_find_value(ctx, text, section, key, unit, fallback, what, &v));
     for (;; at = end + 1) {
-        end = pdi_text_item(v.value, at);
-        if (*count >= max) return pdi_text_too_many(ctx, &v, at - 1, max, max == PD_DIM ? PDI_MORE_AXES : "");
-        PDI_TRY(pdi_text_constant(ctx, text, &v, at, end, unit, &values[*count]));
+        end = pdi_text_find_item_end(v.value, at);
+        if (*count >= max) return pdi_text_fail_too_many(ctx, &v, at - 1, max, max == PD_DIM ? PDI_AXES_HINT : "");
+        PDI_TRY(pdi_text_eval_constant(ctx, text, &v, at, end, unit, &values[*count]));
         ++*count;
         if (v.value[end] == '\0') return PD_OK;
     }
 }
 
-PDI_FN pd_status pdi_text_integer(pd_ctx *ctx, pd_text *text, int section, const char *key, int low, int high,
-                                  const char *fallback, int *value)
+PDI_FN pd_status pdi_text_get_integer(pd_ctx *ctx, pd_text *text, int section, const char *key, int low, int high,
+                                      const char *fallback, int *value)
 {
     pdi_text_value v;
     double number;
-    PDI_TRY(pdi_text_find(ctx, text, section, key, "", fallback, "a whole number", &v));
-    PDI_TRY(pdi_text_constant(ctx, text, &v, 0, strlen(v.value), "", &number));
+    PDI_TRY(pdi_text_find_value(ctx, text, section, key, "", fallback, "a whole number", &v));
+    PDI_TRY(pdi_text_eval_constant(ctx, text, &v, 0, strlen(v.value), "", &number));
     if (!(number >= low && number <= high) || number != floor(number))
-        return pdi_fail(ctx, PD_ERR_PARSE, v.where, "column %d: found %.6g, expected a whole number from %d to %d",
+        return pdi_fail(ctx, PD_ERR_PARSE, v.location, "column %d: found %.6g, expected a whole number from %d to %d",
                         v.column, number, low, high);
     *value = (int)number;
     return PD_OK;
 }
 
 /* Find the value in names, which ends with NULL; *index: its position. PD_ERR_PARSE: the message lists the names. */
-static pd_status pdi_text_pick(pd_ctx *ctx, const pdi_text_value *v, const char *const *names, int *index)
+static pd_status pdi_text_find_choice(pd_ctx *ctx, const pdi_text_value *v, const char *const *names, int *index)
 {
-    char list[PDI_TEXT_LIST] = "", hint[PD_UNITS_TEXT];
-    pdi_units_near near_word;
-    pdi_units_near_init(&near_word, v->value, strlen(v->value));
+    char list[PDI_TEXT_LIST_SIZE] = "", hint[PD_UNITS_TEXT];
+    pdi_units_suggestion near_word;
+    pdi_units_init_suggestion(&near_word, v->value, strlen(v->value));
     for (int k = 0; names[k]; k++) {
         if (strcmp(names[k], v->value) == 0) {
             *index = k;
             return PD_OK;
         }
-        pdi_text_list_add(list, ", ", names[k]);
-        pdi_units_offer(&near_word, names[k]);
+        pdi_text_add_to_list(list, ", ", names[k]);
+        pdi_units_try_candidate(&near_word, names[k]);
     }
-    pdi_units_hint(&near_word, hint);
-    char expected[PDI_TEXT_LIST + PD_UNITS_TEXT + 16];
+    pdi_units_format_suggestion(&near_word, hint);
+    char expected[PDI_TEXT_LIST_SIZE + PD_UNITS_TEXT + 16];
     snprintf(expected, sizeof expected, "one of %s%s", list, hint);
-    return pdi_text_wrong(ctx, v, 0, expected);
+    return pdi_text_fail_value(ctx, v, 0, expected);
 }
 
-PDI_FN pd_status pdi_text_bool(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
-                               int *value)
+PDI_FN pd_status pdi_text_get_bool(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
+                                   int *value)
 {
     static const char *const names[] = {"no", "yes", "false", "true", "off", "on", NULL};
     pdi_text_value v;
-    PDI_TRY(pdi_text_find(ctx, text, section, key, "", fallback, "yes or no", &v));
-    PDI_TRY(pdi_text_pick(ctx, &v, names, value));
+    PDI_TRY(pdi_text_find_value(ctx, text, section, key, "", fallback, "yes or no", &v));
+    PDI_TRY(pdi_text_find_choice(ctx, &v, names, value));
     *value %= 2;
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_text_choice(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *const *names,
-                                 const char *fallback, int *index)
+PDI_FN pd_status pdi_text_get_choice(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *const *names,
+                                     const char *fallback, int *index)
 {
     pdi_text_value v;
-    char list[PDI_TEXT_LIST] = "";
-    for (int k = 0; names[k]; k++) pdi_text_list_add(list, " | ", names[k]);
-    PDI_TRY(pdi_text_find(ctx, text, section, key, "", fallback, list, &v));
-    return pdi_text_pick(ctx, &v, names, index);
+    char list[PDI_TEXT_LIST_SIZE] = "";
+    for (int k = 0; names[k]; k++) pdi_text_add_to_list(list, " | ", names[k]);
+    PDI_TRY(pdi_text_find_value(ctx, text, section, key, "", fallback, list, &v));
+    return pdi_text_find_choice(ctx, &v, names, index);
 }
 
-PDI_FN pd_status pdi_text_words(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
-                                pd_word_list *list)
+PDI_FN pd_status pdi_text_get_words(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
+                                    pd_word_list *list)
 {
     pdi_text_value v;
     list->count = 0;
-    PDI_TRY(pdi_text_find(ctx, text, section, key, "", fallback, "words separated by commas", &v));
+    PDI_TRY(pdi_text_find_value(ctx, text, section, key, "", fallback, "words separated by commas", &v));
     for (size_t at = 0;; at++) {
-        at = pdi_text_skip(v.value, at);
+        at = pdi_text_skip_blanks(v.value, at);
         size_t n = 0, size;
-        while ((size = pdi_text_name(v.value + at + n, PDI_TEXT_LABEL)) > 0 ||
+        while ((size = pdi_text_scan_word(v.value + at + n, PDI_TEXT_CHARSET_LABEL)) > 0 ||
                (v.value[at + n] && strchr(n ? ".():" : ".", v.value[at + n]))) /* Mg(OH)2(s) */
             n += size > 0 ? size : 1;
-        if (n == 0) return pdi_text_wrong(ctx, &v, at, "a word");
-        if (n >= PD_TEXT_WORD) return pdi_text_wrong(ctx, &v, at, "a word of fewer than 32 characters");
-        if (list->count >= PD_TEXT_WORDS) return pdi_text_too_many(ctx, &v, at, PD_TEXT_WORDS, "");
+        if (n == 0) return pdi_text_fail_value(ctx, &v, at, "a word");
+        if (n >= PD_TEXT_WORD) return pdi_text_fail_value(ctx, &v, at, "a word of fewer than 32 characters");
+        if (list->count >= PD_TEXT_WORDS) return pdi_text_fail_too_many(ctx, &v, at, PD_TEXT_WORDS, "");
         memcpy(list->word[list->count], v.value + at, n);
         list->word[list->count++][n] = '\0';
-        at = pdi_text_skip(v.value, at + n);
+        at = pdi_text_skip_blanks(v.value, at + n);
         if (v.value[at] == '\0') return PD_OK;
-        if (v.value[at] != ',') return pdi_text_wrong(ctx, &v, at, "',' or the end");
+        if (v.value[at] != ',') return pdi_text_fail_value(ctx, &v, at, "',' or the end");
     }
 }
 
 /* Parse one range "a .. b" in bytes at .. end of the value, in SI; requires a < b. */
-static pd_status pdi_text_range(pd_ctx *ctx, const pd_text *text, const pdi_text_value *v, size_t at, size_t end,
-                                const char *unit, double *low, double *high)
+static pd_status pdi_text_parse_range(pd_ctx *ctx, const pd_text *text, const pdi_text_value *v, size_t at, size_t end,
+                                      const char *unit, double *low, double *high)
 {
     size_t dots = at;
     while (dots < end && (v->value[dots] != '.' || v->value[dots + 1] != '.')) dots++;
-    if (dots >= end) return pdi_text_wrong(ctx, v, end, "'..' and the end of a range (a .. b)");
-    if (v->value[dots + 2] == '.') return pdi_text_wrong(ctx, v, dots, "two dots with blanks around them");
-    PDI_TRY(pdi_text_constant(ctx, text, v, at, dots, unit, low));
-    PDI_TRY(pdi_text_constant(ctx, text, v, dots + 2, end, unit, high));
+    if (dots >= end) return pdi_text_fail_value(ctx, v, end, "'..' and the end of a range (a .. b)");
+    if (v->value[dots + 2] == '.') return pdi_text_fail_value(ctx, v, dots, "two dots with blanks around them");
+    PDI_TRY(pdi_text_eval_constant(ctx, text, v, at, dots, unit, low));
+    PDI_TRY(pdi_text_eval_constant(ctx, text, v, dots + 2, end, unit, high));
     if (*low < *high) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_PARSE, v->where, "column %d: found a range from %.6g to %.6g, expected its start below"
-                    " its end", v->column + (int)at, *low, *high);
+    return pdi_fail(ctx, PD_ERR_PARSE, v->location,
+                    "column %d: found a range from %.6g to %.6g, expected its start below"
+                    " its end",
+                    v->column + (int)at, *low, *high);
 }
 
-PDI_FN pd_status pdi_text_ranges(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
-                                 const char *fallback, int max, double *low, double *high, int *count)
+PDI_FN pd_status pdi_text_get_ranges(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
+                                     const char *fallback, int max, double *low, double *high, int *count)
 {
     pdi_text_value v;
     size_t at = 0, end;
     *count = 0;
-    PDI_TRY(pdi_text_find(ctx, text, section, key, unit, fallback, "a .. b, one range for each axis", &v));
+    PDI_TRY(pdi_text_find_value(ctx, text, section, key, unit, fallback, "a .. b, one range for each axis", &v));
     for (;; at = end + 1) {
-        end = pdi_text_item(v.value, at);
-        if (*count >= max) return pdi_text_too_many(ctx, &v, at - 1, max, max == PD_DIM ? PDI_MORE_AXES : "");
-        PDI_TRY(pdi_text_range(ctx, text, &v, at, end, unit, &low[*count], &high[*count]));
+        end = pdi_text_find_item_end(v.value, at);
+        if (*count >= max) return pdi_text_fail_too_many(ctx, &v, at - 1, max, max == PD_DIM ? PDI_AXES_HINT : "");
+        PDI_TRY(pdi_text_parse_range(ctx, text, &v, at, end, unit, &low[*count], &high[*count]));
         ++*count;
         if (v.value[end] == '\0') return PD_OK;
     }
 }
 
-PDI_FN pd_status pdi_text_expr(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
-                               const pd_expr_symbol *vars, int var_count, const char *fallback, pd_expr *expr)
+PDI_FN pd_status pdi_text_get_expr(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
+                                   const pd_expr_symbol *vars, int var_count, const char *fallback, pd_expr *expr)
 {
     int count;
-    return pdi_text_exprs(ctx, text, section, key, unit, vars, var_count, fallback, 1, expr, &count);
+    return pdi_text_get_exprs(ctx, text, section, key, unit, vars, var_count, fallback, 1, expr, &count);
 }
 
-PDI_FN pd_status pdi_text_exprs(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
-                                const pd_expr_symbol *vars, int var_count, const char *fallback, int max,
-                                pd_expr *exprs, int *count)
+PDI_FN pd_status pdi_text_get_exprs(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
+                                    const pd_expr_symbol *vars, int var_count, const char *fallback, int max,
+                                    pd_expr *exprs, int *count)
 {
     pdi_text_value v;
     char what[PD_UNITS_TEXT];
@@ -678,12 +688,12 @@ PDI_FN pd_status pdi_text_exprs(pd_ctx *ctx, pd_text *text, int section, const c
     pd_status status;
     *count = 0;
     memset(exprs, 0, (size_t)max * sizeof *exprs);
-    pdi_text_what(ctx, unit, what);
-    PDI_TRY(pdi_text_find(ctx, text, section, key, unit, fallback, what, &v));
+    pdi_text_describe_unit(ctx, unit, what);
+    PDI_TRY(pdi_text_find_value(ctx, text, section, key, unit, fallback, what, &v));
     for (;; at = end + 1) {
-        end = pdi_text_item(v.value, at);
-        status = *count < max ? pdi_text_compile(ctx, text, &v, at, end, unit, vars, var_count, &exprs[*count])
-                              : pdi_text_too_many(ctx, &v, at - 1, max, max == PD_DIM ? PDI_MORE_AXES : "");
+        end = pdi_text_find_item_end(v.value, at);
+        status = *count < max ? pdi_text_compile_expr(ctx, text, &v, at, end, unit, vars, var_count, &exprs[*count])
+                              : pdi_text_fail_too_many(ctx, &v, at - 1, max, max == PD_DIM ? PDI_AXES_HINT : "");
         if (status < 0) break;
         ++*count;
         if (v.value[end] == '\0') return PD_OK;
@@ -694,73 +704,74 @@ PDI_FN pd_status pdi_text_exprs(pd_ctx *ctx, pd_text *text, int section, const c
 
 /* ---- reports ---- */
 
-PDI_FN pd_status pdi_text_refuse(pd_ctx *ctx, const pd_text *text, int section, const char *key, const char *format,
-                                 ...)
+PDI_FN pd_status pdi_text_fail_key(pd_ctx *ctx, const pd_text *text, int section, const char *key, const char *format,
+                                   ...)
 {
-    char message[PD_MESSAGE_SIZE], where[PDI_TEXT_WHERE];
-    if (text->failed) return pdi_text_lost(ctx, text);
-    const pd_text_entry *e = pdi_text_entry_at(text, section, key);
+    char message[PD_MESSAGE_SIZE], where[PDI_TEXT_LOCATION_SIZE];
+    if (text->failed) return pdi_text_fail_memory(ctx, text);
+    const pd_text_entry *e = pdi_text_find_entry(text, section, key);
     int known = section >= 0 && section < text->section_count, line = known ? text->section[section].line : 0;
     const char *file = known ? text->section[section].file : text->name;
     va_list args;
     va_start(args, format);
     vsnprintf(message, sizeof message, format, args);
     va_end(args);
-    pdi_text_where(e ? e->file : file, e ? e->line : line > 0 ? line : 1, where);
+    pdi_text_format_location(e ? e->file : file, e ? e->line : line > 0 ? line : 1, where);
     return pdi_fail(ctx, PD_ERR_ARGUMENT, where, "%.40s: %s", key, message);
 }
 
 /* Report a section that no reader knows, with the nearest name. Returns PD_ERR_PARSE. */
-static pd_status pdi_text_unknown_section(pd_ctx *ctx, const pd_text *text, int section, const char *file, int line)
+static pd_status pdi_text_fail_unknown_section(pd_ctx *ctx, const pd_text *text, int section, const char *file,
+                                               int line)
 {
-    char hint[PD_UNITS_TEXT], list[PDI_TEXT_LIST] = "";
+    char hint[PD_UNITS_TEXT], list[PDI_TEXT_LIST_SIZE] = "";
     const pd_section *s = &text->section[section];
-    pdi_units_near near_word;
-    pdi_units_near_init(&near_word, s->name, strlen(s->name));
+    pdi_units_suggestion near_word;
+    pdi_units_init_suggestion(&near_word, s->name, strlen(s->name));
     for (int k = 1; k < text->section_count; k++) {
         if (!text->section[k].asked || text->section[k].group != k) continue;
-        pdi_units_offer(&near_word, text->section[k].name);
-        pdi_text_list_add(list, ", ", text->section[k].name);
+        pdi_units_try_candidate(&near_word, text->section[k].name);
+        pdi_text_add_to_list(list, ", ", text->section[k].name);
     }
-    pdi_units_hint(&near_word, hint);
-    return pdi_text_error(ctx, file, line, "found the section [%.40s], expected one of %s%s", s->name, list, hint);
+    pdi_units_format_suggestion(&near_word, hint);
+    return pdi_text_fail_line(ctx, file, line, "found the section [%.40s], expected one of %s%s", s->name, list, hint);
 }
 
 /* Report a key that no reader used: unknown, or without effect in this scene. Returns PD_ERR_PARSE. */
-static pd_status pdi_text_unknown_key(pd_ctx *ctx, const pd_text *text, const pd_text_entry *e)
+static pd_status pdi_text_fail_unknown_key(pd_ctx *ctx, const pd_text *text, const pd_text_entry *e)
 {
-    char hint[PD_UNITS_TEXT], list[PDI_TEXT_LIST] = "", title[PD_UNITS_TEXT];
-    pdi_units_near near_word;
-    pdi_text_title(text, e->section, title);
-    pdi_units_near_init(&near_word, e->key, strlen(e->key));
+    char hint[PD_UNITS_TEXT], list[PDI_TEXT_LIST_SIZE] = "", title[PD_UNITS_TEXT];
+    pdi_units_suggestion near_word;
+    pdi_text_format_section(text, e->section, title);
+    pdi_units_init_suggestion(&near_word, e->key, strlen(e->key));
     for (int k = 0; k < text->asked_count; k++) {
         if (text->asked[k].group != text->section[e->section].group) continue;
         if (strcmp(text->asked[k].key, e->key) == 0)
-            return pdi_text_error(ctx, e->file, e->line,
-                                  "found '%.40s' in %s, where it has no effect; expected it to be left out", e->key,
-                                  title);
-        pdi_units_offer(&near_word, text->asked[k].key);
-        pdi_text_list_add(list, ", ", text->asked[k].key);
+            return pdi_text_fail_line(ctx, e->file, e->line,
+                                      "found '%.40s' in %s, where it has no effect; expected it to be left out", e->key,
+                                      title);
+        pdi_units_try_candidate(&near_word, text->asked[k].key);
+        pdi_text_add_to_list(list, ", ", text->asked[k].key);
     }
-    pdi_units_hint(&near_word, hint);
-    return pdi_text_error(ctx, e->file, e->line, "found the unknown key '%.40s' in %s, expected %s%s%s", e->key, title,
-                          list[0] ? "one of " : "no key there", list, hint);
+    pdi_units_format_suggestion(&near_word, hint);
+    return pdi_text_fail_line(ctx, e->file, e->line, "found the unknown key '%.40s' in %s, expected %s%s%s", e->key,
+                              title, list[0] ? "one of " : "no key there", list, hint);
 }
 
-PDI_FN pd_status pdi_text_unused(pd_ctx *ctx, const pd_text *text)
+PDI_FN pd_status pdi_text_check_unused(pd_ctx *ctx, const pd_text *text)
 {
-    if (text->failed) return pdi_text_lost(ctx, text);
+    if (text->failed) return pdi_text_fail_memory(ctx, text);
     for (int k = 0; k < text->entry_count; k++) {
         const pd_text_entry *e = &text->entry[k];
         int known = e->section == 0 || text->section[text->section[e->section].group].asked;
-        if (!e->used && known) return pdi_text_unknown_key(ctx, text, e);
-        if (!e->used) return pdi_text_unknown_section(ctx, text, e->section, e->file, e->line);
+        if (!e->used && known) return pdi_text_fail_unknown_key(ctx, text, e);
+        if (!e->used) return pdi_text_fail_unknown_section(ctx, text, e->section, e->file, e->line);
     }
     for (int k = 1; k < text->section_count; k++)
         if (text->section[k].present && !text->section[text->section[k].group].asked)
-            return pdi_text_unknown_section(ctx, text, k, text->section[k].file, text->section[k].line);
+            return pdi_text_fail_unknown_section(ctx, text, k, text->section[k].file, text->section[k].line);
     return PD_OK;
 }
 
-#undef PDI_TEXT_ROOM
-#undef PDI_TEXT_WHERE
+#undef PDI_TEXT_GROW
+#undef PDI_TEXT_LOCATION_SIZE

@@ -10,8 +10,8 @@
  * value do not count. In a section whose first key is a text (keys.h) that text stands without its key, and what is no
  * key of the section belongs to it. A file without any section line is flat: its numbers are SI and need no unit.
  *
- * Whoever reads a value says its dimension and its default, as text; what nobody read is an error (pdi_text_unused).
- * Every message starts with file:line.
+ * Whoever reads a value says its dimension and its default, as text; what nobody read is an error
+ * (pdi_text_check_unused). Every message starts with file:line.
  */
 #ifndef PD_TEXT_H
 #define PD_TEXT_H
@@ -84,10 +84,14 @@ typedef struct pd_word_list {
 } pd_word_list;
 
 #ifdef PDI_INTERNAL
-#define PDI_TEXT_LIST 240 /* [byte] of a list of names in a message */
+#define PDI_TEXT_LIST_SIZE 240 /* [byte] of a list of names in a message */
 
 /* Character set of a word: identifier; label, also with digits first, + and -; chemical formula, also with ( ) ^ : */
-typedef enum pdi_text_word { PDI_TEXT_KEY = 0, PDI_TEXT_LABEL, PDI_TEXT_FORMULA } pdi_text_word;
+typedef enum pdi_text_charset {
+    PDI_TEXT_CHARSET_KEY = 0,
+    PDI_TEXT_CHARSET_LABEL,
+    PDI_TEXT_CHARSET_FORMULA
+} pdi_text_charset;
 
 /* Parse a copy of bytes[size]; `name` is the file name in messages. PD_ERR_PARSE: no text, wrong format, a duplicate
  * key, too many pairs. PD_ERR_SIZE: larger than PD_TEXT_SIZE. */
@@ -97,84 +101,86 @@ PDI_FN pd_status pdi_text_read(pd_ctx *ctx, const char *path, pd_text *text);
 /* Free all memory of the text. */
 PDI_FN void pdi_text_free(pd_ctx *ctx, pd_text *text);
 /* 1: a file without sections (SI numbers, no units). */
-PDI_FN int pdi_text_flat(const pd_text *text);
+PDI_FN int pdi_text_is_flat(const pd_text *text);
 
 /* Index of the section [name label] for the look-ups below; label NULL is "". A missing section is created empty. -1:
  * out of memory; the next call that returns a status reports it. */
-PDI_FN int pdi_text_section(pd_ctx *ctx, pd_text *text, const char *name, const char *label);
+PDI_FN int pdi_text_get_section(pd_ctx *ctx, pd_text *text, const char *name, const char *label);
 /* Iterate over the sections of that name that are present, in file order: index of the next one after `after` (-1:
  * first). -1: no more. */
-PDI_FN int pdi_text_next(pd_ctx *ctx, pd_text *text, const char *name, int after);
+PDI_FN int pdi_text_next_section(pd_ctx *ctx, pd_text *text, const char *name, int after);
 /* 1: the section has the key; key NULL: the section is present. Out of memory: 0, reported by the next call with a
  * status. */
-PDI_FN int pdi_text_has(pd_ctx *ctx, pd_text *text, int section, const char *key);
+PDI_FN int pdi_text_has_key(pd_ctx *ctx, pd_text *text, int section, const char *key);
 
 /* Typed look-ups of the value under `key` of a section. fallback: default as text, parsed like a value of the file;
  * NULL: the key is required. unit: expected dimension ("um" asks for a length); results are in SI. PD_ERR_PARSE with
  * file:line, what was found, what was expected; PD_ERR_ARGUMENT: section -1. */
 /* The value as a string, unparsed. It lives as long as the text (or is fallback itself). */
-PDI_FN pd_status pdi_text_string(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
-                                 const char **value);
+PDI_FN pd_status pdi_text_get_string(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
+                                     const char **value);
 /* A number: a constant, finite expression. */
-PDI_FN pd_status pdi_text_number(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
-                                 const char *fallback, double *value);
+PDI_FN pd_status pdi_text_get_number(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
+                                     const char *fallback, double *value);
 /* A list `a, b, c` of 1 to max numbers. */
-PDI_FN pd_status pdi_text_numbers(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
-                                  const char *fallback, int max, double *values, int *count);
+PDI_FN pd_status pdi_text_get_numbers(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
+                                      const char *fallback, int max, double *values, int *count);
 /* A whole number in low .. high. */
-PDI_FN pd_status pdi_text_integer(pd_ctx *ctx, pd_text *text, int section, const char *key, int low, int high,
-                                  const char *fallback, int *value);
+PDI_FN pd_status pdi_text_get_integer(pd_ctx *ctx, pd_text *text, int section, const char *key, int low, int high,
+                                      const char *fallback, int *value);
 /* yes, true, on: 1; no, false, off: 0. */
-PDI_FN pd_status pdi_text_bool(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
-                               int *value);
+PDI_FN pd_status pdi_text_get_bool(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
+                                   int *value);
 /* One of the words in names, which ends with NULL; *index: its position. */
-PDI_FN pd_status pdi_text_choice(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *const *names,
-                                 const char *fallback, int *index);
+PDI_FN pd_status pdi_text_get_choice(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *const *names,
+                                     const char *fallback, int *index);
 /* A list `C, v, p` of words of letters, digits and _ + - . */
-PDI_FN pd_status pdi_text_words(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
-                                pd_word_list *list);
+PDI_FN pd_status pdi_text_get_words(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *fallback,
+                                    pd_word_list *list);
 /* A list `a .. b, c .. d` of 1 to max ranges with a < b. */
-PDI_FN pd_status pdi_text_ranges(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
-                                 const char *fallback, int max, double *low, double *high, int *count);
+PDI_FN pd_status pdi_text_get_ranges(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
+                                     const char *fallback, int max, double *low, double *high, int *count);
 /* An expression in the variables vars[var_count]; unit NULL: any dimension. The caller frees it with pdi_expr_free. */
-PDI_FN pd_status pdi_text_expr(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
-                               const pd_expr_symbol *vars, int var_count, const char *fallback, pd_expr *expr);
+PDI_FN pd_status pdi_text_get_expr(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
+                                   const pd_expr_symbol *vars, int var_count, const char *fallback, pd_expr *expr);
 /* A list of 1 to max expressions into exprs[*count]; on failure none is left to free. */
-PDI_FN pd_status pdi_text_exprs(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
-                                const pd_expr_symbol *vars, int var_count, const char *fallback, int max,
-                                pd_expr *exprs, int *count);
+PDI_FN pd_status pdi_text_get_exprs(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *unit,
+                                    const pd_expr_symbol *vars, int var_count, const char *fallback, int max,
+                                    pd_expr *exprs, int *count);
 /* Report an inadmissible value of a key: sets the message "file:line: key: ...", printf style. Returns
  * PD_ERR_ARGUMENT. */
-PDI_FN pd_status pdi_text_refuse(pd_ctx *ctx, const pd_text *text, int section, const char *key, const char *format,
-                                 ...) PD_PRINTF_LIKE(5, 6);
+PDI_FN pd_status pdi_text_fail_key(pd_ctx *ctx, const pd_text *text, int section, const char *key, const char *format,
+                                   ...) PD_PRINTF_LIKE(5, 6);
 /* Check after all readers that every section and key was read. PD_ERR_PARSE: one was not; the message suggests the
  * nearest name that was looked up. */
-PDI_FN pd_status pdi_text_unused(pd_ctx *ctx, const pd_text *text);
+PDI_FN pd_status pdi_text_check_unused(pd_ctx *ctx, const pd_text *text);
 
 /* For modules that change a text: command-line overrides, included files. */
 /* Copy bytes[size] into a null-terminated string that text owns. */
-PDI_FN pd_status pdi_text_keep(pd_ctx *ctx, pd_text *text, const char *bytes, size_t size, char **copy);
+PDI_FN pd_status pdi_text_copy_string(pd_ctx *ctx, pd_text *text, const char *bytes, size_t size, char **copy);
 /* Set the message "file:12: ...", for line 0 "command line: ...", printf style. Returns PD_ERR_PARSE. */
-PDI_FN pd_status pdi_text_error(pd_ctx *ctx, const char *file, int line, const char *format, ...) PD_PRINTF_LIKE(4, 5);
+PDI_FN pd_status pdi_text_fail_line(pd_ctx *ctx, const char *file, int line, const char *format, ...)
+    PD_PRINTF_LIKE(4, 5);
 /* Set a message with line and column: what stands at t[at], and what was expected. Returns PD_ERR_PARSE. */
-PDI_FN pd_status pdi_text_expected(pd_ctx *ctx, const pd_text *text, int line, const char *t, size_t at,
-                                   const char *expected);
-/* Append a name to the list of names in a message, list[PDI_TEXT_LIST]; "..." when it is full. */
-PDI_FN void pdi_text_list_add(char *list, const char *separator, const char *name);
+PDI_FN pd_status pdi_text_fail_expected(pd_ctx *ctx, const pd_text *text, int line, const char *t, size_t at,
+                                        const char *expected);
+/* Append a name to the list of names in a message, list[PDI_TEXT_LIST_SIZE]; "..." when it is full. */
+PDI_FN void pdi_text_add_to_list(char *list, const char *separator, const char *name);
 /* Find the section [name label], or create it empty; *index: its position. */
-PDI_FN pd_status pdi_text_section_at(pd_ctx *ctx, pd_text *text, const char *name, const char *label, int *index);
+PDI_FN pd_status pdi_text_find_or_add_section(pd_ctx *ctx, pd_text *text, const char *name, const char *label,
+                                              int *index);
 /* Find the pair of a key in a section. NULL: there is none. */
-PDI_FN pd_text_entry *pdi_text_entry_at(const pd_text *text, int section, const char *key);
+PDI_FN pd_text_entry *pdi_text_find_entry(const pd_text *text, int section, const char *key);
 /* Append a pair to a section; key and value must live as long as text. PD_ERR_PARSE: the section has the key
  * already. */
-PDI_FN pd_status pdi_text_add(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *value, int line,
-                              int column);
+PDI_FN pd_status pdi_text_add_entry(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *value,
+                                    int line, int column);
 /* Index of the first non-blank byte in t from t[at] on. */
-PDI_FN size_t pdi_text_skip(const char *t, size_t at);
+PDI_FN size_t pdi_text_skip_blanks(const char *t, size_t at);
 /* Character set of the labels of sections of this name. */
-PDI_FN pdi_text_word pdi_text_label(const char *section);
+PDI_FN pdi_text_charset pdi_text_get_label_charset(const char *section);
 /* Length [byte] of the word at the start of t; 0: none. */
-PDI_FN size_t pdi_text_name(const char *t, pdi_text_word kind);
+PDI_FN size_t pdi_text_scan_word(const char *t, pdi_text_charset kind);
 /* Check that t[size] holds only printable bytes, tabs and line ends, to reject binary files. PD_ERR_PARSE. */
 PDI_FN pd_status pdi_text_check_bytes(pd_ctx *ctx, const pd_text *text, const char *t, size_t size);
 #endif

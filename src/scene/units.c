@@ -5,49 +5,32 @@
 #include <string.h>
 
 /* A unit without prefix: its size in SI as a quotient num/den, and its dimension. */
-typedef struct pdi_units_entry {
+typedef struct pdi_units_definition {
     const char *name;
     double num, den;
     signed char e[6]; /* m kg s A mol K */
     int prefix;       /* takes SI prefixes */
-} pdi_units_entry;
+} pdi_units_definition;
 
 /* SI and accepted units. eV: CODATA 2018; a year is 365.25 days; mpy: mils (2.54e-5 m) per year. */
-static const pdi_units_entry pdi_units_table[] = {
-    {"m", 1, 1, {1, 0, 0, 0, 0, 0}, 1},
-    {"g", 1, 1e3, {0, 1, 0, 0, 0, 0}, 1},
-    {"s", 1, 1, {0, 0, 1, 0, 0, 0}, 1},
-    {"A", 1, 1, {0, 0, 0, 1, 0, 0}, 1},
-    {"mol", 1, 1, {0, 0, 0, 0, 1, 0}, 1},
-    {"K", 1, 1, {0, 0, 0, 0, 0, 1}, 1},
-    {"N", 1, 1, {1, 1, -2, 0, 0, 0}, 1},
-    {"Pa", 1, 1, {-1, 1, -2, 0, 0, 0}, 1},
-    {"J", 1, 1, {2, 1, -2, 0, 0, 0}, 1},
-    {"W", 1, 1, {2, 1, -3, 0, 0, 0}, 1},
-    {"C", 1, 1, {0, 0, 1, 1, 0, 0}, 1},
-    {"V", 1, 1, {2, 1, -3, -1, 0, 0}, 1},
-    {"Ohm", 1, 1, {2, 1, -3, -2, 0, 0}, 1},
-    {"ohm", 1, 1, {2, 1, -3, -2, 0, 0}, 1},
-    {"S", 1, 1, {-2, -1, 3, 2, 0, 0}, 1},
-    {"Hz", 1, 1, {0, 0, -1, 0, 0, 0}, 1},
-    {"L", 1, 1e3, {3, 0, 0, 0, 0, 0}, 1},
-    {"l", 1, 1e3, {3, 0, 0, 0, 0, 0}, 1},
-    {"M", 1e3, 1, {-3, 0, 0, 0, 1, 0}, 1},
-    {"bar", 1e5, 1, {-1, 1, -2, 0, 0, 0}, 1},
-    {"P", 1, 10, {-1, 1, -1, 0, 0, 0}, 1},
-    {"eV", 1.602176634e-19, 1, {2, 1, -2, 0, 0, 0}, 1},
-    {"atm", 101325, 1, {-1, 1, -2, 0, 0, 0}, 0},
-    {"min", 60, 1, {0, 0, 1, 0, 0, 0}, 0},
-    {"h", 3600, 1, {0, 0, 1, 0, 0, 0}, 0},
-    {"d", 86400, 1, {0, 0, 1, 0, 0, 0}, 0},
-    {"day", 86400, 1, {0, 0, 1, 0, 0, 0}, 0},
-    {"yr", 31557600, 1, {0, 0, 1, 0, 0, 0}, 0},
-    {"year", 31557600, 1, {0, 0, 1, 0, 0, 0}, 0},
-    {"mpy", 2.54e-5, 31557600, {1, 0, -1, 0, 0, 0}, 0},
-    {"rad", 1, 1, {0, 0, 0, 0, 0, 0}, 0},
-    {"deg", 3.14159265358979323846, 180, {0, 0, 0, 0, 0, 0}, 0},
-    {"%", 1, 100, {0, 0, 0, 0, 0, 0}, 0},
-    {"ppm", 1, 1e6, {0, 0, 0, 0, 0, 0}, 0}};
+static const pdi_units_definition pdi_units_table[] = {
+    {"m", 1, 1, {1, 0, 0, 0, 0, 0}, 1},           {"g", 1, 1e3, {0, 1, 0, 0, 0, 0}, 1},
+    {"s", 1, 1, {0, 0, 1, 0, 0, 0}, 1},           {"A", 1, 1, {0, 0, 0, 1, 0, 0}, 1},
+    {"mol", 1, 1, {0, 0, 0, 0, 1, 0}, 1},         {"K", 1, 1, {0, 0, 0, 0, 0, 1}, 1},
+    {"N", 1, 1, {1, 1, -2, 0, 0, 0}, 1},          {"Pa", 1, 1, {-1, 1, -2, 0, 0, 0}, 1},
+    {"J", 1, 1, {2, 1, -2, 0, 0, 0}, 1},          {"W", 1, 1, {2, 1, -3, 0, 0, 0}, 1},
+    {"C", 1, 1, {0, 0, 1, 1, 0, 0}, 1},           {"V", 1, 1, {2, 1, -3, -1, 0, 0}, 1},
+    {"Ohm", 1, 1, {2, 1, -3, -2, 0, 0}, 1},       {"ohm", 1, 1, {2, 1, -3, -2, 0, 0}, 1},
+    {"S", 1, 1, {-2, -1, 3, 2, 0, 0}, 1},         {"Hz", 1, 1, {0, 0, -1, 0, 0, 0}, 1},
+    {"L", 1, 1e3, {3, 0, 0, 0, 0, 0}, 1},         {"l", 1, 1e3, {3, 0, 0, 0, 0, 0}, 1},
+    {"M", 1e3, 1, {-3, 0, 0, 0, 1, 0}, 1},        {"bar", 1e5, 1, {-1, 1, -2, 0, 0, 0}, 1},
+    {"P", 1, 10, {-1, 1, -1, 0, 0, 0}, 1},        {"eV", 1.602176634e-19, 1, {2, 1, -2, 0, 0, 0}, 1},
+    {"atm", 101325, 1, {-1, 1, -2, 0, 0, 0}, 0},  {"min", 60, 1, {0, 0, 1, 0, 0, 0}, 0},
+    {"h", 3600, 1, {0, 0, 1, 0, 0, 0}, 0},        {"d", 86400, 1, {0, 0, 1, 0, 0, 0}, 0},
+    {"day", 86400, 1, {0, 0, 1, 0, 0, 0}, 0},     {"yr", 31557600, 1, {0, 0, 1, 0, 0, 0}, 0},
+    {"year", 31557600, 1, {0, 0, 1, 0, 0, 0}, 0}, {"mpy", 2.54e-5, 31557600, {1, 0, -1, 0, 0, 0}, 0},
+    {"rad", 1, 1, {0, 0, 0, 0, 0, 0}, 0},         {"deg", 3.14159265358979323846, 180, {0, 0, 0, 0, 0, 0}, 0},
+    {"%", 1, 100, {0, 0, 0, 0, 0, 0}, 0},         {"ppm", 1, 1e6, {0, 0, 0, 0, 0, 0}, 0}};
 
 typedef struct pdi_units_prefix {
     const char *name;
@@ -61,15 +44,23 @@ static const pdi_units_prefix pdi_units_prefixes[] = {
     {"\xC2\xB5", 1, 1e6},           {"\xCE\xBC", 1, 1e6}};
 
 /* Temperature scales with an offset, which are refused. */
-static const char *const pdi_units_offset[] = {"degC", "degF", "celsius", "Celsius", "fahrenheit", "Fahrenheit",
-                                               "\xC2\xB0" "C", "\xC2\xB0" "F"};
+static const char *const pdi_units_offset_scales[] = {"degC",
+                                                      "degF",
+                                                      "celsius",
+                                                      "Celsius",
+                                                      "fahrenheit",
+                                                      "Fahrenheit",
+                                                      "\xC2\xB0"
+                                                      "C",
+                                                      "\xC2\xB0"
+                                                      "F"};
 
 /* A dimension with a name, its SI unit, and units to print values in, ascending. The first entry that fits is used. */
-typedef struct pdi_units_named {
-    const char *name, *unit, *show;
-} pdi_units_named;
+typedef struct pdi_units_dimension {
+    const char *name, *unit, *print_units;
+} pdi_units_dimension;
 
-static const pdi_units_named pdi_units_names[] = {
+static const pdi_units_dimension pdi_units_dimensions[] = {
     {"a length", "m", "nm|um|mm|m|km"},
     {"an area", "m2", "um2|mm2|m2"},
     {"a volume", "m3", "um3|uL|mL|m3"},
@@ -109,55 +100,55 @@ static const pdi_units_named pdi_units_names[] = {
 
 #define PDI_UNITS_COUNT(array) ((int)(sizeof(array) / sizeof(array)[0]))
 
-PDI_FN int pdi_units_blank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
+PDI_FN int pdi_units_is_blank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
 
-PDI_FN int pdi_units_digit(char c) { return c >= '0' && c <= '9'; }
+PDI_FN int pdi_units_is_digit(char c) { return c >= '0' && c <= '9'; }
 
 /* 1: a character that may begin an identifier; bytes of UTF-8 count. */
-static int pdi_units_letter(char c)
+static int pdi_units_is_letter(char c)
 {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_' || (unsigned char)c >= 0x80;
 }
 
-PDI_FN size_t pdi_units_word(const char *text)
+PDI_FN size_t pdi_units_scan_word(const char *text)
 {
     size_t n = 0;
-    if (!pdi_units_letter(text[0])) return 0;
-    while (pdi_units_letter(text[n]) || pdi_units_digit(text[n])) n++;
+    if (!pdi_units_is_letter(text[0])) return 0;
+    while (pdi_units_is_letter(text[n]) || pdi_units_is_digit(text[n])) n++;
     return n;
 }
 
 /* Index of the first non-blank byte from text[at] on. */
-static size_t pdi_units_skip(const char *text, size_t at)
+static size_t pdi_units_skip_blanks(const char *text, size_t at)
 {
-    while (pdi_units_blank(text[at])) at++;
+    while (pdi_units_is_blank(text[at])) at++;
     return at;
 }
 
 /* 1: text[0..size) is the string name. */
-static int pdi_units_equal(const char *text, size_t size, const char *name)
+static int pdi_units_is_equal(const char *text, size_t size, const char *name)
 {
     return strlen(name) == size && memcmp(text, name, size) == 0;
 }
 
 /* Look up text[0..size) in the table of units; prefixed: only units that take SI prefixes. NULL: none. */
-static const pdi_units_entry *pdi_units_find(const char *text, size_t size, int prefixed)
+static const pdi_units_definition *pdi_units_find_unit(const char *text, size_t size, int prefixed)
 {
     for (int k = 0; k < PDI_UNITS_COUNT(pdi_units_table); k++)
-        if ((pdi_units_table[k].prefix || !prefixed) && pdi_units_equal(text, size, pdi_units_table[k].name))
+        if ((pdi_units_table[k].prefix || !prefixed) && pdi_units_is_equal(text, size, pdi_units_table[k].name))
             return &pdi_units_table[k];
     return NULL;
 }
 
 /* Parse text[0..size) as a unit with an optional SI prefix; an exact name wins ("min" is no milli-inch). 1: found. */
-static int pdi_units_symbol(const char *text, size_t size, pdi_units_product *unit)
+static int pdi_units_parse_symbol(const char *text, size_t size, pdi_units_product *unit)
 {
-    const pdi_units_entry *entry = pdi_units_find(text, size, 0);
+    const pdi_units_definition *entry = pdi_units_find_unit(text, size, 0);
     unit->num = unit->den = 1;
     for (int k = 0; !entry && k < PDI_UNITS_COUNT(pdi_units_prefixes); k++) {
         size_t skip = strlen(pdi_units_prefixes[k].name);
         if (size <= skip || memcmp(text, pdi_units_prefixes[k].name, skip) != 0) continue;
-        entry = pdi_units_find(text + skip, size - skip, 1);
+        entry = pdi_units_find_unit(text + skip, size - skip, 1);
         unit->num = pdi_units_prefixes[k].num;
         unit->den = pdi_units_prefixes[k].den;
     }
@@ -169,14 +160,14 @@ static int pdi_units_symbol(const char *text, size_t size, pdi_units_product *un
 }
 
 /* Exponent after '^': [-]digits[.digits]. Returns the bytes read; 0: none. */
-static size_t pdi_units_exponent(const char *text, double *value)
+static size_t pdi_units_scan_exponent(const char *text, double *value)
 {
     size_t at = text[0] == '-';
     double v = 0, place = 1;
-    if (!pdi_units_digit(text[at])) return 0;
-    for (; pdi_units_digit(text[at]) && v < 1e6; at++) v = 10 * v + (text[at] - '0');
-    if (text[at] == '.' && pdi_units_digit(text[at + 1]))
-        for (at++; pdi_units_digit(text[at]) && place < 1e9; at++) {
+    if (!pdi_units_is_digit(text[at])) return 0;
+    for (; pdi_units_is_digit(text[at]) && v < 1e6; at++) v = 10 * v + (text[at] - '0');
+    if (text[at] == '.' && pdi_units_is_digit(text[at + 1]))
+        for (at++; pdi_units_is_digit(text[at]) && place < 1e9; at++) {
             place *= 10;
             v = 10 * v + (text[at] - '0');
         }
@@ -203,14 +194,14 @@ static void pdi_units_multiply(pdi_units_product *unit, const pdi_units_product 
 }
 
 /* The dimensionless unit 1. */
-static void pdi_units_one(pdi_units_product *unit)
+static void pdi_units_init_one(pdi_units_product *unit)
 {
     memset(unit, 0, sizeof *unit);
     unit->num = unit->den = 1;
 }
 
 /* Cancel the common factor of whole num and den: 0.1 kg is 0.1 * 1, not 0.1 * 1000 / 1000. */
-static void pdi_units_cancel(pdi_units_product *unit)
+static void pdi_units_reduce_fraction(pdi_units_product *unit)
 {
     double a = unit->num, b = unit->den;
     if (!(a < 9e15 && b < 9e15) || a != floor(a) || b != floor(b)) return;
@@ -225,32 +216,32 @@ static void pdi_units_cancel(pdi_units_product *unit)
 
 /* Parse one unit with exponent at text and multiply *unit by its power sign * exponent. Returns the bytes read; 0: no
  * unit. */
-static size_t pdi_units_term(const char *text, pdi_units_declared declared, const void *user, double sign,
-                             pdi_units_product *unit, const char **why)
+static size_t pdi_units_scan_term(const char *text, pdi_units_is_declared_fn declared, const void *user, double sign,
+                                  pdi_units_product *unit, const char **why)
 {
     pdi_units_product factor;
-    size_t size = text[0] == '%' ? 1 : pdi_units_word(text), name = size, at, n;
+    size_t size = text[0] == '%' ? 1 : pdi_units_scan_word(text), name = size, at, n;
     double power = 1;
     if (size == 0 || (declared && declared(user, text, size))) return 0;
-    for (int k = 0; k < PDI_UNITS_COUNT(pdi_units_offset); k++)
-        if (pdi_units_equal(text, size, pdi_units_offset[k])) {
+    for (int k = 0; k < PDI_UNITS_COUNT(pdi_units_offset_scales); k++)
+        if (pdi_units_is_equal(text, size, pdi_units_offset_scales[k])) {
             *why = "a temperature scale with an offset is not a unit: write the temperature in K (37 degC is 310.15 K)";
             return 0;
         }
-    while (name > 1 && pdi_units_digit(text[name - 1])) name--;
-    if (size - name > 2 || !pdi_units_symbol(text, name, &factor)) return 0;
+    while (name > 1 && pdi_units_is_digit(text[name - 1])) name--;
+    if (size - name > 2 || !pdi_units_parse_symbol(text, name, &factor)) return 0;
     at = size;
     if (name < size) {
         for (power = 0; name < size; name++) power = 10 * power + (text[name] - '0');
     } else if (text[at] == '^') {
-        n = pdi_units_exponent(text + at + 1, &power);
+        n = pdi_units_scan_exponent(text + at + 1, &power);
         at += 1 + n;
         if (n == 0) *why = "the exponent of a unit is a number (m^2, s^-1); for a power of the value write (3 m)^2";
-    } else if (text[at] == '-' && pdi_units_digit(text[at + 1])) {
-        n = pdi_units_digit(text[at + 2]) ? 2 : 1;
-        if (text[at + n + 1] != '.' && !pdi_units_word(text + at + n + 1) && !pdi_units_digit(text[at + n + 1]))
-            at += pdi_units_exponent(text + at, &power);
-    } else if (text[pdi_units_skip(text, at)] == '^') {
+    } else if (text[at] == '-' && pdi_units_is_digit(text[at + 1])) {
+        n = pdi_units_is_digit(text[at + 2]) ? 2 : 1;
+        if (text[at + n + 1] != '.' && !pdi_units_scan_word(text + at + n + 1) && !pdi_units_is_digit(text[at + n + 1]))
+            at += pdi_units_scan_exponent(text + at, &power);
+    } else if (text[pdi_units_skip_blanks(text, at)] == '^') {
         *why = "write '^' directly after the unit (3 m^2) or parentheses around the value ((3 m)^2)";
     }
     if (!*why && (power == 0 || fabs(power) > 12)) *why = "the exponent of a unit lies outside 1 to 12";
@@ -258,79 +249,79 @@ static size_t pdi_units_term(const char *text, pdi_units_declared declared, cons
     return at;
 }
 
-PDI_FN size_t pdi_units_scan(const char *text, pdi_units_declared declared, const void *user,
-                             pdi_units_product *unit, const char **why)
+PDI_FN size_t pdi_units_scan_product(const char *text, pdi_units_is_declared_fn declared, const void *user,
+                                     pdi_units_product *unit, const char **why)
 {
     size_t end, at = 0;
     *why = NULL;
-    pdi_units_one(unit);
-    if (text[0] == '1') at = pdi_units_skip(text, 1); /* the form "1/s" */
-    end = at > 0 && text[at] == '/' ? at : pdi_units_term(text, declared, user, 1, unit, why);
+    pdi_units_init_one(unit);
+    if (text[0] == '1') at = pdi_units_skip_blanks(text, 1); /* the form "1/s" */
+    end = at > 0 && text[at] == '/' ? at : pdi_units_scan_term(text, declared, user, 1, unit, why);
     if (end == 0 || *why) return end;
     for (;;) {
         pdi_units_product group;
-        size_t n, next = pdi_units_skip(text, end);
+        size_t n, next = pdi_units_skip_blanks(text, end);
         if (text[next] == '/') {
-            next = pdi_units_skip(text, next + 1);
+            next = pdi_units_skip_blanks(text, next + 1);
             n = pdi_units_scan_divisor(text + next, declared, user, &group, why);
             if (n > 0 && !*why) pdi_units_multiply(unit, &group, -1);
         } else {
-            if (text[next] == '*') next = pdi_units_skip(text, next + 1);
-            n = pdi_units_term(text + next, declared, user, 1, unit, why);
+            if (text[next] == '*') next = pdi_units_skip_blanks(text, next + 1);
+            n = pdi_units_scan_term(text + next, declared, user, 1, unit, why);
         }
         if (*why) return next + n;
         if (n == 0) break;
         end = next + n;
     }
-    pdi_units_cancel(unit);
+    pdi_units_reduce_fraction(unit);
     return at > 0 && end == at ? 0 : end;
 }
 
-PDI_FN size_t pdi_units_scan_divisor(const char *text, pdi_units_declared declared, const void *user,
+PDI_FN size_t pdi_units_scan_divisor(const char *text, pdi_units_is_declared_fn declared, const void *user,
                                      pdi_units_product *unit, const char **why)
 {
     size_t at, n;
     *why = NULL;
-    pdi_units_one(unit);
+    pdi_units_init_one(unit);
     if (text[0] != '(') {
-        at = pdi_units_term(text, declared, user, 1, unit, why);
-        if (at > 0) pdi_units_cancel(unit);
+        at = pdi_units_scan_term(text, declared, user, 1, unit, why);
+        if (at > 0) pdi_units_reduce_fraction(unit);
         return at;
     }
     for (at = 1;; at += n) { /* (mol K), (m2*s): units only */
-        at = pdi_units_skip(text, at);
-        if (at > 1 && text[at] == '*') at = pdi_units_skip(text, at + 1);
-        n = pdi_units_term(text + at, declared, user, 1, unit, why);
+        at = pdi_units_skip_blanks(text, at);
+        if (at > 1 && text[at] == '*') at = pdi_units_skip_blanks(text, at + 1);
+        n = pdi_units_scan_term(text + at, declared, user, 1, unit, why);
         if (*why) return at + n;
         if (n == 0) break;
     }
-    pdi_units_cancel(unit);
+    pdi_units_reduce_fraction(unit);
     return at > 1 && text[at] == ')' ? at + 1 : 0;
 }
 
 /* Parse a unit that fills the whole text: empty, "1", a product, or "/s". 1: it is one. */
-static int pdi_units_read(const char *text, pdi_units_product *unit, const char **why)
+static int pdi_units_parse_whole(const char *text, pdi_units_product *unit, const char **why)
 {
     pdi_units_product factor;
-    size_t at = pdi_units_skip(text, 0), n;
+    size_t at = pdi_units_skip_blanks(text, 0), n;
     *why = NULL;
-    pdi_units_one(unit);
-    if (text[at] == '\0' || (text[at] == '1' && text[pdi_units_skip(text, at + 1)] == '\0')) return 1;
+    pdi_units_init_one(unit);
+    if (text[at] == '\0' || (text[at] == '1' && text[pdi_units_skip_blanks(text, at + 1)] == '\0')) return 1;
     if (text[at] == '/') {
-        at = pdi_units_skip(text, at + 1);
+        at = pdi_units_skip_blanks(text, at + 1);
         n = pdi_units_scan_divisor(text + at, NULL, NULL, &factor, why);
         if (n > 0) pdi_units_multiply(unit, &factor, -1);
     } else {
-        n = pdi_units_scan(text + at, NULL, NULL, unit, why);
+        n = pdi_units_scan_product(text + at, NULL, NULL, unit, why);
     }
-    return n > 0 && !*why && text[pdi_units_skip(text, at + n)] == '\0';
+    return n > 0 && !*why && text[pdi_units_skip_blanks(text, at + n)] == '\0';
 }
 
 pd_status pd_units_parse(pd_ctx *ctx, const char *unit, double *scale, pd_dims *dims)
 {
     pdi_units_product product;
     const char *why;
-    int read = pdi_units_read(unit, &product, &why);
+    int read = pdi_units_parse_whole(unit, &product, &why);
     if (why) return pdi_fail(ctx, PD_ERR_PARSE, "units", "'%.40s': %s", unit, why);
     if (!read)
         return pdi_fail(ctx, PD_ERR_PARSE, "units", "found '%.40s', expected a unit such as um, m2/s or Pa s", unit);
@@ -339,7 +330,7 @@ pd_status pd_units_parse(pd_ctx *ctx, const char *unit, double *scale, pd_dims *
     return PD_OK;
 }
 
-PDI_FN int pdi_units_same(const pd_dims *a, const pd_dims *b)
+PDI_FN int pdi_units_is_same(const pd_dims *a, const pd_dims *b)
 {
     for (int k = 0; k < 6; k++)
         if (!(fabs(a->e[k] - b->e[k]) < 1e-9)) return 0;
@@ -347,26 +338,26 @@ PDI_FN int pdi_units_same(const pd_dims *a, const pd_dims *b)
 }
 
 /* Entry of the named dimensions that fits; NULL: none. */
-static const pdi_units_named *pdi_units_name_of(const pd_dims *dims)
+static const pdi_units_dimension *pdi_units_find_dimension(const pd_dims *dims)
 {
-    for (int k = 0; k < PDI_UNITS_COUNT(pdi_units_names); k++) {
+    for (int k = 0; k < PDI_UNITS_COUNT(pdi_units_dimensions); k++) {
         pdi_units_product unit;
         const char *why;
-        pdi_units_read(pdi_units_names[k].unit, &unit, &why);
-        if (pdi_units_same(&unit.dims, dims)) return &pdi_units_names[k];
+        pdi_units_parse_whole(pdi_units_dimensions[k].unit, &unit, &why);
+        if (pdi_units_is_same(&unit.dims, dims)) return &pdi_units_dimensions[k];
     }
     return NULL;
 }
 
 /* Replace decimal commas, which printf writes in some locales, by points. */
-static void pdi_units_point(char *text)
+static void pdi_units_fix_decimal_point(char *text)
 {
     for (; *text; text++)
         if (*text == ',') *text = '.';
 }
 
 /* SI unit of a dimension from its exponents, "kg m2 s-3", into text[64]. */
-static void pdi_units_compose(const pd_dims *dims, char *text)
+static void pdi_units_format_si(const pd_dims *dims, char *text)
 {
     static const int order[6] = {1, 0, 2, 3, 4, 5};
     static const char *const base[6] = {"m", "kg", "s", "A", "mol", "K"};
@@ -385,29 +376,29 @@ static void pdi_units_compose(const pd_dims *dims, char *text)
         if (n < 0 || (size_t)n >= 64 - at) break;
         at += (size_t)n;
     }
-    pdi_units_point(text);
+    pdi_units_fix_decimal_point(text);
 }
 
 /* 1: dimensionless. */
-static int pdi_units_plain(const pd_dims *dims)
+static int pdi_units_is_dimensionless(const pd_dims *dims)
 {
     pd_dims none;
     memset(&none, 0, sizeof none);
-    return pdi_units_same(dims, &none);
+    return pdi_units_is_same(dims, &none);
 }
 
 PDI_FN void pdi_units_describe(const pd_dims *dims, char *text)
 {
-    const pdi_units_named *named = pdi_units_name_of(dims);
+    const pdi_units_dimension *named = pdi_units_find_dimension(dims);
     char unit[64];
-    pdi_units_compose(dims, unit);
-    if (pdi_units_plain(dims)) snprintf(text, PD_UNITS_TEXT, "a plain number");
+    pdi_units_format_si(dims, unit);
+    if (pdi_units_is_dimensionless(dims)) snprintf(text, PD_UNITS_TEXT, "a plain number");
     else if (named) snprintf(text, PD_UNITS_TEXT, "%s [%s]", named->name, named->unit);
     else snprintf(text, PD_UNITS_TEXT, "a quantity [%s]", unit);
 }
 
 /* Copy the first unit of a list "nm|um|mm" into unit; returns the start of the next one or NULL. */
-static const char *pdi_units_alternative(const char *list, char *unit)
+static const char *pdi_units_copy_alternative(const char *list, char *unit)
 {
     size_t n = strcspn(list, "|");
     memcpy(unit, list, n);
@@ -415,22 +406,22 @@ static const char *pdi_units_alternative(const char *list, char *unit)
     return list[n] ? list + n + 1 : NULL;
 }
 
-PDI_FN void pdi_units_format(double value, const pd_dims *dims, char *text)
+PDI_FN void pdi_units_format_value(double value, const pd_dims *dims, char *text)
 {
-    const pdi_units_named *named = pdi_units_plain(dims) ? NULL : pdi_units_name_of(dims);
+    const pdi_units_dimension *named = pdi_units_is_dimensionless(dims) ? NULL : pdi_units_find_dimension(dims);
     char unit[64], best[64];
     double shown = value;
     if (!named || value == 0 || !(fabs(value) <= 1e300)) {
         if (named) snprintf(best, sizeof best, "%s", named->unit);
-        else pdi_units_compose(dims, best);
+        else pdi_units_format_si(dims, best);
     } else {
-        const char *list = named->show;
+        const char *list = named->print_units;
         best[0] = '\0';
         while (list) {
             pdi_units_product product;
             const char *why;
-            list = pdi_units_alternative(list, unit);
-            pdi_units_read(unit, &product, &why);
+            list = pdi_units_copy_alternative(list, unit);
+            pdi_units_parse_whole(unit, &product, &why);
             double size = value * product.den / product.num;
             if (best[0] && fabs(size) < 1 - 1e-9) break;
             snprintf(best, sizeof best, "%s", unit);
@@ -438,19 +429,19 @@ PDI_FN void pdi_units_format(double value, const pd_dims *dims, char *text)
         }
     }
     int n = snprintf(text, PD_UNITS_TEXT, "%.6g", shown);
-    pdi_units_point(text);
+    pdi_units_fix_decimal_point(text);
     if (best[0] && n > 0 && n < PD_UNITS_TEXT)
         snprintf(text + n, (size_t)(PD_UNITS_TEXT - n), " %s", best);
 }
 
-PDI_FN void pdi_units_examples(const pd_dims *dims, char *text)
+PDI_FN void pdi_units_format_examples(const pd_dims *dims, char *text)
 {
-    const pdi_units_named *named = pdi_units_name_of(dims);
+    const pdi_units_dimension *named = pdi_units_find_dimension(dims);
     char unit[64];
     size_t at = 0;
-    pdi_units_compose(dims, text);
-    for (const char *list = named ? named->show : NULL; list;) {
-        list = pdi_units_alternative(list, unit);
+    pdi_units_format_si(dims, text);
+    for (const char *list = named ? named->print_units : NULL; list;) {
+        list = pdi_units_copy_alternative(list, unit);
         int n = snprintf(text + at, PD_UNITS_TEXT - at, "%s%s", at > 0 ? ", " : "", unit);
         if (n < 0 || (size_t)n >= PD_UNITS_TEXT - at) return;
         at += (size_t)n;
@@ -458,7 +449,7 @@ PDI_FN void pdi_units_examples(const pd_dims *dims, char *text)
 }
 
 /* Optimal string alignment distance (Levenshtein with swaps of neighbours) of two words of at most 31 bytes. */
-static int pdi_units_distance(const char *a, const char *b)
+static int pdi_units_compute_edit_distance(const char *a, const char *b)
 {
     int row[3][33], na = (int)strlen(a), nb = (int)strlen(b);
     for (int j = 0; j <= nb; j++) row[0][j] = j;
@@ -477,7 +468,7 @@ static int pdi_units_distance(const char *a, const char *b)
     return row[na % 3][nb];
 }
 
-PDI_FN void pdi_units_near_init(pdi_units_near *near_word, const char *word, size_t size)
+PDI_FN void pdi_units_init_suggestion(pdi_units_suggestion *near_word, const char *word, size_t size)
 {
     memset(near_word, 0, sizeof *near_word);
     near_word->distance = size <= 4 ? 2 : 3; /* a candidate must be nearer than this */
@@ -486,7 +477,7 @@ PDI_FN void pdi_units_near_init(pdi_units_near *near_word, const char *word, siz
 }
 
 /* 1: the words differ in upper and lower case at most. */
-static int pdi_units_but_for_case(const char *a, const char *b)
+static int pdi_units_is_equal_ignoring_case(const char *a, const char *b)
 {
     for (; *a && *b; a++, b++) {
         int letters = ((*a | 32) >= 'a') && ((*a | 32) <= 'z');
@@ -495,32 +486,32 @@ static int pdi_units_but_for_case(const char *a, const char *b)
     return *a == *b;
 }
 
-PDI_FN void pdi_units_offer(pdi_units_near *near_word, const char *candidate)
+PDI_FN void pdi_units_try_candidate(pdi_units_suggestion *near_word, const char *candidate)
 {
     size_t size = strlen(candidate);
     if (near_word->distance == 0 || size == 0 || size >= sizeof near_word->best) return;
-    int distance = pdi_units_but_for_case(near_word->word, candidate)
+    int distance = pdi_units_is_equal_ignoring_case(near_word->word, candidate)
                        ? 0
-                       : pdi_units_distance(near_word->word, candidate);
+                       : pdi_units_compute_edit_distance(near_word->word, candidate);
     if (distance >= near_word->distance || (size_t)distance >= size || (size_t)distance >= strlen(near_word->word))
         return;
     near_word->distance = distance;
     memcpy(near_word->best, candidate, size + 1);
 }
 
-PDI_FN void pdi_units_offer_units(pdi_units_near *near_word)
+PDI_FN void pdi_units_try_units(pdi_units_suggestion *near_word)
 {
     for (int k = 0; k < PDI_UNITS_COUNT(pdi_units_table); k++) {
-        pdi_units_offer(near_word, pdi_units_table[k].name);
+        pdi_units_try_candidate(near_word, pdi_units_table[k].name);
         for (int p = 0; pdi_units_table[k].prefix && p < PDI_UNITS_COUNT(pdi_units_prefixes) - 2; p++) {
             char name[16];
             snprintf(name, sizeof name, "%s%s", pdi_units_prefixes[p].name, pdi_units_table[k].name);
-            pdi_units_offer(near_word, name);
+            pdi_units_try_candidate(near_word, name);
         }
     }
 }
 
-PDI_FN void pdi_units_hint(const pdi_units_near *near_word, char *text)
+PDI_FN void pdi_units_format_suggestion(const pdi_units_suggestion *near_word, char *text)
 {
     text[0] = '\0';
     if (near_word->best[0]) snprintf(text, PD_UNITS_TEXT, ": did you mean '%s'?", near_word->best);

@@ -13,7 +13,7 @@ typedef struct pd_dims {
     double e[6]; /* [-] */
 } pd_dims;
 
-#define PD_UNITS_TEXT 96 /* [byte] room for what pdi_units_format and pdi_units_describe write */
+#define PD_UNITS_TEXT 96 /* [byte] room for what pdi_units_format_value and pdi_units_describe write */
 
 #define pd_units_parse PD_NAME(pd_units_parse)
 
@@ -22,12 +22,12 @@ typedef struct pd_dims {
 PD_API pd_status pd_units_parse(pd_ctx *ctx, const char *unit, double *scale, pd_dims *dims);
 #ifdef PDI_INTERNAL
 /* 1: both dimensions are equal. */
-PDI_FN int pdi_units_same(const pd_dims *a, const pd_dims *b);
+PDI_FN int pdi_units_is_same(const pd_dims *a, const pd_dims *b);
 /* Describe a dimension in words into text[PD_UNITS_TEXT]: "a speed [m/s]", "a plain number", "a quantity [kg m2]". */
 PDI_FN void pdi_units_describe(const pd_dims *dims, char *text);
 /* Print the SI value of dimension dims with six digits and a unit of readable size ("80 um", "9 h", "1.3 um/h")
  * into text[PD_UNITS_TEXT]. What it prints can be read back by pdi_expr_build. */
-PDI_FN void pdi_units_format(double value, const pd_dims *dims, char *text);
+PDI_FN void pdi_units_format_value(double value, const pd_dims *dims, char *text);
 
 /* A product of units with its scale as a quotient: value * num / den rounds once, so that "80 um" is the double
  * 80e-6. */
@@ -37,40 +37,40 @@ typedef struct pdi_units_product {
 } pdi_units_product;
 
 /* Callback: 1 if the identifier text[0..size) is a declared name, and so no unit. */
-typedef int (*pdi_units_declared)(const void *user, const char *text, size_t size);
+typedef int (*pdi_units_is_declared_fn)(const void *user, const char *text, size_t size);
 
 /* Parse a product of units at the start of text; returns the bytes read, 0: no unit there. *why: NULL, or the reason
  * why the unit there is inadmissible (degC, bad exponent); the return value is then its position. */
-PDI_FN size_t pdi_units_scan(const char *text, pdi_units_declared declared, const void *user,
-                             pdi_units_product *unit, const char **why);
+PDI_FN size_t pdi_units_scan_product(const char *text, pdi_units_is_declared_fn declared, const void *user,
+                                     pdi_units_product *unit, const char **why);
 /* Parse what may follow a '/' in a unit: one unit, or a product in parentheses. *unit is that unit, not its inverse.
- * Return value and *why as in pdi_units_scan. */
-PDI_FN size_t pdi_units_scan_divisor(const char *text, pdi_units_declared declared, const void *user,
+ * Return value and *why as in pdi_units_scan_product. */
+PDI_FN size_t pdi_units_scan_divisor(const char *text, pdi_units_is_declared_fn declared, const void *user,
                                      pdi_units_product *unit, const char **why);
 /* List units of the dimension for a message, "um, mm, m", into text[PD_UNITS_TEXT]. */
-PDI_FN void pdi_units_examples(const pd_dims *dims, char *text);
+PDI_FN void pdi_units_format_examples(const pd_dims *dims, char *text);
 
 /* 1: space, tab or carriage return. */
-PDI_FN int pdi_units_blank(char c);
+PDI_FN int pdi_units_is_blank(char c);
 /* 1: decimal digit. */
-PDI_FN int pdi_units_digit(char c);
+PDI_FN int pdi_units_is_digit(char c);
 /* Length of the identifier at text; 0: none. Bytes >= 0x80 count. */
-PDI_FN size_t pdi_units_word(const char *text);
+PDI_FN size_t pdi_units_scan_word(const char *text);
 
 /* Spelling suggestion: search for the candidate with the least edit distance to a misspelt word. best: "" if none is
  * close enough. */
-typedef struct pdi_units_near {
+typedef struct pdi_units_suggestion {
     char word[32], best[32];
     int distance;
-} pdi_units_near;
+} pdi_units_suggestion;
 /* Start a search for word[size]. */
-PDI_FN void pdi_units_near_init(pdi_units_near *near_word, const char *word, size_t size);
+PDI_FN void pdi_units_init_suggestion(pdi_units_suggestion *near_word, const char *word, size_t size);
 /* Compare a candidate with the word and keep it if it is the closest so far. */
-PDI_FN void pdi_units_offer(pdi_units_near *near_word, const char *candidate);
+PDI_FN void pdi_units_try_candidate(pdi_units_suggestion *near_word, const char *candidate);
 /* Compare all units, with and without prefix, with the misspelt word and keep the closest. */
-PDI_FN void pdi_units_offer_units(pdi_units_near *near_word);
+PDI_FN void pdi_units_try_units(pdi_units_suggestion *near_word);
 /* The suggestion for a message, ": did you mean 'best'?" or "", into text[PD_UNITS_TEXT]. */
-PDI_FN void pdi_units_hint(const pdi_units_near *near_word, char *text);
+PDI_FN void pdi_units_format_suggestion(const pdi_units_suggestion *near_word, char *text);
 #endif
 
 #endif

@@ -9,38 +9,37 @@
 /* Rounding of distances over the horizon: lattice points at a distance of exactly the horizon belong to the family. */
 #define PDI_BODY_ROUNDING 1e-9
 /* Smallest period over the horizon and a cell: image numbers are stored in one byte. */
-#define PDI_BODY_PERIOD 0.01
+#define PDI_BODY_MIN_PERIOD 0.01
 /* Exact cell fractions are tabulated for horizons of fewer spacings than this. */
-#define PDI_BODY_KEPT 30
+#define PDI_BODY_MAX_TABLE_SPACINGS 30
 
-/* Cell list for the neighbour search. Cells are at least as wide as the longest bond, and no more of them than
- * points. */
-typedef struct pdi_body_cells {
+/* Cell list of the neighbour search: cells at least as wide as the longest bond, and at most as many as points. */
+typedef struct pdi_body_cell_list {
     int32_t n[PD_DIM];
     double lo[PD_DIM], width[PD_DIM];
     int32_t count;
     int32_t *first; /* [count + 1] begin of each cell in point */
     int32_t *point; /* [points] */
-    int32_t *rank;  /* [points] rank of each point in the order of coordinates */
-    int32_t *at;    /* [points] inverse of rank */
-} pdi_body_cells;
+    int32_t *rank_of_point; /* [points] rank of each point in the order of coordinates */
+    int32_t *point_of_rank; /* [points] inverse of rank */
+} pdi_body_cell_list;
 
 /* A point with its position, for the sort by coordinates. */
-typedef struct pdi_body_place {
+typedef struct pdi_body_sort_entry {
     double x[PD_DIM];
     int32_t point;
-} pdi_body_place;
+} pdi_body_sort_entry;
 
 /* qsort order by position, last axis first; 0: same position. */
-static int pdi_body_compare(const void *a, const void *b)
+static int pdi_body_compare_positions(const void *a, const void *b)
 {
-    const pdi_body_place *p = (const pdi_body_place *)a, *q = (const pdi_body_place *)b;
+    const pdi_body_sort_entry *p = (const pdi_body_sort_entry *)a, *q = (const pdi_body_sort_entry *)b;
     for (int d = PD_DIM - 1; d >= 0; d--)
         if (p->x[d] < q->x[d] || p->x[d] > q->x[d]) return p->x[d] < q->x[d] ? -1 : 1;
     return 0;
 }
 
-PDI_FN void pdi_body_row_list(pdi_owner *owner, void *object)
+PDI_FN void pdi_body_list_points(pdi_array_visitor *owner, void *object)
 {
     pd_body *body = (pd_body *)object;
     PDI_ARRAY(owner, body, position, (int64_t)body->count * PD_DIM, "m");
@@ -51,42 +50,42 @@ PDI_FN void pdi_body_row_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, body, part, parts, "1");
 }
 
-PDI_FN void pdi_body_table_list(pdi_owner *owner, void *object)
+PDI_FN void pdi_body_list_families(pdi_array_visitor *owner, void *object)
 {
     pd_body *body = (pd_body *)object;
     PDI_ARRAY(owner, body, member, body->places, "1");
     PDI_ARRAY(owner, body, shift, body->shifts, "1");
     PDI_ARRAY(owner, body, place, body->lattice ? body->count : 0, "1");
-    PDI_ARRAY(owner, body, image, pdi_body_repeats(body) ? body->bonds : 0, "1");
+    PDI_ARRAY(owner, body, image, pdi_body_is_periodic(body) ? body->bonds : 0, "1");
 }
 
 /* Bytes of the broken-bond bits of all families. */
-static int64_t pdi_body_bytes(const pd_body *body) { return (body->bonds + 7 * (int64_t)body->count) / 8; }
+static int64_t pdi_body_count_bytes(const pd_body *body) { return (body->bonds + 7 * (int64_t)body->count) / 8; }
 
-PDI_FN void pdi_body_list(pdi_owner *owner, void *object)
+PDI_FN void pdi_body_list_state(pdi_array_visitor *owner, void *object)
 {
     pd_body *body = (pd_body *)object;
-    PDI_STATE(owner, body, broken, pdi_body_bytes(body), "1");
+    PDI_ARRAY_STATE(owner, body, broken, pdi_body_count_bytes(body), "1");
 }
 
 /* Frees a cell list of a body of `points` points. */
-static void pdi_body_cells_free(pd_ctx *ctx, int32_t points, pdi_body_cells *c)
+static void pdi_body_free_cell_list(pd_ctx *ctx, int32_t points, pdi_body_cell_list *c)
 {
     PDI_DELETE(ctx, c->count + 1, c->first);
     PDI_DELETE(ctx, points, c->point);
-    PDI_DELETE(ctx, points, c->rank);
-    PDI_DELETE(ctx, points, c->at);
+    PDI_DELETE(ctx, points, c->rank_of_point);
+    PDI_DELETE(ctx, points, c->point_of_rank);
 }
 
 /* Upper bound of the bond length [m]; with a spacing cells count whose edge is within the horizon. */
-static double pdi_body_reach(const pd_body *body)
+static double pdi_body_max_bond_length(const pd_body *body)
 {
     if (body->rim == PD_RIM_EXACT) return body->horizon + 0.5 * sqrt((double)PD_DIM) * body->spacing;
     return body->spacing > 0.0 ? body->horizon + 0.5 * body->spacing : body->horizon * (1.0 + PDI_BODY_ROUNDING);
 }
 
 /* Number of the cell that holds position x; its index along the axes into index, unless that is NULL. */
-static int32_t pdi_body_cell(const pdi_body_cells *c, const double *x, int32_t *index)
+static int32_t pdi_body_find_cell(const pdi_body_cell_list *c, const double *x, int32_t *index)
 {
     int32_t cell = 0;
     for (int d = PD_DIM - 1; d >= 0; d--) {
@@ -99,9 +98,9 @@ static int32_t pdi_body_cell(const pdi_body_cells *c, const double *x, int32_t *
 }
 
 /* Chooses number and width of the cells: at least a bond length wide, and at most `count` cells in all. */
-static void pdi_body_divide(const pd_body *body, pdi_body_cells *c)
+static void pdi_body_init_cell_grid(const pd_body *body, pdi_body_cell_list *c)
 {
-    double size[PD_DIM], reach = pdi_body_reach(body);
+    double size[PD_DIM], reach = pdi_body_max_bond_length(body);
     for (int d = 0; d < PD_DIM; d++) {
         double lo = HUGE_VAL, hi = -HUGE_VAL;
         for (int32_t i = 0; i < body->count; i++) {
@@ -124,41 +123,41 @@ static void pdi_body_divide(const pd_body *body, pdi_body_cells *c)
 }
 
 /* Ranks all points by position. PD_ERR_GEOMETRY: two points at the same position. */
-static pd_status pdi_body_sort(pd_ctx *ctx, const pd_body *body, pdi_body_cells *c)
+static pd_status pdi_body_sort_points(pd_ctx *ctx, const pd_body *body, pdi_body_cell_list *c)
 {
-    pdi_body_place *place = NULL;
+    pdi_body_sort_entry *place = NULL;
     PDI_TRY(PDI_NEW(ctx, "body", body->count, place));
     for (int32_t i = 0; i < body->count; i++) {
         place[i].point = i;
         memcpy(place[i].x, body->position + (int64_t)i * PD_DIM, sizeof place[i].x);
     }
-    qsort(place, (size_t)body->count, sizeof *place, pdi_body_compare);
+    qsort(place, (size_t)body->count, sizeof *place, pdi_body_compare_positions);
     int32_t twin = -1;
     for (int32_t k = 0; k < body->count; k++) {
-        c->at[k] = place[k].point;
-        c->rank[place[k].point] = k;
-        if (k && pdi_body_compare(&place[k - 1], &place[k]) == 0) twin = k;
+        c->point_of_rank[k] = place[k].point;
+        c->rank_of_point[place[k].point] = k;
+        if (k && pdi_body_compare_positions(&place[k - 1], &place[k]) == 0) twin = k;
     }
     PDI_DELETE(ctx, body->count, place);
     if (twin < 0) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_GEOMETRY, "body", "points %d and %d are at one place", (int)c->at[twin - 1],
-                    (int)c->at[twin]);
+    return pdi_fail(ctx, PD_ERR_GEOMETRY, "body", "points %d and %d are at one place", (int)c->point_of_rank[twin - 1],
+                    (int)c->point_of_rank[twin]);
 }
 
 /* Builds the cell list; points of a cell stand by rank. */
-static pd_status pdi_body_collect(pd_ctx *ctx, const pd_body *body, pdi_body_cells *c)
+static pd_status pdi_body_build_cell_list(pd_ctx *ctx, const pd_body *body, pdi_body_cell_list *c)
 {
     PDI_TRY(PDI_NEW(ctx, "body", c->count + 1, c->first));
     PDI_TRY(PDI_NEW(ctx, "body", body->count, c->point));
-    PDI_TRY(PDI_NEW(ctx, "body", body->count, c->rank));
-    PDI_TRY(PDI_NEW(ctx, "body", body->count, c->at));
-    PDI_TRY(pdi_body_sort(ctx, body, c));
+    PDI_TRY(PDI_NEW(ctx, "body", body->count, c->rank_of_point));
+    PDI_TRY(PDI_NEW(ctx, "body", body->count, c->point_of_rank));
+    PDI_TRY(pdi_body_sort_points(ctx, body, c));
     for (int32_t i = 0; i < body->count; i++)
-        c->first[pdi_body_cell(c, body->position + (int64_t)i * PD_DIM, NULL) + 1]++;
+        c->first[pdi_body_find_cell(c, body->position + (int64_t)i * PD_DIM, NULL) + 1]++;
     for (int32_t k = 0; k < c->count; k++) c->first[k + 1] += c->first[k];
     for (int32_t k = body->count - 1; k >= 0; k--) { /* by rank within a cell */
-        int32_t i = c->at[k];
-        int32_t cell = pdi_body_cell(c, body->position + (int64_t)i * PD_DIM, NULL);
+        int32_t i = c->point_of_rank[k];
+        int32_t cell = pdi_body_find_cell(c, body->position + (int64_t)i * PD_DIM, NULL);
         c->point[--c->first[cell + 1]] = i;
     }
     for (int32_t k = 0; k < c->count; k++) c->first[k] = c->first[k + 1];
@@ -167,22 +166,21 @@ static pd_status pdi_body_collect(pd_ctx *ctx, const pd_body *body, pdi_body_cel
 }
 
 /* 1: a point at xi [m] with |xi|^2 = square belongs to the family. */
-static int pdi_body_belongs(const pd_body *body, const double *xi, double square, double reach)
+static int pdi_body_is_in_family(const pd_body *body, const double *xi, double square, double reach)
 {
     if (square > reach * reach) return 0;
-    if (body->rim == PD_RIM_EXACT) return pdi_rim_meets(xi, body->spacing, body->horizon);
+    if (body->rim == PD_RIM_EXACT) return pdi_partial_volume_is_inside(xi, body->spacing, body->horizon);
     return !(body->spacing > 0.0) || sqrt(square) < reach;
 }
 
-/* Neighbours of point i whose periodic image number is `image`, as ranks, into `to` unless it is NULL. Returns how
- * many. */
-static int32_t pdi_body_family(const pd_body *body, const pdi_body_cells *c, int32_t i, int image, int32_t *to)
+/* Neighbours of point i of the periodic image `image`, as ranks, into `to` unless it is NULL. Returns how many. */
+static int32_t pdi_body_find_family(const pd_body *body, const pdi_body_cell_list *c, int32_t i, int image, int32_t *to)
 {
     const double *x = body->position + (int64_t)i * PD_DIM;
-    double reach = pdi_body_reach(body), seen[PD_DIM];
+    double reach = pdi_body_max_bond_length(body), seen[PD_DIM];
     int32_t own[PD_DIM], found = 0, around = 1;
     for (int d = 0; d < PD_DIM; d++) seen[d] = x[d] - image * body->period[d];
-    pdi_body_cell(c, seen, own);
+    pdi_body_find_cell(c, seen, own);
     for (int d = 0; d < PD_DIM; d++) around *= 3;
     for (int32_t k = 0; k < around; k++) {
         int32_t cell = 0, stride = 1, inside = 1;
@@ -199,8 +197,8 @@ static int32_t pdi_body_family(const pd_body *body, const pdi_body_cells *c, int
                 xi[d] = body->position[(int64_t)j * PD_DIM + d] - x[d] + image * body->period[d];
                 square += xi[d] * xi[d];
             }
-            if ((j == i && !image) || !pdi_body_belongs(body, xi, square, reach)) continue;
-            if (to) to[found] = c->rank[j];
+            if ((j == i && !image) || !pdi_body_is_in_family(body, xi, square, reach)) continue;
+            if (to) to[found] = c->rank_of_point[j];
             found++;
         }
     }
@@ -208,35 +206,35 @@ static int32_t pdi_body_family(const pd_body *body, const pdi_body_cells *c, int
 }
 
 /* qsort order of ranks. */
-static int pdi_body_ascend(const void *a, const void *b)
+static int pdi_body_compare_ranks(const void *a, const void *b)
 {
     int32_t p = *(const int32_t *)a, q = *(const int32_t *)b;
     return (p > q) - (p < q);
 }
 
 /* Largest image number that bonds may lead to, on either side; 0 without a period. */
-static int pdi_body_images(const pd_body *body)
+static int pdi_body_max_image(const pd_body *body)
 {
-    return pdi_body_repeats(body) ? (int)(pdi_body_reach(body) / body->period[PD_DIM - 1]) + 1 : 0;
+    return pdi_body_is_periodic(body) ? (int)(pdi_body_max_bond_length(body) / body->period[PD_DIM - 1]) + 1 : 0;
 }
 
 /* Stores the family of point i: sorted by image number, then by position. */
-static void pdi_body_fill(pd_body *body, const pdi_body_cells *c, int32_t i)
+static void pdi_body_store_family(pd_body *body, const pdi_body_cell_list *c, int32_t i)
 {
     int64_t begin = body->row[i];
-    int most = pdi_body_images(body);
+    int most = pdi_body_max_image(body);
     for (int image = -most; image <= most; image++) {
         int32_t *family = body->member + begin;
-        size_t length = (size_t)pdi_body_family(body, c, i, image, family);
-        qsort(family, length, sizeof *family, pdi_body_ascend);
-        for (size_t k = 0; k < length; k++) family[k] = c->at[family[k]];
+        size_t length = (size_t)pdi_body_find_family(body, c, i, image, family);
+        qsort(family, length, sizeof *family, pdi_body_compare_ranks);
+        for (size_t k = 0; k < length; k++) family[k] = c->point_of_rank[family[k]];
         for (size_t k = 0; k < length && most; k++) body->image[begin + (int64_t)k] = (int8_t)image;
         begin += (int64_t)length;
     }
 }
 
 /* Turns family sizes in row[i + 1] into the number of the first bond of each. Returns the largest size. */
-static int32_t pdi_body_number(pd_body *body)
+static int32_t pdi_body_number_bonds(pd_body *body)
 {
     int64_t longest = 0;
     body->row[0] = 0;
@@ -249,50 +247,48 @@ static int32_t pdi_body_number(pd_body *body)
 }
 
 /* Finds and stores the families of all points from the cell list. */
-static pd_status pdi_body_families(pd_ctx *ctx, pd_body *body, const pdi_body_cells *c)
+static pd_status pdi_body_build_families(pd_ctx *ctx, pd_body *body, const pdi_body_cell_list *c)
 {
-    int most = pdi_body_images(body);
+    int most = pdi_body_max_image(body);
     int nt = pdi_par_threads(ctx, (int64_t)body->count * 1000);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) {
         body->row[i + 1] = 0;
         for (int image = -most; image <= most; image++)
-            body->row[i + 1] += pdi_body_family(body, c, i, image, NULL);
+            body->row[i + 1] += pdi_body_find_family(body, c, i, image, NULL);
     }
-    body->shifts = body->kinds = pdi_body_number(body);
+    body->shifts = body->kinds = pdi_body_number_bonds(body);
     body->places = body->charted = body->bonds;
-    PDI_TRY(pdi_owner_build(ctx, pdi_body_table_list, body));
+    PDI_TRY(pdi_array_registry_build(ctx, pdi_body_list_families, body));
     for (int32_t k = 0; k < body->kinds; k++) body->shift[k] = k;
     PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < body->count; i++) pdi_body_fill(body, c, i);
+    for (int32_t i = 0; i < body->count; i++) pdi_body_store_family(body, c, i);
     return PD_OK;
 }
 
-/* ---- lattices ---- */
-
 /* Coordinates of the points of a lattice along its axes. */
-typedef struct pdi_body_axes {
+typedef struct pdi_body_lattice_axes {
     int32_t n[PD_DIM];     /* places along each axis */
     int32_t begin[PD_DIM + 1]; /* of each axis in x */
     double lo[PD_DIM];     /* [m] */
     int32_t steps;         /* of a bond along an axis, at most */
-    int64_t lead;          /* entries before the first position */
+    int64_t margin;        /* entries before the first position */
     int32_t stride[PD_DIM];
     double *x;             /* [begin[PD_DIM]] [m] the coordinate of all points there; HUGE_VAL: there is none */
-    double *span;          /* [PD_DIM][steps + 1][2] [m] least and largest distance of so many steps; largest < 0:
-                            * none */
-} pdi_body_axes;
+    double *distance_range; /* [PD_DIM][steps + 1][2] [m] least and largest distance of so many steps; largest < 0:
+                             * none */
+} pdi_body_lattice_axes;
 
 /* Describes the arrays of lattice axes. */
-static void pdi_body_axes_list(pdi_owner *owner, void *object)
+static void pdi_body_list_lattice_axes(pdi_array_visitor *owner, void *object)
 {
-    pdi_body_axes *axes = (pdi_body_axes *)object;
+    pdi_body_lattice_axes *axes = (pdi_body_lattice_axes *)object;
     PDI_ARRAY(owner, axes, x, axes->begin[PD_DIM], "m");
-    PDI_ARRAY(owner, axes, span, axes->begin[PD_DIM] > 0 ? 2 * PD_DIM * (axes->steps + 1) : 0, "m");
+    PDI_ARRAY(owner, axes, distance_range, axes->begin[PD_DIM] > 0 ? 2 * PD_DIM * (axes->steps + 1) : 0, "m");
 }
 
-PDI_FN double pdi_body_places(const double *n, double steps)
+PDI_FN double pdi_body_count_table_entries(const double *n, double steps)
 {
     double stride = 1.0, lead = 0.0;
     for (int d = 0; d < PD_DIM; d++) {
@@ -303,9 +299,10 @@ PDI_FN double pdi_body_places(const double *n, double steps)
 }
 
 /* Lattice box around all points. Returns 0: its table would have too many entries. */
-static int pdi_body_box(pd_body *body, pdi_body_axes *a)
+static int pdi_body_init_lattice_box(pd_body *body, pdi_body_lattice_axes *a)
 {
-    double n[PD_DIM], steps = floor(pdi_body_reach(body) / body->spacing * (1.0 + PDI_BODY_ROUNDING)), most = 1.0;
+    double n[PD_DIM], most = 1.0;
+    double steps = floor(pdi_body_max_bond_length(body) / body->spacing * (1.0 + PDI_BODY_ROUNDING));
     for (int d = 0; d < PD_DIM; d++) {
         double hi = a->lo[d] = body->position[d];
         for (int64_t i = d; i < (int64_t)body->count * PD_DIM; i += PD_DIM) {
@@ -315,7 +312,7 @@ static int pdi_body_box(pd_body *body, pdi_body_axes *a)
         n[d] = floor((hi - a->lo[d]) / body->spacing + 0.5) + 1.0;
         most *= 2.0 * steps + 1.0;
     }
-    double places = pdi_body_places(n, steps);
+    double places = pdi_body_count_table_entries(n, steps);
     if (!(places <= 2.0 * most * (double)body->count) || !(places < 2e9)) return 0;
     a->steps = (int32_t)steps;
     body->places = body->charted = (int64_t)places;
@@ -324,14 +321,14 @@ static int pdi_body_box(pd_body *body, pdi_body_axes *a)
         a->n[d] = (int32_t)n[d];
         a->begin[d + 1] = a->begin[d] + a->n[d];
         a->stride[d] = (int32_t)stride;
-        a->lead += a->steps * stride;
+        a->margin += a->steps * stride;
         stride *= a->n[d] + a->steps;
     }
     return 1;
 }
 
 /* Common coordinates along the axes. Returns 0: a point is off the lattice, or two differ along an axis. */
-static int pdi_body_align(const pd_body *body, const pdi_body_axes *a)
+static int pdi_body_try_coordinates(const pd_body *body, const pdi_body_lattice_axes *a)
 {
     for (int32_t k = 0; k < a->begin[PD_DIM]; k++) a->x[k] = HUGE_VAL;
     for (int32_t i = 0; i < body->count; i++)
@@ -344,7 +341,7 @@ static int pdi_body_align(const pd_body *body, const pdi_body_axes *a)
         }
     for (int d = 0; d < PD_DIM; d++)
         for (int32_t s = 0; s <= a->steps; s++) {
-            double *span = a->span + 2 * (d * (a->steps + 1) + s);
+            double *span = a->distance_range + 2 * (d * (a->steps + 1) + s);
             span[0] = HUGE_VAL;
             span[1] = -1.0;
             for (int32_t k = a->begin[d]; k + s < a->begin[d + 1]; k++) {
@@ -356,16 +353,15 @@ static int pdi_body_align(const pd_body *body, const pdi_body_axes *a)
     return 1;
 }
 
-/* 1: the lattice offset number k belongs to the family, by its least and largest length; 0: not; -1: they disagree.
- * *shift: its index shift in the table. */
-static int pdi_body_step(const pd_body *body, const pdi_body_axes *a, int64_t k, int64_t *shift)
+/* 1: offset k is in the family, by its least and largest length; 0: not; -1: they disagree. *shift: of index. */
+static int pdi_body_is_step_in_family(const pd_body *body, const pdi_body_lattice_axes *a, int64_t k, int64_t *shift)
 {
     int wide = 2 * a->steps + 1, belongs[2];
-    double xi[2][PD_DIM], reach = pdi_body_reach(body), most = 0.0;
+    double xi[2][PD_DIM], reach = pdi_body_max_bond_length(body), most = 0.0;
     *shift = 0;
     for (int d = 0; d < PD_DIM; d++, k /= wide) {
         int32_t step = (int32_t)(k % wide) - a->steps, size = step < 0 ? -step : step;
-        const double *span = a->span + 2 * (d * (a->steps + 1) + size);
+        const double *span = a->distance_range + 2 * (d * (a->steps + 1) + size);
         if (span[1] < 0.0) return 0;
         *shift += (int64_t)step * a->stride[d];
         xi[0][d] = span[0];
@@ -376,20 +372,19 @@ static int pdi_body_step(const pd_body *body, const pdi_body_axes *a, int64_t k,
     for (int e = 0; e < 2; e++) {
         double square = 0.0;
         for (int d = 0; d < PD_DIM; d++) square += xi[e][d] * xi[e][d];
-        belongs[e] = pdi_body_belongs(body, xi[e], square, reach);
+        belongs[e] = pdi_body_is_in_family(body, xi[e], square, reach);
     }
     return belongs[0] == belongs[1] ? belongs[0] : -1;
 }
 
-/* Shifts of a complete family in the order of families, into `to` unless it is NULL. Returns how many; -1: rounding
- * decides who belongs to it. */
-static int32_t pdi_body_stencil(const pd_body *body, const pdi_body_axes *a, int32_t *to)
+/* Shifts of a complete family in order, into `to` unless it is NULL. Returns how many; -1: rounding decides on them. */
+static int32_t pdi_body_find_stencil(const pd_body *body, const pdi_body_lattice_axes *a, int32_t *to)
 {
     int64_t all = 1, shift;
     int32_t found = 0;
     for (int d = 0; d < PD_DIM; d++) all *= 2 * a->steps + 1;
     for (int64_t k = 0; k < all; k++) {
-        int belongs = pdi_body_step(body, a, k, &shift);
+        int belongs = pdi_body_is_step_in_family(body, a, k, &shift);
         if (belongs < 0) return -1;
         if (belongs && to) to[found] = (int32_t)shift;
         found += belongs;
@@ -398,14 +393,14 @@ static int32_t pdi_body_stencil(const pd_body *body, const pdi_body_axes *a, int
 }
 
 /* Fills the table of lattice positions. Returns 0: two points at one position, or stored families are shorter. */
-static int pdi_body_chart(const pd_ctx *ctx, pd_body *body, const pdi_body_axes *a)
+static int pdi_body_build_lattice_table(const pd_ctx *ctx, pd_body *body, const pdi_body_lattice_axes *a)
 {
     int nt = pdi_par_threads(ctx, (int64_t)body->count * body->kinds);
     (void)nt;
-    pdi_body_stencil(body, a, body->shift);
+    pdi_body_find_stencil(body, a, body->shift);
     for (int64_t k = 0; k < body->places; k++) body->member[k] = -1;
     for (int32_t i = 0; i < body->count; i++) {
-        int64_t place = a->lead;
+        int64_t place = a->margin;
         for (int d = 0; d < PD_DIM; d++) {
             double at = (body->position[(int64_t)i * PD_DIM + d] - a->lo[d]) / body->spacing;
             place += (int64_t)floor(at + 0.5) * a->stride[d];
@@ -421,40 +416,39 @@ static int pdi_body_chart(const pd_ctx *ctx, pd_body *body, const pdi_body_axes 
         for (int32_t k = 0; k < body->kinds; k++) found += at[body->shift[k]] >= 0;
         body->row[i + 1] = found;
     }
-    pdi_body_number(body);
+    pdi_body_number_bonds(body);
     return body->places + body->count <= 2 * body->bonds;
 }
 
 /* Families by a shared stencil where that takes less memory; body->lattice says so. They equal those of the cell list:
  * coordinates along an axis are equal, and membership does not depend on rounding. */
-static pd_status pdi_body_lattice(pd_ctx *ctx, pd_body *body)
+static pd_status pdi_body_build_lattice_families(pd_ctx *ctx, pd_body *body)
 {
-    pdi_body_axes axes;
+    pdi_body_lattice_axes axes;
     memset(&axes, 0, sizeof axes);
-    if (!(body->spacing > 0.0) || pdi_body_repeats(body) || !pdi_body_box(body, &axes)) return PD_OK;
-    pd_status status = pdi_owner_build(ctx, pdi_body_axes_list, &axes);
-    int32_t kinds = status == PD_OK && pdi_body_align(body, &axes) ? pdi_body_stencil(body, &axes, NULL) : 0;
+    if (!(body->spacing > 0.0) || pdi_body_is_periodic(body) || !pdi_body_init_lattice_box(body, &axes)) return PD_OK;
+    pd_status status = pdi_array_registry_build(ctx, pdi_body_list_lattice_axes, &axes);
+    int32_t kinds = 0;
+    if (status == PD_OK && pdi_body_try_coordinates(body, &axes)) kinds = pdi_body_find_stencil(body, &axes, NULL);
     if (kinds > 0) {
         body->shifts = body->kinds = kinds;
         body->lattice = 1;
-        status = pdi_owner_build(ctx, pdi_body_table_list, body);
-        if (status == PD_OK && !pdi_body_chart(ctx, body, &axes)) {
-            pdi_owner_free(ctx, pdi_body_table_list, body);
+        status = pdi_array_registry_build(ctx, pdi_body_list_families, body);
+        if (status == PD_OK && !pdi_body_build_lattice_table(ctx, body, &axes)) {
+            pdi_array_registry_free(ctx, pdi_body_list_families, body);
             body->lattice = 0;
         }
     }
-    pdi_owner_free(ctx, pdi_body_axes_list, &axes);
+    pdi_array_registry_free(ctx, pdi_body_list_lattice_axes, &axes);
     return status;
 }
 
-/* ---- bonds that leave the body ---- */
-
 /* 1: the line of the bond stays within the body. Both ends ask for the same line, so they agree. */
-static int pdi_body_joins(const pd_body *body, const pd_body_desc *desc, int32_t i, const pd_walk *f)
+static int pdi_body_is_joined(const pd_body *body, const pd_body_desc *desc, int32_t i, const pd_walk *f)
 {
     double xi[PD_DIM];
     int first = 0;
-    pdi_walk_vector(body, i, f, xi);
+    pdi_body_bond_vector(body, i, f, xi);
     for (int d = 0; d < PD_DIM && !first; d++) first = xi[d] > 0.0 ? 1 : xi[d] < 0.0 ? -1 : 0;
     if (first > 0) return desc->joined(desc->user, i, f->to, xi);
     for (int d = 0; d < PD_DIM; d++) xi[d] = -xi[d];
@@ -462,21 +456,23 @@ static int pdi_body_joins(const pd_body *body, const pd_body_desc *desc, int32_t
 }
 
 /* Sets lost [bonds] to 1 for bonds that leave the body; set entries stay. Returns how many are set. */
-static int64_t pdi_body_leave(const pd_ctx *ctx, const pd_body *body, const pd_body_desc *desc, uint8_t *lost)
+static int64_t pdi_body_mark_leaving_bonds(const pd_ctx *ctx, const pd_body *body, const pd_body_desc *desc,
+                                           uint8_t *lost)
 {
     int64_t all = 0;
     int nt = pdi_par_threads(ctx, body->bonds * 20);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++)
-        for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);)
-            if (!lost[pdi_walk_bond(&f)]) lost[pdi_walk_bond(&f)] = (uint8_t)!pdi_body_joins(body, desc, i, &f);
+        for (pd_walk f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);)
+            if (!lost[pdi_body_bond_number(&f)])
+                lost[pdi_body_bond_number(&f)] = (uint8_t)!pdi_body_is_joined(body, desc, i, &f);
     for (int64_t k = 0; k < body->bonds; k++) all += lost[k];
     return all;
 }
 
 /* Number of bonds of point i that do not leave the body. */
-static int64_t pdi_body_left(const pd_body *body, const uint8_t *lost, int32_t i)
+static int64_t pdi_body_count_left(const pd_body *body, const uint8_t *lost, int32_t i)
 {
     int64_t left = body->row[i + 1] - body->row[i];
     for (int64_t k = body->row[i]; k < body->row[i + 1]; k++) left -= lost[k];
@@ -484,11 +480,11 @@ static int64_t pdi_body_left(const pd_body *body, const uint8_t *lost, int32_t i
 }
 
 /* Bond numbers after the removal of the lost ones. */
-static void pdi_body_renumber(pd_body *body, const uint8_t *lost)
+static void pdi_body_renumber_bonds(pd_body *body, const uint8_t *lost)
 {
     int64_t begin = 0;
     for (int32_t i = 0; i < body->count; i++) {
-        int64_t left = pdi_body_left(body, lost, i);
+        int64_t left = pdi_body_count_left(body, lost, i);
         body->row[i] = begin;
         begin += left;
     }
@@ -496,11 +492,11 @@ static void pdi_body_renumber(pd_body *body, const uint8_t *lost)
 }
 
 /* Lattice: points whose families lack bonds get lists of their own. PD_ERR_SIZE: too many. */
-static pd_status pdi_body_lists(pd_ctx *ctx, pd_body *body, const uint8_t *lost)
+static pd_status pdi_body_store_incomplete_families(pd_ctx *ctx, pd_body *body, const uint8_t *lost)
 {
     int64_t lists = 0, room = body->places;
     for (int32_t i = 0; i < body->count; i++)
-        lists += pdi_body_left(body, lost, i) < body->row[i + 1] - body->row[i];
+        lists += pdi_body_count_left(body, lost, i) < body->row[i + 1] - body->row[i];
     room += lists * body->kinds;
     if (room >= INT32_MAX)
         return pdi_fail(ctx, PD_ERR_SIZE, "body", "%g families of %d bonds have lists of their own, too many: use a "
@@ -512,10 +508,10 @@ static pd_status pdi_body_lists(pd_ctx *ctx, pd_body *body, const uint8_t *lost)
     for (int32_t k = 0; k < body->kinds; k++) body->shift[body->kinds + k] = k;
     int64_t list = body->charted;
     for (int32_t i = 0; i < body->count; i++) {
-        if (pdi_body_left(body, lost, i) == body->row[i + 1] - body->row[i]) continue;
+        if (pdi_body_count_left(body, lost, i) == body->row[i + 1] - body->row[i]) continue;
         for (int32_t k = 0; k < body->kinds; k++) body->member[list + k] = -1;
-        for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);)
-            if (!lost[pdi_walk_bond(&f)]) body->member[list + f.kind] = f.to;
+        for (pd_walk f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);)
+            if (!lost[pdi_body_bond_number(&f)]) body->member[list + f.kind] = f.to;
         body->place[i] = (int32_t)list;
         list += body->kinds;
     }
@@ -523,7 +519,7 @@ static pd_status pdi_body_lists(pd_ctx *ctx, pd_body *body, const uint8_t *lost)
 }
 
 /* No lattice: removes the lost bonds from the stored families. */
-static pd_status pdi_body_shorten(pd_ctx *ctx, pd_body *body, const uint8_t *lost)
+static pd_status pdi_body_remove_lost_bonds(pd_ctx *ctx, pd_body *body, const uint8_t *lost)
 {
     int64_t left = 0, longest = 0, bonds = body->bonds;
     for (int32_t i = 0; i < body->count; i++) {
@@ -531,7 +527,7 @@ static pd_status pdi_body_shorten(pd_ctx *ctx, pd_body *body, const uint8_t *los
         for (int64_t k = body->row[i]; k < body->row[i + 1]; k++) {
             if (lost[k]) continue;
             body->member[left] = body->member[k];
-            if (pdi_body_repeats(body)) body->image[left] = body->image[k];
+            if (pdi_body_is_periodic(body)) body->image[left] = body->image[k];
             left++;
         }
         longest = left - begin > longest ? left - begin : longest;
@@ -540,12 +536,12 @@ static pd_status pdi_body_shorten(pd_ctx *ctx, pd_body *body, const uint8_t *los
     body->places = body->charted = left;
     PDI_TRY(PDI_GROW(ctx, "body", body->shifts, longest, body->shift));
     body->shifts = body->kinds = (int32_t)longest;
-    return pdi_body_repeats(body) ? PDI_GROW(ctx, "body", bonds, left, body->image) : PD_OK;
+    return pdi_body_is_periodic(body) ? PDI_GROW(ctx, "body", bonds, left, body->image) : PD_OK;
 }
 
-/* As pdi_body_leave, with the visibility criterion by the faces of the surface. *count: how many. */
-static pd_status pdi_body_cross(pd_ctx *ctx, const pd_body *body, const pd_body_desc *desc, uint8_t *lost,
-                                int64_t *count)
+/* As pdi_body_mark_leaving_bonds, with the visibility criterion by the faces of the surface. *count: how many. */
+static pd_status pdi_body_mark_crossing_bonds(pd_ctx *ctx, const pd_body *body, const pd_body_desc *desc, uint8_t *lost,
+                                              int64_t *count)
 {
     pdi_visibility visibility;
     pd_body_desc by = *desc;
@@ -553,33 +549,34 @@ static pd_status pdi_body_cross(pd_ctx *ctx, const pd_body *body, const pd_body_
     visibility.position = body->position;
     visibility.face = desc->face;
     visibility.faces = desc->faces;
-    by.joined = pdi_visibility_joined;
+    by.joined = pdi_visibility_is_joined;
     by.user = &visibility;
-    pd_status status = pdi_visibility_build(ctx, pdi_body_reach(body), &visibility);
-    if (status == PD_OK) *count = pdi_body_leave(ctx, body, &by, lost);
+    pd_status status = pdi_visibility_build(ctx, pdi_body_max_bond_length(body), &visibility);
+    if (status == PD_OK) *count = pdi_body_mark_leaving_bonds(ctx, body, &by, lost);
     pdi_visibility_free(ctx, &visibility);
     return status;
 }
 
 /* Removes all bonds that leave the body, by faces and by desc->joined. */
-static pd_status pdi_body_part(pd_ctx *ctx, pd_body *body, const pd_body_desc *desc)
+static pd_status pdi_body_remove_leaving_bonds(pd_ctx *ctx, pd_body *body, const pd_body_desc *desc)
 {
     int64_t bonds = body->bonds, count = 0;
     uint8_t *lost = NULL;
     if ((!desc->joined && !desc->faces) || !bonds) return PD_OK;
     PDI_TRY(PDI_NEW(ctx, "body", bonds, lost));
-    pd_status status = desc->faces ? pdi_body_cross(ctx, body, desc, lost, &count) : PD_OK;
-    if (status == PD_OK && desc->joined) count = pdi_body_leave(ctx, body, desc, lost);
+    pd_status status = desc->faces ? pdi_body_mark_crossing_bonds(ctx, body, desc, lost, &count) : PD_OK;
+    if (status == PD_OK && desc->joined) count = pdi_body_mark_leaving_bonds(ctx, body, desc, lost);
     if (status == PD_OK && count) {
-        status = body->lattice ? pdi_body_lists(ctx, body, lost) : pdi_body_shorten(ctx, body, lost);
-        if (status == PD_OK) pdi_body_renumber(body, lost);
+        status = body->lattice ? pdi_body_store_incomplete_families(ctx, body, lost)
+                               : pdi_body_remove_lost_bonds(ctx, body, lost);
+        if (status == PD_OK) pdi_body_renumber_bonds(body, lost);
     }
     PDI_DELETE(ctx, bonds, lost);
     return status;
 }
 
 /* Table of the exact cell fractions within the horizon. */
-static void pdi_body_parts(pd_body *body)
+static void pdi_body_tabulate_fractions(pd_body *body)
 {
     int64_t all = 1;
     for (int d = 0; d < PD_DIM; d++) all *= body->cells;
@@ -587,121 +584,124 @@ static void pdi_body_parts(pd_body *body)
         double xi[PD_DIM];
         int64_t rest = k;
         for (int d = 0; d < PD_DIM; d++, rest /= body->cells) xi[d] = (double)(rest % body->cells) * body->spacing;
-        body->part[k] = pdi_rim_part(xi, body->spacing, body->horizon);
+        body->part[k] = pdi_partial_volume_compute_fraction(xi, body->spacing, body->horizon);
     }
 }
 
 /* Volume fraction of the cell at xi within the horizon: from the table, or computed off the lattice. */
-static double pdi_body_exact(const pd_body *body, const double *xi)
+static double pdi_body_cell_fraction(const pd_body *body, const double *xi)
 {
     int64_t place = 0;
     for (int d = PD_DIM - 1; d >= 0; d--) {
         double at = fabs(xi[d]) / body->spacing, near = floor(at + 0.5);
         if (!(fabs(at - near) < PDI_BODY_ROUNDING) || !(near < (double)body->cells))
-            return pdi_rim_part(xi, body->spacing, body->horizon);
+            return pdi_partial_volume_compute_fraction(xi, body->spacing, body->horizon);
         place = place * body->cells + (int64_t)near;
     }
     return body->part[place];
 }
 
-PDI_FN double pdi_body_weight(const pd_body *body, pd_influence influence, const double *xi)
+PDI_FN double pdi_body_compute_bond_weight(const pd_body *body, pd_influence influence, const double *xi)
 {
     double square = 0.0;
     for (int d = 0; d < PD_DIM; d++) square += xi[d] * xi[d];
     double r = sqrt(square), inside = body->horizon + 0.5 * body->spacing - r;
     double part = body->spacing > 0.0 && inside < body->spacing ? inside / body->spacing : 1.0;
-    if (body->rim == PD_RIM_EXACT) part = pdi_body_exact(body, xi);
+    if (body->rim == PD_RIM_EXACT) part = pdi_body_cell_fraction(body, xi);
     else if (body->spacing > 0.0 && !(inside > 0.0)) return 0.0;
     if (influence == PD_INFLUENCE_INVERSE) return part * body->horizon / r;
     if (influence == PD_INFLUENCE_LINEAR) return part * (1.0 - r / (body->horizon + body->spacing));
     return part;
 }
 
-PDI_FN int64_t pdi_body_intact(const pd_body *body, int32_t i)
+PDI_FN int64_t pdi_body_count_intact(const pd_body *body, int32_t i)
 {
-    pd_walk f = pdi_walk_from(body, i);
+    pd_walk f = pdi_body_bonds_begin(body, i);
     int64_t bonds = f.bonds;
     for (int32_t byte = 0; byte < (f.bonds + 7) / 8; byte++)
         for (unsigned bits = f.broken[byte]; bits; bits &= bits - 1) bonds--;
     return bonds;
 }
 
-PDI_FN int pdi_body_whole(const pd_body *body)
+PDI_FN int pdi_body_is_intact(const pd_body *body)
 {
-    int64_t bytes = pdi_body_bytes(body), byte = 0;
+    int64_t bytes = pdi_body_count_bytes(body), byte = 0;
     while (byte < bytes && !body->broken[byte]) byte++;
     return byte == bytes;
 }
 
 /* Number of the bond of point j to that periodic image of point i; -1: none. */
-static int32_t pdi_body_seek(const pd_body *body, int32_t i, int32_t j, int image)
+static int32_t pdi_body_find_bond_to_image(const pd_body *body, int32_t i, int32_t j, int image)
 {
-    for (pd_walk f = pdi_walk_from(body, j); pdi_walk_next(&f);)
-        if (f.to == i && pdi_walk_image(&f) == image) return f.n;
+    for (pd_walk f = pdi_body_bonds_begin(body, j); pdi_body_bonds_next(&f);)
+        if (f.to == i && pdi_body_bond_image(&f) == image) return f.n;
     return -1;
 }
 
-PDI_FN int32_t pdi_body_back(const pd_body *body, int32_t i, int32_t j) { return pdi_body_seek(body, i, j, 0); }
-
-PDI_FN int32_t pdi_walk_back(const pd_body *body, int32_t i, const pd_walk *f)
+PDI_FN int32_t pdi_body_find_bond(const pd_body *body, int32_t i, int32_t j)
 {
-    return pdi_body_seek(body, i, f->to, -pdi_walk_image(f));
+    return pdi_body_find_bond_to_image(body, i, j, 0);
 }
 
-PDI_FN void pdi_body_mark(pd_body *body, int32_t i, int32_t n)
+PDI_FN int32_t pdi_body_find_reverse_bond(const pd_body *body, int32_t i, const pd_walk *f)
 {
-    uint8_t *bits = body->broken + (pdi_walk_from(body, i).broken - body->broken);
+    return pdi_body_find_bond_to_image(body, i, f->to, -pdi_body_bond_image(f));
+}
+
+PDI_FN void pdi_body_mark_broken(pd_body *body, int32_t i, int32_t n)
+{
+    uint8_t *bits = body->broken + (pdi_body_bonds_begin(body, i).broken - body->broken);
     bits[n >> 3] = (uint8_t)(bits[n >> 3] | 1u << (n & 7));
 }
 
 int32_t pd_body_family(const pd_body *body, int32_t i, int32_t *to, uint8_t *broken)
 {
-    pd_walk f = pdi_walk_from(body, i);
-    while (pdi_walk_next(&f)) {
+    pd_walk f = pdi_body_bonds_begin(body, i);
+    while (pdi_body_bonds_next(&f)) {
         if (to) to[f.n] = f.to;
-        if (broken) broken[f.n] = (uint8_t)pdi_walk_broken(&f);
+        if (broken) broken[f.n] = (uint8_t)pdi_body_bond_is_broken(&f);
     }
     return f.bonds;
 }
 
-PDI_FN int pdi_walk_break(pd_body *body, int32_t i, const pd_walk *f)
+PDI_FN int pdi_body_break_bond(pd_body *body, int32_t i, const pd_walk *f)
 {
-    if (pdi_walk_broken(f)) return 0;
-    pdi_body_mark(body, i, f->n);
-    pdi_body_mark(body, f->to, pdi_walk_back(body, i, f));
+    if (pdi_body_bond_is_broken(f)) return 0;
+    pdi_body_mark_broken(body, i, f->n);
+    pdi_body_mark_broken(body, f->to, pdi_body_find_reverse_bond(body, i, f));
     return 1;
 }
 
 int pd_body_break(pd_body *body, int32_t i, int32_t j)
 {
-    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);)
-        if (f.to == j && !pdi_walk_image(&f)) return pdi_walk_break(body, i, &f);
+    for (pd_walk f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);)
+        if (f.to == j && !pdi_body_bond_image(&f)) return pdi_body_break_bond(body, i, &f);
     return 0;
 }
 
-PDI_FN int64_t pdi_body_release(pd_body *body, int32_t i)
+PDI_FN int64_t pdi_body_break_all_bonds(pd_body *body, int32_t i)
 {
     int64_t bonds = 0;
-    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) bonds += pdi_walk_break(body, i, &f);
+    for (pd_walk f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) bonds += pdi_body_break_bond(body, i, &f);
     return bonds;
 }
 
-PDI_FN void pdi_body_felt(const pd_body *body, uint8_t *felt)
+PDI_FN void pdi_body_mark_influential(const pd_body *body, uint8_t *felt)
 {
     for (int32_t i = 0; i < body->own; i++) {
         felt[i] = 1;
-        for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) felt[f.to] = 1;
+        for (pd_walk f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) felt[f.to] = 1;
     }
 }
 
-PDI_FN int32_t pdi_body_piece(const pd_body *body, int32_t i, uint8_t *seen, int32_t *piece)
+PDI_FN int32_t pdi_body_find_component(const pd_body *body, int32_t i, uint8_t *seen, int32_t *piece)
 {
     int32_t count = 1;
     piece[0] = i;
     seen[i] = 1;
     for (int32_t n = 0; n < count; n++)
-        for (pd_walk f = pdi_walk_from(body, piece[n]); pdi_walk_next(&f);) {
-            if (seen[f.to] || pdi_walk_broken(&f)) continue;
+        for (pd_walk f = pdi_body_bonds_begin(body, piece[n]); pdi_body_bonds_next(&f);) {
+            if (seen[f.to] || pdi_body_bond_is_broken(&f)) continue;
             seen[f.to] = 1;
             piece[count++] = f.to;
         }
@@ -711,7 +711,7 @@ PDI_FN int32_t pdi_body_piece(const pd_body *body, int32_t i, uint8_t *seen, int
 /* The points have to lie within one period along the last axis, so that no point meets an image. */
 static pd_status pdi_body_check_period(pd_ctx *ctx, const pd_body_desc *desc)
 {
-    double lo = HUGE_VAL, hi = -HUGE_VAL, least = PDI_BODY_PERIOD * (desc->horizon + desc->spacing);
+    double lo = HUGE_VAL, hi = -HUGE_VAL, least = PDI_BODY_MIN_PERIOD * (desc->horizon + desc->spacing);
     double length = desc->period[PD_DIM - 1], most = 0.0;
     for (int d = 0; d < PD_DIM; d++) most = pdi_max(most, fabs(desc->period[d]));
     if (!(most > 0.0)) return PD_OK;
@@ -751,7 +751,7 @@ static pd_status pdi_body_check(pd_ctx *ctx, const pd_body_desc *desc)
 }
 
 /* Inner part of the build; after an error the caller frees. */
-static pd_status pdi_body_make(pd_ctx *ctx, const pd_body_desc *desc, pd_body *body, pdi_body_cells *cells)
+static pd_status pdi_body_build_inner(pd_ctx *ctx, const pd_body_desc *desc, pd_body *body, pdi_body_cell_list *cells)
 {
     PDI_TRY(pdi_body_check(ctx, desc));
     body->count = body->own = desc->count;
@@ -759,41 +759,41 @@ static pd_status pdi_body_make(pd_ctx *ctx, const pd_body_desc *desc, pd_body *b
     body->spacing = desc->spacing;
     memcpy(body->period, desc->period, sizeof body->period);
     body->rim = PD_DIM > 1 ? desc->rim : PD_RIM_LINEAR; /* which is exact in 1D */
-    if (body->rim == PD_RIM_EXACT && body->horizon < PDI_BODY_KEPT * body->spacing)
+    if (body->rim == PD_RIM_EXACT && body->horizon < PDI_BODY_MAX_TABLE_SPACINGS * body->spacing)
         body->cells = (int32_t)ceil(body->horizon / body->spacing) + 2;
-    PDI_TRY(pdi_owner_build(ctx, pdi_body_row_list, body));
-    if (body->cells) pdi_body_parts(body);
+    PDI_TRY(pdi_array_registry_build(ctx, pdi_body_list_points, body));
+    if (body->cells) pdi_body_tabulate_fractions(body);
     memcpy(body->position, desc->position, (size_t)desc->count * PD_DIM * sizeof *desc->position);
     memcpy(body->volume, desc->volume, (size_t)desc->count * sizeof *desc->volume);
-    PDI_TRY(pdi_body_lattice(ctx, body));
+    PDI_TRY(pdi_body_build_lattice_families(ctx, body));
     if (!body->lattice) {
-        pdi_body_divide(body, cells);
-        PDI_TRY(pdi_body_collect(ctx, body, cells));
-        PDI_TRY(pdi_body_families(ctx, body, cells));
+        pdi_body_init_cell_grid(body, cells);
+        PDI_TRY(pdi_body_build_cell_list(ctx, body, cells));
+        PDI_TRY(pdi_body_build_families(ctx, body, cells));
     }
-    PDI_TRY(pdi_body_part(ctx, body, desc));
-    return pdi_owner_build(ctx, pdi_body_list, body);
+    PDI_TRY(pdi_body_remove_leaving_bonds(ctx, body, desc));
+    return pdi_array_registry_build(ctx, pdi_body_list_state, body);
 }
 
 pd_status pd_body_build(pd_ctx *ctx, const pd_body_desc *desc, pd_body *body)
 {
-    pdi_body_cells cells;
+    pdi_body_cell_list cells;
     memset(body, 0, sizeof *body);
     memset(&cells, 0, sizeof cells);
-    pd_status status = pdi_body_make(ctx, desc, body, &cells);
-    pdi_body_cells_free(ctx, desc->count, &cells);
+    pd_status status = pdi_body_build_inner(ctx, desc, body, &cells);
+    pdi_body_free_cell_list(ctx, desc->count, &cells);
     if (status < 0) pd_body_free(ctx, body);
     return status;
 }
 
 void pd_body_free(pd_ctx *ctx, pd_body *body)
 {
-    pdi_owner_free(ctx, pdi_body_list, body);
-    pdi_owner_free(ctx, pdi_body_table_list, body);
-    pdi_owner_free(ctx, pdi_body_row_list, body);
+    pdi_array_registry_free(ctx, pdi_body_list_state, body);
+    pdi_array_registry_free(ctx, pdi_body_list_families, body);
+    pdi_array_registry_free(ctx, pdi_body_list_points, body);
     memset(body, 0, sizeof *body);
 }
 
 #undef PDI_BODY_ROUNDING
-#undef PDI_BODY_PERIOD
-#undef PDI_BODY_KEPT
+#undef PDI_BODY_MIN_PERIOD
+#undef PDI_BODY_MAX_TABLE_SPACINGS

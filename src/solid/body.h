@@ -20,8 +20,8 @@
  */
 #ifndef PD_BODY_H
 #define PD_BODY_H
-#include "core/owner.h"
-#include "solid/rim.h"
+#include "core/array_registry.h"
+#include "solid/partial_volume.h"
 #include <math.h>
 
 /* Influence function omega(r): weight of a bond by its length r. */
@@ -120,17 +120,17 @@ PD_API int pd_body_break(pd_body *body, int32_t i, int32_t j);
 
 #ifdef PDI_INTERNAL
 /* Describes the broken-bond bits: the only state of a body that checkpoints store. */
-PDI_FN void pdi_body_list(pdi_owner *owner, void *body);
+PDI_FN void pdi_body_list_state(pdi_array_visitor *owner, void *body);
 /* Describes the arrays of points: position, volume, first bond of each family, table of cell fractions. */
-PDI_FN void pdi_body_row_list(pdi_owner *owner, void *body);
+PDI_FN void pdi_body_list_points(pdi_array_visitor *owner, void *body);
 /* Describes the arrays of families: member, shift, place and periodic images. */
-PDI_FN void pdi_body_table_list(pdi_owner *owner, void *body);
+PDI_FN void pdi_body_list_families(pdi_array_visitor *owner, void *body);
 
 /* 1: the body is periodic. */
-static inline int pdi_body_repeats(const pd_body *body) { return body->period[PD_DIM - 1] > 0.0; }
-/* Iterator that stands before the first bond of point i. Use: for (pd_walk f = pdi_walk_from(body, i);
- * pdi_walk_next(&f);) ... f.to ... */
-static inline pd_walk pdi_walk_from(const pd_body *body, int32_t i)
+static inline int pdi_body_is_periodic(const pd_body *body) { return body->period[PD_DIM - 1] > 0.0; }
+/* Iterator that stands before the first bond of point i. Use: for (pd_walk f = pdi_body_bonds_begin(body, i);
+ * pdi_body_bonds_next(&f);) ... f.to ... */
+static inline pd_walk pdi_body_bonds_begin(const pd_body *body, int32_t i)
 {
     pd_walk f;
     f.first = body->row[i];
@@ -138,12 +138,12 @@ static inline pd_walk pdi_walk_from(const pd_body *body, int32_t i)
     f.at = body->member + (body->lattice ? (int64_t)body->place[i] : f.first);
     f.shift = body->lattice && body->place[i] >= body->charted ? body->shift + body->kinds : body->shift;
     f.broken = body->broken + ((f.first + 7 * (int64_t)i) >> 3); /* each family begins in a byte of its own */
-    f.image = pdi_body_repeats(body) ? body->image + f.first : NULL;
+    f.image = pdi_body_is_periodic(body) ? body->image + f.first : NULL;
     f.n = f.kind = f.to = -1;
     return f;
 }
 /* Moves to the next bond of the family, broken ones too. Returns 0: there is none. */
-static inline int pdi_walk_next(pd_walk *f)
+static inline int pdi_body_bonds_next(pd_walk *f)
 {
     if (++f->n == f->bonds) return 0;
     do f->to = f->at[f->shift[++f->kind]];
@@ -151,31 +151,31 @@ static inline int pdi_walk_next(pd_walk *f)
     return 1;
 }
 /* Number of the current bond among all bonds of the body: index of arrays [bonds]. */
-static inline int64_t pdi_walk_bond(const pd_walk *f) { return f->first + f->n; }
+static inline int64_t pdi_body_bond_number(const pd_walk *f) { return f->first + f->n; }
 /* 1: the current bond is broken. */
-static inline int pdi_walk_broken(const pd_walk *f) { return f->broken[f->n >> 3] >> (f->n & 7) & 1; }
+static inline int pdi_body_bond_is_broken(const pd_walk *f) { return f->broken[f->n >> 3] >> (f->n & 7) & 1; }
 
 /* Number of periods between the other end of the current bond and the point that it is an image of; 0 without a
  * period. */
-static inline int pdi_walk_image(const pd_walk *f) { return f->image ? f->image[f->n] : 0; }
+static inline int pdi_body_bond_image(const pd_walk *f) { return f->image ? f->image[f->n] : 0; }
 
 /* xi = x_j - x_i [m], the positions of two points. */
-static inline void pdi_body_bond(const pd_body *body, int32_t i, int32_t j, double *xi)
+static inline void pdi_body_compute_offset(const pd_body *body, int32_t i, int32_t j, double *xi)
 {
     const double *from = body->position + (int64_t)i * PD_DIM;
     const double *to = body->position + (int64_t)j * PD_DIM;
     for (int d = 0; d < PD_DIM; d++) xi[d] = to[d] - from[d];
 }
 /* Reference vector xi [m] of the current bond of point i, to its periodic image where there is one. */
-static inline void pdi_walk_vector(const pd_body *body, int32_t i, const pd_walk *f, double *xi)
+static inline void pdi_body_bond_vector(const pd_body *body, int32_t i, const pd_walk *f, double *xi)
 {
-    pdi_body_bond(body, i, f->to, xi);
+    pdi_body_compute_offset(body, i, f->to, xi);
     if (!f->image) return;
     for (int d = 0; d < PD_DIM; d++) xi[d] += f->image[f->n] * body->period[d];
 }
 /* Stretch s = (|Y| - r)/r of a bond xi whose ends have the relative displacement eta, all [m]. Out: Y = xi + eta, r =
  * |xi|, length = |Y|. A difference of squares over their sum, so no digits of small displacements are lost. */
-static inline double pdi_body_strain(const double *xi, const double *eta, double *y, double *r, double *length)
+static inline double pdi_body_compute_stretch(const double *xi, const double *eta, double *y, double *r, double *length)
 {
     double square = 0.0, more = 0.0;
     for (int d = 0; d < PD_DIM; d++) {
@@ -188,31 +188,31 @@ static inline double pdi_body_strain(const double *xi, const double *eta, double
     return more / (*r * (*length + *r));
 }
 /* Number of unbroken bonds of point i. */
-PDI_FN int64_t pdi_body_intact(const pd_body *body, int32_t i);
+PDI_FN int64_t pdi_body_count_intact(const pd_body *body, int32_t i);
 /* Breaks all bonds of point i at both ends. Returns how many were intact. */
-PDI_FN int64_t pdi_body_release(pd_body *body, int32_t i);
+PDI_FN int64_t pdi_body_break_all_bonds(pd_body *body, int32_t i);
 /* Marks bond n of point i as broken at this end only; the caller has to mark the other end, too. */
-PDI_FN void pdi_body_mark(pd_body *body, int32_t i, int32_t n);
+PDI_FN void pdi_body_mark_broken(pd_body *body, int32_t i, int32_t n);
 /* Number of the current bond of point i within the family of its other end. */
-PDI_FN int32_t pdi_walk_back(const pd_body *body, int32_t i, const pd_walk *f);
+PDI_FN int32_t pdi_body_find_reverse_bond(const pd_body *body, int32_t i, const pd_walk *f);
 /* Breaks the current bond of point i at both ends. Returns 1: it was intact; 0: it was broken. */
-PDI_FN int pdi_walk_break(pd_body *body, int32_t i, const pd_walk *f);
+PDI_FN int pdi_body_break_bond(pd_body *body, int32_t i, const pd_walk *f);
 /* Number of the bond to point i within the family of point j (no periodic image); -1: none. */
-PDI_FN int32_t pdi_body_back(const pd_body *body, int32_t i, int32_t j);
+PDI_FN int32_t pdi_body_find_bond(const pd_body *body, int32_t i, int32_t j);
 /* 1: no bond of the body is broken. */
-PDI_FN int pdi_body_whole(const pd_body *body);
+PDI_FN int pdi_body_is_intact(const pd_body *body);
 /* Entries of the table of a lattice of n [PD_DIM] positions whose bonds span at most `steps` spacings along an axis,
  * with the empty margin before the first position. */
-PDI_FN double pdi_body_places(const double *n, double steps);
+PDI_FN double pdi_body_count_table_entries(const double *n, double steps);
 /* Sets felt [count] (0 before) to 1 for real points (no mirror images) and for all points in their families. Forces on
  * real points depend on these families alone, so other families need not be computed. */
-PDI_FN void pdi_body_felt(const pd_body *body, uint8_t *felt);
+PDI_FN void pdi_body_mark_influential(const pd_body *body, uint8_t *felt);
 /* Connected component of the bond graph that contains point i: points that unbroken bonds join to it, into piece [0 ..]
  * [count]. seen [count] marks them. Returns how many. */
-PDI_FN int32_t pdi_body_piece(const pd_body *body, int32_t i, uint8_t *seen, int32_t *piece);
+PDI_FN int32_t pdi_body_find_component(const pd_body *body, int32_t i, uint8_t *seen, int32_t *piece);
 /* Weight w [-] of a bond xi [m]: influence function times the volume fraction of the end cell that lies within the
  * horizon; 0: no bond. Even in xi, so both ends get the same bits. */
-PDI_FN double pdi_body_weight(const pd_body *body, pd_influence influence, const double *xi);
+PDI_FN double pdi_body_compute_bond_weight(const pd_body *body, pd_influence influence, const double *xi);
 #endif
 
 #endif

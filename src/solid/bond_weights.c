@@ -4,35 +4,36 @@
 #include <math.h>
 #include <string.h>
 
-PDI_FN void pdi_bond_weights_list(pdi_owner *owner, void *object)
+PDI_FN void pdi_bond_weights_list(pdi_array_visitor *owner, void *object)
 {
     pd_bond_weights *weights = (pd_bond_weights *)object;
     int lattice = weights->body && weights->body->lattice;
     PDI_ARRAY(owner, weights, whole, lattice ? weights->body->kinds : 0, "1");
-    PDI_ROOM(owner, weights, list, weights->listed, "1");
-    PDI_ROOM(owner, weights, own, weights->room, "1");
+    PDI_ARRAY_GROWING(owner, weights, list, weights->listed, "1");
+    PDI_ARRAY_GROWING(owner, weights, own, weights->room, "1");
 }
 
 PDI_FN pd_status pdi_bond_weights_build(pd_ctx *ctx, const pd_body *body, pd_bond_weights *w)
 {
     memset(w, 0, sizeof *w);
     w->body = body;
-    pd_status status = pdi_owner_build(ctx, pdi_bond_weights_list, w);
+    pd_status status = pdi_array_registry_build(ctx, pdi_bond_weights_list, w);
     if (status < 0) memset(w, 0, sizeof *w);
     return status;
 }
 
 PDI_FN void pdi_bond_weights_free(pd_ctx *ctx, pd_bond_weights *w)
 {
-    pdi_owner_free(ctx, pdi_bond_weights_list, w);
+    pdi_array_registry_free(ctx, pdi_bond_weights_list, w);
     memset(w, 0, sizeof *w);
 }
 
 /* Sets stencil weights that are still unset from the bonds of point i. Returns how many it set. */
-static int32_t pdi_bond_weights_learn(const pd_bond_weights *w, pdi_bond_weights_fn weigh, const void *self, int32_t i)
+static int32_t pdi_bond_weights_set_stencil_weights(const pd_bond_weights *w, pdi_bond_weights_fn weigh,
+                                                    const void *self, int32_t i)
 {
     int32_t found = 0;
-    for (pd_walk f = pdi_walk_from(w->body, i); pdi_walk_next(&f);) {
+    for (pd_walk f = pdi_body_bonds_begin(w->body, i); pdi_body_bonds_next(&f);) {
         if (w->whole[f.kind] < (float)HUGE_VAL) continue;
         w->whole[f.kind] = (float)weigh(self, i, &f);
         found++;
@@ -41,34 +42,36 @@ static int32_t pdi_bond_weights_learn(const pd_bond_weights *w, pdi_bond_weights
 }
 
 /* Bonds of a point and of its neighbours: most for a point deep in the bulk. */
-static int64_t pdi_bond_weights_around(const pd_body *body, int32_t i)
+static int64_t pdi_bond_weights_count_nearby_bonds(const pd_body *body, int32_t i)
 {
     int64_t bonds = body->row[i + 1] - body->row[i];
-    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) bonds += body->row[f.to + 1] - body->row[f.to];
+    for (pd_walk f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);)
+        bonds += body->row[f.to + 1] - body->row[f.to];
     return bonds;
 }
 
 /* Stencil weights from the point deepest in the bulk, where a complete family exists. Neighbours count, too: a surface
  * correction depends on both ends of a bond. */
-static void pdi_bond_weights_share(const pd_bond_weights *w, pdi_bond_weights_fn weigh, const void *self)
+static void pdi_bond_weights_init_stencil_weights(const pd_bond_weights *w, pdi_bond_weights_fn weigh, const void *self)
 {
     const pd_body *body = w->body;
     int32_t inside = 0, known;
     int64_t most = -1;
     for (int32_t k = 0; k < body->kinds; k++) w->whole[k] = (float)HUGE_VAL;
     for (int32_t i = 0; i < body->count; i++) {
-        int64_t around = pdi_bond_weights_around(body, i);
+        int64_t around = pdi_bond_weights_count_nearby_bonds(body, i);
         if (around > most) inside = i;
         most = around > most ? around : most;
     }
-    known = pdi_bond_weights_learn(w, weigh, self, inside);
-    for (int32_t i = 0; i < body->count && known < body->kinds; i++) known += pdi_bond_weights_learn(w, weigh, self, i);
+    known = pdi_bond_weights_set_stencil_weights(w, weigh, self, inside);
+    for (int32_t i = 0; i < body->count && known < body->kinds; i++)
+        known += pdi_bond_weights_set_stencil_weights(w, weigh, self, i);
 }
 
 /* 1: a bond of point i has another weight than the stencil has. */
-static int pdi_bond_weights_differ(const pd_bond_weights *w, pdi_bond_weights_fn weigh, const void *self, int32_t i)
+static int pdi_bond_weights_has_own(const pd_bond_weights *w, pdi_bond_weights_fn weigh, const void *self, int32_t i)
 {
-    for (pd_walk f = pdi_walk_from(w->body, i); pdi_walk_next(&f);) {
+    for (pd_walk f = pdi_body_bonds_begin(w->body, i); pdi_body_bonds_next(&f);) {
         float weight = (float)weigh(self, i, &f), whole = w->whole[f.kind];
         if (weight < whole || weight > whole) return 1;
     }
@@ -76,15 +79,15 @@ static int pdi_bond_weights_differ(const pd_bond_weights *w, pdi_bond_weights_fn
 }
 
 /* Lattice: which points need lists of their own, and where they begin. Returns the length of all lists. */
-static int64_t pdi_bond_weights_mark(const pd_ctx *ctx, const pd_bond_weights *w, pdi_bond_weights_fn weigh,
-                                     const void *self)
+static int64_t pdi_bond_weights_mark_own(const pd_ctx *ctx, const pd_bond_weights *w, pdi_bond_weights_fn weigh,
+                                         const void *self)
 {
     const pd_body *body = w->body;
     int nt = pdi_par_threads(ctx, body->bonds * 20);
     int64_t all = 0;
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < body->count; i++) w->list[i] = pdi_bond_weights_differ(w, weigh, self, i) ? 0 : -1;
+    for (int32_t i = 0; i < body->count; i++) w->list[i] = pdi_bond_weights_has_own(w, weigh, self, i) ? 0 : -1;
     for (int32_t i = 0; i < body->count; i++) {
         if (w->list[i] < 0) continue;
         w->list[i] = all;
@@ -94,7 +97,7 @@ static int64_t pdi_bond_weights_mark(const pd_ctx *ctx, const pd_bond_weights *w
 }
 
 /* Room for list offsets of `listed` points and for `room` weights. */
-static pd_status pdi_bond_weights_size(pd_ctx *ctx, pd_bond_weights *w, int64_t listed, int64_t room)
+static pd_status pdi_bond_weights_resize(pd_ctx *ctx, pd_bond_weights *w, int64_t listed, int64_t room)
 {
     if (!listed) PDI_DELETE(ctx, w->listed, w->list);
     else if (w->listed != listed) PDI_TRY(PDI_GROW(ctx, "bond_weights", w->listed, listed, w->list));
@@ -105,7 +108,7 @@ static pd_status pdi_bond_weights_size(pd_ctx *ctx, pd_bond_weights *w, int64_t 
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_bond_weights_find(pd_ctx *ctx, pd_bond_weights *w, pdi_bond_weights_fn weigh, const void *self)
+PDI_FN pd_status pdi_bond_weights_compute(pd_ctx *ctx, pd_bond_weights *w, pdi_bond_weights_fn weigh, const void *self)
 {
     const pd_body *body = w->body;
     int64_t room = body->bonds;
@@ -113,17 +116,17 @@ PDI_FN pd_status pdi_bond_weights_find(pd_ctx *ctx, pd_bond_weights *w, pdi_bond
     (void)nt;
     w->begin = NULL;
     if (body->lattice) {
-        PDI_TRY(pdi_bond_weights_size(ctx, w, body->count, w->room));
-        pdi_bond_weights_share(w, weigh, self);
-        room = pdi_bond_weights_mark(ctx, w, weigh, self);
+        PDI_TRY(pdi_bond_weights_resize(ctx, w, body->count, w->room));
+        pdi_bond_weights_init_stencil_weights(w, weigh, self);
+        room = pdi_bond_weights_mark_own(ctx, w, weigh, self);
     }
-    PDI_TRY(pdi_bond_weights_size(ctx, w, body->lattice && room ? body->count : 0, room));
+    PDI_TRY(pdi_bond_weights_resize(ctx, w, body->lattice && room ? body->count : 0, room));
     if (!room) return PD_OK;
     w->begin = body->lattice ? w->list : body->row;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) {
         if (w->begin[i] < 0) continue;
-        for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);)
+        for (pd_walk f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);)
             w->own[w->begin[i] + f.n] = (float)weigh(self, i, &f);
     }
     return PD_OK;
@@ -132,24 +135,24 @@ PDI_FN pd_status pdi_bond_weights_find(pd_ctx *ctx, pd_bond_weights *w, pdi_bond
 /* ---- by length ---- */
 
 /* Context of the weight by the influence function. */
-typedef struct pdi_bond_weights_length {
+typedef struct pdi_bond_weights_influence_params {
     const pd_body *body;
     pd_influence influence;
-} pdi_bond_weights_length;
+} pdi_bond_weights_influence_params;
 
 /* The pdi_bond_weights_fn of the influence function. */
-static double pdi_bond_weights_by_length(const void *self, int32_t i, const pd_walk *bond)
+static double pdi_bond_weights_compute_by_length(const void *self, int32_t i, const pd_walk *bond)
 {
-    const pdi_bond_weights_length *by = (const pdi_bond_weights_length *)self;
+    const pdi_bond_weights_influence_params *by = (const pdi_bond_weights_influence_params *)self;
     double xi[PD_DIM];
-    pdi_walk_vector(by->body, i, bond, xi);
-    return pdi_body_weight(by->body, by->influence, xi);
+    pdi_body_bond_vector(by->body, i, bond, xi);
+    return pdi_body_compute_bond_weight(by->body, by->influence, xi);
 }
 
-PDI_FN pd_status pdi_bond_weights_plain(pd_ctx *ctx, pd_bond_weights *w, pd_influence influence)
+PDI_FN pd_status pdi_bond_weights_compute_influence(pd_ctx *ctx, pd_bond_weights *w, pd_influence influence)
 {
-    pdi_bond_weights_length by;
+    pdi_bond_weights_influence_params by;
     by.body = w->body;
     by.influence = influence;
-    return pdi_bond_weights_find(ctx, w, pdi_bond_weights_by_length, &by);
+    return pdi_bond_weights_compute(ctx, w, pdi_bond_weights_compute_by_length, &by);
 }

@@ -23,26 +23,26 @@ typedef struct pd_bond_weights {
 typedef double (*pdi_bond_weights_fn)(const void *self, int32_t i, const pd_walk *bond);
 
 /* Describes the arrays of weights. */
-PDI_FN void pdi_bond_weights_list(pdi_owner *owner, void *weights);
-/* Prepares an object without weights; the body is borrowed. pdi_bond_weights_find has to follow. */
+PDI_FN void pdi_bond_weights_list(pdi_array_visitor *owner, void *weights);
+/* Prepares an object without weights; the body is borrowed. pdi_bond_weights_compute has to follow. */
 PDI_FN pd_status pdi_bond_weights_build(pd_ctx *ctx, const pd_body *body, pd_bond_weights *weights);
 /* Computes all weights with a function and stores them in single precision. */
-PDI_FN pd_status pdi_bond_weights_find(pd_ctx *ctx, pd_bond_weights *weights, pdi_bond_weights_fn weigh,
-                                       const void *self);
+PDI_FN pd_status pdi_bond_weights_compute(pd_ctx *ctx, pd_bond_weights *weights, pdi_bond_weights_fn weigh,
+                                          const void *self);
 /* Weights from the influence function and the cell fraction alone, without correction. */
-PDI_FN pd_status pdi_bond_weights_plain(pd_ctx *ctx, pd_bond_weights *weights, pd_influence influence);
+PDI_FN pd_status pdi_bond_weights_compute_influence(pd_ctx *ctx, pd_bond_weights *weights, pd_influence influence);
 PDI_FN void pdi_bond_weights_free(pd_ctx *ctx, pd_bond_weights *weights);
 
 /* Weight [-] of the current bond of point i, broken or not. */
-static inline float pdi_bond_weights_of(const pd_bond_weights *w, int32_t i, const pd_walk *bond)
+static inline float pdi_bond_weights_get(const pd_bond_weights *w, int32_t i, const pd_walk *bond)
 {
     if (w->begin && w->begin[i] >= 0) return w->own[w->begin[i] + bond->n];
     return w->whole[bond->kind];
 }
 /* Weight [-] of the current bond of point i; 0: it is broken. */
-static inline double pdi_bond_weights_intact(const pd_bond_weights *w, int32_t i, const pd_walk *bond)
+static inline double pdi_bond_weights_get_intact(const pd_bond_weights *w, int32_t i, const pd_walk *bond)
 {
-    return pdi_walk_broken(bond) ? 0.0 : (double)pdi_bond_weights_of(w, i, bond);
+    return pdi_body_bond_is_broken(bond) ? 0.0 : (double)pdi_bond_weights_get(w, i, bond);
 }
 #endif
 

@@ -7,7 +7,7 @@
  */
 #ifndef PD_BONE_H
 #define PD_BONE_H
-#include "solid/elastic.h"
+#include "solid/correspondence.h"
 
 typedef enum pd_bone_site {
     PD_BONE_VERTEBRA = 0,

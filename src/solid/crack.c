@@ -7,36 +7,36 @@
 
 /* Share of bonds that a point at the tip of a crack has lost: half of the part of its ball beyond the crack, which for
  * points half a cell beside it is 0.16 to 0.21 with m = 2 to 4. */
-#define PDI_CRACK_SHARE 0.15
+#define PDI_CRACK_TIP_DAMAGE 0.15
 /* Points count as equally far ahead within this distance, over the horizon. */
 #define PDI_CRACK_ROUNDING 1e-9
 /* Singular shape tensor: smallest pivot over the largest entry of K below which no gradient exists. */
-#define PDI_CRACK_FLAT 1e-6
+#define PDI_CRACK_MIN_PIVOT 1e-6
 /* Sum of the gradient of q along the crack, over the sum of its absolute values, above which a surface cuts the domain
  * across the crack. */
-#define PDI_CRACK_OPEN 0.05
+#define PDI_CRACK_OPEN_SURFACE 0.05
 
 enum { PDI_CRACK_TENSOR = PD_DIM * PD_DIM };
 
 /* Fields for the domain integral around a tip. */
-typedef struct pdi_crack {
+typedef struct pdi_crack_fields {
     const pd_solid *solid;
     pd_crack_desc desc; /* way and front of length 1 */
     int64_t count;
     double *q;        /* [count] [-] */
-    double *slope;    /* [count][PD_DIM] [1/m] of q */
+    double *q_gradient; /* [count][PD_DIM] [1/m] of q */
     double *gradient; /* [count][PD_DIM^2] [-] of u, by correspondence */
     double *force;    /* [count][PD_DIM] [N/m3] */
     double *stress;   /* [count][PD_DIM^2] [Pa] of materials without bonds that pull */
     double *density;  /* [count] [J/m3] of materials with bonds that pull */
-} pdi_crack;
+} pdi_crack_fields;
 
 /* Describes these fields. */
-static void pdi_crack_list(pdi_owner *owner, void *object)
+static void pdi_crack_list(pdi_array_visitor *owner, void *object)
 {
-    pdi_crack *crack = (pdi_crack *)object;
+    pdi_crack_fields *crack = (pdi_crack_fields *)object;
     PDI_ARRAY(owner, crack, q, crack->count, "1");
-    PDI_ARRAY(owner, crack, slope, crack->count * PD_DIM, "1/m");
+    PDI_ARRAY(owner, crack, q_gradient, crack->count * PD_DIM, "1/m");
     PDI_ARRAY(owner, crack, gradient, crack->count * PDI_CRACK_TENSOR, "1");
     PDI_ARRAY(owner, crack, force, crack->count * PD_DIM, "N/m3");
     PDI_ARRAY(owner, crack, stress, crack->solid->pull ? 0 : crack->count * PDI_CRACK_TENSOR, "Pa");
@@ -44,7 +44,7 @@ static void pdi_crack_list(pdi_owner *owner, void *object)
 }
 
 /* Scales x to length 1. Returns 0: it has no length. */
-static int pdi_crack_unit(double *x)
+static int pdi_crack_normalise(double *x)
 {
     double length = pdi_vec_norm(x);
     if (!(length > 0.0) || !(length < 1e100)) return 0;
@@ -53,13 +53,13 @@ static int pdi_crack_unit(double *x)
 }
 
 /* Checks the description and the material, and normalises way and front. PD_ERR_ARGUMENT: out of range. */
-static pd_status pdi_crack_check(pd_ctx *ctx, pdi_crack *c)
+static pd_status pdi_crack_check(pd_ctx *ctx, pdi_crack_fields *c)
 {
     pd_crack_desc *desc = &c->desc;
-    int good = desc->inner >= 0.0 && desc->outer > desc->inner && desc->outer < 1e100 && pdi_crack_unit(desc->way);
+    int good = desc->inner >= 0.0 && desc->outer > desc->inner && desc->outer < 1e100 && pdi_crack_normalise(desc->way);
     for (int d = 0; d < PD_DIM; d++) good = good && fabs(desc->tip[d]) < 1e100;
     if (PD_DIM == 3)
-        good = good && pdi_crack_unit(desc->front) && fabs(pdi_vec_dot(desc->way, desc->front)) < 1e-6 &&
+        good = good && pdi_crack_normalise(desc->front) && fabs(pdi_vec_dot(desc->way, desc->front)) < 1e-6 &&
                desc->thickness > 0.0 && desc->thickness < 1e100;
     if (!good)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "crack", "radii of %g and %g m: expected a finite tip, a direction%s and "
@@ -72,7 +72,7 @@ static pd_status pdi_crack_check(pd_ctx *ctx, pdi_crack *c)
 }
 
 /* Weight function q of point i and its gradient: q falls from 1 to 0 between the radii by a polynomial of degree 5. */
-static void pdi_crack_weigh(const pdi_crack *c, int64_t i)
+static void pdi_crack_compute_q(const pdi_crack_fields *c, int64_t i)
 {
     const double *x = c->solid->body->position + i * PD_DIM;
     double from[PD_DIM];
@@ -82,15 +82,15 @@ static void pdi_crack_weigh(const pdi_crack *c, int64_t i)
     double r = pdi_vec_norm(from), wide = c->desc.outer - c->desc.inner, s = (r - c->desc.inner) / wide;
     c->q[i] = s <= 0.0 ? 1.0 : s >= 1.0 ? 0.0 : 1.0 - s * s * s * (10.0 - s * (15.0 - 6.0 * s));
     double fall = s <= 0.0 || s >= 1.0 ? 0.0 : -30.0 * s * s * (1.0 - s) * (1.0 - s) / wide;
-    for (int d = 0; d < PD_DIM; d++) c->slope[i * PD_DIM + d] = fall < 0.0 ? fall * from[d] / r : 0.0;
+    for (int d = 0; d < PD_DIM; d++) c->q_gradient[i * PD_DIM + d] = fall < 0.0 ? fall * from[d] / r : 0.0;
 }
 
 /* 1: q varies over the family of point i, so that its displacement gradient counts. */
-static int pdi_crack_near(const pdi_crack *c, int32_t i)
+static int pdi_crack_needs_gradient(const pdi_crack_fields *c, int32_t i)
 {
     const pd_body *body = c->solid->body;
     if (c->q[i] > 0.0 && c->q[i] < 1.0) return 1;
-    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+    for (pd_walk f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
         double other = c->q[f.to];
         if (other < c->q[i] || other > c->q[i]) return 1;
     }
@@ -98,24 +98,24 @@ static int pdi_crack_near(const pdi_crack *c, int32_t i)
 }
 
 /* Displacement gradient of u at point i (theory: eq. 8.1). Returns 0: singular shape tensor, and it stays zero. */
-static int pdi_crack_gradient(const pdi_crack *c, const double *u, int32_t i)
+static int pdi_crack_compute_gradient(const pdi_crack_fields *c, const double *u, int32_t i)
 {
     const pd_body *body = c->solid->body;
     double k[PDI_CRACK_TENSOR] = {0.0}, sum[PDI_CRACK_TENSOR] = {0.0}, inverse[PDI_CRACK_TENSOR];
     double over = 1.0 / (body->horizon * body->horizon);
-    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+    for (pd_walk f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
         int64_t j = f.to;
         double xi[PD_DIM];
-        if (pdi_walk_broken(&f)) continue;
-        pdi_walk_vector(body, i, &f, xi);
-        double weight = over * body->volume[j] * pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi);
+        if (pdi_body_bond_is_broken(&f)) continue;
+        pdi_body_bond_vector(body, i, &f, xi);
+        double weight = over * body->volume[j] * pdi_body_compute_bond_weight(body, PD_INFLUENCE_CONSTANT, xi);
         for (int p = 0; p < PDI_CRACK_TENSOR; p++) {
             int row = p / PD_DIM, column = p % PD_DIM;
             k[p] += weight * xi[row] * xi[column];
             sum[p] += weight * (u[j * PD_DIM + row] - u[(int64_t)i * PD_DIM + row]) * xi[column];
         }
     }
-    if (!(pdi_vec_invert(k, inverse) > PDI_CRACK_FLAT)) return 0;
+    if (!(pdi_vec_invert(k, inverse) > PDI_CRACK_MIN_PIVOT)) return 0;
     for (int p = 0; p < PDI_CRACK_TENSOR; p++) {
         double h = 0.0;
         for (int d = 0; d < PD_DIM; d++) h += sum[p / PD_DIM * PD_DIM + d] * inverse[d * PD_DIM + p % PD_DIM];
@@ -125,24 +125,24 @@ static int pdi_crack_gradient(const pdi_crack *c, const double *u, int32_t i)
 }
 
 /* Displacement gradients of all points that count. PD_ERR_GEOMETRY: as of pd_crack_j. */
-static pd_status pdi_crack_gradients(pd_ctx *ctx, const pdi_crack *c, const double *u)
+static pd_status pdi_crack_compute_gradients(pd_ctx *ctx, const pdi_crack_fields *c, const double *u)
 {
     const pd_body *body = c->solid->body;
     double slope = 0.0, size = 0.0;
     for (int64_t i = 0; i < body->count; i++) {
-        double along = pdi_vec_dot(c->slope + i * PD_DIM, c->desc.way);
+        double along = pdi_vec_dot(c->q_gradient + i * PD_DIM, c->desc.way);
         slope += body->volume[i] * along;
         size += body->volume[i] * fabs(along);
     }
     if (!(size > 0.0))
         return pdi_fail(ctx, PD_ERR_GEOMETRY, "crack", "no point of the body lies between the radii of %g and %g m "
                         "about the tip", c->desc.inner, c->desc.outer);
-    if (fabs(slope) > PDI_CRACK_OPEN * size)
+    if (fabs(slope) > PDI_CRACK_OPEN_SURFACE * size)
         return pdi_fail(ctx, PD_ERR_GEOMETRY, "crack", "between the radii of %g and %g m about the tip lies a surface "
                         "that is not parallel to the crack, or too few points", c->desc.inner, c->desc.outer);
     for (int32_t i = 0; i < body->count; i++) {
-        int near = pdi_crack_near(c, i);
-        if ((near || c->q[i] > 0.0) && !pdi_crack_gradient(c, u, i) && near && pdi_body_intact(body, i))
+        int near = pdi_crack_needs_gradient(c, i);
+        if ((near || c->q[i] > 0.0) && !pdi_crack_compute_gradient(c, u, i) && near && pdi_body_count_intact(body, i))
             return pdi_fail(ctx, PD_ERR_GEOMETRY, "crack", "the bonds of point %d do not span all directions: they "
                             "give no gradient", (int)i);
     }
@@ -150,18 +150,18 @@ static pd_status pdi_crack_gradients(pd_ctx *ctx, const pdi_crack *c, const doub
 }
 
 /* Derivative of u along the crack direction at point i, into along [PD_DIM]. */
-static void pdi_crack_along(const pdi_crack *c, int64_t i, double *along)
+static void pdi_crack_derivative_along(const pdi_crack_fields *c, int64_t i, double *along)
 {
     for (int a = 0; a < PD_DIM; a++)
         along[a] = pdi_vec_dot(c->gradient + i * PDI_CRACK_TENSOR + a * PD_DIM, c->desc.way);
 }
 
 /* Integrand of J at point i [J/m] by its stress: equivalent domain integral (theory: eq. 8.10). */
-static double pdi_crack_local(const pdi_crack *c, int64_t i)
+static double pdi_crack_local_integrand(const pdi_crack_fields *c, int64_t i)
 {
-    const double *stress = c->stress + i * PDI_CRACK_TENSOR, *slope = c->slope + i * PD_DIM;
+    const double *stress = c->stress + i * PDI_CRACK_TENSOR, *slope = c->q_gradient + i * PD_DIM;
     double along[PD_DIM], sum = 0.0, density = 0.0;
-    pdi_crack_along(c, i, along);
+    pdi_crack_derivative_along(c, i, along);
     for (int p = 0; p < PDI_CRACK_TENSOR; p++) {
         sum += stress[p] * along[p / PD_DIM] * slope[p % PD_DIM];
         density += 0.5 * stress[p] * c->gradient[i * PDI_CRACK_TENSOR + p];
@@ -170,78 +170,78 @@ static double pdi_crack_local(const pdi_crack *c, int64_t i)
 }
 
 /* Integrand of J at point i by its bond forces (theory: eq. 8.11; Silling and Lehoucq 2010). */
-static double pdi_crack_bonds(const pdi_crack *c, const double *u, int32_t i)
+static double pdi_crack_bond_integrand(const pdi_crack_fields *c, const double *u, int32_t i)
 {
     const pd_body *body = c->solid->body;
-    double sum = -c->density[i] * pdi_vec_dot(c->slope + (int64_t)i * PD_DIM, c->desc.way);
-    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+    double sum = -c->density[i] * pdi_vec_dot(c->q_gradient + (int64_t)i * PD_DIM, c->desc.way);
+    for (pd_walk f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
         double along[PD_DIM], pull[PD_DIM], step = c->q[i] - c->q[f.to];
-        if (pdi_walk_broken(&f) || !(fabs(step) > 0.0)) continue;
+        if (pdi_body_bond_is_broken(&f) || !(fabs(step) > 0.0)) continue;
         c->solid->pull(c->solid->self, u, i, &f, pull);
-        pdi_crack_along(c, f.to, along);
+        pdi_crack_derivative_along(c, f.to, along);
         sum -= body->volume[f.to] * step * pdi_vec_dot(pull, along);
     }
     return sum;
 }
 
 /* Domain integral *j [J/m2] of displacements u, less the work of external forces within the domain. */
-static pd_status pdi_crack_run(pd_ctx *ctx, pdi_crack *c, const double *u, double *j)
+static pd_status pdi_crack_compute_j(pd_ctx *ctx, pdi_crack_fields *c, const double *u, double *j)
 {
     const pd_solid *solid = c->solid;
-    pdi_sum all = {0.0, 0.0};
+    pdi_compensated_sum all = {0.0, 0.0};
     PDI_TRY(pdi_crack_check(ctx, c));
-    PDI_TRY(pdi_owner_build(ctx, pdi_crack_list, c));
-    for (int64_t i = 0; i < c->count; i++) pdi_crack_weigh(c, i);
-    PDI_TRY(pdi_crack_gradients(ctx, c, u));
+    PDI_TRY(pdi_array_registry_build(ctx, pdi_crack_list, c));
+    for (int64_t i = 0; i < c->count; i++) pdi_crack_compute_q(c, i);
+    PDI_TRY(pdi_crack_compute_gradients(ctx, c, u));
     pd_status status = solid->force(ctx, solid->self, u, c->force);
     if (status != PD_OK) return status;
     if (solid->pull) solid->density(ctx, solid->self, u, c->density);
     else solid->stress(ctx, solid->self, u, c->stress);
     for (int32_t i = 0; i < c->count; i++) {
-        double along[PD_DIM], share = solid->pull ? pdi_crack_bonds(c, u, i) : pdi_crack_local(c, i);
-        pdi_crack_along(c, i, along);
+        double along[PD_DIM], share = solid->pull ? pdi_crack_bond_integrand(c, u, i) : pdi_crack_local_integrand(c, i);
+        pdi_crack_derivative_along(c, i, along);
         share += c->q[i] * pdi_vec_dot(c->force + (int64_t)i * PD_DIM, along); /* minus what loads or holds it */
-        pdi_sum_add(&all, solid->body->volume[i] * share);
+        pdi_compensated_sum_add(&all, solid->body->volume[i] * share);
     }
-    *j = pdi_sum_total(&all) / (PD_DIM == 3 ? c->desc.thickness : 1.0);
+    *j = pdi_compensated_sum_total(&all) / (PD_DIM == 3 ? c->desc.thickness : 1.0);
     return PD_OK;
 }
 
 pd_status pd_crack_j(pd_ctx *ctx, const pd_solid *solid, const pd_crack_desc *desc, const double *u, double *j)
 {
-    pdi_crack c;
+    pdi_crack_fields c;
     memset(&c, 0, sizeof c);
     c.solid = solid;
     c.desc = *desc;
     c.count = solid->body->count;
-    pd_status status = pdi_crack_run(ctx, &c, u, j);
-    pdi_owner_free(ctx, pdi_crack_list, &c);
+    pd_status status = pdi_crack_compute_j(ctx, &c, u, j);
+    pdi_array_registry_free(ctx, pdi_crack_list, &c);
     return status;
 }
 
 /* ---- tip ---- */
 
 /* 1: point i has lost at least this share of its bonds. */
-static int pdi_crack_lost(const pd_body *body, int32_t i, double share)
+static int pdi_crack_is_damaged(const pd_body *body, int32_t i, double share)
 {
     double all = (double)(body->row[i + 1] - body->row[i]);
-    return all > 0.0 && all - (double)pdi_body_intact(body, i) >= share * all;
+    return all > 0.0 && all - (double)pdi_body_count_intact(body, i) >= share * all;
 }
 
 /* Mean position of the damaged points that lie farthest along `unit`, into tip; among [count]: candidates, NULL: all.
  * PD_RETRY: there is none. */
-static pd_status pdi_crack_farthest(const pd_body *body, const uint8_t *among, const double *unit, double share,
-                                    double *tip)
+static pd_status pdi_crack_find_farthest(const pd_body *body, const uint8_t *among, const double *unit, double share,
+                                         double *tip)
 {
     double sum[PD_DIM] = {0.0}, farthest = -HUGE_VAL;
     int32_t found = 0;
     for (int32_t i = 0; i < body->count; i++)
-        if ((!among || among[i]) && pdi_crack_lost(body, i, share))
+        if ((!among || among[i]) && pdi_crack_is_damaged(body, i, share))
             farthest = pdi_max(farthest, pdi_vec_dot(body->position + (int64_t)i * PD_DIM, unit));
     for (int32_t i = 0; i < body->count; i++) {
         const double *x = body->position + (int64_t)i * PD_DIM;
         if (pdi_vec_dot(x, unit) < farthest - PDI_CRACK_ROUNDING * body->horizon) continue;
-        if ((among && !among[i]) || !pdi_crack_lost(body, i, share)) continue;
+        if ((among && !among[i]) || !pdi_crack_is_damaged(body, i, share)) continue;
         for (int d = 0; d < PD_DIM; d++) sum[d] += x[d];
         found++;
     }
@@ -254,14 +254,14 @@ pd_status pd_crack_tip(pd_ctx *ctx, const pd_body *body, const double *way, doub
 {
     double unit[PD_DIM];
     memcpy(unit, way, sizeof unit);
-    if (!(share >= 0.0) || !(share <= 1.0) || !pdi_crack_unit(unit))
+    if (!(share >= 0.0) || !(share <= 1.0) || !pdi_crack_normalise(unit))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "crack", "a tip where points have lost %g of their bonds, expected 0 to "
                         "1, and a direction", share);
-    return pdi_crack_farthest(body, NULL, unit, share > 0.0 ? share : PDI_CRACK_SHARE, tip);
+    return pdi_crack_find_farthest(body, NULL, unit, share > 0.0 ? share : PDI_CRACK_TIP_DAMAGE, tip);
 }
 
 /* Square of the distance [m2] of position x from a segment. */
-static double pdi_crack_apart(const double *from, const double *to, const double *x)
+static double pdi_crack_segment_distance(const double *from, const double *to, const double *x)
 {
     double edge[PD_DIM], off[PD_DIM];
     for (int d = 0; d < PD_DIM; d++) {
@@ -275,45 +275,46 @@ static double pdi_crack_apart(const double *from, const double *to, const double
 }
 
 /* 1: point i lies within a horizon of an edge of the polyline or polygon. */
-static int pdi_crack_beside(const pd_body *body, int corners, const double *corner, int32_t i)
+static int pdi_crack_is_near_edge(const pd_body *body, int corners, const double *corner, int32_t i)
 {
     const double *x = body->position + (int64_t)i * PD_DIM;
     int edges = PD_DIM == 3 ? corners : corners > 1 ? corners - 1 : 1;
     for (int k = 0; k < edges; k++) {
         const double *to = corner + (k + 1 < corners ? k + 1 : 0) * PD_DIM;
-        if (pdi_crack_apart(corner + k * PD_DIM, to, x) <= body->horizon * body->horizon) return 1;
+        if (pdi_crack_segment_distance(corner + k * PD_DIM, to, x) <= body->horizon * body->horizon) return 1;
     }
     return 0;
 }
 
-PDI_FN pd_status pdi_crack_follow(pd_ctx *ctx, const pd_body *body, int corners, const double *corner,
-                                  const double *left, const double *way, double *tip)
+PDI_FN pd_status pdi_crack_find_tip(pd_ctx *ctx, const pd_body *body, int corners, const double *corner,
+                                    const double *left, const double *way, double *tip)
 {
     double unit[PD_DIM];
     uint8_t *seen = NULL;
     int32_t *next = NULL, known = 0;
     memcpy(unit, way, sizeof unit);
-    if (!pdi_crack_unit(unit)) return pdi_fail(ctx, PD_ERR_ARGUMENT, "crack", "a crack that grows in no direction");
+    if (!pdi_crack_normalise(unit))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "crack", "a crack that grows in no direction");
     pd_status status = PDI_NEW(ctx, "crack", body->count, seen);
     if (status == PD_OK) status = PDI_NEW(ctx, "crack", body->count, next);
     for (int32_t i = 0; i < body->count && status == PD_OK; i++) {
-        seen[i] = left[i] > 0.0 && pdi_crack_beside(body, corners, corner, i) &&
-                  pdi_crack_lost(body, i, PDI_CRACK_SHARE);
+        seen[i] = left[i] > 0.0 && pdi_crack_is_near_edge(body, corners, corner, i) &&
+                  pdi_crack_is_damaged(body, i, PDI_CRACK_TIP_DAMAGE);
         if (seen[i]) next[known++] = i;
     }
     for (int32_t k = 0; k < known; k++)
-        for (pd_walk f = pdi_walk_from(body, next[k]); pdi_walk_next(&f);) {
-            if (seen[f.to] || !(left[f.to] > 0.0) || !pdi_crack_lost(body, f.to, PDI_CRACK_SHARE)) continue;
+        for (pd_walk f = pdi_body_bonds_begin(body, next[k]); pdi_body_bonds_next(&f);) {
+            if (seen[f.to] || !(left[f.to] > 0.0) || !pdi_crack_is_damaged(body, f.to, PDI_CRACK_TIP_DAMAGE)) continue;
             seen[f.to] = 1;
             next[known++] = f.to;
         }
-    if (status == PD_OK) status = pdi_crack_farthest(body, seen, unit, PDI_CRACK_SHARE, tip);
+    if (status == PD_OK) status = pdi_crack_find_farthest(body, seen, unit, PDI_CRACK_TIP_DAMAGE, tip);
     PDI_DELETE(ctx, body->count, next);
     PDI_DELETE(ctx, body->count, seen);
     return status;
 }
 
-#undef PDI_CRACK_SHARE
+#undef PDI_CRACK_TIP_DAMAGE
 #undef PDI_CRACK_ROUNDING
-#undef PDI_CRACK_FLAT
-#undef PDI_CRACK_OPEN
+#undef PDI_CRACK_MIN_PIVOT
+#undef PDI_CRACK_OPEN_SURFACE

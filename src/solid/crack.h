@@ -8,7 +8,7 @@
  */
 #ifndef PD_CRACK_H
 #define PD_CRACK_H
-#include "solid/solid.h"
+#include "solid/material_interface.h"
 
 typedef struct pd_crack_desc {
     double tip[PD_DIM];   /* [m] place of the tip; in 3D any point of the front, which is straight */
@@ -37,8 +37,8 @@ PD_API pd_status pd_crack_tip(pd_ctx *ctx, const pd_body *body, const double *wa
  * corner [corners][PD_DIM] [m]. Follows damaged points from those within a horizon of its edges to their damaged
  * neighbours. left [count]: metal left in a point; points where it is not positive are skipped. tip and errors as of
  * pd_crack_tip. */
-PDI_FN pd_status pdi_crack_follow(pd_ctx *ctx, const pd_body *body, int corners, const double *corner,
-                                  const double *left, const double *way, double *tip);
+PDI_FN pd_status pdi_crack_find_tip(pd_ctx *ctx, const pd_body *body, int corners, const double *corner,
+                                    const double *left, const double *way, double *tip);
 #endif
 
 #endif

@@ -12,84 +12,85 @@
 /* Relative rounding of displacements in the estimate of the rounding of forces. */
 #define PDI_EQUILIBRIUM_DIGITS (16.0 * DBL_EPSILON)
 /* Most Newton steps, and most trials of a line search, before a load counts as too large. */
-#define PDI_EQUILIBRIUM_STEPS 50
-#define PDI_EQUILIBRIUM_TRIALS 12
+#define PDI_EQUILIBRIUM_MAX_NEWTON 50
+#define PDI_EQUILIBRIUM_MAX_TRIALS 12
 /* Weight of the block preconditioner beside the coarse correction: both resolve waves about as long as a bond. */
-#define PDI_EQUILIBRIUM_SHARE 0.6
+#define PDI_EQUILIBRIUM_BLOCK_WEIGHT 0.6
 /* GMRES basis: vectors at first, and at most. */
-#define PDI_EQUILIBRIUM_BASIS 20
-#define PDI_EQUILIBRIUM_LONGEST 170
+#define PDI_EQUILIBRIUM_RESTART 20
+#define PDI_EQUILIBRIUM_MAX_RESTART 170
 /* Line search: accepts a step after which the directional derivative of the energy is at least this part of the first
  * one, with the other sign. */
-#define PDI_EQUILIBRIUM_BEYOND 0.8
+#define PDI_EQUILIBRIUM_CURVATURE 0.8
 
 enum { PDI_EQUILIBRIUM_BLOCK = PD_DIM * PD_DIM };
 
-/* Callback of pdi_equilibrium_pieces for one component. */
+/* Callback of pdi_equilibrium_visit_components for one component. */
 typedef pd_status (*pdi_equilibrium_visit)(pdi_equilibrium *q, const pd_rigid *rigid);
 
-PDI_FN void pdi_equilibrium_list(pdi_owner *owner, void *object)
+PDI_FN void pdi_equilibrium_list(pdi_array_visitor *owner, void *object)
 {
     pdi_equilibrium *equilibrium = (pdi_equilibrium *)object;
     PDI_ARRAY(owner, equilibrium, block, equilibrium->n * PD_DIM, "m/N");
     PDI_ARRAY(owner, equilibrium, diagonal, equilibrium->n, "N/m");
-    PDI_ARRAY(owner, equilibrium, rest, equilibrium->n, "N");
+    PDI_ARRAY(owner, equilibrium, residual, equilibrium->n, "N");
     PDI_ARRAY(owner, equilibrium, step, equilibrium->n, "m");
-    PDI_ARRAY(owner, equilibrium, whole, pdi_equilibrium_follows(equilibrium) ? equilibrium->n : 0, "m");
-    PDI_ARRAY(owner, equilibrium, trial, equilibrium->solid->linear ? 0 : equilibrium->n, "m");
+    PDI_ARRAY(owner, equilibrium, full_direction, pdi_equilibrium_has_interpolation(equilibrium) ? equilibrium->n : 0,
+              "m");
+    PDI_ARRAY(owner, equilibrium, trial_u, equilibrium->solid->linear ? 0 : equilibrium->n, "m");
     PDI_ARRAY(owner, equilibrium, lambda, equilibrium->solid->moduli ? equilibrium->n / PD_DIM : 0, "Pa");
     PDI_ARRAY(owner, equilibrium, mu, equilibrium->solid->moduli ? equilibrium->n / PD_DIM : 0, "Pa");
 }
 
 /* Operator of the linear step: y = -V df along x for free components, 0 for prescribed ones. A Krylov callback. */
-static void pdi_equilibrium_apply(void *user, const double *x, double *y)
+static void pdi_equilibrium_apply_tangent(void *user, const double *x, double *y)
 {
     const pdi_equilibrium *q = (const pdi_equilibrium *)user;
     const double *volume = q->solid->body->volume;
     q->solid->tangent(q->ctx, q->solid->self, x, y);
-    for (int64_t k = 0; k < q->n; k++) y[k] = pdi_equilibrium_held(q, k) ? 0.0 : -volume[k / PD_DIM] * y[k];
+    for (int64_t k = 0; k < q->n; k++) y[k] = pdi_equilibrium_is_held(q, k) ? 0.0 : -volume[k / PD_DIM] * y[k];
 }
 
 /* Sets the interpolated components of x [m] from its free ones. */
-static void pdi_equilibrium_follow(const pdi_equilibrium *q, double *x)
+static void pdi_equilibrium_interpolate(const pdi_equilibrium *q, double *x)
 {
     const pd_interpolation *all = q->desc->interpolation;
-    if (!pdi_equilibrium_follows(q)) return;
+    if (!pdi_equilibrium_has_interpolation(q)) return;
     for (int64_t k = 0; k < all->count; k++) x[all->row[k].at] = 0.0;
     for (int64_t k = 0; k < all->count; k++) x[all->row[k].at] += all->row[k].part * x[all->row[k].leader];
 }
 
 /* The same operator along the free part of x with its interpolated components. */
-static void pdi_equilibrium_apply_whole(void *user, const double *x, double *y)
+static void pdi_equilibrium_apply_interpolated(void *user, const double *x, double *y)
 {
     const pdi_equilibrium *q = (const pdi_equilibrium *)user;
-    pdi_par_copy(q->ctx, q->n, x, q->whole);
-    pdi_equilibrium_follow(q, q->whole);
-    pdi_equilibrium_apply(user, q->whole, y);
+    pdi_par_copy(q->ctx, q->n, x, q->full_direction);
+    pdi_equilibrium_interpolate(q, q->full_direction);
+    pdi_equilibrium_apply_tangent(user, q->full_direction, y);
 }
 
-PDI_FN pd_status pdi_equilibrium_rest(pdi_equilibrium *q, const double *u, double *norm)
+PDI_FN pd_status pdi_equilibrium_compute_residual(pdi_equilibrium *q, const double *u, double *norm)
 {
     const double *volume = q->solid->body->volume;
     double sum = 0.0, pull = 0.0;
-    pd_status status = q->solid->force(q->ctx, q->solid->self, u, q->rest);
+    pd_status status = q->solid->force(q->ctx, q->solid->self, u, q->residual);
     if (status != PD_OK) return status;
     for (int64_t k = 0; k < q->n; k++) {
-        double bonds = volume[k / PD_DIM] * q->rest[k], load = q->load ? volume[k / PD_DIM] * q->load[k] : 0.0;
-        int held = pdi_equilibrium_held(q, k);
-        q->rest[k] = held ? 0.0 : bonds + load;
+        double bonds = volume[k / PD_DIM] * q->residual[k], load = q->load ? volume[k / PD_DIM] * q->load[k] : 0.0;
+        int held = pdi_equilibrium_is_held(q, k);
+        q->residual[k] = held ? 0.0 : bonds + load;
         pull += held ? bonds * bonds : 0.0;
-        sum += q->rest[k] * q->rest[k];
+        sum += q->residual[k] * q->residual[k];
     }
     *norm = sqrt(sum);
-    q->pull = sqrt(pull);
+    q->reaction_norm = sqrt(pull);
     return PD_OK;
 }
 
-PDI_FN void pdi_equilibrium_precondition(void *user, const double *x, double *y)
+PDI_FN void pdi_equilibrium_apply_precond(void *user, const double *x, double *y)
 {
     const pdi_equilibrium *q = (const pdi_equilibrium *)user;
-    double share = q->scaffold.levels ? PDI_EQUILIBRIUM_SHARE : 1.0;
+    double share = q->coarse.levels ? PDI_EQUILIBRIUM_BLOCK_WEIGHT : 1.0;
     for (int64_t i = 0; i < q->n / PD_DIM; i++)
         for (int a = 0; a < PD_DIM; a++) {
             const double *row = q->block + i * PDI_EQUILIBRIUM_BLOCK + a * PD_DIM;
@@ -97,27 +98,28 @@ PDI_FN void pdi_equilibrium_precondition(void *user, const double *x, double *y)
             for (int b = 0; b < PD_DIM; b++) sum += row[b] * x[i * PD_DIM + b];
             y[i * PD_DIM + a] = share * sum;
         }
-    if (q->scaffold.levels) pdi_scaffold_add(q->ctx, (pd_scaffold *)&q->scaffold, x, y);
+    if (q->coarse.levels) pdi_coarse_fe_precond_apply(q->ctx, (pd_scaffold *)&q->coarse, x, y);
     for (int64_t k = 0; k < q->n; k++)
-        if (pdi_equilibrium_held(q, k)) y[k] = 0.0;
+        if (pdi_equilibrium_is_held(q, k)) y[k] = 0.0;
 }
 
 /* Updates the coarse preconditioner: moduli of the material, and springs of the size of the diagonal at prescribed
  * displacements. Interpolated ones have springs only within a spacing of where they are prescribed. */
-static void pdi_equilibrium_scaffold(const pdi_equilibrium *q)
+static void pdi_equilibrium_update_coarse(const pdi_equilibrium *q)
 {
-    if (!q->scaffold.levels) return;
+    if (!q->coarse.levels) return;
     q->solid->moduli(q->ctx, q->solid->self, q->lambda, q->mu);
     for (int64_t k = 0; k < q->n; k++)
-        q->step[k] = pdi_equilibrium_held(q, k) && !(q->solid->follows && q->solid->follows[k]) ? q->diagonal[k] : 0.0;
-    for (int64_t k = 0; pdi_equilibrium_follows(q) && k < q->desc->interpolation->count; k++) {
+        q->step[k] =
+            pdi_equilibrium_is_held(q, k) && !(q->solid->follows && q->solid->follows[k]) ? q->diagonal[k] : 0.0;
+    for (int64_t k = 0; pdi_equilibrium_has_interpolation(q) && k < q->desc->interpolation->count; k++) {
         const pd_interpolated *row = q->desc->interpolation->row + k;
         if (!row->face) q->step[row->at] = 0.0;
     }
-    pdi_scaffold_fill(q->ctx, (pd_scaffold *)&q->scaffold, q->lambda, q->mu, q->step);
+    pdi_coarse_fe_precond_assemble(q->ctx, (pd_scaffold *)&q->coarse, q->lambda, q->mu, q->step);
 }
 
-PDI_FN void pdi_equilibrium_blocks(const pdi_equilibrium *q)
+PDI_FN void pdi_equilibrium_compute_blocks(const pdi_equilibrium *q)
 {
     int32_t count = q->solid->body->count;
     int nt = pdi_par_threads(q->ctx, (int64_t)count * 20);
@@ -129,7 +131,7 @@ PDI_FN void pdi_equilibrium_blocks(const pdi_equilibrium *q)
         double a[PDI_EQUILIBRIUM_BLOCK], *own = q->block + (int64_t)i * PDI_EQUILIBRIUM_BLOCK;
         for (int p = 0; p < PDI_EQUILIBRIUM_BLOCK; p++) {
             int64_t row = (int64_t)i * PD_DIM + p / PD_DIM, column = (int64_t)i * PD_DIM + p % PD_DIM;
-            int held = row != column && (pdi_equilibrium_held(q, row) || pdi_equilibrium_held(q, column));
+            int held = row != column && (pdi_equilibrium_is_held(q, row) || pdi_equilibrium_is_held(q, column));
             a[p] = held ? 0.0 : own[p];
         }
         if (pdi_vec_invert(a, own) > 0.0) continue;
@@ -138,7 +140,7 @@ PDI_FN void pdi_equilibrium_blocks(const pdi_equilibrium *q)
 }
 
 /* PD_ERR_STATE: an entry of x is not finite. */
-static pd_status pdi_equilibrium_finite(const pdi_equilibrium *q, const double *x, const char *what)
+static pd_status pdi_equilibrium_check_finite(const pdi_equilibrium *q, const double *x, const char *what)
 {
     for (int64_t k = 0; x && k < q->n; k++)
         if (!(fabs(x[k]) < 1e200))
@@ -147,8 +149,8 @@ static pd_status pdi_equilibrium_finite(const pdi_equilibrium *q, const double *
     return PD_OK;
 }
 
-PDI_FN int pdi_equilibrium_bears(const pd_body *body, const uint8_t *held, const double *load, int axis,
-                                 const int32_t *piece, int32_t count, double *sum)
+PDI_FN int pdi_equilibrium_is_balanced(const pd_body *body, const uint8_t *held, const double *load, int axis,
+                                       const int32_t *piece, int32_t count, double *sum)
 {
     double all = 0.0, size = 0.0;
     for (int32_t n = 0; n < count; n++) {
@@ -161,17 +163,18 @@ PDI_FN int pdi_equilibrium_bears(const pd_body *body, const uint8_t *held, const
     return fabs(all) <= PDI_EQUILIBRIUM_ROUNDING * size;
 }
 
-PDI_FN int pdi_equilibrium_turns(const pd_solid *solid, const uint8_t *held, const double *load, const pd_rigid *rigid)
+PDI_FN int pdi_equilibrium_has_unbalanced_moment(const pd_solid *solid, const uint8_t *held, const double *load,
+                                                 const pd_rigid *rigid)
 {
-    return solid->moduli && pdi_rigid_work(rigid, held, load) > PDI_EQUILIBRIUM_ROUNDING;
+    return solid->moduli && pdi_rigid_modes_relative_work(rigid, held, load) > PDI_EQUILIBRIUM_ROUNDING;
 }
 
 /* PD_ERR_STATE: a component is loaded along an axis along which nothing supports it. */
-static pd_status pdi_equilibrium_balanced(const pdi_equilibrium *q, const int32_t *piece, int32_t count)
+static pd_status pdi_equilibrium_check_forces(const pdi_equilibrium *q, const int32_t *piece, int32_t count)
 {
     double sum = 0.0;
     for (int a = 0; a < PD_DIM; a++)
-        if (!pdi_equilibrium_bears(q->solid->body, q->desc->held, q->load, a, piece, count, &sum))
+        if (!pdi_equilibrium_is_balanced(q->solid->body, q->desc->held, q->load, a, piece, count, &sum))
             return pdi_fail(q->ctx, PD_ERR_STATE, "equilibrium",
                             "a piece of %d points, one of them point %d, is not held along axis %d, and its loads sum "
                             "to %g N: hold it, or balance the loads", (int)count, (int)piece[0], a, sum);
@@ -179,7 +182,7 @@ static pd_status pdi_equilibrium_balanced(const pdi_equilibrium *q, const int32_
 }
 
 /* Calls `visit` for each connected component of the body with its rigid motions. */
-static pd_status pdi_equilibrium_pieces(pdi_equilibrium *q, pdi_equilibrium_visit visit)
+static pd_status pdi_equilibrium_visit_components(pdi_equilibrium *q, pdi_equilibrium_visit visit)
 {
     int32_t *piece = NULL, all = q->solid->body->count;
     uint8_t *seen = NULL;
@@ -188,8 +191,8 @@ static pd_status pdi_equilibrium_pieces(pdi_equilibrium *q, pdi_equilibrium_visi
     for (int32_t i = 0; i < all && status == PD_OK; i++) {
         pd_rigid rigid;
         if (seen[i]) continue;
-        int32_t count = pdi_body_piece(q->solid->body, i, seen, piece);
-        pdi_rigid_find(q->solid->body, q->desc->held, piece, count, &rigid);
+        int32_t count = pdi_body_find_component(q->solid->body, i, seen, piece);
+        pdi_rigid_modes_compute(q->solid->body, q->desc->held, piece, count, &rigid);
         status = visit(q, &rigid);
     }
     PDI_DELETE(q->ctx, all, piece);
@@ -198,66 +201,66 @@ static pd_status pdi_equilibrium_pieces(pdi_equilibrium *q, pdi_equilibrium_visi
 }
 
 /* Checks the loads of a component. PD_ERR_DIVERGED: its moments do not balance. */
-static pd_status pdi_equilibrium_borne(pdi_equilibrium *q, const pd_rigid *rigid)
+static pd_status pdi_equilibrium_check_component(pdi_equilibrium *q, const pd_rigid *rigid)
 {
-    PDI_TRY(pdi_equilibrium_balanced(q, rigid->piece, rigid->count));
-    q->moves = q->moves || rigid->motions;
-    if (!pdi_equilibrium_turns(q->solid, q->desc->held, q->load, rigid)) return PD_OK;
+    PDI_TRY(pdi_equilibrium_check_forces(q, rigid->piece, rigid->count));
+    q->has_rigid_motions = q->has_rigid_motions || rigid->motions;
+    if (!pdi_equilibrium_has_unbalanced_moment(q->solid, q->desc->held, q->load, rigid)) return PD_OK;
     return pdi_fail(q->ctx, PD_ERR_DIVERGED, "equilibrium", "a piece of %d points, one of them point %d, can turn, and "
                     "its loads turn it: hold it, or balance their moments", (int)rigid->count, (int)rigid->piece[0]);
 }
 
 /* Removes the mean rigid motions of a component from the step. */
-static pd_status pdi_equilibrium_rests(pdi_equilibrium *q, const pd_rigid *rigid)
+static pd_status pdi_equilibrium_remove_rigid_step(pdi_equilibrium *q, const pd_rigid *rigid)
 {
-    pdi_rigid_remove(rigid, q->step);
+    pdi_rigid_modes_remove(rigid, q->step);
     return PD_OK;
 }
 
 /* Removes the rigid motions of a component from the residual, which rounding puts there. */
-static pd_status pdi_equilibrium_even(pdi_equilibrium *q, const pd_rigid *rigid)
+static pd_status pdi_equilibrium_project_residual(pdi_equilibrium *q, const pd_rigid *rigid)
 {
     const double *volume = q->solid->body->volume;
     for (int way = 0; way < 2; way++) {
         for (int32_t n = 0; n < rigid->count && rigid->motions; n++)
             for (int d = 0; d < PD_DIM; d++) {
                 int64_t k = (int64_t)rigid->piece[n] * PD_DIM + d;
-                if (way == 0) q->rest[k] /= volume[rigid->piece[n]];
-                else q->rest[k] = pdi_equilibrium_held(q, k) ? 0.0 : q->rest[k] * volume[rigid->piece[n]];
+                if (way == 0) q->residual[k] /= volume[rigid->piece[n]];
+                else q->residual[k] = pdi_equilibrium_is_held(q, k) ? 0.0 : q->residual[k] * volume[rigid->piece[n]];
             }
-        if (way == 0) pdi_rigid_remove(rigid, q->rest);
+        if (way == 0) pdi_rigid_modes_remove(rigid, q->residual);
     }
     return PD_OK;
 }
 
 /* First force scale [N]: loads, and the forces of prescribed displacements on a body at u = 0. */
-static double pdi_equilibrium_size(pdi_equilibrium *q, const double *u)
+static double pdi_equilibrium_estimate_scale(pdi_equilibrium *q, const double *u)
 {
     const double *volume = q->solid->body->volume;
     double size = 0.0;
-    for (int64_t k = 0; k < q->n; k++) q->step[k] = pdi_equilibrium_held(q, k) ? u[k] : 0.0;
-    pdi_equilibrium_apply(q, q->step, q->rest);
+    for (int64_t k = 0; k < q->n; k++) q->step[k] = pdi_equilibrium_is_held(q, k) ? u[k] : 0.0;
+    pdi_equilibrium_apply_tangent(q, q->step, q->residual);
     for (int64_t k = 0; k < q->n; k++) {
-        double load = q->load && !pdi_equilibrium_held(q, k) ? volume[k / PD_DIM] * q->load[k] : 0.0;
-        size += (load - q->rest[k]) * (load - q->rest[k]);
+        double load = q->load && !pdi_equilibrium_is_held(q, k) ? volume[k / PD_DIM] * q->load[k] : 0.0;
+        size += (load - q->residual[k]) * (load - q->residual[k]);
     }
     return sqrt(size);
 }
 
 /* Force scale [N] of a solution: loads and reactions. It does not depend on rigid motions. */
-static double pdi_equilibrium_found(const pdi_equilibrium *q)
+static double pdi_equilibrium_compute_scale(const pdi_equilibrium *q)
 {
     const double *volume = q->solid->body->volume;
-    double size = q->pull * q->pull;
+    double size = q->reaction_norm * q->reaction_norm;
     for (int64_t k = 0; k < q->n && q->load; k++) {
-        double load = pdi_equilibrium_held(q, k) ? 0.0 : volume[k / PD_DIM] * q->load[k];
+        double load = pdi_equilibrium_is_held(q, k) ? 0.0 : volume[k / PD_DIM] * q->load[k];
         size += load * load;
     }
     return sqrt(size);
 }
 
 /* 1: the loads do work along a motion without stiffness. Copies it to desc->swing. */
-static int pdi_equilibrium_swings(const pdi_equilibrium *q, const double *motion)
+static int pdi_equilibrium_check_mechanism(const pdi_equilibrium *q, const double *motion)
 {
     double work = 0.0, size = 0.0;
     for (int64_t k = 0; k < q->n && q->load; k++) {
@@ -272,7 +275,7 @@ static int pdi_equilibrium_swings(const pdi_equilibrium *q, const double *motion
 
 /* Estimate of the rounding of forces [N] at displacements u: tangent times their last digits with random signs;
  * gradients 1 + grad u have the last digit of a point distance. */
-static double pdi_equilibrium_digits(pdi_equilibrium *q, const double *u)
+static double pdi_equilibrium_estimate_rounding(pdi_equilibrium *q, const double *u)
 {
     const pd_body *body = q->solid->body;
     double length = body->spacing > 0.0 ? body->spacing : body->horizon, sum = 0.0;
@@ -281,12 +284,12 @@ static double pdi_equilibrium_digits(pdi_equilibrium *q, const double *u)
         double size = pdi_max(fabs(u[k]), least);
         q->step[k] = pdi_rng_u64(1, 0, (uint64_t)k) & 1 ? size : -size;
     }
-    pdi_equilibrium_apply(q, q->step, q->rest);
-    for (int64_t k = 0; k < q->n; k++) sum += q->rest[k] * q->rest[k];
+    pdi_equilibrium_apply_tangent(q, q->step, q->residual);
+    for (int64_t k = 0; k < q->n; k++) sum += q->residual[k] * q->residual[k];
     return PDI_EQUILIBRIUM_DIGITS * sqrt(sum);
 }
 
-PDI_FN pd_krylov_desc pdi_equilibrium_krylov(int interpolated)
+PDI_FN pd_krylov_desc pdi_equilibrium_krylov_options(int interpolated)
 {
     pd_krylov_desc kd;
     memset(&kd, 0, sizeof kd);
@@ -294,15 +297,15 @@ PDI_FN pd_krylov_desc pdi_equilibrium_krylov(int interpolated)
     kd.method = interpolated ? PD_KRYLOV_GMRES : PD_KRYLOV_CG;
     kd.components = 1;
     kd.zero_guess = 1;
-    kd.restart = PDI_EQUILIBRIUM_BASIS;
-    kd.most = PDI_EQUILIBRIUM_LONGEST;
+    kd.restart = PDI_EQUILIBRIUM_RESTART;
+    kd.most = PDI_EQUILIBRIUM_MAX_RESTART;
     return kd;
 }
 
 /* Builds the Krylov solver of linear steps. */
-static pd_status pdi_equilibrium_solver(const pdi_equilibrium *q, int interpolated, pd_krylov *krylov)
+static pd_status pdi_equilibrium_build_krylov(const pdi_equilibrium *q, int interpolated, pd_krylov *krylov)
 {
-    pd_krylov_desc kd = pdi_equilibrium_krylov(interpolated);
+    pd_krylov_desc kd = pdi_equilibrium_krylov_options(interpolated);
     kd.n = q->n;
     kd.rtol = DBL_MIN; /* the target is all */
     kd.max_iterations = q->desc->max_iterations > 0 ? q->desc->max_iterations : 10000;
@@ -311,31 +314,32 @@ static pd_status pdi_equilibrium_solver(const pdi_equilibrium *q, int interpolat
 
 /* Solves the linear step for the residual down to `target` [N], into q->step. PD_ERR_DIVERGED: the loads do work along
  * a mechanism. */
-static pd_status pdi_equilibrium_steps(pdi_equilibrium *q, pd_krylov *krylov, int follows, double target,
-                                       pd_equilibrium_result *result)
+static pd_status pdi_equilibrium_solve_krylov(pdi_equilibrium *q, pd_krylov *krylov, int follows, double target,
+                                              pd_equilibrium_result *result)
 {
     pd_krylov_result linear;
     krylov->desc.atol = target;
     krylov->desc.diagonal = q->solid->linear ? q->diagonal : NULL;
-    pd_status status = pdi_krylov_solve(q->ctx, krylov, follows ? pdi_equilibrium_apply_whole : pdi_equilibrium_apply,
-                                        pdi_equilibrium_precondition, q, q->rest, q->step, &linear);
+    pd_status status =
+        pdi_krylov_solve(q->ctx, krylov, follows ? pdi_equilibrium_apply_interpolated : pdi_equilibrium_apply_tangent,
+                         pdi_equilibrium_apply_precond, q, q->residual, q->step, &linear);
     result->iterations += linear.iterations;
     result->residual = linear.residual;
     if (follows || status != PD_ERR_DIVERGED || !q->solid->linear) return status;
-    if (pdi_equilibrium_swings(q, krylov->work + q->n)) return status;
+    if (pdi_equilibrium_check_mechanism(q, krylov->work + q->n)) return status;
     return pdi_fail(q->ctx, PD_NOT_CONVERGED, "equilibrium", "a direction without stiffness after %d iterations: "
                     "residual %.3g N, target %.3g N", linear.iterations, linear.residual, target);
 }
 
 /* Conjugate gradients look for a mechanism, without interpolation, after GMRES has failed: GMRES does not see one. */
-static pd_status pdi_equilibrium_hinge(pdi_equilibrium *q, double target, pd_equilibrium_result *result)
+static pd_status pdi_equilibrium_search_mechanism(pdi_equilibrium *q, double target, pd_equilibrium_result *result)
 {
     pd_equilibrium_result found = *result;
     pd_krylov krylov;
     double *step = q->step;
-    q->step = q->whole; /* the step of GMRES stays */
-    pd_status status = pdi_equilibrium_solver(q, 0, &krylov);
-    if (status == PD_OK) status = pdi_equilibrium_steps(q, &krylov, 0, target, &found);
+    q->step = q->full_direction; /* the step of GMRES stays */
+    pd_status status = pdi_equilibrium_build_krylov(q, 0, &krylov);
+    if (status == PD_OK) status = pdi_equilibrium_solve_krylov(q, &krylov, 0, target, &found);
     q->step = step;
     pdi_krylov_free(q->ctx, &krylov);
     result->iterations = found.iterations;
@@ -343,38 +347,38 @@ static pd_status pdi_equilibrium_hinge(pdi_equilibrium *q, double target, pd_equ
 }
 
 /* Linear step with projection of rigid motions and interpolated components. */
-static pd_status pdi_equilibrium_linear(pdi_equilibrium *q, double target, pd_equilibrium_result *result)
+static pd_status pdi_equilibrium_solve_linear(pdi_equilibrium *q, double target, pd_equilibrium_result *result)
 {
-    int moves = q->moves && q->scaffold.levels, follows = pdi_equilibrium_follows(q);
-    if (moves) PDI_TRY(pdi_equilibrium_pieces(q, pdi_equilibrium_even));
-    pd_status status = pdi_equilibrium_steps(q, &q->krylov, follows, target, result);
+    int moves = q->has_rigid_motions && q->coarse.levels, follows = pdi_equilibrium_has_interpolation(q);
+    if (moves) PDI_TRY(pdi_equilibrium_visit_components(q, pdi_equilibrium_project_residual));
+    pd_status status = pdi_equilibrium_solve_krylov(q, &q->krylov, follows, target, result);
     if (follows && q->solid->linear && (status == PD_NOT_CONVERGED || status == PD_ERR_DIVERGED))
-        status = pdi_equilibrium_hinge(q, target, result);
-    if (status >= 0 && moves) PDI_TRY(pdi_equilibrium_pieces(q, pdi_equilibrium_rests));
-    pdi_equilibrium_follow(q, q->step);
+        status = pdi_equilibrium_search_mechanism(q, target, result);
+    if (status >= 0 && moves) PDI_TRY(pdi_equilibrium_visit_components(q, pdi_equilibrium_remove_rigid_step));
+    pdi_equilibrium_interpolate(q, q->step);
     return status;
 }
 
 /* Work of the residual along the step [J]: directional derivative of the energy with the opposite sign. */
-static double pdi_equilibrium_gain(const pdi_equilibrium *q)
+static double pdi_equilibrium_step_work(const pdi_equilibrium *q)
 {
-    pdi_sum all = {0.0, 0.0};
-    for (int64_t k = 0; k < q->n; k++) pdi_sum_add(&all, q->rest[k] * q->step[k]);
-    return pdi_sum_total(&all);
+    pdi_compensated_sum all = {0.0, 0.0};
+    for (int64_t k = 0; k < q->n; k++) pdi_compensated_sum_add(&all, q->residual[k] * q->step[k]);
+    return pdi_compensated_sum_total(&all);
 }
 
 /* Line search: step length after which the residual does no more work along the step, or little against it (Crisfield
  * 1991, ch. 9.2). Norms are no measure, as the forces have kinks where yielding begins. PD_RETRY: there is none. */
-static pd_status pdi_equilibrium_search(pdi_equilibrium *q, double *u, double target, double *norm)
+static pd_status pdi_equilibrium_line_search(pdi_equilibrium *q, double *u, double target, double *norm)
 {
-    double part = 1.0, gain = pdi_equilibrium_gain(q);
-    for (int k = 0; k < PDI_EQUILIBRIUM_TRIALS && gain > 0.0; k++) {
-        for (int64_t n = 0; n < q->n; n++) q->trial[n] = u[n] + part * q->step[n];
-        pd_status status = pdi_equilibrium_rest(q, q->trial, norm);
+    double part = 1.0, gain = pdi_equilibrium_step_work(q);
+    for (int k = 0; k < PDI_EQUILIBRIUM_MAX_TRIALS && gain > 0.0; k++) {
+        for (int64_t n = 0; n < q->n; n++) q->trial_u[n] = u[n] + part * q->step[n];
+        pd_status status = pdi_equilibrium_compute_residual(q, q->trial_u, norm);
         if (status < 0) return status;
-        double more = status == PD_OK ? pdi_equilibrium_gain(q) : 0.0;
-        if (status == PD_OK && (*norm <= target || more >= -PDI_EQUILIBRIUM_BEYOND * gain)) {
-            memcpy(u, q->trial, (size_t)q->n * sizeof *u);
+        double more = status == PD_OK ? pdi_equilibrium_step_work(q) : 0.0;
+        if (status == PD_OK && (*norm <= target || more >= -PDI_EQUILIBRIUM_CURVATURE * gain)) {
+            memcpy(u, q->trial_u, (size_t)q->n * sizeof *u);
             return PD_OK;
         }
         part *= status == PD_OK ? pdi_max(0.1, gain / (gain - more)) : 0.5;
@@ -383,7 +387,7 @@ static pd_status pdi_equilibrium_search(pdi_equilibrium *q, double *u, double ta
 }
 
 /* Clears the error message of a solver whose result is good enough. */
-static pd_status pdi_equilibrium_forgive(const pdi_equilibrium *q)
+static pd_status pdi_equilibrium_clear_error(const pdi_equilibrium *q)
 {
     q->ctx->status = PD_OK;
     q->ctx->message[0] = '\0';
@@ -391,34 +395,34 @@ static pd_status pdi_equilibrium_forgive(const pdi_equilibrium *q)
 }
 
 /* Linear material: one step, down to the rounding of the displacements at least. */
-static pd_status pdi_equilibrium_once(pdi_equilibrium *q, double *u, double target, pd_equilibrium_result *result)
+static pd_status pdi_equilibrium_solve_once(pdi_equilibrium *q, double *u, double target, pd_equilibrium_result *result)
 {
-    pdi_equilibrium_scaffold(q);
-    pd_status status = pdi_equilibrium_linear(q, target, result);
+    pdi_equilibrium_update_coarse(q);
+    pd_status status = pdi_equilibrium_solve_linear(q, target, result);
     result->steps = 1;
     if (status < 0) return status;
     for (int64_t k = 0; k < q->n; k++) u[k] += q->step[k];
-    double digits = status == PD_OK ? 0.0 : pdi_equilibrium_digits(q, u);
+    double digits = status == PD_OK ? 0.0 : pdi_equilibrium_estimate_rounding(q, u);
     if (status == PD_OK || !(result->residual <= digits)) return status;
-    q->size *= digits / target;
-    return pdi_equilibrium_forgive(q);
+    q->scale *= digits / target;
+    return pdi_equilibrium_clear_error(q);
 }
 
 /* Newton's method with the forcing terms of Eisenstat and Walker 1996. PD_RETRY: it did not converge. */
-static pd_status pdi_equilibrium_newton(pdi_equilibrium *q, double *u, double target, double norm,
-                                        pd_equilibrium_result *result)
+static pd_status pdi_equilibrium_solve_newton(pdi_equilibrium *q, double *u, double target, double norm,
+                                              pd_equilibrium_result *result)
 {
     double left = 0.1;
-    while (norm > target && result->steps < PDI_EQUILIBRIUM_STEPS) {
+    while (norm > target && result->steps < PDI_EQUILIBRIUM_MAX_NEWTON) {
         double forcing = pdi_max(pdi_krylov_forcing(left), 0.5 * target / norm), was = norm;
-        pdi_equilibrium_blocks(q);
-        pdi_equilibrium_scaffold(q);
-        pd_status status = pdi_equilibrium_linear(q, forcing * norm, result);
+        pdi_equilibrium_compute_blocks(q);
+        pdi_equilibrium_update_coarse(q);
+        pd_status status = pdi_equilibrium_solve_linear(q, forcing * norm, result);
         if (status < 0 && status != PD_ERR_DIVERGED) return status;
-        status = pdi_equilibrium_search(q, u, target, &norm);
+        status = pdi_equilibrium_line_search(q, u, target, &norm);
         if (status != PD_OK) {
             if (status < 0) return status;
-            status = pdi_equilibrium_rest(q, u, &norm);
+            status = pdi_equilibrium_compute_residual(q, u, &norm);
             result->residual = norm;
             return status < 0 ? status : PD_RETRY;
         }
@@ -430,71 +434,72 @@ static pd_status pdi_equilibrium_newton(pdi_equilibrium *q, double *u, double ta
 }
 
 /* Relative tolerance of the residual, or its default. */
-static double pdi_equilibrium_rtol(const pdi_equilibrium *q)
+static double pdi_equilibrium_get_rtol(const pdi_equilibrium *q)
 {
     return q->desc->rtol > 0.0 ? q->desc->rtol : PD_EQUILIBRIUM_RTOL;
 }
 
 /* Sets *again to 1 where the residual at u is too large for the force scale of the solution; *norm and *target [N] are
  * those of the next round. */
-static pd_status pdi_equilibrium_again(pdi_equilibrium *q, const double *u, double *norm, double *target, int *again)
+static pd_status pdi_equilibrium_check_scale(pdi_equilibrium *q, const double *u, double *norm, double *target,
+                                             int *again)
 {
-    double rtol = pdi_equilibrium_rtol(q);
-    PDI_TRY(pdi_equilibrium_rest(q, u, norm));
-    double size = pdi_equilibrium_found(q);
+    double rtol = pdi_equilibrium_get_rtol(q);
+    PDI_TRY(pdi_equilibrium_compute_residual(q, u, norm));
+    double size = pdi_equilibrium_compute_scale(q);
     *again = *norm > rtol * size;
     if (!*again) return PD_OK;
-    size = pdi_max(size, pdi_max(q->digits, pdi_equilibrium_digits(q, u)) / rtol);
-    PDI_TRY(pdi_equilibrium_rest(q, u, norm));
-    *again = size < q->size && *norm > rtol * size;
-    if (*again) q->size = size;
-    *target = rtol * q->size;
+    size = pdi_max(size, pdi_max(q->rounding, pdi_equilibrium_estimate_rounding(q, u)) / rtol);
+    PDI_TRY(pdi_equilibrium_compute_residual(q, u, norm));
+    *again = size<q->scale && * norm> rtol * size;
+    if (*again) q->scale = size;
+    *target = rtol * q->scale;
     return PD_OK;
 }
 
 PDI_FN pd_status pdi_equilibrium_begin(pdi_equilibrium *q, const double *u, double *norm, double *target)
 {
-    PDI_TRY(pdi_equilibrium_finite(q, q->load, "load"));
-    PDI_TRY(pdi_equilibrium_finite(q, u, "displacement"));
-    if (q->load) PDI_TRY(pdi_equilibrium_pieces(q, pdi_equilibrium_borne));
-    PDI_TRY(pdi_owner_build(q->ctx, pdi_equilibrium_list, q));
-    pd_status status = pdi_equilibrium_rest(q, u, norm);
+    PDI_TRY(pdi_equilibrium_check_finite(q, q->load, "load"));
+    PDI_TRY(pdi_equilibrium_check_finite(q, u, "displacement"));
+    if (q->load) PDI_TRY(pdi_equilibrium_visit_components(q, pdi_equilibrium_check_component));
+    PDI_TRY(pdi_array_registry_build(q->ctx, pdi_equilibrium_list, q));
+    pd_status status = pdi_equilibrium_compute_residual(q, u, norm);
     if (status == PD_RETRY)
         return pdi_fail(q->ctx, PD_ERR_STATE, "equilibrium", "the guess of the displacements, with what is held, is no "
                         "state of the %s material: take shorter steps", q->solid->name);
     if (status < 0) return status;
-    pdi_equilibrium_blocks(q);
-    q->digits = pdi_equilibrium_digits(q, u);
-    q->size = pdi_max(pdi_equilibrium_size(q, u), q->digits / pdi_equilibrium_rtol(q));
-    *target = q->size * pdi_equilibrium_rtol(q);
-    return pdi_equilibrium_rest(q, u, norm);
+    pdi_equilibrium_compute_blocks(q);
+    q->rounding = pdi_equilibrium_estimate_rounding(q, u);
+    q->scale = pdi_max(pdi_equilibrium_estimate_scale(q, u), q->rounding / pdi_equilibrium_get_rtol(q));
+    *target = q->scale * pdi_equilibrium_get_rtol(q);
+    return pdi_equilibrium_compute_residual(q, u, norm);
 }
 
 /* Solves once, and again with a smaller force scale where that is needed; relative residual into result. */
-static pd_status pdi_equilibrium_run(pdi_equilibrium *q, double *u, pd_equilibrium_result *result)
+static pd_status pdi_equilibrium_solve_inner(pdi_equilibrium *q, double *u, pd_equilibrium_result *result)
 {
     double norm, target;
     pd_status status = PD_OK;
     if (q->desc->swing) memset(q->desc->swing, 0, (size_t)q->n * sizeof *q->desc->swing);
     PDI_TRY(pdi_equilibrium_begin(q, u, &norm, &target));
-    if (q->solid->moduli) PDI_TRY(pdi_scaffold_build(q->ctx, q->solid->body, &q->scaffold));
-    PDI_TRY(pdi_equilibrium_solver(q, pdi_equilibrium_follows(q), &q->krylov));
+    if (q->solid->moduli) PDI_TRY(pdi_coarse_fe_precond_build(q->ctx, q->solid->body, &q->coarse));
+    PDI_TRY(pdi_equilibrium_build_krylov(q, pdi_equilibrium_has_interpolation(q), &q->krylov));
     double first = target;
     for (int again = 1; again;) {
-        status = q->solid->linear ? pdi_equilibrium_once(q, u, target, result)
-                                  : pdi_equilibrium_newton(q, u, target, norm, result);
+        status = q->solid->linear ? pdi_equilibrium_solve_once(q, u, target, result)
+                                  : pdi_equilibrium_solve_newton(q, u, target, norm, result);
         again = 0;
-        if (status == PD_OK) PDI_TRY(pdi_equilibrium_again(q, u, &norm, &target, &again));
+        if (status == PD_OK) PDI_TRY(pdi_equilibrium_check_scale(q, u, &norm, &target, &again));
     }
     /* rounding may end it before: large strains have the digits of 1, and parts may hang on few bonds */
     if ((status == PD_RETRY || status == PD_NOT_CONVERGED) && target < first && result->residual <= first) {
-        status = pdi_equilibrium_forgive(q);
-        q->size = first / pdi_equilibrium_rtol(q);
+        status = pdi_equilibrium_clear_error(q);
+        q->scale = first / pdi_equilibrium_get_rtol(q);
     }
     if (status == PD_ERR_DIVERGED)
         return pdi_fail(q->ctx, status, "equilibrium", "the body can turn, or a part of it can about a hinge, and its "
                         "loads turn it: hold it, or balance their moments");
-    result->residual = q->size > 0.0 ? result->residual / q->size : 0.0;
+    result->residual = q->scale > 0.0 ? result->residual / q->scale : 0.0;
     return status;
 }
 
@@ -509,18 +514,18 @@ pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_solid *solid, const pd_equi
     q.desc = desc;
     q.load = load;
     q.n = (int64_t)solid->body->count * PD_DIM;
-    pd_status status = pdi_equilibrium_run(&q, u, result);
+    pd_status status = pdi_equilibrium_solve_inner(&q, u, result);
     pdi_krylov_free(ctx, &q.krylov);
-    pdi_scaffold_free(ctx, &q.scaffold);
-    pdi_owner_free(ctx, pdi_equilibrium_list, &q);
+    pdi_coarse_fe_precond_free(ctx, &q.coarse);
+    pdi_array_registry_free(ctx, pdi_equilibrium_list, &q);
     return status;
 }
 
 #undef PDI_EQUILIBRIUM_ROUNDING
 #undef PDI_EQUILIBRIUM_DIGITS
-#undef PDI_EQUILIBRIUM_STEPS
-#undef PDI_EQUILIBRIUM_TRIALS
-#undef PDI_EQUILIBRIUM_SHARE
-#undef PDI_EQUILIBRIUM_BASIS
-#undef PDI_EQUILIBRIUM_LONGEST
-#undef PDI_EQUILIBRIUM_BEYOND
+#undef PDI_EQUILIBRIUM_MAX_NEWTON
+#undef PDI_EQUILIBRIUM_MAX_TRIALS
+#undef PDI_EQUILIBRIUM_BLOCK_WEIGHT
+#undef PDI_EQUILIBRIUM_RESTART
+#undef PDI_EQUILIBRIUM_MAX_RESTART
+#undef PDI_EQUILIBRIUM_CURVATURE

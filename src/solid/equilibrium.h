@@ -8,9 +8,9 @@
  */
 #ifndef PD_EQUILIBRIUM_H
 #define PD_EQUILIBRIUM_H
-#include "solid/rigid.h"
-#include "solid/scaffold.h"
-#include "solid/solid.h"
+#include "solid/rigid_modes.h"
+#include "solid/coarse_fe_precond.h"
+#include "solid/material_interface.h"
 #include "solve/krylov.h"
 
 /* Default of rtol. */
@@ -67,51 +67,52 @@ typedef struct pdi_equilibrium {
     const pd_equilibrium_desc *desc;
     const double *load;
     int64_t n;     /* components of all points */
-    double size;   /* [N] force scale of the problem: residuals are relative to it */
-    double digits; /* [N] rounding of forces at the initial guess */
-    double pull;   /* [N] norm of the reaction forces at prescribed displacements, of the last residual */
+    double scale;  /* [N] force scale of the problem: residuals are relative to it */
+    double rounding;      /* [N] rounding of forces at the initial guess */
+    double reaction_norm; /* [N] norm of the reaction forces at prescribed displacements, of the last residual */
     double *diagonal; /* [n] [N/m] of the blocks */
     double *block; /* [count][PD_DIM^2] [m/N] inverse diagonal blocks */
-    double *rest;  /* [n] [N] residual: internal plus external forces on free components */
+    double *residual; /* [n] [N] residual: internal plus external forces on free components */
     double *step;  /* [n] [m] increment of displacements */
-    double *whole; /* [n] [m] a direction with its interpolated components; empty without interpolation */
-    double *trial; /* [n] [m] trial displacements of the line search, of nonlinear materials */
+    double *full_direction; /* [n] [m] a direction with its interpolated components; empty without interpolation */
+    double *trial_u;        /* [n] [m] trial displacements of the line search, of nonlinear materials */
     double *lambda, *mu;  /* [count] [Pa] where the moduli are known */
-    pd_scaffold scaffold; /* where the moduli are known */
-    int moves;            /* 1: a component has rigid motions */
+    pd_scaffold coarse;   /* where the moduli are known */
+    int has_rigid_motions; /* 1: a component has rigid motions */
     pd_krylov krylov;
 } pdi_equilibrium;
 
 /* 1: prescribed displacements are interpolated from free ones. */
-static inline int pdi_equilibrium_follows(const pdi_equilibrium *q)
+static inline int pdi_equilibrium_has_interpolation(const pdi_equilibrium *q)
 {
     return q->desc->interpolation && q->desc->interpolation->count > 0;
 }
 /* 1: component k is prescribed. */
-static inline int pdi_equilibrium_held(const pdi_equilibrium *q, int64_t k)
+static inline int pdi_equilibrium_is_held(const pdi_equilibrium *q, int64_t k)
 {
     return q->desc->held && q->desc->held[k];
 }
 /* Describes the arrays of a solve. */
-PDI_FN void pdi_equilibrium_list(pdi_owner *owner, void *equilibrium);
+PDI_FN void pdi_equilibrium_list(pdi_array_visitor *owner, void *equilibrium);
 /* Options of the Krylov solver of linear steps, without size and limits: GMRES with interpolation, otherwise conjugate
  * gradients. */
-PDI_FN pd_krylov_desc pdi_equilibrium_krylov(int interpolated);
+PDI_FN pd_krylov_desc pdi_equilibrium_krylov_options(int interpolated);
 /* Checks loads and guess, allocates, and computes residual, blocks and scale at u. *norm, *target [N]: norm of the
  * residual and its goal. */
 PDI_FN pd_status pdi_equilibrium_begin(pdi_equilibrium *equilibrium, const double *u, double *norm, double *target);
 /* Residual at u, into q->rest [N], and its norm. PD_RETRY: as of the material. */
-PDI_FN pd_status pdi_equilibrium_rest(pdi_equilibrium *equilibrium, const double *u, double *norm);
+PDI_FN pd_status pdi_equilibrium_compute_residual(pdi_equilibrium *equilibrium, const double *u, double *norm);
 /* Inverse diagonal blocks and their diagonals, at the last u; prescribed components are decoupled. */
-PDI_FN void pdi_equilibrium_blocks(const pdi_equilibrium *equilibrium);
+PDI_FN void pdi_equilibrium_compute_blocks(const pdi_equilibrium *equilibrium);
 /* Preconditioner: y [m] = inverse blocks times x [N], plus the coarse finite-element correction where there is one. */
-PDI_FN void pdi_equilibrium_precondition(void *solve, const double *x, double *y);
+PDI_FN void pdi_equilibrium_apply_precond(void *solve, const double *x, double *y);
 /* 1: the loads do work along a free rigid motion of a component: small displacements reach no equilibrium. */
-PDI_FN int pdi_equilibrium_turns(const pd_solid *solid, const uint8_t *held, const double *load, const pd_rigid *rigid);
+PDI_FN int pdi_equilibrium_has_unbalanced_moment(const pd_solid *solid, const uint8_t *held, const double *load,
+                                                 const pd_rigid *rigid);
 /* 1: a component of the body (piece [count]) is supported along an axis, or its loads along it sum up to zero. *sum
  * [N]: that sum; may be NULL. */
-PDI_FN int pdi_equilibrium_bears(const pd_body *body, const uint8_t *held, const double *load, int axis,
-                                 const int32_t *piece, int32_t count, double *sum);
+PDI_FN int pdi_equilibrium_is_balanced(const pd_body *body, const uint8_t *held, const double *load, int axis,
+                                       const int32_t *piece, int32_t count, double *sum);
 #endif
 
 #endif

@@ -1,81 +1,82 @@
 /* microelastic: see microelastic.h */
 #include "solid/microelastic.h"
 #include "core/par.h"
-#include "solid/weigh.h"
+#include "solid/weight_calibration.h"
 #include <math.h>
 #include <string.h>
 
 /* Least transverse over longitudinal bond stiffness in preconditioner blocks, so that they can be inverted. */
-#define PDI_MICROELASTIC_ACROSS 1e-3
+#define PDI_MICROELASTIC_MIN_TRANSVERSE 1e-3
 /* Fixed-point scale: parts of 1/h in which surface vectors are summed. They are a few 1/h at most. */
-#define PDI_MICROELASTIC_UNITS 4503599627370496.0 /* 2^52 */
+#define PDI_MICROELASTIC_FIXED_POINT 4503599627370496.0 /* 2^52 */
 
 /* Sums over a complete family of an infinite lattice; n = xi/r. */
 typedef struct pdi_microelastic_sums {
     double axis;   /* [m^(d+1)] sum w r n_0^4 V */
-    double off;    /* [m^(d+1)] sum w r (n_0^4 - 3 n_0^2 n_1^2) V: 0 when moduli are the same in all directions */
+    /* [m^(d+1)] sum w r (n_0^4 - 3 n_0^2 n_1^2) V: 0 when moduli are the same in all directions */
+    double anisotropy;
     double stretch; /* [m^(d+1)] sum w r V */
     double square; /* [m^(d+2)] sum w r^2 V */
-    double over;   /* [m^(d-1)] sum w/r V */
+    double inverse; /* [m^(d-1)] sum w/r V */
     double crack;  /* [m^(d+2)] sum w r |n.xi| V for one direction */
     double volume; /* [m^d] sum beta V, beta: what lies within the horizon */
 } pdi_microelastic_sums;
 
 /* Sums with the weights, or (cubic 1) with the influence function times q; n: crack normal or NULL. */
-static void pdi_microelastic_sum(const pd_microelastic *m, int cubic, const double *n, pdi_microelastic_sums *s)
+static void pdi_microelastic_sum_family(const pd_microelastic *m, int cubic, const double *n, pdi_microelastic_sums *s)
 {
     const pd_body *body = m->body;
-    double volume = pdi_weigh_cell(body), xi[PD_DIM];
+    double volume = pdi_weight_calibration_cell_volume(body), xi[PD_DIM];
     memset(s, 0, sizeof *s);
-    for (int k = 0; k < pdi_weigh_places(body); k++) {
-        double square = pdi_weigh_place(body, k, xi), along = n ? pdi_vec_dot(n, xi) : 0.0, q = 0.0;
+    for (int k = 0; k < pdi_weight_calibration_count_offsets(body); k++) {
+        double square = pdi_weight_calibration_get_offset(body, k, xi), along = n ? pdi_vec_dot(n, xi) : 0.0, q = 0.0;
         double r = sqrt(square), first = xi[0] * xi[0], second = PD_DIM > 1 ? xi[PD_DIM - 1] * xi[PD_DIM - 1] : 0.0;
-        double weight = square > 0.0 ? volume * pdi_body_weight(m->body, m->desc.influence, xi) : 0.0;
+        double weight = square > 0.0 ? volume * pdi_body_compute_bond_weight(m->body, m->desc.influence, xi) : 0.0;
         if (!(weight > 0.0)) continue;
-        q = pdi_weigh_cubic(xi, square);
+        q = pdi_weight_calibration_cubic_harmonic(xi, square);
         weight *= cubic ? q : 1.0 + m->shear * q;
         s->axis += weight * first * first / (square * r);
-        s->off += weight * (first * first - 3.0 * first * second) / (square * r);
+        s->anisotropy += weight * (first * first - 3.0 * first * second) / (square * r);
         s->stretch += weight * r;
         s->square += weight * square;
-        s->over += weight / r;
+        s->inverse += weight / r;
         s->crack += weight * r * fabs(along);
-        s->volume += volume * pdi_body_weight(m->body, PD_INFLUENCE_CONSTANT, xi);
+        s->volume += volume * pdi_body_compute_bond_weight(m->body, PD_INFLUENCE_CONSTANT, xi);
     }
 }
 
-PDI_FN double pdi_microelastic_crack(const pd_microelastic *m, const double *n)
+PDI_FN double pdi_microelastic_crack_energy(const pd_microelastic *m, const double *n)
 {
     pdi_microelastic_sums s;
-    pdi_microelastic_sum(m, 0, n, &s);
+    pdi_microelastic_sum_family(m, 0, n, &s);
     return 0.25 * m->modulus * m->critical * m->critical * s.crack / pdi_vec_norm(n);
 }
 
-PDI_FN double pdi_microelastic_limit(const pd_microelastic *m, double density)
+PDI_FN double pdi_microelastic_stable_step(const pd_microelastic *m, double density)
 {
     pdi_microelastic_sums s;
-    pdi_microelastic_sum(m, 0, NULL, &s);
-    return sqrt(2.0 * density / (m->modulus * pdi_max(s.over, m->stiffest)));
+    pdi_microelastic_sum_family(m, 0, NULL, &s);
+    return sqrt(2.0 * density / (m->modulus * pdi_max(s.inverse, m->stiffest)));
 }
 
 /* The same as a callback of the anisotropy. */
-static double pdi_microelastic_crack_of(const void *self, const double *n)
+static double pdi_microelastic_crack_energy_of(const void *self, const double *n)
 {
-    return pdi_microelastic_crack((const pd_microelastic *)self, n);
+    return pdi_microelastic_crack_energy((const pd_microelastic *)self, n);
 }
 
-PDI_FN void pdi_microelastic_list(pdi_owner *owner, void *object)
+PDI_FN void pdi_microelastic_list(pdi_array_visitor *owner, void *object)
 {
     pd_microelastic *microelastic = (pd_microelastic *)object;
     int64_t count = microelastic->body ? microelastic->body->count : 0;
     if (PD_DIM > 1 && microelastic->desc.surface == PD_MICROELASTIC_MOMENTS)
         PDI_ARRAY(owner, microelastic, share, count * PD_MEND_MOMENTS, "1");
     PDI_ARRAY(owner, microelastic, at, count * PD_DIM, "m");
-    PDI_VALUE(owner, microelastic, released, "J");
+    PDI_SCALAR_STATE(owner, microelastic, released, "J");
 }
 
 /* Elastic modulus c_11 [Pa] along an axis, by Young's modulus and the Poisson ratio 1/4 (plane stress 1/3). */
-static double pdi_microelastic_along(const pd_microelastic *m)
+static double pdi_microelastic_axial_modulus(const pd_microelastic *m)
 {
     static const double stiff[2] = {6.0 / 5.0, 9.0 / 8.0};
     return m->desc.young * (PD_DIM == 1 ? 1.0 : stiff[PD_DIM == 2 && m->desc.plane == PD_PLANE_STRESS]);
@@ -86,87 +87,91 @@ static double pdi_microelastic_along(const pd_microelastic *m)
 static void pdi_microelastic_calibrate(pd_microelastic *m)
 {
     static const double mean[3] = {1.0, 2.0 / PDI_PI, 0.5}; /* of |n.e| over all directions */
-    double wanted = pdi_microelastic_along(m);
+    double wanted = pdi_microelastic_axial_modulus(m);
     pdi_microelastic_sums plain, cubic;
     if (PD_DIM > 1) {
-        pdi_microelastic_sum(m, 0, NULL, &plain);
-        pdi_microelastic_sum(m, 1, NULL, &cubic);
-        if (fabs(cubic.off) > 0.0) m->shear = -plain.off / cubic.off;
+        pdi_microelastic_sum_family(m, 0, NULL, &plain);
+        pdi_microelastic_sum_family(m, 1, NULL, &cubic);
+        if (fabs(cubic.anisotropy) > 0.0) m->shear = -plain.anisotropy / cubic.anisotropy;
     }
-    pdi_microelastic_sum(m, 0, NULL, &plain);
+    pdi_microelastic_sum_family(m, 0, NULL, &plain);
     m->modulus = 2.0 * wanted / plain.axis;
     m->critical = sqrt(4.0 * m->desc.fracture / (m->modulus * mean[PD_DIM - 1] * plain.square));
-    m->anisotropy = pdi_weigh_anisotropy(pdi_microelastic_crack_of, m);
+    m->anisotropy = pdi_weight_calibration_compute_anisotropy(pdi_microelastic_crack_energy_of, m);
 }
 
 /* ---- weights ---- */
 
 /* Context of the weight functions. */
-typedef struct pdi_microelastic_making {
+typedef struct pdi_microelastic_weight_params {
     const pd_microelastic *m;
-    pdi_microelastic_sums whole;
-    pdi_mend mend;
-    const double *part; /* [count][PD_DIM] energy along each axis, or volume, of families; NULL: no such factors */
-} pdi_microelastic_making;
+    pdi_microelastic_sums complete;
+    pdi_surface_correction correction;
+    /* [count][PD_DIM] energy along each axis, or volume, of families; NULL: no such factors */
+    const double *family_moments;
+} pdi_microelastic_weight_params;
 
 /* Weight of the bond xi without surface correction. */
-static double pdi_microelastic_plain(const pd_microelastic *m, const double *xi)
+static double pdi_microelastic_influence_weight(const pd_microelastic *m, const double *xi)
 {
-    double weight = 1.0 + m->shear * pdi_weigh_cubic(xi, pdi_vec_dot(xi, xi));
-    return weight * pdi_body_weight(m->body, m->desc.influence, xi);
+    double weight = 1.0 + m->shear * pdi_weight_calibration_cubic_harmonic(xi, pdi_vec_dot(xi, xi));
+    return weight * pdi_body_compute_bond_weight(m->body, m->desc.influence, xi);
 }
 
 /* The pdi_bond_weights_fn without surface correction. */
-static double pdi_microelastic_whole(const void *self, int32_t i, const pd_walk *bond)
+static double pdi_microelastic_uncorrected_weight(const void *self, int32_t i, const pd_walk *bond)
 {
     const pd_microelastic *m = (const pd_microelastic *)self;
     double xi[PD_DIM];
-    pdi_springs_bond(&m->springs, i, bond->to, xi);
-    return pdi_microelastic_plain(m, xi);
+    pdi_bond_force_compute_offset(&m->springs, i, bond->to, xi);
+    return pdi_microelastic_influence_weight(m, xi);
 }
 
 /* The pdi_bond_weights_fn with the surface correction, by the family moments or the multipliers of both ends. */
-static double pdi_microelastic_mended(const void *self, int32_t i, const pd_walk *bond)
+static double pdi_microelastic_corrected_weight(const void *self, int32_t i, const pd_walk *bond)
 {
-    const pdi_microelastic_making *o = (const pdi_microelastic_making *)self;
+    const pdi_microelastic_weight_params *o = (const pdi_microelastic_weight_params *)self;
     const pd_microelastic *m = o->m;
     int64_t j = bond->to, k = i;
     double xi[PD_DIM], factor = 1.0;
-    pdi_springs_bond(&m->springs, i, bond->to, xi);
+    pdi_bond_force_compute_offset(&m->springs, i, bond->to, xi);
     if (m->share)
-        factor = pdi_mend_factor(&o->mend, m->share + k * PD_MEND_MOMENTS, m->share + j * PD_MEND_MOMENTS, xi);
-    else if (o->part && m->desc.surface == PD_MICROELASTIC_VOLUME)
-        factor = 2.0 * o->whole.volume / (o->part[k * PD_DIM] + o->part[j * PD_DIM]);
-    else if (o->part) factor = pdi_weigh_factor(o->part + k * PD_DIM, o->part + j * PD_DIM, xi, o->whole.axis);
-    return (double)(float)pdi_microelastic_plain(m, xi) * factor;
+        factor = pdi_surface_correction_bond_factor(&o->correction, m->share + k * PD_MEND_MOMENTS,
+                                                    m->share + j * PD_MEND_MOMENTS, xi);
+    else if (o->family_moments && m->desc.surface == PD_MICROELASTIC_VOLUME)
+        factor = 2.0 * o->complete.volume / (o->family_moments[k * PD_DIM] + o->family_moments[j * PD_DIM]);
+    else if (o->family_moments)
+        factor = pdi_weight_calibration_correction_factor(o->family_moments + k * PD_DIM,
+                                                          o->family_moments + j * PD_DIM, xi, o->complete.axis);
+    return (double)(float)pdi_microelastic_influence_weight(m, xi) * factor;
 }
 
 /* Moments of the family of point i for the energy or volume method. */
-static void pdi_microelastic_part(const pd_microelastic *m, int32_t i, double *part)
+static void pdi_microelastic_compute_family_moments(const pd_microelastic *m, int32_t i, double *part)
 {
     const pd_body *body = m->body;
-    pdi_sum sum[PD_DIM];
+    pdi_compensated_sum sum[PD_DIM];
     memset(sum, 0, sizeof sum);
-    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+    for (pd_walk f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
         double xi[PD_DIM], volume = body->volume[f.to];
-        pdi_springs_bond(&m->springs, i, f.to, xi);
+        pdi_bond_force_compute_offset(&m->springs, i, f.to, xi);
         double square = pdi_vec_dot(xi, xi);
-        double share = pdi_microelastic_plain(m, xi) * volume / (square * sqrt(square));
-        double inside = volume * pdi_body_weight(body, PD_INFLUENCE_CONSTANT, xi);
+        double share = pdi_microelastic_influence_weight(m, xi) * volume / (square * sqrt(square));
+        double inside = volume * pdi_body_compute_bond_weight(body, PD_INFLUENCE_CONSTANT, xi);
         for (int a = 0; a < PD_DIM; a++)
-            pdi_sum_add(&sum[a], m->desc.surface == PD_MICROELASTIC_VOLUME ? inside
-                                                                           : share * xi[a] * xi[a] * xi[a] * xi[a]);
+            pdi_compensated_sum_add(
+                &sum[a], m->desc.surface == PD_MICROELASTIC_VOLUME ? inside : share * xi[a] * xi[a] * xi[a] * xi[a]);
     }
-    for (int a = 0; a < PD_DIM; a++) part[a] = pdi_sum_total(&sum[a]);
+    for (int a = 0; a < PD_DIM; a++) part[a] = pdi_compensated_sum_total(&sum[a]);
 }
 
 /* Upper bound (row sum) of the eigenvalues of sum w/r n n V of the family of point i [m^(d-1)]. */
-static double pdi_microelastic_bound(const pd_microelastic *m, int32_t i)
+static double pdi_microelastic_stiffness_bound(const pd_microelastic *m, int32_t i)
 {
     double stiff[PD_DIM * PD_DIM] = {0.0}, most = 0.0;
-    for (pd_walk f = pdi_walk_from(m->body, i); pdi_walk_next(&f);) {
-        double xi[PD_DIM], weight = (double)pdi_bond_weights_of(&m->weights, i, &f);
-        pdi_springs_bond(&m->springs, i, f.to, xi);
+    for (pd_walk f = pdi_body_bonds_begin(m->body, i); pdi_body_bonds_next(&f);) {
+        double xi[PD_DIM], weight = (double)pdi_bond_weights_get(&m->weights, i, &f);
+        pdi_bond_force_compute_offset(&m->springs, i, f.to, xi);
         double square = pdi_vec_dot(xi, xi), over = weight * m->body->volume[f.to] / (square * sqrt(square));
         for (int p = 0; p < PD_DIM * PD_DIM; p++) stiff[p] += over * (xi[p / PD_DIM] * xi[p % PD_DIM]);
     }
@@ -179,41 +184,42 @@ static double pdi_microelastic_bound(const pd_microelastic *m, int32_t i)
 }
 
 /* Computes the weights of all bonds with the surface correction (theory: 8.2). work [count][PD_DIM]. */
-static pd_status pdi_microelastic_weigh(pd_ctx *ctx, pd_microelastic *m, double *work)
+static pd_status pdi_microelastic_compute_weights(pd_ctx *ctx, pd_microelastic *m, double *work)
 {
     const pd_body *body = m->body;
     int nt = pdi_par_threads(ctx, body->bonds * 50);
-    pdi_microelastic_making make;
+    pdi_microelastic_weight_params make;
     (void)nt;
     memset(&make, 0, sizeof make);
     make.m = m;
-    pdi_microelastic_sum(m, 0, NULL, &make.whole);
-    make.mend.springs = &m->springs;
-    make.mend.axis = make.whole.axis;
-    make.mend.length = sqrt(make.whole.stretch / make.whole.over);
+    pdi_microelastic_sum_family(m, 0, NULL, &make.complete);
+    make.correction.bonds = &m->springs;
+    make.correction.axial_moment = make.complete.axis;
+    make.correction.length = sqrt(make.complete.stretch / make.complete.inverse);
     if (m->share) {
-        PDI_TRY(pdi_bond_weights_find(ctx, &m->weights, pdi_microelastic_whole, m));
-        PDI_TRY(pdi_mend_find(ctx, &make.mend, m->share));
+        PDI_TRY(pdi_bond_weights_compute(ctx, &m->weights, pdi_microelastic_uncorrected_weight, m));
+        PDI_TRY(pdi_surface_correction_solve(ctx, &make.correction, m->share));
     } else if (m->desc.surface != PD_MICROELASTIC_NONE) {
-        make.part = work;
+        make.family_moments = work;
         PDI_PARALLEL_FOR(nt)
-        for (int32_t i = 0; i < body->count; i++) pdi_microelastic_part(m, i, work + (int64_t)i * PD_DIM);
+        for (int32_t i = 0; i < body->count; i++)
+            pdi_microelastic_compute_family_moments(m, i, work + (int64_t)i * PD_DIM);
     }
-    PDI_TRY(pdi_bond_weights_find(ctx, &m->weights, pdi_microelastic_mended, &make));
+    PDI_TRY(pdi_bond_weights_compute(ctx, &m->weights, pdi_microelastic_corrected_weight, &make));
     if (PD_DIM == 1) return PD_OK;
     PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < body->count; i++) work[i] = pdi_microelastic_bound(m, i);
+    for (int32_t i = 0; i < body->count; i++) work[i] = pdi_microelastic_stiffness_bound(m, i);
     m->stiffest = (double)(float)pdi_par_max_abs(ctx, body->count, work);
     return PD_OK;
 }
 
 /* Inner part of the build; after an error the caller frees. */
-static pd_status pdi_microelastic_make(pd_ctx *ctx, pd_body *body, const pd_microelastic_desc *desc,
-                                       pd_microelastic *m)
+static pd_status pdi_microelastic_build_inner(pd_ctx *ctx, pd_body *body, const pd_microelastic_desc *desc,
+                                              pd_microelastic *m)
 {
     memset(m, 0, sizeof *m);
     if (!(desc->young > 0.0) || !(desc->young < 1e100) || !(desc->fracture >= 0.0) || !(desc->fracture < 1e100) ||
-        !(body->spacing > 0.0) || pdi_body_repeats(body))
+        !(body->spacing > 0.0) || pdi_body_is_periodic(body))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "microelastic", "E = %g Pa, %g J/m2 of a crack, a spacing of %g m and a "
                         "period of %g m: expected positive and finite values, and no period", desc->young,
                         desc->fracture, body->spacing, body->period[PD_DIM - 1]);
@@ -222,85 +228,86 @@ static pd_status pdi_microelastic_make(pd_ctx *ctx, pd_body *body, const pd_micr
                         (int)desc->surface, (int)PD_MICROELASTIC_NONE);
     m->desc = *desc;
     m->body = body;
-    PDI_TRY(pdi_owner_build(ctx, pdi_microelastic_list, m));
+    PDI_TRY(pdi_array_registry_build(ctx, pdi_microelastic_list, m));
     PDI_TRY(pdi_bond_weights_build(ctx, body, &m->weights));
-    PDI_TRY(pdi_springs_build(ctx, body, &m->weights, &m->springs));
+    PDI_TRY(pdi_bond_force_build(ctx, body, &m->weights, &m->springs));
     pdi_microelastic_calibrate(m);
-    PDI_TRY(pdi_microelastic_weigh(ctx, m, m->at));
+    PDI_TRY(pdi_microelastic_compute_weights(ctx, m, m->at));
     pdi_par_zero(ctx, (int64_t)body->count * PD_DIM, m->at);
-    return pdi_springs_find(ctx, &m->springs);
+    return pdi_bond_force_update(ctx, &m->springs);
 }
 
 pd_status pd_microelastic_build(pd_ctx *ctx, pd_body *body, const pd_microelastic_desc *desc, pd_microelastic *m)
 {
-    pd_status status = pdi_microelastic_make(ctx, body, desc, m);
+    pd_status status = pdi_microelastic_build_inner(ctx, body, desc, m);
     if (status < 0) pd_microelastic_free(ctx, m);
     return status;
 }
 
 void pd_microelastic_free(pd_ctx *ctx, pd_microelastic *m)
 {
-    pdi_springs_free(ctx, &m->springs);
+    pdi_bond_force_free(ctx, &m->springs);
     pdi_bond_weights_free(ctx, &m->weights);
-    pdi_owner_free(ctx, pdi_microelastic_list, m);
+    pdi_array_registry_free(ctx, pdi_microelastic_list, m);
     memset(m, 0, sizeof *m);
 }
 
 /* Stretch of the bond from point i to j; out: Y, r and |Y| [m]. */
-static inline double pdi_microelastic_stretch(const pd_body *body, const double *u, int32_t i, int32_t j, double *y,
-                                              double *r, double *length)
+static inline double pdi_microelastic_compute_stretch(const pd_body *body, const double *u, int32_t i, int32_t j,
+                                                      double *y, double *r, double *length)
 {
     const double *own = u + (int64_t)i * PD_DIM, *far = u + (int64_t)j * PD_DIM;
     double xi[PD_DIM], eta[PD_DIM];
-    pdi_body_bond(body, i, j, xi);
+    pdi_body_compute_offset(body, i, j, xi);
     for (int d = 0; d < PD_DIM; d++) eta[d] = far[d] - own[d];
-    return pdi_body_strain(xi, eta, y, r, length);
+    return pdi_body_compute_stretch(xi, eta, y, r, length);
 }
 
 /* Forces at u. breaks 1: bonds beyond the critical stretch break and release their energy at u - midpoint_dt v.
  * Returns how many. */
-static int64_t pdi_microelastic_run(const pd_ctx *ctx, pd_microelastic *m, const double *u, const double *v,
-                                    double midpoint_dt, int breaks, double *force)
+static int64_t pdi_microelastic_compute_force(const pd_ctx *ctx, pd_microelastic *m, const double *u, const double *v,
+                                              double midpoint_dt, int breaks, double *force)
 {
-    pdi_springs_sweep sweep;
+    pdi_bond_force_state sweep;
     sweep.u = u;
     sweep.v = v;
-    sweep.back = midpoint_dt;
-    sweep.most = breaks && m->critical > 0.0 ? m->critical : HUGE_VAL;
+    sweep.midpoint_dt = midpoint_dt;
+    sweep.critical = breaks && m->critical > 0.0 ? m->critical : HUGE_VAL;
     sweep.modulus = m->modulus;
     sweep.force = force;
-    int64_t broken = pdi_springs_run(ctx, &m->springs, &sweep);
+    int64_t broken = pdi_bond_force_compute_force(ctx, &m->springs, &sweep);
     m->released += sweep.released;
     return broken;
 }
 
 int64_t pd_microelastic_force(const pd_ctx *ctx, pd_microelastic *m, const double *u, int breaks, double *force)
 {
-    return pdi_microelastic_run(ctx, m, u, NULL, 0.0, breaks, force);
+    return pdi_microelastic_compute_force(ctx, m, u, NULL, 0.0, breaks, force);
 }
 
-PDI_FN void pdi_microelastic_edge(const pd_microelastic *m, int32_t i, double *edge)
+PDI_FN void pdi_microelastic_compute_edge(const pd_microelastic *m, int32_t i, double *edge)
 {
-    double over = 3.0 * m->modulus / ((PD_DIM + 2.0) * pdi_microelastic_along(m)) * m->body->spacing, xi[PD_DIM];
+    double over = 3.0 * m->modulus / ((PD_DIM + 2.0) * pdi_microelastic_axial_modulus(m)) * m->body->spacing,
+           xi[PD_DIM];
     int64_t units[PD_DIM] = {0}; /* whole numbers, so that mirror images have the same bits */
-    for (pd_walk f = pdi_walk_from(m->body, i); pdi_walk_next(&f);) {
-        pdi_springs_bond(&m->springs, i, f.to, xi);
-        double weight = over * (double)pdi_bond_weights_of(&m->weights, i, &f) * m->body->volume[f.to];
-        double most = weight / pdi_vec_norm(xi) * PDI_MICROELASTIC_UNITS;
+    for (pd_walk f = pdi_body_bonds_begin(m->body, i); pdi_body_bonds_next(&f);) {
+        pdi_bond_force_compute_offset(&m->springs, i, f.to, xi);
+        double weight = over * (double)pdi_bond_weights_get(&m->weights, i, &f) * m->body->volume[f.to];
+        double most = weight / pdi_vec_norm(xi) * PDI_MICROELASTIC_FIXED_POINT;
         for (int d = 0; d < PD_DIM; d++) units[d] += (int64_t)llround(most * xi[d]);
     }
-    for (int d = 0; d < PD_DIM; d++) edge[d] = (double)units[d] / PDI_MICROELASTIC_UNITS / m->body->spacing;
+    for (int d = 0; d < PD_DIM; d++) edge[d] = (double)units[d] / PDI_MICROELASTIC_FIXED_POINT / m->body->spacing;
 }
 
 /* Strain energy density of point i at displacements u [J/m3]. */
-static double pdi_microelastic_density(const pd_microelastic *m, const double *u, int32_t i)
+static double pdi_microelastic_energy_density(const pd_microelastic *m, const double *u, int32_t i)
 {
     const pd_body *body = m->body;
     double sum = 0.0, y[PD_DIM], r, length;
-    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
-        double weight = pdi_bond_weights_intact(&m->weights, i, &f) * body->volume[f.to];
+    for (pd_walk f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
+        double weight = pdi_bond_weights_get_intact(&m->weights, i, &f) * body->volume[f.to];
         if (!(weight > 0.0)) continue;
-        double s = pdi_microelastic_stretch(body, u, i, f.to, y, &r, &length);
+        double s = pdi_microelastic_compute_stretch(body, u, i, f.to, y, &r, &length);
         sum += weight * s * s * r;
     }
     return 0.25 * m->modulus * sum;
@@ -308,17 +315,17 @@ static double pdi_microelastic_density(const pd_microelastic *m, const double *u
 
 double pd_microelastic_energy(const pd_ctx *ctx, const pd_microelastic *m, const double *u)
 {
-    pdi_sum all = {0.0, 0.0};
+    pdi_compensated_sum all = {0.0, 0.0};
     (void)ctx;
     for (int32_t i = 0; i < m->body->count; i++)
-        pdi_sum_add(&all, m->body->volume[i] * pdi_microelastic_density(m, u, i));
-    return pdi_sum_total(&all);
+        pdi_compensated_sum_add(&all, m->body->volume[i] * pdi_microelastic_energy_density(m, u, i));
+    return pdi_compensated_sum_total(&all);
 }
 
 /* ---- what solvers see ---- */
 
 /* pd_solid.force: forces without breaking; keeps u for the tangent. */
-static pd_status pdi_microelastic_solid_force(pd_ctx *ctx, void *self, const double *u, double *force)
+static pd_status pdi_microelastic_ops_force(pd_ctx *ctx, void *self, const double *u, double *force)
 {
     pd_microelastic *m = (pd_microelastic *)self;
     int64_t n = (int64_t)m->body->count * PD_DIM;
@@ -329,12 +336,12 @@ static pd_status pdi_microelastic_solid_force(pd_ctx *ctx, void *self, const dou
 
 /* Longitudinal and transverse stiffness of a bond of point i at u [N/m^(2d+1)], and its direction n. Returns 0: it is
  * broken. */
-static int pdi_microelastic_stiff(const pd_microelastic *m, const double *u, int32_t i, const pd_walk *f, double *n,
-                                  double *longitudinal, double *transverse)
+static int pdi_microelastic_bond_stiffness(const pd_microelastic *m, const double *u, int32_t i, const pd_walk *f,
+                                           double *n, double *longitudinal, double *transverse)
 {
-    double r, length, weight = m->modulus * pdi_bond_weights_intact(&m->weights, i, f);
+    double r, length, weight = m->modulus * pdi_bond_weights_get_intact(&m->weights, i, f);
     if (!(weight > 0.0)) return 0;
-    double s = pdi_microelastic_stretch(m->body, u, i, f->to, n, &r, &length);
+    double s = pdi_microelastic_compute_stretch(m->body, u, i, f->to, n, &r, &length);
     for (int d = 0; d < PD_DIM; d++) n[d] /= length;
     *longitudinal = weight / r;
     *transverse = weight * s / length;
@@ -342,7 +349,7 @@ static int pdi_microelastic_stiff(const pd_microelastic *m, const double *u, int
 }
 
 /* pd_solid.tangent at the displacements of the last force. */
-static void pdi_microelastic_solid_tangent(const pd_ctx *ctx, void *self, const double *du, double *df)
+static void pdi_microelastic_ops_tangent(const pd_ctx *ctx, void *self, const double *du, double *df)
 {
     const pd_microelastic *m = (const pd_microelastic *)self;
     const pd_body *body = m->body;
@@ -351,10 +358,10 @@ static void pdi_microelastic_solid_tangent(const pd_ctx *ctx, void *self, const 
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) {
         double sum[PD_DIM] = {0.0}, n[PD_DIM], along, across;
-        for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+        for (pd_walk f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
             const double *own = du + (int64_t)i * PD_DIM, *far = du + (int64_t)f.to * PD_DIM;
             double volume = body->volume[f.to], longer = 0.0;
-            if (!pdi_microelastic_stiff(m, m->at, i, &f, n, &along, &across)) continue;
+            if (!pdi_microelastic_bond_stiffness(m, m->at, i, &f, n, &along, &across)) continue;
             for (int d = 0; d < PD_DIM; d++) longer += n[d] * (far[d] - own[d]);
             for (int d = 0; d < PD_DIM; d++)
                 sum[d] += volume * (across * (far[d] - own[d]) + (along - across) * longer * n[d]);
@@ -364,7 +371,7 @@ static void pdi_microelastic_solid_tangent(const pd_ctx *ctx, void *self, const 
 }
 
 /* pd_solid.blocks: diagonal blocks; compressed bonds get no negative transverse stiffness. */
-static void pdi_microelastic_solid_blocks(const pd_ctx *ctx, void *self, double *block)
+static void pdi_microelastic_ops_blocks(const pd_ctx *ctx, void *self, double *block)
 {
     const pd_microelastic *m = (const pd_microelastic *)self;
     const pd_body *body = m->body;
@@ -374,10 +381,10 @@ static void pdi_microelastic_solid_blocks(const pd_ctx *ctx, void *self, double 
     for (int32_t i = 0; i < body->count; i++) {
         double *a = block + (int64_t)i * PD_DIM * PD_DIM, n[PD_DIM], along, across;
         for (int p = 0; p < PD_DIM * PD_DIM; p++) a[p] = 0.0;
-        for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+        for (pd_walk f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
             double volume = body->volume[i] * body->volume[f.to];
-            if (!pdi_microelastic_stiff(m, m->at, i, &f, n, &along, &across)) continue;
-            across = pdi_max(across, PDI_MICROELASTIC_ACROSS * along);
+            if (!pdi_microelastic_bond_stiffness(m, m->at, i, &f, n, &along, &across)) continue;
+            across = pdi_max(across, PDI_MICROELASTIC_MIN_TRANSVERSE * along);
             for (int p = 0; p < PD_DIM * PD_DIM; p++) {
                 int row = p / PD_DIM, column = p % PD_DIM;
                 a[p] += volume * ((row == column ? across : 0.0) + (along - across) * (n[row] * n[column]));
@@ -387,57 +394,58 @@ static void pdi_microelastic_solid_blocks(const pd_ctx *ctx, void *self, double 
 }
 
 /* pd_solid.energy. */
-static double pdi_microelastic_solid_energy(const pd_ctx *ctx, void *self, const double *u)
+static double pdi_microelastic_ops_energy(const pd_ctx *ctx, void *self, const double *u)
 {
     return pd_microelastic_energy(ctx, (const pd_microelastic *)self, u);
 }
 
 /* pd_solid.density: energy density of all points. */
-static void pdi_microelastic_solid_density(const pd_ctx *ctx, void *self, const double *u, double *density)
+static void pdi_microelastic_ops_density(const pd_ctx *ctx, void *self, const double *u, double *density)
 {
     const pd_microelastic *m = (const pd_microelastic *)self;
     int nt = pdi_par_threads(ctx, m->body->bonds * 20);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < m->body->count; i++) density[i] = pdi_microelastic_density(m, u, i);
+    for (int32_t i = 0; i < m->body->count; i++) density[i] = pdi_microelastic_energy_density(m, u, i);
 }
 
 /* pd_solid.pull: half of the bond force on point i, the part of its own family. */
-static void pdi_microelastic_solid_pull(const void *self, const double *u, int32_t i, const pd_walk *f, double *pull)
+static void pdi_microelastic_ops_bond_force(const void *self, const double *u, int32_t i, const pd_walk *f,
+                                            double *pull)
 {
     const pd_microelastic *m = (const pd_microelastic *)self;
-    double r, length, weight = pdi_bond_weights_intact(&m->weights, i, f);
-    double s = pdi_microelastic_stretch(m->body, u, i, f->to, pull, &r, &length);
+    double r, length, weight = pdi_bond_weights_get_intact(&m->weights, i, f);
+    double s = pdi_microelastic_compute_stretch(m->body, u, i, f->to, pull, &r, &length);
     for (int d = 0; d < PD_DIM; d++) pull[d] *= weight > 0.0 ? 0.5 * m->modulus * weight * s / length : 0.0;
 }
 
 /* pd_solid.move: forces at the end of a time step, with breaking. The energy of a bond that breaks is that at the
  * middle of the step. */
-static int64_t pdi_microelastic_solid_move(const pd_ctx *ctx, void *self, const double *u, const double *v, double dt,
-                                           double *force)
+static int64_t pdi_microelastic_ops_move(const pd_ctx *ctx, void *self, const double *u, const double *v, double dt,
+                                         double *force)
 {
-    return pdi_microelastic_run(ctx, (pd_microelastic *)self, u, v, 0.5 * dt, 1, force);
+    return pdi_microelastic_compute_force(ctx, (pd_microelastic *)self, u, v, 0.5 * dt, 1, force);
 }
 
 /* pd_solid.update: bonds have broken. */
-static pd_status pdi_microelastic_solid_update(pd_ctx *ctx, void *self)
+static pd_status pdi_microelastic_ops_update(pd_ctx *ctx, void *self)
 {
-    return pdi_springs_find(ctx, &((pd_microelastic *)self)->springs);
+    return pdi_bond_force_update(ctx, &((pd_microelastic *)self)->springs);
 }
 
 /* pd_solid.limit: stable time step. */
-static double pdi_microelastic_solid_limit(const void *self, double density)
+static double pdi_microelastic_ops_stable_step(const void *self, double density)
 {
-    return pdi_microelastic_limit((const pd_microelastic *)self, density);
+    return pdi_microelastic_stable_step((const pd_microelastic *)self, density);
 }
 
 /* pd_solid.store: state to or from an archive. */
-static pd_status pdi_microelastic_solid_store(pd_ctx *ctx, void *self, pd_archive *archive)
+static pd_status pdi_microelastic_ops_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     pd_microelastic *m = (pd_microelastic *)self;
-    PDI_TRY(pdi_owner_store(ctx, pdi_microelastic_list, m, archive));
-    PDI_TRY(pdi_owner_store(ctx, pdi_body_list, m->body, archive));
-    return archive->reading ? pdi_springs_find(ctx, &m->springs) : PD_OK;
+    PDI_TRY(pdi_array_registry_store(ctx, pdi_microelastic_list, m, archive));
+    PDI_TRY(pdi_array_registry_store(ctx, pdi_body_list_state, m->body, archive));
+    return archive->reading ? pdi_bond_force_update(ctx, &m->springs) : PD_OK;
 }
 
 pd_solid pd_microelastic_solid(pd_microelastic *m)
@@ -447,18 +455,18 @@ pd_solid pd_microelastic_solid(pd_microelastic *m)
     solid.name = "microelastic";
     solid.self = m;
     solid.body = m->body;
-    solid.force = pdi_microelastic_solid_force;
-    solid.tangent = pdi_microelastic_solid_tangent;
-    solid.blocks = pdi_microelastic_solid_blocks;
-    solid.energy = pdi_microelastic_solid_energy;
-    solid.density = pdi_microelastic_solid_density;
-    solid.pull = pdi_microelastic_solid_pull;
-    solid.move = pdi_microelastic_solid_move;
-    solid.update = pdi_microelastic_solid_update;
-    solid.limit = pdi_microelastic_solid_limit;
-    solid.store = pdi_microelastic_solid_store;
+    solid.force = pdi_microelastic_ops_force;
+    solid.tangent = pdi_microelastic_ops_tangent;
+    solid.blocks = pdi_microelastic_ops_blocks;
+    solid.energy = pdi_microelastic_ops_energy;
+    solid.density = pdi_microelastic_ops_density;
+    solid.pull = pdi_microelastic_ops_bond_force;
+    solid.move = pdi_microelastic_ops_move;
+    solid.update = pdi_microelastic_ops_update;
+    solid.limit = pdi_microelastic_ops_stable_step;
+    solid.store = pdi_microelastic_ops_store;
     return solid;
 }
 
-#undef PDI_MICROELASTIC_ACROSS
-#undef PDI_MICROELASTIC_UNITS
+#undef PDI_MICROELASTIC_MIN_TRANSVERSE
+#undef PDI_MICROELASTIC_FIXED_POINT

@@ -10,16 +10,17 @@
  */
 #ifndef PD_MICROELASTIC_H
 #define PD_MICROELASTIC_H
-#include "solid/elastic.h"
-#include "solid/mend.h"
-#include "solid/solid.h"
+#include "solid/correspondence.h"
+#include "solid/surface_correction.h"
+#include "solid/material_interface.h"
 
 /* Surface correction: how families at a surface, which lack bonds, get the stiffness of the bulk. */
 typedef enum pd_microelastic_surface {
-    PD_MICROELASTIC_MOMENTS = 0, /* factors restore the moments of a complete family (8.8a, mend.h); 1D: energy */
-    PD_MICROELASTIC_ENERGY,      /* energy method: factors along each axis (8.8e) */
-    PD_MICROELASTIC_VOLUME,      /* volume method: 2 V_0/(V_i + V_j), V: volumes of families */
-    PD_MICROELASTIC_NONE         /* nothing */
+    /* factors restore the moments of a complete family (8.8a, surface_correction.h); 1D: energy */
+    PD_MICROELASTIC_MOMENTS = 0,
+    PD_MICROELASTIC_ENERGY, /* energy method: factors along each axis (8.8e) */
+    PD_MICROELASTIC_VOLUME, /* volume method: 2 V_0/(V_i + V_j), V: volumes of families */
+    PD_MICROELASTIC_NONE    /* nothing */
 } pd_microelastic_surface;
 
 typedef struct pd_microelastic_desc {
@@ -69,14 +70,14 @@ PD_API void pd_microelastic_free(pd_ctx *ctx, pd_microelastic *material);
 
 #ifdef PDI_INTERNAL
 /* Describes the arrays and the released energy of a material. */
-PDI_FN void pdi_microelastic_list(pdi_owner *owner, void *material);
+PDI_FN void pdi_microelastic_list(pdi_array_visitor *owner, void *material);
 /* Fracture energy [J/m2] of a crack with the normal n (any length) through the lattice, mean over its positions. */
-PDI_FN double pdi_microelastic_crack(const pd_microelastic *material, const double *n);
+PDI_FN double pdi_microelastic_crack_energy(const pd_microelastic *material, const double *n);
 /* Surface vector c [1/m] of point i: a uniform stress P has about the force density P c (theory: eq. 8.8f). Broken
  * bonds count. */
-PDI_FN void pdi_microelastic_edge(const pd_microelastic *material, int32_t i, double *edge);
+PDI_FN void pdi_microelastic_compute_edge(const pd_microelastic *material, int32_t i, double *edge);
 /* Longest stable explicit step [s] for a density [kg/m3]. */
-PDI_FN double pdi_microelastic_limit(const pd_microelastic *material, double density);
+PDI_FN double pdi_microelastic_stable_step(const pd_microelastic *material, double density);
 #endif
 
 #endif

@@ -5,39 +5,39 @@
 #include <string.h>
 
 /* Default of `eager`. */
-#define PDI_QUASI_STATIC_EAGER 0.5
+#define PDI_QUASI_STATIC_DEFAULT_EAGER 0.5
 /* Most iterations of boundary values that depend on the solution. */
-#define PDI_QUASI_STATIC_AGAIN 60
+#define PDI_QUASI_STATIC_MAX_ROUNDS 60
 /* Bonds that a mechanism rotates by less than this share of the fastest one count as not moving. */
-#define PDI_QUASI_STATIC_TURN 0.1
+#define PDI_QUASI_STATIC_MIN_ROTATION 0.1
 /* Most halvings of a load step. */
-#define PDI_QUASI_STATIC_HALVINGS 8
+#define PDI_QUASI_STATIC_MAX_HALVINGS 8
 
-PDI_FN void pdi_quasi_static_list(pdi_owner *owner, void *object)
+PDI_FN void pdi_quasi_static_list(pdi_array_visitor *owner, void *object)
 {
     pd_quasi_static *quasi_static = (pd_quasi_static *)object;
-    PDI_STATE(owner, quasi_static, u, quasi_static->n, "m");
-    PDI_STATE(owner, quasi_static, load, quasi_static->n, "N/m3");
-    PDI_STATE(owner, quasi_static, force, quasi_static->n, "N/m3");
+    PDI_ARRAY_STATE(owner, quasi_static, u, quasi_static->n, "m");
+    PDI_ARRAY_STATE(owner, quasi_static, load, quasi_static->n, "N/m3");
+    PDI_ARRAY_STATE(owner, quasi_static, force, quasi_static->n, "N/m3");
     PDI_ARRAY(owner, quasi_static, start, 2 * quasi_static->n, "1");
     PDI_ARRAY(owner, quasi_static, asked, 3 * quasi_static->n, "1");
     PDI_ARRAY(owner, quasi_static, before, 3 * quasi_static->n, "1");
-    PDI_OWN(owner, PDI_OWNED_STATE, quasi_static, off, quasi_static->n / PD_DIM, "1");
-    PDI_VALUE(owner, quasi_static, time, "s");
-    PDI_VALUE(owner, quasi_static, known, "1");
-    PDI_VALUE(owner, quasi_static, stale, "1");
-    PDI_VALUE(owner, quasi_static, work, "J");
-    PDI_VALUE(owner, quasi_static, stored, "J");
-    PDI_VALUE(owner, quasi_static, released, "J");
-    PDI_VALUE(owner, quasi_static, taken, "J");
-    PDI_VALUE(owner, quasi_static, parted, "s");
-    PDI_VALUE(owner, quasi_static, parts, "1");
-    PDI_VALUE(owner, quasi_static, first, "1");
-    PDI_VALUE(owner, quasi_static, broken, "1");
-    PDI_VALUE(owner, quasi_static, lost, "1");
-    PDI_VALUE(owner, quasi_static, solves, "1");
-    PDI_VALUE(owner, quasi_static, iterations, "1");
-    PDI_VALUE(owner, quasi_static, residual, "1");
+    PDI_ARRAY_ENTRY(owner, PDI_ARRAY_KIND_STATE, quasi_static, off, quasi_static->n / PD_DIM, "1");
+    PDI_SCALAR_STATE(owner, quasi_static, time, "s");
+    PDI_SCALAR_STATE(owner, quasi_static, known, "1");
+    PDI_SCALAR_STATE(owner, quasi_static, stale, "1");
+    PDI_SCALAR_STATE(owner, quasi_static, work, "J");
+    PDI_SCALAR_STATE(owner, quasi_static, stored, "J");
+    PDI_SCALAR_STATE(owner, quasi_static, released, "J");
+    PDI_SCALAR_STATE(owner, quasi_static, taken, "J");
+    PDI_SCALAR_STATE(owner, quasi_static, parted, "s");
+    PDI_SCALAR_STATE(owner, quasi_static, parts, "1");
+    PDI_SCALAR_STATE(owner, quasi_static, first, "1");
+    PDI_SCALAR_STATE(owner, quasi_static, broken, "1");
+    PDI_SCALAR_STATE(owner, quasi_static, lost, "1");
+    PDI_SCALAR_STATE(owner, quasi_static, solves, "1");
+    PDI_SCALAR_STATE(owner, quasi_static, iterations, "1");
+    PDI_SCALAR_STATE(owner, quasi_static, residual, "1");
 }
 
 pd_status pd_quasi_static_build(pd_ctx *ctx, const pd_solid *solid, const pd_quasi_static_desc *desc,
@@ -48,11 +48,11 @@ pd_status pd_quasi_static_build(pd_ctx *ctx, const pd_solid *solid, const pd_qua
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "quasi_static", "%g of what is beyond the criterion and rtol = %g: "
                         "expected 0 to 1", desc->eager, desc->rtol);
     q->desc = *desc;
-    if (!(desc->eager >= 0.0)) q->desc.eager = PDI_QUASI_STATIC_EAGER;
+    if (!(desc->eager >= 0.0)) q->desc.eager = PDI_QUASI_STATIC_DEFAULT_EAGER;
     q->solid = *solid;
     q->n = (int64_t)solid->body->count * PD_DIM;
     q->parted = -1.0;
-    pd_status status = pdi_owner_build(ctx, pdi_quasi_static_list, q);
+    pd_status status = pdi_array_registry_build(ctx, pdi_quasi_static_list, q);
     if (status == PD_OK) status = pd_criterion_build(ctx, &q->solid, &desc->criterion, &q->criterion);
     if (status < 0) pd_quasi_static_free(ctx, q);
     return status;
@@ -61,17 +61,17 @@ pd_status pd_quasi_static_build(pd_ctx *ctx, const pd_solid *solid, const pd_qua
 void pd_quasi_static_free(pd_ctx *ctx, pd_quasi_static *q)
 {
     pd_criterion_free(ctx, &q->criterion);
-    pdi_owner_free(ctx, pdi_quasi_static_list, q);
+    pdi_array_registry_free(ctx, pdi_quasi_static_list, q);
     memset(q, 0, sizeof *q);
 }
 
 /* ---- loads ---- */
 
 /* 1: component k is prescribed. */
-static int pdi_quasi_static_held(const pd_quasi_static *q, int64_t k) { return q->desc.held && q->desc.held[k]; }
+static int pdi_quasi_static_is_held(const pd_quasi_static *q, int64_t k) { return q->desc.held && q->desc.held[k]; }
 
 /* Saves displacements, loads and forces before a move. */
-static void pdi_quasi_static_keep(pd_quasi_static *q)
+static void pdi_quasi_static_save_state(pd_quasi_static *q)
 {
     memcpy(q->before, q->u, (size_t)q->n * sizeof *q->u);
     memcpy(q->before + q->n, q->load, (size_t)q->n * sizeof *q->load);
@@ -79,7 +79,7 @@ static void pdi_quasi_static_keep(pd_quasi_static *q)
 }
 
 /* Load step at the fraction `part`: corrects interpolated displacements, whose free leaders count in full. */
-static void pdi_quasi_static_interpolate(pd_quasi_static *q, double part)
+static void pdi_quasi_static_scale_interpolated(pd_quasi_static *q, double part)
 {
     const pd_interpolation *all = q->desc.interpolation;
     for (int64_t k = 0; all && part < 1.0 && k < all->count; k++) {
@@ -90,7 +90,7 @@ static void pdi_quasi_static_interpolate(pd_quasi_static *q, double part)
 
 /* Loads and prescribed displacements at the fraction `part` of the step to time t. Points that have come off have no
  * loads. */
-static pd_status pdi_quasi_static_load(pd_ctx *ctx, pd_quasi_static *q, double t, double part)
+static pd_status pdi_quasi_static_set_loads(pd_ctx *ctx, pd_quasi_static *q, double t, double part)
 {
     for (int64_t k = 0; k < q->n; k++) q->load[k] = 0.0;
     PDI_TRY(q->desc.load(ctx, q->desc.user, t, q->u, q->load));
@@ -98,24 +98,24 @@ static pd_status pdi_quasi_static_load(pd_ctx *ctx, pd_quasi_static *q, double t
         const double *start = q->start + k;
         if (q->off[k / PD_DIM]) q->load[k] = 0.0;
         if (part < 1.0) q->load[k] = start[q->n] + part * (q->load[k] - start[q->n]);
-        if (pdi_quasi_static_held(q, k)) q->u[k] = *start + part * (q->u[k] - *start);
+        if (pdi_quasi_static_is_held(q, k)) q->u[k] = *start + part * (q->u[k] - *start);
     }
-    pdi_quasi_static_interpolate(q, part);
+    pdi_quasi_static_scale_interpolated(q, part);
     return PD_OK;
 }
 
 /* 1: the loads of a component would move or rotate it, as it lacks supports. */
-static int pdi_quasi_static_free(const pd_quasi_static *q, const int32_t *piece, int32_t count)
+static int pdi_quasi_static_is_unsupported(const pd_quasi_static *q, const int32_t *piece, int32_t count)
 {
     pd_rigid rigid;
     for (int a = 0; a < PD_DIM; a++)
-        if (!pdi_equilibrium_bears(q->solid.body, q->desc.held, q->load, a, piece, count, NULL)) return 1;
-    pdi_rigid_find(q->solid.body, q->desc.held, piece, count, &rigid);
-    return pdi_equilibrium_turns(&q->solid, q->desc.held, q->load, &rigid);
+        if (!pdi_equilibrium_is_balanced(q->solid.body, q->desc.held, q->load, a, piece, count, NULL)) return 1;
+    pdi_rigid_modes_compute(q->solid.body, q->desc.held, piece, count, &rigid);
+    return pdi_equilibrium_has_unbalanced_moment(&q->solid, q->desc.held, q->load, &rigid);
 }
 
 /* Point i comes off at time t: its loads vanish before it moves, so they do no work. */
-static void pdi_quasi_static_lose(pd_quasi_static *q, int32_t i, double t)
+static void pdi_quasi_static_detach_point(pd_quasi_static *q, int32_t i, double t)
 {
     q->off[i] = 1;
     for (int d = 0; d < PD_DIM; d++)
@@ -125,19 +125,19 @@ static void pdi_quasi_static_lose(pd_quasi_static *q, int32_t i, double t)
 }
 
 /* 1: a component counts as a part of the body: it is supported, loaded, or larger than a family; 0: a crumb. */
-static int pdi_quasi_static_large(const pd_quasi_static *q, const int32_t *piece, int32_t count)
+static int pdi_quasi_static_is_fragment(const pd_quasi_static *q, const int32_t *piece, int32_t count)
 {
     if (count > q->solid.body->kinds) return 1;
     for (int32_t n = 0; n < count; n++)
         for (int d = 0; d < PD_DIM; d++) {
             int64_t k = (int64_t)piece[n] * PD_DIM + d;
-            if (pdi_quasi_static_held(q, k) || fabs(q->load[k]) > 0.0) return 1;
+            if (pdi_quasi_static_is_held(q, k) || fabs(q->load[k]) > 0.0) return 1;
         }
     return 0;
 }
 
 /* Components without supports lose their loads; counts the parts of the body. */
-static pd_status pdi_quasi_static_part(pd_ctx *ctx, pd_quasi_static *q, double t)
+static pd_status pdi_quasi_static_detach_components(pd_ctx *ctx, pd_quasi_static *q, double t)
 {
     int32_t *piece = NULL, all = q->solid.body->count;
     uint8_t *seen = NULL;
@@ -146,10 +146,10 @@ static pd_status pdi_quasi_static_part(pd_ctx *ctx, pd_quasi_static *q, double t
     if (status == PD_OK) q->parts = 0;
     for (int32_t i = 0; i < all && status == PD_OK; i++) {
         if (seen[i]) continue;
-        int32_t count = pdi_body_piece(q->solid.body, i, seen, piece);
-        q->parts += pdi_quasi_static_large(q, piece, count);
-        if (count == all || !pdi_quasi_static_free(q, piece, count)) continue;
-        for (int32_t k = 0; k < count; k++) pdi_quasi_static_lose(q, piece[k], t);
+        int32_t count = pdi_body_find_component(q->solid.body, i, seen, piece);
+        q->parts += pdi_quasi_static_is_fragment(q, piece, count);
+        if (count == all || !pdi_quasi_static_is_unsupported(q, piece, count)) continue;
+        for (int32_t k = 0; k < count; k++) pdi_quasi_static_detach_point(q, piece[k], t);
     }
     PDI_DELETE(ctx, all, piece);
     PDI_DELETE(ctx, all, seen);
@@ -159,13 +159,13 @@ static pd_status pdi_quasi_static_part(pd_ctx *ctx, pd_quasi_static *q, double t
 }
 
 /* Rate [1/m] at which a motion rotates or stretches the fastest bond of point i. */
-static double pdi_quasi_static_turn(const pd_body *body, int32_t i, const double *motion)
+static double pdi_quasi_static_rotation_rate(const pd_body *body, int32_t i, const double *motion)
 {
     double most = 0.0;
-    for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+    for (pd_walk f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
         double xi[PD_DIM], length = 0.0, way = 0.0;
-        if (pdi_walk_broken(&f)) continue;
-        pdi_walk_vector(body, i, &f, xi);
+        if (pdi_body_bond_is_broken(&f)) continue;
+        pdi_body_bond_vector(body, i, &f, xi);
         for (int d = 0; d < PD_DIM; d++) {
             double eta = motion[(int64_t)f.to * PD_DIM + d] - motion[(int64_t)i * PD_DIM + d];
             length += xi[d] * xi[d];
@@ -177,24 +177,24 @@ static double pdi_quasi_static_turn(const pd_body *body, int32_t i, const double
 }
 
 /* 1: the motion rotates bonds of point i; most [1/m]: the largest rate of all points. */
-static int pdi_quasi_static_turned(const pd_quasi_static *q, int32_t i, const double *motion, double most)
+static int pdi_quasi_static_is_rotating(const pd_quasi_static *q, int32_t i, const double *motion, double most)
 {
-    return pdi_quasi_static_turn(q->solid.body, i, motion) > PDI_QUASI_STATIC_TURN * most;
+    return pdi_quasi_static_rotation_rate(q->solid.body, i, motion) > PDI_QUASI_STATIC_MIN_ROTATION * most;
 }
 
 /* Points that a mechanism rotates about a hinge come off. A body that rotates as a whole has no hinge, and stays.
  * Returns how many points. */
-static int32_t pdi_quasi_static_swing(pd_quasi_static *q, const double *mechanism, double t)
+static int32_t pdi_quasi_static_detach_mechanism(pd_quasi_static *q, const double *mechanism, double t)
 {
     const pd_body *body = q->solid.body;
     double most = 0.0;
     int32_t count = 0, rests = 0;
-    for (int32_t i = 0; i < body->count; i++) most = pdi_max(most, pdi_quasi_static_turn(body, i, mechanism));
+    for (int32_t i = 0; i < body->count; i++) most = pdi_max(most, pdi_quasi_static_rotation_rate(body, i, mechanism));
     for (int32_t i = 0; i < body->count && most > 0.0; i++)
-        rests += q->off[i] || (pdi_body_intact(body, i) && !pdi_quasi_static_turned(q, i, mechanism, most));
+        rests += q->off[i] || (pdi_body_count_intact(body, i) && !pdi_quasi_static_is_rotating(q, i, mechanism, most));
     for (int32_t i = 0; i < body->count && rests; i++) {
-        if (q->off[i] || !pdi_quasi_static_turned(q, i, mechanism, most)) continue;
-        pdi_quasi_static_lose(q, i, t);
+        if (q->off[i] || !pdi_quasi_static_is_rotating(q, i, mechanism, most)) continue;
+        pdi_quasi_static_detach_point(q, i, t);
         count++;
     }
     return count;
@@ -204,7 +204,7 @@ static int32_t pdi_quasi_static_swing(pd_quasi_static *q, const double *mechanis
 
 /* Forces [N/m3] at the mean of the saved and the present displacements, into q->asked. PD_RETRY: none, as the material
  * is linear or has no such state. */
-static pd_status pdi_quasi_static_middle(pd_ctx *ctx, pd_quasi_static *q)
+static pd_status pdi_quasi_static_midpoint_force(pd_ctx *ctx, pd_quasi_static *q)
 {
     double *u = q->asked + q->n;
     if (q->solid.linear) return PD_RETRY;
@@ -214,20 +214,20 @@ static pd_status pdi_quasi_static_middle(pd_ctx *ctx, pd_quasi_static *q)
 
 /* Adds the work of loads and reactions from the saved state to this one: trapezoidal rule, or with the midpoint forces
  * (curved 1) Simpson's rule. */
-static void pdi_quasi_static_work(pd_quasi_static *q, int curved)
+static void pdi_quasi_static_add_work(pd_quasi_static *q, int curved)
 {
     const double *volume = q->solid.body->volume, *load = q->before + q->n, *force = q->before + 2 * q->n;
-    pdi_sum all = {0.0, 0.0};
+    pdi_compensated_sum all = {0.0, 0.0};
     for (int64_t k = 0; k < q->n; k++) {
-        double mean = pdi_quasi_static_held(q, k) ? -0.5 * (q->force[k] + force[k]) : 0.5 * (q->load[k] + load[k]);
+        double mean = pdi_quasi_static_is_held(q, k) ? -0.5 * (q->force[k] + force[k]) : 0.5 * (q->load[k] + load[k]);
         if (curved) mean += (force[k] + q->force[k] - 2.0 * q->asked[k]) / 3.0;
-        pdi_sum_add(&all, volume[k / PD_DIM] * mean * (q->u[k] - q->before[k]));
+        pdi_compensated_sum_add(&all, volume[k / PD_DIM] * mean * (q->u[k] - q->before[k]));
     }
-    q->work += pdi_sum_total(&all);
+    q->work += pdi_compensated_sum_total(&all);
 }
 
 /* Solves for the equilibrium, and again after mechanisms have come off. q->force stays that of the saved state. */
-static pd_status pdi_quasi_static_solve(pd_ctx *ctx, pd_quasi_static *q, double t)
+static pd_status pdi_quasi_static_solve_equilibrium(pd_ctx *ctx, pd_quasi_static *q, double t)
 {
     pd_status status = PD_ERR_DIVERGED;
     for (int turns = 1; turns;) {
@@ -242,7 +242,7 @@ static pd_status pdi_quasi_static_solve(pd_ctx *ctx, pd_quasi_static *q, double 
         q->iterations += result.iterations;
         q->solves++;
         q->residual = result.residual;
-        turns = status == PD_ERR_DIVERGED && pdi_quasi_static_swing(q, q->force, t);
+        turns = status == PD_ERR_DIVERGED && pdi_quasi_static_detach_mechanism(q, q->force, t);
         if (!turns) continue;
         ctx->status = PD_OK; /* the next balance is without them */
         ctx->message[0] = '\0';
@@ -252,7 +252,7 @@ static pd_status pdi_quasi_static_solve(pd_ctx *ctx, pd_quasi_static *q, double 
 }
 
 /* Internal forces at u. PD_ERR_STATE: u is no state of the material. */
-static pd_status pdi_quasi_static_pull(pd_ctx *ctx, pd_quasi_static *q)
+static pd_status pdi_quasi_static_compute_force(pd_ctx *ctx, pd_quasi_static *q)
 {
     pd_status status = q->solid.force(ctx, q->solid.self, q->u, q->force);
     if (status <= PD_OK) return status;
@@ -261,11 +261,11 @@ static pd_status pdi_quasi_static_pull(pd_ctx *ctx, pd_quasi_static *q)
 }
 
 /* Updates the material after bonds or stiffness have changed at fixed displacements; adds the energy lost to *taken. */
-static pd_status pdi_quasi_static_renew(pd_ctx *ctx, pd_quasi_static *q, double *taken)
+static pd_status pdi_quasi_static_update_material(pd_ctx *ctx, pd_quasi_static *q, double *taken)
 {
     double was = q->stored;
     PDI_TRY(q->solid.update(ctx, q->solid.self));
-    PDI_TRY(pdi_quasi_static_pull(ctx, q));
+    PDI_TRY(pdi_quasi_static_compute_force(ctx, q));
     q->stored = q->solid.energy(ctx, q->solid.self, q->u);
     *taken += was - q->stored;
     q->stale = 0;
@@ -273,7 +273,7 @@ static pd_status pdi_quasi_static_renew(pd_ctx *ctx, pd_quasi_static *q, double 
 }
 
 /* 1: a and b differ by more than rtol of their largest entry. */
-static int pdi_quasi_static_others(const pd_ctx *ctx, const pd_quasi_static *q, const double *a, const double *b)
+static int pdi_quasi_static_differs(const pd_ctx *ctx, const pd_quasi_static *q, const double *a, const double *b)
 {
     double near = q->desc.rtol > 0.0 ? q->desc.rtol : PD_EQUILIBRIUM_RTOL;
     near *= pdi_max(pdi_par_max_abs(ctx, q->n, a), pdi_par_max_abs(ctx, q->n, b));
@@ -284,20 +284,20 @@ static int pdi_quasi_static_others(const pd_ctx *ctx, const pd_quasi_static *q, 
 
 /* *differs: 1: prescribed displacements or loads at time t are not those of the present solution. Out: corrections in
  * q->asked, new loads; u stays. */
-static pd_status pdi_quasi_static_differs(pd_ctx *ctx, pd_quasi_static *q, double t, double part, int *differs)
+static pd_status pdi_quasi_static_check_boundary(pd_ctx *ctx, pd_quasi_static *q, double t, double part, int *differs)
 {
     double *u = q->asked + q->n, *load = q->asked + 2 * q->n;
     memcpy(u, q->u, (size_t)q->n * sizeof *u);
     memcpy(load, q->load, (size_t)q->n * sizeof *load);
-    PDI_TRY(pdi_quasi_static_load(ctx, q, t, part));
-    *differs = pdi_quasi_static_others(ctx, q, u, q->u) || pdi_quasi_static_others(ctx, q, load, q->load);
-    for (int64_t k = 0; k < q->n; k++) q->asked[k] = pdi_quasi_static_held(q, k) ? q->u[k] - u[k] : 0.0;
+    PDI_TRY(pdi_quasi_static_set_loads(ctx, q, t, part));
+    *differs = pdi_quasi_static_differs(ctx, q, u, q->u) || pdi_quasi_static_differs(ctx, q, load, q->load);
+    for (int64_t k = 0; k < q->n; k++) q->asked[k] = pdi_quasi_static_is_held(q, k) ? q->u[k] - u[k] : 0.0;
     memcpy(q->u, u, (size_t)q->n * sizeof *u);
     return PD_OK;
 }
 
 /* Moves the prescribed displacements by their corrections, with Anderson acceleration after the first round. */
-static pd_status pdi_quasi_static_move(pd_ctx *ctx, pd_quasi_static *q, int first)
+static pd_status pdi_quasi_static_move_prescribed(pd_ctx *ctx, pd_quasi_static *q, int first)
 {
     double *x, *step;
     int64_t n = 0;
@@ -306,93 +306,94 @@ static pd_status pdi_quasi_static_move(pd_ctx *ctx, pd_quasi_static *q, int firs
         return PD_OK;
     }
     if (!q->mix.n) {
-        for (int64_t k = 0; k < q->n; k++) q->mix.n += pdi_quasi_static_held(q, k);
-        PDI_TRY(pdi_owner_build(ctx, pdi_anderson_list, &q->mix));
+        for (int64_t k = 0; k < q->n; k++) q->mix.n += pdi_quasi_static_is_held(q, k);
+        PDI_TRY(pdi_array_registry_build(ctx, pdi_anderson_list, &q->mix));
     }
     x = q->asked + q->n; /* the rest of `asked` is free until loads are asked for again */
     step = q->asked + 2 * q->n;
     for (int64_t k = 0; k < q->n; k++) {
-        if (!pdi_quasi_static_held(q, k)) continue;
+        if (!pdi_quasi_static_is_held(q, k)) continue;
         x[n] = q->u[k];
         step[n++] = q->asked[k];
     }
-    pdi_anderson_next(&q->mix, x, step);
+    pdi_anderson_update(&q->mix, x, step);
     n = 0;
     for (int64_t k = 0; k < q->n; k++)
-        if (pdi_quasi_static_held(q, k)) q->u[k] = x[n++];
+        if (pdi_quasi_static_is_held(q, k)) q->u[k] = x[n++];
     return PD_OK;
 }
 
 /* Frees the Anderson acceleration. */
-static void pdi_quasi_static_forget(pd_ctx *ctx, pd_quasi_static *q)
+static void pdi_quasi_static_reset_mixing(pd_ctx *ctx, pd_quasi_static *q)
 {
-    pdi_owner_free(ctx, pdi_anderson_list, &q->mix);
+    pdi_array_registry_free(ctx, pdi_anderson_list, &q->mix);
     memset(&q->mix, 0, sizeof q->mix);
 }
 
 /* Rounds of equilibrium and boundary values until these converge. */
-static pd_status pdi_quasi_static_rounds(pd_ctx *ctx, pd_quasi_static *q, double t, double part)
+static pd_status pdi_quasi_static_iterate_boundary(pd_ctx *ctx, pd_quasi_static *q, double t, double part)
 {
     int differs = 1;
-    for (int again = 0; again < PDI_QUASI_STATIC_AGAIN; again++) {
-        PDI_TRY(pdi_quasi_static_differs(ctx, q, t, part, &differs));
+    for (int again = 0; again < PDI_QUASI_STATIC_MAX_ROUNDS; again++) {
+        PDI_TRY(pdi_quasi_static_check_boundary(ctx, q, t, part, &differs));
         if (again && !differs) return PD_OK;
-        if (differs) PDI_TRY(pdi_quasi_static_move(ctx, q, again == 0));
-        PDI_TRY(pdi_quasi_static_part(ctx, q, t));
-        pd_status status = pdi_quasi_static_solve(ctx, q, t);
+        if (differs) PDI_TRY(pdi_quasi_static_move_prescribed(ctx, q, again == 0));
+        PDI_TRY(pdi_quasi_static_detach_components(ctx, q, t));
+        pd_status status = pdi_quasi_static_solve_equilibrium(ctx, q, t);
         if (status != PD_OK) return status;
     }
-    return pdi_fail(ctx, PD_ERR_STATE, "quasi_static", "what holds the body at %g s depends on how it moves, and does "
-                    "not come to rest in %d rounds, as where the %s material beside it flows without end", t,
-                    PDI_QUASI_STATIC_AGAIN, q->solid.name);
+    return pdi_fail(ctx, PD_ERR_STATE, "quasi_static",
+                    "what holds the body at %g s depends on how it moves, and does "
+                    "not come to rest in %d rounds, as where the %s material beside it flows without end",
+                    t, PDI_QUASI_STATIC_MAX_ROUNDS, q->solid.name);
 }
 
 /* Equilibrium at the fraction `part` of the step, with boundary values that may depend on it. Plastic states are those
  * of the last commit in each round, so intermediate solutions leave no trace. */
-static pd_status pdi_quasi_static_rest(pd_ctx *ctx, pd_quasi_static *q, double t, double part)
+static pd_status pdi_quasi_static_solve_coupled(pd_ctx *ctx, pd_quasi_static *q, double t, double part)
 {
-    pd_status status = pdi_quasi_static_rounds(ctx, q, t, part);
-    pdi_quasi_static_forget(ctx, q);
+    pd_status status = pdi_quasi_static_iterate_boundary(ctx, q, t, part);
+    pdi_quasi_static_reset_mixing(ctx, q);
     return status;
 }
 
 /* Equilibrium at the fraction `part` of the step, bond failure, and again until no bond breaks. PD_RETRY: not found; u,
  * load and force are those before. */
-static pd_status pdi_quasi_static_settle(pd_ctx *ctx, pd_quasi_static *q, double t, double part)
+static pd_status pdi_quasi_static_equilibrate(pd_ctx *ctx, pd_quasi_static *q, double t, double part)
 {
     for (;;) {
-        pd_status status = pdi_quasi_static_rest(ctx, q, t, part);
+        pd_status status = pdi_quasi_static_solve_coupled(ctx, q, t, part);
         if (status < 0) return status;
         if (status == PD_RETRY) {
             memcpy(q->u, q->before, (size_t)q->n * sizeof *q->u);
             memcpy(q->load, q->before + q->n, (size_t)q->n * sizeof *q->load);
             return PD_RETRY;
         }
-        pd_status middle = pdi_quasi_static_middle(ctx, q);
+        pd_status middle = pdi_quasi_static_midpoint_force(ctx, q);
         if (middle < 0) return middle;
-        PDI_TRY(pdi_quasi_static_pull(ctx, q));
-        pdi_quasi_static_work(q, middle == PD_OK);
+        PDI_TRY(pdi_quasi_static_compute_force(ctx, q));
+        pdi_quasi_static_add_work(q, middle == PD_OK);
         q->stored = q->solid.energy(ctx, q->solid.self, q->u);
         if (q->solid.commit) PDI_TRY(q->solid.commit(ctx, q->solid.self, q->u));
         if (status != PD_OK) return status;
         int64_t broken = pd_criterion_break(ctx, &q->criterion, q->u, q->desc.eager);
         if (!broken) return PD_OK;
-        PDI_TRY(pdi_poll(ctx, "quasi_static", q->solves));
+        PDI_TRY(pdi_check_cancel(ctx, "quasi_static", q->solves));
         q->broken += broken;
-        PDI_TRY(pdi_quasi_static_renew(ctx, q, &q->released));
-        pdi_quasi_static_keep(q);
+        PDI_TRY(pdi_quasi_static_update_material(ctx, q, &q->released));
+        pdi_quasi_static_save_state(q);
     }
 }
 
 /* Load step to time t, halved where Newton's method fails. PD_ERR_STATE: too many halvings. */
 static pd_status pdi_quasi_static_advance(pd_ctx *ctx, pd_quasi_static *q, double t)
 {
-    double done = 0.0, part = 1.0, least = ldexp(1.0, -PDI_QUASI_STATIC_HALVINGS);
+    double done = 0.0, part = 1.0, least = ldexp(1.0, -PDI_QUASI_STATIC_MAX_HALVINGS);
     memcpy(q->start, q->u, (size_t)q->n * sizeof *q->u);
     memcpy(q->start + q->n, q->load, (size_t)q->n * sizeof *q->load);
     while (done < 1.0) {
-        pdi_quasi_static_keep(q);
-        pd_status status = pdi_quasi_static_settle(ctx, q, t, done + part);
+        pdi_quasi_static_save_state(q);
+        pd_status status = pdi_quasi_static_equilibrate(ctx, q, t, done + part);
         if (status < 0) return status;
         if (status != PD_RETRY) {
             done += part;
@@ -412,10 +413,10 @@ pd_status pd_quasi_static_to(pd_ctx *ctx, pd_quasi_static *q, double t)
 {
     int moves = !q->known || q->stale;
     pd_status status = PD_OK;
-    if (q->stale) PDI_TRY(pdi_quasi_static_renew(ctx, q, &q->taken));
+    if (q->stale) PDI_TRY(pdi_quasi_static_update_material(ctx, q, &q->taken));
     if (!moves) {
         memcpy(q->start, q->load, (size_t)q->n * sizeof *q->load);
-        PDI_TRY(pdi_quasi_static_differs(ctx, q, t, 1.0, &moves));
+        PDI_TRY(pdi_quasi_static_check_boundary(ctx, q, t, 1.0, &moves));
         memcpy(q->load, q->start, (size_t)q->n * sizeof *q->load);
     }
     if (moves) status = pdi_quasi_static_advance(ctx, q, t);
@@ -428,16 +429,16 @@ pd_status pd_quasi_static_to(pd_ctx *ctx, pd_quasi_static *q, double t)
 /* ---- a process ---- */
 
 /* The process callback that brings the body to time t. */
-static pd_status pdi_quasi_static_at(pd_ctx *ctx, void *self, double t)
+static pd_status pdi_quasi_static_process_solve_at(pd_ctx *ctx, void *self, double t)
 {
     return pd_quasi_static_to(ctx, (pd_quasi_static *)self, t);
 }
 
 /* The process callback for checkpoints. */
-static pd_status pdi_quasi_static_store(pd_ctx *ctx, void *self, pd_archive *archive)
+static pd_status pdi_quasi_static_process_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     pd_quasi_static *q = (pd_quasi_static *)self;
-    PDI_TRY(pdi_owner_store(ctx, pdi_quasi_static_list, q, archive));
+    PDI_TRY(pdi_array_registry_store(ctx, pdi_quasi_static_list, q, archive));
     return q->solid.store ? q->solid.store(ctx, q->solid.self, archive) : PD_OK;
 }
 
@@ -447,14 +448,14 @@ pd_process pd_quasi_static_process(pd_quasi_static *q)
     memset(&p, 0, sizeof p);
     p.name = "quasi_static";
     p.self = q;
-    p.start = pdi_quasi_static_at;
-    p.at = pdi_quasi_static_at;
-    p.longest = pdi_process_longest;
-    p.store = pdi_quasi_static_store;
+    p.start = pdi_quasi_static_process_solve_at;
+    p.at = pdi_quasi_static_process_solve_at;
+    p.longest = pdi_physics_limit_max_step;
+    p.store = pdi_quasi_static_process_store;
     return p;
 }
 
-#undef PDI_QUASI_STATIC_EAGER
-#undef PDI_QUASI_STATIC_AGAIN
-#undef PDI_QUASI_STATIC_TURN
-#undef PDI_QUASI_STATIC_HALVINGS
+#undef PDI_QUASI_STATIC_DEFAULT_EAGER
+#undef PDI_QUASI_STATIC_MAX_ROUNDS
+#undef PDI_QUASI_STATIC_MIN_ROTATION
+#undef PDI_QUASI_STATIC_MAX_HALVINGS

@@ -7,10 +7,10 @@
  */
 #ifndef PD_QUASI_STATIC_H
 #define PD_QUASI_STATIC_H
-#include "solid/criterion.h"
+#include "solid/bond_failure.h"
 #include "solid/equilibrium.h"
 #include "solve/anderson.h"
-#include "solve/process.h"
+#include "solve/physics.h"
 
 /* Loads at time t [s] into load [count][PD_DIM] [N/m3], and prescribed displacements into u [count][PD_DIM] [m], which
  * holds the last solution. */
@@ -76,7 +76,7 @@ PD_API void pd_quasi_static_free(pd_ctx *ctx, pd_quasi_static *quasi_static);
 
 #ifdef PDI_INTERNAL
 /* Describes the arrays and values; those of state are stored. */
-PDI_FN void pdi_quasi_static_list(pdi_owner *owner, void *quasi_static);
+PDI_FN void pdi_quasi_static_list(pdi_array_visitor *owner, void *quasi_static);
 #endif
 
 #endif

@@ -18,7 +18,7 @@ static inline double pdi_tensor_dot(const double *a, const double *b)
 }
 
 /* a : b. */
-static inline double pdi_tensor_pair(const double *a, const double *b)
+static inline double pdi_tensor_double_dot(const double *a, const double *b)
 {
     double sum = 0.0;
     for (int k = 0; k < PDI_TENSOR; k++) sum += a[k] * b[k];
@@ -26,7 +26,7 @@ static inline double pdi_tensor_pair(const double *a, const double *b)
 }
 
 /* y = A x. */
-static inline void pdi_tensor_times(const double *a, const double *x, double *y)
+static inline void pdi_tensor_multiply_vector(const double *a, const double *x, double *y)
 {
     for (int p = 0; p < PD_DIM; p++) {
         y[p] = 0.0;
@@ -35,7 +35,7 @@ static inline void pdi_tensor_times(const double *a, const double *x, double *y)
 }
 
 /* c = a b. */
-static inline void pdi_tensor_product(const double *a, const double *b, double *c)
+static inline void pdi_tensor_multiply(const double *a, const double *b, double *c)
 {
     for (int p = 0; p < PD_DIM; p++)
         for (int q = 0; q < PD_DIM; q++) {
@@ -46,7 +46,7 @@ static inline void pdi_tensor_product(const double *a, const double *b, double *
 }
 
 /* c = a b^T. */
-static inline void pdi_tensor_product_right(const double *a, const double *b, double *c)
+static inline void pdi_tensor_multiply_transposed_b(const double *a, const double *b, double *c)
 {
     for (int p = 0; p < PD_DIM; p++)
         for (int q = 0; q < PD_DIM; q++) {
@@ -57,7 +57,7 @@ static inline void pdi_tensor_product_right(const double *a, const double *b, do
 }
 
 /* c = a^T b. */
-static inline void pdi_tensor_product_left(const double *a, const double *b, double *c)
+static inline void pdi_tensor_multiply_transposed_a(const double *a, const double *b, double *c)
 {
     for (int p = 0; p < PD_DIM; p++)
         for (int q = 0; q < PD_DIM; q++) {
@@ -68,7 +68,7 @@ static inline void pdi_tensor_product_left(const double *a, const double *b, dou
 }
 
 /* c = det(a) a^-T, also of a singular tensor. Returns det(a). */
-static inline double pdi_tensor_cofactor(const double *a, double *c)
+static inline double pdi_tensor_compute_cofactor(const double *a, double *c)
 {
     if (PD_DIM == 1) c[0] = 1.0;
     if (PD_DIM == 2)

@@ -6,8 +6,8 @@
  */
 #ifndef PD_VERLET_H
 #define PD_VERLET_H
-#include "solid/solid.h"
-#include "solve/process.h"
+#include "solid/material_interface.h"
+#include "solve/physics.h"
 
 typedef struct pd_verlet_desc {
     double density;      /* [kg/m3] */
@@ -46,7 +46,7 @@ PD_API void pd_verlet_free(pd_ctx *ctx, pd_verlet *verlet);
 
 #ifdef PDI_INTERNAL
 /* Describes the arrays and values of state. */
-PDI_FN void pdi_verlet_list(pdi_owner *owner, void *verlet);
+PDI_FN void pdi_verlet_list(pdi_array_visitor *owner, void *verlet);
 #endif
 
 #endif

@@ -7,21 +7,21 @@
 /* Tolerance of positions along a bond and within a face, over their lengths. */
 #define PDI_VISIBILITY_ROUNDING 1e-9
 /* Probing lines beside a bond: their distance from it over its length, and how many. */
-#define PDI_VISIBILITY_ASIDE 1e-5
-#define PDI_VISIBILITY_LINES 8
+#define PDI_VISIBILITY_OFFSET 1e-5
+#define PDI_VISIBILITY_PROBES 8
 /* Angle of the first probing line [rad]: an odd one, so that no regular face lies along it. */
-#define PDI_VISIBILITY_ANGLE 0.3
+#define PDI_VISIBILITY_FIRST_ANGLE 0.3
 /* Largest number of bins, and of face entries in bins, over the number of faces. */
-#define PDI_VISIBILITY_BINS 8
-#define PDI_VISIBILITY_ENTRIES 64
+#define PDI_VISIBILITY_MAX_BINS 8
+#define PDI_VISIBILITY_MAX_ENTRIES 64
 
 enum { PDI_VISIBILITY_FACE = PD_DIM * PD_DIM };
 
 /* How a line intersects a face: not, at an edge or corner, or inside it. */
-enum { PDI_VISIBILITY_APART = 0, PDI_VISIBILITY_TOUCHES, PDI_VISIBILITY_CROSSES };
+enum { PDI_VISIBILITY_MISSES = 0, PDI_VISIBILITY_TOUCHES, PDI_VISIBILITY_CROSSES };
 
 /* Describes the arrays of bins. */
-static void pdi_visibility_list(pdi_owner *owner, void *object)
+static void pdi_visibility_list(pdi_array_visitor *owner, void *object)
 {
     pdi_visibility *visibility = (pdi_visibility *)object;
     PDI_ARRAY(owner, visibility, first, visibility->bins + 1, "1");
@@ -32,7 +32,7 @@ static void pdi_visibility_list(pdi_owner *owner, void *object)
 
 /* Index range from .. to of the bins that the bounding box of positions x [count][PD_DIM] reaches into. Returns how
  * many bins. */
-static double pdi_visibility_range(const pdi_visibility *v, const double *x, int count, int32_t *from, int32_t *to)
+static double pdi_visibility_find_bins(const pdi_visibility *v, const double *x, int count, int32_t *from, int32_t *to)
 {
     double all = 1.0;
     for (int d = 0; d < PD_DIM; d++) {
@@ -52,7 +52,7 @@ static double pdi_visibility_range(const pdi_visibility *v, const double *x, int
 }
 
 /* Next bin of a range, axis 0 fastest. Returns 0: there is none. */
-static int pdi_visibility_next(const int32_t *from, const int32_t *to, int32_t *at)
+static int pdi_visibility_next_bin(const int32_t *from, const int32_t *to, int32_t *at)
 {
     for (int d = 0; d < PD_DIM; d++) {
         if (at[d]++ < to[d]) return 1;
@@ -62,7 +62,7 @@ static int pdi_visibility_next(const int32_t *from, const int32_t *to, int32_t *
 }
 
 /* Number of the bin with these indices. */
-static int64_t pdi_visibility_bin(const pdi_visibility *v, const int32_t *at)
+static int64_t pdi_visibility_bin_number(const pdi_visibility *v, const int32_t *at)
 {
     int64_t k = 0;
     for (int d = PD_DIM - 1; d >= 0; d--) k = k * v->n[d] + at[d];
@@ -70,7 +70,7 @@ static int64_t pdi_visibility_bin(const pdi_visibility *v, const int32_t *at)
 }
 
 /* Chooses the bin width: the wanted one, doubled until bins and entries are few enough. */
-static void pdi_visibility_divide(pdi_visibility *v, const double *hi, double width)
+static void pdi_visibility_init_bins(pdi_visibility *v, const double *hi, double width)
 {
     for (;; width *= 2.0) {
         double bins = 1.0, entries = 0.0;
@@ -80,12 +80,12 @@ static void pdi_visibility_divide(pdi_visibility *v, const double *hi, double wi
             bins *= n;
             v->n[d] = n < 1e9 ? (int32_t)n : 1000000000;
         }
-        if (bins > PDI_VISIBILITY_BINS * (double)v->faces + 1.0) continue;
+        if (bins > PDI_VISIBILITY_MAX_BINS * (double)v->faces + 1.0) continue;
         for (int64_t k = 0; k < v->faces; k++) {
             int32_t from[PD_DIM], to[PD_DIM];
-            entries += pdi_visibility_range(v, v->face + k * PDI_VISIBILITY_FACE, PD_DIM, from, to);
+            entries += pdi_visibility_find_bins(v, v->face + k * PDI_VISIBILITY_FACE, PD_DIM, from, to);
         }
-        if (entries > PDI_VISIBILITY_ENTRIES * (double)v->faces && bins > 1.0) continue;
+        if (entries > PDI_VISIBILITY_MAX_ENTRIES * (double)v->faces && bins > 1.0) continue;
         v->bins = (int64_t)bins;
         v->entries = (int64_t)entries;
         return;
@@ -93,18 +93,18 @@ static void pdi_visibility_divide(pdi_visibility *v, const double *hi, double wi
 }
 
 /* Sorts the faces into the bins: counts first, then entries. */
-static void pdi_visibility_fill(pdi_visibility *v)
+static void pdi_visibility_fill_bins(pdi_visibility *v)
 {
     for (int way = 0; way < 2; way++) {
         for (int64_t k = v->faces - 1; k >= 0; k--) {
             int32_t from[PD_DIM], to[PD_DIM], at[PD_DIM];
-            pdi_visibility_range(v, v->face + k * PDI_VISIBILITY_FACE, PD_DIM, from, to);
+            pdi_visibility_find_bins(v, v->face + k * PDI_VISIBILITY_FACE, PD_DIM, from, to);
             memcpy(at, from, sizeof at);
             do {
-                int64_t bin = pdi_visibility_bin(v, at);
+                int64_t bin = pdi_visibility_bin_number(v, at);
                 if (way == 0) v->first[bin]++;
                 else v->entry[--v->first[bin]] = (int32_t)k;
-            } while (pdi_visibility_next(from, to, at));
+            } while (pdi_visibility_next_bin(from, to, at));
         }
         for (int64_t b = 0; b < v->bins && way == 0; b++) v->first[b + 1] += v->first[b];
     }
@@ -127,37 +127,37 @@ PDI_FN pd_status pdi_visibility_build(pd_ctx *ctx, double bond_length, pdi_visib
         v->lo[k % PD_DIM] = pdi_min(v->lo[k % PD_DIM], v->face[k]);
         hi[k % PD_DIM] = pdi_max(hi[k % PD_DIM], v->face[k]);
     }
-    if (v->faces) pdi_visibility_divide(v, hi, bond_length);
-    PDI_TRY(pdi_owner_build(ctx, pdi_visibility_list, v));
-    if (v->faces) pdi_visibility_fill(v);
+    if (v->faces) pdi_visibility_init_bins(v, hi, bond_length);
+    PDI_TRY(pdi_array_registry_build(ctx, pdi_visibility_list, v));
+    if (v->faces) pdi_visibility_fill_bins(v);
     return PD_OK;
 }
 
 PDI_FN void pdi_visibility_free(pd_ctx *ctx, pdi_visibility *v)
 {
-    pdi_owner_free(ctx, pdi_visibility_list, v);
+    pdi_array_registry_free(ctx, pdi_visibility_list, v);
     memset(v, 0, sizeof *v);
 }
 
 /* ---- lines ---- */
 
 /* Position s on an edge from 0 to 1: outside, at an end within rounding, or inside. */
-static int pdi_visibility_between(double s)
+static int pdi_visibility_locate(double s)
 {
-    if (!(s > -PDI_VISIBILITY_ROUNDING) || !(s < 1.0 + PDI_VISIBILITY_ROUNDING)) return PDI_VISIBILITY_APART;
+    if (!(s > -PDI_VISIBILITY_ROUNDING) || !(s < 1.0 + PDI_VISIBILITY_ROUNDING)) return PDI_VISIBILITY_MISSES;
     return s > PDI_VISIBILITY_ROUNDING && s < 1.0 - PDI_VISIBILITY_ROUNDING ? PDI_VISIBILITY_CROSSES
                                                                             : PDI_VISIBILITY_TOUCHES;
 }
 
 /* c = a x b, 3D. */
-static void pdi_visibility_cross(const double *a, const double *b, double *c)
+static void pdi_visibility_cross_product(const double *a, const double *b, double *c)
 {
     for (int d = 0; d < 3; d++) c[d] = a[(d + 1) % 3] * b[(d + 2) % 3] - a[(d + 2) % 3] * b[(d + 1) % 3];
 }
 
 /* Intersection of the line x + t xi with a face: t and the barycentric coordinates have to lie in 0..1. A line within
  * the plane of a face does not intersect it. */
-static int pdi_visibility_meets(const double *x, const double *xi, const double *face)
+static int pdi_visibility_intersect_face(const double *x, const double *xi, const double *face)
 {
     double side[2][3] = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}}, from[3] = {0.0, 0.0, 0.0}, way[3] = {0.0, 0.0, 0.0};
     double turn[3], normal[3], share[3], most = 0.0;
@@ -166,49 +166,49 @@ static int pdi_visibility_meets(const double *x, const double *xi, const double 
         from[d] = x[d] - face[d];
         way[d] = xi[d];
     }
-    if (PD_DIM == 1) return pdi_visibility_between(-from[0] / way[0]);
+    if (PD_DIM == 1) return pdi_visibility_locate(-from[0] / way[0]);
     if (PD_DIM == 2) side[1][2] = 1.0; /* the segment is as wide as can be across the plane */
-    pdi_visibility_cross(side[0], side[1], normal);
+    pdi_visibility_cross_product(side[0], side[1], normal);
     double fall = -(way[0] * normal[0] + way[1] * normal[1] + way[2] * normal[2]);
     for (int d = 0; d < 3; d++) most += fabs(way[d] * normal[d]);
-    if (!(fabs(fall) > PDI_VISIBILITY_ROUNDING * most)) return PDI_VISIBILITY_APART;
-    int least = pdi_visibility_between((from[0] * normal[0] + from[1] * normal[1] + from[2] * normal[2]) / fall);
-    pdi_visibility_cross(from, way, turn);
+    if (!(fabs(fall) > PDI_VISIBILITY_ROUNDING * most)) return PDI_VISIBILITY_MISSES;
+    int least = pdi_visibility_locate((from[0] * normal[0] + from[1] * normal[1] + from[2] * normal[2]) / fall);
+    pdi_visibility_cross_product(from, way, turn);
     share[1] = (side[1][0] * turn[0] + side[1][1] * turn[1] + side[1][2] * turn[2]) / fall;
     share[2] = -(side[0][0] * turn[0] + side[0][1] * turn[1] + side[0][2] * turn[2]) / fall;
     if (PD_DIM == 2) share[2] = 0.0;
     share[0] = 1.0 - share[1] - share[2];
     for (int k = 0; k < PD_DIM; k++) {
-        int how = pdi_visibility_between(share[k]);
+        int how = pdi_visibility_locate(share[k]);
         least = how < least ? how : least;
     }
     return least;
 }
 
 /* Strongest intersection of the line x + t xi, t = 0..1, with any face. */
-static int pdi_visibility_line(const pdi_visibility *v, const double *x, const double *xi)
+static int pdi_visibility_intersect_line(const pdi_visibility *v, const double *x, const double *xi)
 {
     double ends[2 * PD_DIM];
     int32_t from[PD_DIM], to[PD_DIM], at[PD_DIM];
-    int most = PDI_VISIBILITY_APART;
+    int most = PDI_VISIBILITY_MISSES;
     for (int d = 0; d < PD_DIM; d++) {
         ends[d] = x[d];
         ends[PD_DIM + d] = x[d] + xi[d];
     }
-    if (!(pdi_visibility_range(v, ends, 2, from, to) > 0.0)) return most;
+    if (!(pdi_visibility_find_bins(v, ends, 2, from, to) > 0.0)) return most;
     memcpy(at, from, sizeof at);
     do {
-        int64_t bin = pdi_visibility_bin(v, at);
+        int64_t bin = pdi_visibility_bin_number(v, at);
         for (int64_t k = v->first[bin]; k < v->first[bin + 1] && most < PDI_VISIBILITY_CROSSES; k++) {
-            int how = pdi_visibility_meets(x, xi, v->face + v->entry[k] * (int64_t)PDI_VISIBILITY_FACE);
+            int how = pdi_visibility_intersect_face(x, xi, v->face + v->entry[k] * (int64_t)PDI_VISIBILITY_FACE);
             most = how > most ? how : most;
         }
-    } while (most < PDI_VISIBILITY_CROSSES && pdi_visibility_next(from, to, at));
+    } while (most < PDI_VISIBILITY_CROSSES && pdi_visibility_next_bin(from, to, at));
     return most;
 }
 
 /* Directions normal to xi, two in 3D and one in 2D, of the length of xi. */
-static void pdi_visibility_across(const double *xi, double normals[2][3])
+static void pdi_visibility_compute_normals(const double *xi, double normals[2][3])
 {
     double way[3] = {0.0, 0.0, 0.0}, axis[3] = {0.0, 0.0, 0.0}, length, size;
     int least = PD_DIM == 2 ? 2 : 0;
@@ -216,36 +216,36 @@ static void pdi_visibility_across(const double *xi, double normals[2][3])
     for (int d = 1; d < 3 && PD_DIM == 3; d++) least = fabs(way[d]) < fabs(way[least]) ? d : least;
     axis[least] = 1.0;
     length = sqrt(way[0] * way[0] + way[1] * way[1] + way[2] * way[2]);
-    pdi_visibility_cross(way, axis, normals[0]);
-    pdi_visibility_cross(way, normals[0], normals[1]);
+    pdi_visibility_cross_product(way, axis, normals[0]);
+    pdi_visibility_cross_product(way, normals[0], normals[1]);
     for (int k = 0; k < 2; k++) {
         size = sqrt(normals[k][0] * normals[k][0] + normals[k][1] * normals[k][1] + normals[k][2] * normals[k][2]);
         for (int d = 0; d < 3; d++) normals[k][d] *= length / size;
     }
 }
 
-PDI_FN int pdi_visibility_joined(void *user, int32_t i, int32_t j, const double *xi)
+PDI_FN int pdi_visibility_is_joined(void *user, int32_t i, int32_t j, const double *xi)
 {
     const pdi_visibility *v = (const pdi_visibility *)user;
     const double *x = v->position + (int64_t)i * PD_DIM;
     double across[2][3], beside[PD_DIM];
-    int how = pdi_visibility_line(v, x, xi);
+    int how = pdi_visibility_intersect_line(v, x, xi);
     (void)j;
-    if (how != PDI_VISIBILITY_TOUCHES || PD_DIM == 1) return how == PDI_VISIBILITY_APART;
-    pdi_visibility_across(xi, across);
-    for (int k = 0; k < PDI_VISIBILITY_LINES; k++) {
-        double angle = PDI_VISIBILITY_ANGLE + 2.0 * PDI_PI * k / PDI_VISIBILITY_LINES;
+    if (how != PDI_VISIBILITY_TOUCHES || PD_DIM == 1) return how == PDI_VISIBILITY_MISSES;
+    pdi_visibility_compute_normals(xi, across);
+    for (int k = 0; k < PDI_VISIBILITY_PROBES; k++) {
+        double angle = PDI_VISIBILITY_FIRST_ANGLE + 2.0 * PDI_PI * k / PDI_VISIBILITY_PROBES;
         double first = PD_DIM == 2 ? (k % 2 ? -1.0 : 1.0) : cos(angle), second = PD_DIM == 2 ? 0.0 : sin(angle);
         for (int d = 0; d < PD_DIM; d++)
-            beside[d] = x[d] + PDI_VISIBILITY_ASIDE * (first * across[0][d] + second * across[1][d]);
-        if (pdi_visibility_line(v, beside, xi) == PDI_VISIBILITY_APART) return 1;
+            beside[d] = x[d] + PDI_VISIBILITY_OFFSET * (first * across[0][d] + second * across[1][d]);
+        if (pdi_visibility_intersect_line(v, beside, xi) == PDI_VISIBILITY_MISSES) return 1;
     }
     return 0;
 }
 
 #undef PDI_VISIBILITY_ROUNDING
-#undef PDI_VISIBILITY_ASIDE
-#undef PDI_VISIBILITY_LINES
-#undef PDI_VISIBILITY_ANGLE
-#undef PDI_VISIBILITY_BINS
-#undef PDI_VISIBILITY_ENTRIES
+#undef PDI_VISIBILITY_OFFSET
+#undef PDI_VISIBILITY_PROBES
+#undef PDI_VISIBILITY_FIRST_ANGLE
+#undef PDI_VISIBILITY_MAX_BINS
+#undef PDI_VISIBILITY_MAX_ENTRIES

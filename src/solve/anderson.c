@@ -4,11 +4,11 @@
 #include <string.h>
 
 /* [-] A difference of residuals is linearly dependent when orthogonalisation leaves less than this fraction of it. */
-#define PDI_ANDERSON_NEW 1e-6
+#define PDI_ANDERSON_DEPENDENT 1e-6
 /* [-] A difference of residuals below this fraction of the residual is rounding. */
 #define PDI_ANDERSON_ROUNDING 1e-12
 
-PDI_FN void pdi_anderson_list(pdi_owner *owner, void *object)
+PDI_FN void pdi_anderson_list(pdi_array_visitor *owner, void *object)
 {
     pd_anderson *anderson = (pd_anderson *)object;
     PDI_ARRAY(owner, anderson, x, anderson->n, "");
@@ -29,7 +29,7 @@ static double pdi_anderson_dot(const pd_anderson *a, const double *x, const doub
 
 /* Add the differences of residual and iterate since the previous iterate to the history, by modified Gram-Schmidt. A
  * linearly dependent residual difference contradicts the linear model: the history is cleared first. */
-static void pdi_anderson_keep(pd_anderson *a, const double *x, const double *step)
+static void pdi_anderson_add_difference(pd_anderson *a, const double *x, const double *step)
 {
     if (a->count == PD_ANDERSON_KEPT) a->count = 0;
     for (;;) {
@@ -47,7 +47,7 @@ static void pdi_anderson_keep(pd_anderson *a, const double *x, const double *ste
             }
         }
         double left = sqrt(pdi_anderson_dot(a, turn, turn));
-        if (left > PDI_ANDERSON_NEW * whole && whole > PDI_ANDERSON_ROUNDING * a->size) {
+        if (left > PDI_ANDERSON_DEPENDENT * whole && whole > PDI_ANDERSON_ROUNDING * a->size) {
             for (int64_t k = 0; k < a->n; k++) {
                 turn[k] /= left;
                 way[k] /= left;
@@ -61,7 +61,7 @@ static void pdi_anderson_keep(pd_anderson *a, const double *x, const double *ste
 }
 
 /* Store x and its residual, of norm `size`, as the previous iterate. */
-static void pdi_anderson_last(pd_anderson *a, const double *x, const double *step, double size)
+static void pdi_anderson_set_previous(pd_anderson *a, const double *x, const double *step, double size)
 {
     memcpy(a->x, x, (size_t)a->n * sizeof *x);
     memcpy(a->step, step, (size_t)a->n * sizeof *step);
@@ -71,7 +71,7 @@ static void pdi_anderson_last(pd_anderson *a, const double *x, const double *ste
 
 /* Track the best iterate. Returns 1 on divergence, after residuals that grew twice in a row: x and step are then
  * replaced by the best iterate and its residual. */
-static int pdi_anderson_astray(pd_anderson *a, double *x, double *step, double size)
+static int pdi_anderson_is_diverging(pd_anderson *a, double *x, double *step, double size)
 {
     if (!a->known || size <= a->least) {
         memcpy(a->best, x, (size_t)a->n * sizeof *x);
@@ -88,24 +88,24 @@ static int pdi_anderson_astray(pd_anderson *a, double *x, double *step, double s
     return 1;
 }
 
-PDI_FN void pdi_anderson_forget(pd_anderson *a)
+PDI_FN void pdi_anderson_reset(pd_anderson *a)
 {
     a->count = a->known = 0;
     a->part = 1.0;
 }
 
-PDI_FN void pdi_anderson_next(pd_anderson *a, double *x, double *step)
+PDI_FN void pdi_anderson_update(pd_anderson *a, double *x, double *step)
 {
     double size = sqrt(pdi_anderson_dot(a, step, step));
-    if (!a->known) pdi_anderson_forget(a);
-    if (pdi_anderson_astray(a, x, step, size)) {
+    if (!a->known) pdi_anderson_reset(a);
+    if (pdi_anderson_is_diverging(a, x, step, size)) {
         size = a->least;
         a->part *= 0.5;
         a->count = 0;
     } else if (a->known) {
-        pdi_anderson_keep(a, x, step);
+        pdi_anderson_add_difference(a, x, step);
     }
-    pdi_anderson_last(a, x, step, size);
+    pdi_anderson_set_previous(a, x, step, size);
     for (int j = 0; j < a->count; j++) {
         double part = pdi_anderson_dot(a, a->turn + j * a->n, step);
         for (int64_t k = 0; k < a->n; k++) {
@@ -116,5 +116,5 @@ PDI_FN void pdi_anderson_next(pd_anderson *a, double *x, double *step)
     for (int64_t k = 0; k < a->n; k++) x[k] += a->part * step[k];
 }
 
-#undef PDI_ANDERSON_NEW
+#undef PDI_ANDERSON_DEPENDENT
 #undef PDI_ANDERSON_ROUNDING

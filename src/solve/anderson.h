@@ -9,7 +9,7 @@
  */
 #ifndef PD_ANDERSON_H
 #define PD_ANDERSON_H
-#include "core/owner.h"
+#include "core/array_registry.h"
 
 /* Differences in the history at most. */
 #define PD_ANDERSON_KEPT 12
@@ -32,12 +32,12 @@ typedef struct pd_anderson {
 
 #ifdef PDI_INTERNAL
 /* List function of the arrays. */
-PDI_FN void pdi_anderson_list(pdi_owner *owner, void *anderson);
+PDI_FN void pdi_anderson_list(pdi_array_visitor *owner, void *anderson);
 /* Replace the iterate x [n] by the next one. step [n]: the residual g(x) - x, overwritten. Bitwise reproducible for any
  * number of threads. */
-PDI_FN void pdi_anderson_next(pd_anderson *anderson, double *x, double *step);
+PDI_FN void pdi_anderson_update(pd_anderson *anderson, double *x, double *step);
 /* Clear the history, since the map has changed. */
-PDI_FN void pdi_anderson_forget(pd_anderson *anderson);
+PDI_FN void pdi_anderson_reset(pd_anderson *anderson);
 #endif
 
 #endif

@@ -7,7 +7,7 @@
 #include <math.h>
 
 /* [-] Orthogonalise again when the norm fell below this fraction (Daniel, Gragg, Kaufman and Stewart 1976). */
-#define PDI_ARNOLDI_CANCEL 0.1
+#define PDI_ARNOLDI_REORTHOGONALISE 0.1
 /* Blocks whose partial sums are stored at a time. */
 #define PDI_ARNOLDI_BATCH 512
 
@@ -18,88 +18,88 @@ typedef double (*pdi_arnoldi_sums)[PDI_ARNOLDI_BATCH][PDI_PAR_GROUP];
 typedef struct pdi_arnoldi_job {
     int64_t n;
     int j;
-    pdi_arnoldi_fn basis;
+    pdi_arnoldi_basis_fn basis;
     const void *user;
     double *w, *h;
     pdi_arnoldi_sums sums; /* [2] */
-    double before; /* [unit of w] |w| at the start */
+    double norm_before;    /* [unit of w] |w| at the start */
 } pdi_arnoldi_job;
 
 /* State of one thread. */
 typedef struct pdi_arnoldi_thread {
     pdi_par_team team;
-    int turn; /* half of the double buffer to write to next */
+    int half; /* half of the double buffer to write to next */
 } pdi_arnoldi_thread;
 
 /* dots[m] = v[m].w for m < count, the same bits on every thread. All threads of the team have to call it. */
-static void pdi_arnoldi_dots(const pdi_arnoldi_job *q, pdi_arnoldi_thread *thread, int count, const pdi_par_vectors *v,
-                             double *dots)
+static void pdi_arnoldi_dots(const pdi_arnoldi_job *q, pdi_arnoldi_thread *thread, int count,
+                             const pdi_par_vector_group *v, double *dots)
 {
-    int64_t blocks = pdi_par_blocks(q->n);
+    int64_t blocks = pdi_par_count_blocks(q->n);
     for (int m = 0; m < count; m++) dots[m] = 0.0;
     for (int64_t first = 0; first < blocks; first += PDI_ARNOLDI_BATCH) {
         int32_t batch = (int32_t)(blocks - first < PDI_ARNOLDI_BATCH ? blocks - first : PDI_ARNOLDI_BATCH);
-        double(*sums)[PDI_PAR_GROUP] = q->sums[thread->turn];
-        for (int32_t b = pdi_par_first(thread->team, batch); b < pdi_par_behind(thread->team, batch); b++)
-            pdi_par_block_dots(q->n, first + b, count, v, q->w, sums[b]);
-        pdi_par_meet(thread->team);
+        double(*sums)[PDI_PAR_GROUP] = q->sums[thread->half];
+        for (int32_t b = pdi_par_range_begin(thread->team, batch); b < pdi_par_range_end(thread->team, batch); b++)
+            pdi_par_block_multi_dot(q->n, first + b, count, v, q->w, sums[b]);
+        pdi_par_barrier(thread->team);
         for (int32_t b = 0; b < batch; b++)
             for (int m = 0; m < count; m++) dots[m] += sums[b][m];
-        thread->turn = 1 - thread->turn;
+        thread->half = 1 - thread->half;
     }
 }
 
 /* w -= sum over m of dots[m] v[m]: the part of one thread. */
-static void pdi_arnoldi_take(const pdi_arnoldi_job *q, pdi_par_team team, int count, const pdi_par_vectors *v,
-                             const double *dots)
+static void pdi_arnoldi_subtract(const pdi_arnoldi_job *q, pdi_par_team team, int count, const pdi_par_vector_group *v,
+                                 const double *dots)
 {
-    int64_t blocks = pdi_par_blocks(q->n);
+    int64_t blocks = pdi_par_count_blocks(q->n);
     double a[PDI_PAR_GROUP];
     for (int m = 0; m < count; m++) a[m] = -dots[m];
     for (int64_t first = 0; first < blocks; first += PDI_ARNOLDI_BATCH) {
         int32_t batch = (int32_t)(blocks - first < PDI_ARNOLDI_BATCH ? blocks - first : PDI_ARNOLDI_BATCH);
-        for (int32_t b = pdi_par_first(team, batch); b < pdi_par_behind(team, batch); b++)
-            pdi_par_block_axpys(q->n, first + b, count, a, v, q->w);
+        for (int32_t b = pdi_par_range_begin(team, batch); b < pdi_par_range_end(team, batch); b++)
+            pdi_par_block_multi_axpy(q->n, first + b, count, a, v, q->w);
     }
 }
 
 /* |w|, the same bits on every thread. */
 static double pdi_arnoldi_norm(const pdi_arnoldi_job *q, pdi_arnoldi_thread *thread)
 {
-    pdi_par_vectors v;
+    pdi_par_vector_group v;
     double square;
-    v.v[0] = q->w;
+    v.doubles[0] = q->w;
     pdi_arnoldi_dots(q, thread, 1, &v, &square);
     return sqrt(square);
 }
 
 /* The whole orthogonalisation, as each thread of the team runs it. Thread 0 writes h and `before`. */
-static void pdi_arnoldi_work(pdi_par_team team, pdi_arnoldi_job *q)
+static void pdi_arnoldi_run_thread(pdi_par_team team, pdi_arnoldi_job *q)
 {
     pdi_arnoldi_thread thread;
     thread.team = team;
-    thread.turn = 0;
+    thread.half = 0;
     double before = pdi_arnoldi_norm(q, &thread), norm = before;
     for (int pass = 0; pass < 2; pass++) {
         double start = norm;
         for (int i = 0; i <= q->j; i += PDI_PAR_GROUP) {
             int count = q->j + 1 - i < PDI_PAR_GROUP ? q->j + 1 - i : PDI_PAR_GROUP;
-            pdi_par_vectors v = q->basis(q->user, i);
+            pdi_par_vector_group v = q->basis(q->user, i);
             double dots[PDI_PAR_GROUP];
             pdi_arnoldi_dots(q, &thread, count, &v, dots);
             for (int m = 0; m < count && !team.rank; m++) q->h[i + m] += dots[m];
-            pdi_arnoldi_take(q, team, count, &v, dots);
+            pdi_arnoldi_subtract(q, team, count, &v, dots);
         }
         norm = pdi_arnoldi_norm(q, &thread);
-        if (!(norm < PDI_ARNOLDI_CANCEL * start)) break;
+        if (!(norm < PDI_ARNOLDI_REORTHOGONALISE * start)) break;
     }
     if (team.rank) return;
     q->h[q->j + 1] = norm;
-    q->before = before;
+    q->norm_before = before;
 }
 
-PDI_FN double pdi_arnoldi_append(const pd_ctx *ctx, int64_t n, int j, pdi_arnoldi_fn basis, const void *user, double *w,
-                                 double *h)
+PDI_FN double pdi_arnoldi_orthogonalise(const pd_ctx *ctx, int64_t n, int j, pdi_arnoldi_basis_fn basis,
+                                        const void *user, double *w, double *h)
 {
     double sums[2][PDI_ARNOLDI_BATCH][PDI_PAR_GROUP];
     pdi_arnoldi_job job;
@@ -111,11 +111,11 @@ PDI_FN double pdi_arnoldi_append(const pd_ctx *ctx, int64_t n, int j, pdi_arnold
     job.w = w;
     job.h = h;
     job.sums = sums;
-    job.before = 0.0;
+    job.norm_before = 0.0;
     for (int i = 0; i <= j; i++) h[i] = 0.0;
-    PDI_TEAM(nt, pdi_arnoldi_work(team, &job));
-    return job.before;
+    PDI_PARALLEL_TEAM_CALL(nt, pdi_arnoldi_run_thread(team, &job));
+    return job.norm_before;
 }
 
-#undef PDI_ARNOLDI_CANCEL
+#undef PDI_ARNOLDI_REORTHOGONALISE
 #undef PDI_ARNOLDI_BATCH

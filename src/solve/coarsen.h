@@ -10,27 +10,28 @@
 
 #ifdef PDI_INTERNAL
 /* Options of the coarsening, and its work array. */
-typedef struct pdi_coarsen {
+typedef struct pdi_coarsen_options {
     int symmetric, contrast; /* as in pd_multigrid_desc */
-    int all;                 /* 1: no cell is excluded, to allocate for all later setups */
+    int keep_all;            /* 1: no cell is excluded, to allocate for all later setups */
     int32_t *mark;           /* [cells of level 0 + 3] work array: counts and marks */
-    int32_t lines;           /* lines of cells along axis 0 of level 0 */
-} pdi_coarsen;
+    int32_t fine_lines;      /* lines of cells along axis 0 of level 0 */
+} pdi_coarsen_options;
 
 /* A link of a cell, the same on all levels; only setups use it. */
 typedef struct pdi_coarsen_link {
     int32_t cell;  /* the neighbour */
-    float a, back; /* coefficient of the neighbour in the row of this cell; of this cell in the row of the neighbour */
+    /* coefficient of the neighbour in the row of this cell; of this cell in the row of the neighbour */
+    float a, reverse;
     int axis, upper; /* direction; 1: upwards along the axis */
 } pdi_coarsen_link;
 
 /* Get link k of cell c. Returns 0 when both coefficients are zero (closed face), or there is no neighbour. */
-static inline int pdi_coarsen_link_get(const pd_smoother_level *level, int32_t c, int32_t k, pdi_coarsen_link *link)
+static inline int pdi_coarsen_get_link(const pd_smoother_level *level, int32_t c, int32_t k, pdi_coarsen_link *link)
 {
     if (level->row) {
         link->cell = level->col[k];
         link->a = level->a[k];
-        link->back = level->back[k];
+        link->reverse = level->back[k];
         link->axis = level->face[k] >> 1;
         link->upper = level->face[k] & 1;
         return 1;
@@ -39,40 +40,41 @@ static inline int pdi_coarsen_link_get(const pd_smoother_level *level, int32_t c
     link->upper = k & 1;
     int32_t stride = pdi_smoother_stride(level->n, link->axis);
     if (level->edge && level->edge[c]) {
-        link->cell = pdi_smoother_across(level, stride, link->axis, link->upper, c);
+        link->cell = pdi_smoother_find_neighbour(level, stride, link->axis, link->upper, c);
         if (link->cell < 0) return 0;
-        link->a = pdi_smoother_edge_coefficient(level, link->axis, link->upper, c, link->cell);
-        link->back = pdi_smoother_edge_coefficient(level, link->axis, !link->upper, link->cell, c);
-        return link->a + link->back > 0.0f;
+        link->a = pdi_smoother_get_coefficient(level, link->axis, link->upper, c, link->cell);
+        link->reverse = pdi_smoother_get_coefficient(level, link->axis, !link->upper, link->cell, c);
+        return link->a + link->reverse > 0.0f;
     }
     link->cell = link->upper ? c + stride : c - stride;
     link->a = link->upper ? level->hi[link->axis][c] : level->lo[link->axis][c];
-    link->back = link->upper ? level->lo[link->axis][c + stride] : level->hi[link->axis][c - stride];
-    return link->a + link->back > 0.0f;
+    link->reverse = link->upper ? level->lo[link->axis][c + stride] : level->hi[link->axis][c - stride];
+    return link->a + link->reverse > 0.0f;
 }
 
 /* Loop over the open links of cell c. */
-#define PDI_COARSEN_LINKS(level, c, k, link) \
+#define PDI_COARSEN_FOR_LINKS(level, c, k, link) \
     for (int32_t k = (level)->row ? (level)->row[c] : 0; k < ((level)->row ? (level)->row[(c) + 1] : 2 * PD_DIM); k++) \
-        if (pdi_coarsen_link_get((level), (c), k, &(link)))
+        if (pdi_coarsen_get_link((level), (c), k, &(link)))
 
 /* Floats per cell for b, r, inv and, with contrast, excess. */
-static inline size_t pdi_coarsen_values(int contrast) { return contrast ? 4 : 3; }
+static inline size_t pdi_coarsen_floats_per_cell(int contrast) { return contrast ? 4 : 3; }
 /* 1: an axis of n blocks stays periodic when it is on the finer level. Red-black sweeps need an even number of blocks,
  * else both ends have the same colour. */
-static inline int pdi_coarsen_wraps(int symmetric, int n, int above)
+static inline int pdi_coarsen_is_periodic(int symmetric, int n, int above)
 {
     return above && n > 2 && !(symmetric && n % 2);
 }
 /* Choose the axes to halve (semi-coarsening along strong couplings), and mark in parent the cells that take part in the
  * next level. Returns 0 when no axis is halved: the level is the coarsest. */
-PDI_FN int pdi_coarsen_choose(const pd_ctx *ctx, const pdi_coarsen *options, pd_smoother_level *level);
-/* Build the next level after pdi_coarsen_choose. During setup x holds the Dirichlet coefficients and b the masses of
- * the cells. */
-PDI_FN pd_status pdi_coarsen_level(pd_ctx *ctx, const pdi_coarsen *options, pd_smoother_level *level,
-                                   pd_smoother_level *coarse);
+PDI_FN int pdi_coarsen_choose_axes(const pd_ctx *ctx, const pdi_coarsen_options *options, pd_smoother_level *level);
+/* Build the next level after pdi_coarsen_choose_axes. During setup x holds the Dirichlet coefficients and b the masses
+ * of the cells. */
+PDI_FN pd_status pdi_coarsen_build_level(pd_ctx *ctx, const pdi_coarsen_options *options, pd_smoother_level *level,
+                                         pd_smoother_level *coarse);
 /* Recompute only the diagonals of the coarse level, after those of `level` have changed. */
-PDI_FN void pdi_coarsen_diagonal(const pdi_coarsen *options, const pd_smoother_level *level, pd_smoother_level *coarse);
+PDI_FN void pdi_coarsen_compute_diagonals(const pdi_coarsen_options *options, const pd_smoother_level *level,
+                                          pd_smoother_level *coarse);
 /* Free the arrays of a coarse level. */
 PDI_FN void pdi_coarsen_free(pd_ctx *ctx, pd_smoother_level *coarse);
 #endif

@@ -3,7 +3,7 @@
 #include <math.h>
 
 /* [-] Pivots below this fraction of the largest count as zero: rounding of a singular operator. */
-#define PDI_HESSENBERG_PIVOT 1e-13
+#define PDI_HESSENBERG_MIN_PIVOT 1e-13
 
 PDI_FN void pdi_hessenberg_rotate(int j, double *h, double *cs, double *sn, double *g)
 {
@@ -22,14 +22,14 @@ PDI_FN void pdi_hessenberg_rotate(int j, double *h, double *cs, double *sn, doub
     g[j] *= cs[j];
 }
 
-PDI_FN void pdi_hessenberg_back(int count, const double *hess, const double *g, double *y)
+PDI_FN void pdi_hessenberg_back_substitute(int count, const double *hess, const double *g, double *y)
 {
     double largest = 0.0;
-    for (int j = 0; j < count; j++) largest = pdi_max(largest, fabs(hess[pdi_hessenberg_column(j) + j]));
+    for (int j = 0; j < count; j++) largest = pdi_max(largest, fabs(hess[pdi_hessenberg_column_offset(j) + j]));
     for (int i = count - 1; i >= 0; i--) {
         double sum = g[i];
-        for (int j = i + 1; j < count; j++) sum -= hess[pdi_hessenberg_column(j) + i] * y[j];
-        double pivot = hess[pdi_hessenberg_column(i) + i];
-        y[i] = fabs(pivot) > PDI_HESSENBERG_PIVOT * largest ? sum / pivot : 0.0;
+        for (int j = i + 1; j < count; j++) sum -= hess[pdi_hessenberg_column_offset(j) + i] * y[j];
+        double pivot = hess[pdi_hessenberg_column_offset(i) + i];
+        y[i] = fabs(pivot) > PDI_HESSENBERG_MIN_PIVOT * largest ? sum / pivot : 0.0;
     }
 }

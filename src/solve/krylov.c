@@ -7,12 +7,12 @@
 #include <string.h>
 
 /* [-] Stagnation: a restart cycle reduces the true residual by less than this factor. */
-#define PDI_KRYLOV_PROGRESS 0.999
+#define PDI_KRYLOV_STALLED 0.999
 /* [-] Ratio p.Ap / p.Dp that is rounding: a few units in the last place for the sum over the bonds of a row. */
-#define PDI_KRYLOV_FLAT (16.0 * DBL_EPSILON)
+#define PDI_KRYLOV_SINGULAR (16.0 * DBL_EPSILON)
 
 /* State of one solve, for both methods. */
-typedef struct pdi_krylov_run {
+typedef struct pdi_krylov_state {
     pd_ctx *ctx;
     pd_krylov *k;
     pd_apply_fn apply, precond;
@@ -20,70 +20,72 @@ typedef struct pdi_krylov_run {
     const double *b;
     double *x;
     double *v, *w; /* GMRES: [n] the two work vectors, which are swapped */
-    double b_norm, target, reached; /* [unit of b] |b|; tolerance; GMRES: residual of a cycle by its recurrence */
+    /* [unit of b] |b|; tolerance; GMRES: residual of a cycle by its recurrence */
+    double b_norm, target, recurrence_norm;
     pd_krylov_result *result;
-} pdi_krylov_run;
+} pdi_krylov_state;
 
 /* Size of `small`: rotations, right-hand side, coefficients, and last the Hessenberg matrix, which may grow. */
-static int64_t pdi_krylov_small(const pd_krylov_desc *desc, int columns)
+static int64_t pdi_krylov_dense_size(const pd_krylov_desc *desc, int columns)
 {
     int64_t most = desc->most + 1;
-    return desc->method == PD_KRYLOV_GMRES ? 4 * most + pdi_hessenberg_column(columns) : 0;
+    return desc->method == PD_KRYLOV_GMRES ? 4 * most + pdi_hessenberg_column_offset(columns) : 0;
 }
 
 /* Basis vectors whose memory an iterate in double precision takes. */
-static int pdi_krylov_iterate(const pd_krylov_desc *desc)
+static int pdi_krylov_iterate_size(const pd_krylov_desc *desc)
 {
     return desc->compressed == PD_KRYLOV_INTEGER ? 4 : desc->compressed == PD_KRYLOV_SINGLE ? 2 : 1;
 }
 
 /* Floats that store the integers of a vector, and those of its scales; both even. */
-static int64_t pdi_krylov_integers(int64_t length) { return (length + 3) / 4 * 2; }
-static int64_t pdi_krylov_scales(int64_t length) { return (length / (2 * PDI_PAR_SCALED) + 1) * 2; }
+static int64_t pdi_krylov_integer_size(int64_t length) { return (length + 3) / 4 * 2; }
+static int64_t pdi_krylov_scale_size(int64_t length) { return (length / (2 * PDI_PAR_QUANTISED_BLOCK) + 1) * 2; }
 
 PDI_COLD_BEGIN
-PDI_FN void pdi_krylov_list(pdi_owner *owner, void *object)
+PDI_FN void pdi_krylov_list(pdi_array_visitor *owner, void *object)
 {
     pd_krylov *krylov = (pd_krylov *)object;
     PDI_ARRAY(owner, krylov, work, krylov->desc.n * krylov->vectors, "1");
-    if (krylov->built && krylov->desc.compressed) PDI_RAW(owner, krylov, single, krylov->built, "1");
-    if (krylov->built && !krylov->desc.compressed) PDI_RAW(owner, krylov, basis, krylov->built, "1");
+    if (krylov->built && krylov->desc.compressed) PDI_ARRAY_UNINIT(owner, krylov, single, krylov->built, "1");
+    if (krylov->built && !krylov->desc.compressed) PDI_ARRAY_UNINIT(owner, krylov, basis, krylov->built, "1");
 }
 
-static void pdi_krylov_small_list(pdi_owner *owner, void *object)
+static void pdi_krylov_dense_list(pdi_array_visitor *owner, void *object)
 {
     pd_krylov *krylov = (pd_krylov *)object;
-    PDI_ARRAY(owner, krylov, small, pdi_krylov_small(&krylov->desc, krylov->columns), "1");
+    PDI_ARRAY(owner, krylov, small, pdi_krylov_dense_size(&krylov->desc, krylov->columns), "1");
 }
 
 /* Columns of a chunk by which the basis grows: at most PD_KRYLOV_MORE chunks reach `most`. */
-static int pdi_krylov_step(const pd_krylov *krylov)
+static int pdi_krylov_chunk_columns(const pd_krylov *krylov)
 {
     int more = krylov->desc.most - krylov->base;
     return more > 0 ? (more + PD_KRYLOV_MORE - 1) / PD_KRYLOV_MORE : 0;
 }
 
 /* Compute strides and capacities of the basis for the storage format in desc. */
-static void pdi_krylov_lay(pd_krylov *krylov)
+static void pdi_krylov_set_layout(pd_krylov *krylov)
 {
     const pd_krylov_desc *d = &krylov->desc;
     int64_t length = krylov->length;
     krylov->stride = length;
-    if (d->compressed == PD_KRYLOV_INTEGER) krylov->stride = pdi_krylov_integers(length) + pdi_krylov_scales(length);
+    if (d->compressed == PD_KRYLOV_INTEGER)
+        krylov->stride = pdi_krylov_integer_size(length) + pdi_krylov_scale_size(length);
     if (!krylov->built) krylov->built = krylov->stride * krylov->basis_vectors;
     int64_t vectors = krylov->stride ? krylov->built / krylov->stride : krylov->basis_vectors; /* 0: no node at all */
     int64_t columns = (vectors - 1) / (d->flexible ? 2 : 1);
     krylov->base = (int)(columns < d->most ? columns : d->most);
-    krylov->grow = pdi_krylov_step(krylov);
+    krylov->grow = pdi_krylov_chunk_columns(krylov);
 }
 
-PDI_FN void pdi_krylov_pair(pd_krylov *krylov, int flexible)
+PDI_FN void pdi_krylov_set_flexible(pd_krylov *krylov, int flexible)
 {
     krylov->desc.flexible = flexible;
-    pdi_krylov_lay(krylov);
+    pdi_krylov_set_layout(krylov);
 }
 
-PDI_FN pd_status pdi_krylov_plan(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov)
+PDI_FN pd_status pdi_krylov_init(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov)
 {
     memset(krylov, 0, sizeof *krylov);
     krylov->desc = *desc;
@@ -103,7 +105,7 @@ PDI_FN pd_status pdi_krylov_plan(pd_ctx *ctx, const pd_krylov_desc *desc, pd_kry
     if (d->lean && (d->method != PD_KRYLOV_GMRES || d->flexible || !d->zero_guess))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "lean without GMRES and zero_guess, or flexible");
     krylov->base = d->least && d->least < d->restart ? d->least : d->restart;
-    if (d->lean && krylov->base < 2 * pdi_krylov_iterate(d) + 1) krylov->base = 2 * pdi_krylov_iterate(d) + 1;
+    if (d->lean && krylov->base < 2 * pdi_krylov_iterate_size(d) + 1) krylov->base = 2 * pdi_krylov_iterate_size(d) + 1;
     if (d->max_iterations < 1)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "max_iterations = %d, needs at least 1 (0: 200)",
                         d->max_iterations);
@@ -115,7 +117,7 @@ PDI_FN pd_status pdi_krylov_plan(pd_ctx *ctx, const pd_krylov_desc *desc, pd_kry
     case PD_KRYLOV_GMRES:
         krylov->vectors = d->lean ? 1 : 2;
         krylov->basis_vectors = d->flexible ? 2 * krylov->base + 1 : krylov->base + 1;
-        pdi_krylov_lay(krylov);
+        pdi_krylov_set_layout(krylov);
         krylov->columns = krylov->few = d->restart > krylov->base ? d->restart : krylov->base;
         break;
     case PD_KRYLOV_CG: krylov->vectors = 5; break;
@@ -127,54 +129,55 @@ PDI_FN pd_status pdi_krylov_plan(pd_ctx *ctx, const pd_krylov_desc *desc, pd_kry
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_krylov_prepare(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov)
+PDI_FN pd_status pdi_krylov_build_unallocated(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov)
 {
-    pd_status status = pdi_krylov_plan(ctx, desc, krylov);
-    if (status == PD_OK) status = pdi_owner_build(ctx, pdi_krylov_small_list, krylov);
+    pd_status status = pdi_krylov_init(ctx, desc, krylov);
+    if (status == PD_OK) status = pdi_array_registry_build(ctx, pdi_krylov_dense_list, krylov);
     if (status < 0) memset(krylov, 0, sizeof *krylov);
     return status;
 }
 
 PDI_FN pd_status pdi_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov)
 {
-    pd_status status = pdi_krylov_prepare(ctx, desc, krylov);
-    if (status == PD_OK) status = pdi_owner_build(ctx, pdi_krylov_list, krylov);
+    pd_status status = pdi_krylov_build_unallocated(ctx, desc, krylov);
+    if (status == PD_OK) status = pdi_array_registry_build(ctx, pdi_krylov_list, krylov);
     if (status < 0) pdi_krylov_free(ctx, krylov);
     return status;
 }
 PDI_COLD_END
 
 /* Entries of one chunk: `grow` vectors and, when flexible, as many preconditioned ones. */
-static int64_t pdi_krylov_chunk(const pd_krylov *krylov)
+static int64_t pdi_krylov_chunk_size(const pd_krylov *krylov)
 {
     return krylov->stride * krylov->grow * (krylov->desc.flexible ? 2 : 1);
 }
 
-static size_t pdi_krylov_entry(const pd_krylov *krylov)
+static size_t pdi_krylov_entry_bytes(const pd_krylov *krylov)
 {
     return krylov->desc.compressed ? sizeof *krylov->single : sizeof *krylov->basis;
 }
 
-static pd_status pdi_krylov_resize(pd_ctx *ctx, pd_krylov *krylov, int columns)
+static pd_status pdi_krylov_resize_hessenberg(pd_ctx *ctx, pd_krylov *krylov, int columns)
 {
-    PDI_TRY(PDI_GROW(ctx, "krylov", pdi_krylov_small(&krylov->desc, krylov->columns),
-                     pdi_krylov_small(&krylov->desc, columns), krylov->small));
+    PDI_TRY(PDI_GROW(ctx, "krylov", pdi_krylov_dense_size(&krylov->desc, krylov->columns),
+                     pdi_krylov_dense_size(&krylov->desc, columns), krylov->small));
     krylov->columns = columns;
     return PD_OK;
 }
 
-PDI_FN void pdi_krylov_trim(pd_ctx *ctx, pd_krylov *krylov)
+PDI_FN void pdi_krylov_free_growth(pd_ctx *ctx, pd_krylov *krylov)
 {
     if (!krylov->chunks && krylov->columns <= krylov->few) return;
     while (krylov->chunks)
-        pdi_free(ctx, (size_t)pdi_krylov_chunk(krylov), pdi_krylov_entry(krylov), &krylov->more[--krylov->chunks]);
-    if (krylov->columns <= krylov->few || pdi_krylov_resize(ctx, krylov, krylov->few) == PD_OK) return;
+        pdi_free(ctx, (size_t)pdi_krylov_chunk_size(krylov), pdi_krylov_entry_bytes(krylov),
+                 &krylov->more[--krylov->chunks]);
+    if (krylov->columns <= krylov->few || pdi_krylov_resize_hessenberg(ctx, krylov, krylov->few) == PD_OK) return;
     ctx->status = PD_OK; /* what is too large does no harm */
     ctx->message[0] = '\0';
 }
 
 /* Present capacity in columns of the basis and the Hessenberg matrix. */
-static int pdi_krylov_room(const pd_krylov *krylov)
+static int pdi_krylov_capacity(const pd_krylov *krylov)
 {
     int columns = krylov->base - krylov->shift + krylov->chunks * krylov->grow;
     if (columns > krylov->columns) columns = krylov->columns;
@@ -182,32 +185,32 @@ static int pdi_krylov_room(const pd_krylov *krylov)
 }
 
 /* List function: the next chunk. */
-static void pdi_krylov_chunk_list(pdi_owner *owner, void *object)
+static void pdi_krylov_chunk_list(pdi_array_visitor *owner, void *object)
 {
     pd_krylov *krylov = (pd_krylov *)object;
-    pdi_owner_add(owner, PDI_OWNED_RAW, "krylov.more", "1", pdi_krylov_chunk(krylov), pdi_krylov_entry(krylov),
-                  &krylov->more[krylov->chunks]);
+    pdi_array_registry_add(owner, PDI_ARRAY_KIND_UNINIT, "krylov.more", "1", pdi_krylov_chunk_size(krylov),
+                           pdi_krylov_entry_bytes(krylov), &krylov->more[krylov->chunks]);
 }
 
 /* Get memory for one more chunk: from the arena, or else allocated. */
-static pd_status pdi_krylov_take(pd_ctx *ctx, pd_krylov *krylov)
+static pd_status pdi_krylov_add_chunk(pd_ctx *ctx, pd_krylov *krylov)
 {
     pd_arena *arena = krylov->desc.arena;
-    krylov->lent[krylov->chunks] = arena && pdi_arena_has(arena, pdi_krylov_chunk_list, krylov);
-    if (krylov->lent[krylov->chunks]) return pdi_arena_lend(ctx, arena, pdi_krylov_chunk_list, krylov);
-    return pdi_owner_build(ctx, pdi_krylov_chunk_list, krylov);
+    krylov->lent[krylov->chunks] = arena && pdi_arena_fits(arena, pdi_krylov_chunk_list, krylov);
+    if (krylov->lent[krylov->chunks]) return pdi_arena_acquire(ctx, arena, pdi_krylov_chunk_list, krylov);
+    return pdi_array_registry_build(ctx, pdi_krylov_chunk_list, krylov);
 }
 
 /* Enlarge the basis. Returns 1; 0: not possible; negative: desc.fixed, and memory is refused. */
-static int pdi_krylov_grow(pd_ctx *ctx, pd_krylov *krylov)
+static int pdi_krylov_grow_basis(pd_ctx *ctx, pd_krylov *krylov)
 {
     int columns = krylov->base + krylov->chunks * krylov->grow; /* without a shift */
     int chunk = krylov->columns >= columns;                     /* the basis limits, not the matrix */
-    if (pdi_krylov_room(krylov) == krylov->desc.most) return 0;
+    if (pdi_krylov_capacity(krylov) == krylov->desc.most) return 0;
     if (chunk && (!krylov->grow || krylov->chunks == PD_KRYLOV_MORE)) return 0;
     if (chunk) columns += krylov->grow;
-    pd_status status = krylov->columns < columns ? pdi_krylov_resize(ctx, krylov, columns) : PD_OK;
-    if (status == PD_OK && chunk) status = pdi_krylov_take(ctx, krylov);
+    pd_status status = krylov->columns < columns ? pdi_krylov_resize_hessenberg(ctx, krylov, columns) : PD_OK;
+    if (status == PD_OK && chunk) status = pdi_krylov_add_chunk(ctx, krylov);
     if (status == PD_OK) {
         krylov->chunks += chunk;
         return 1;
@@ -219,12 +222,12 @@ static int pdi_krylov_grow(pd_ctx *ctx, pd_krylov *krylov)
 }
 
 /* Return the chunks of the arena; allocated ones are kept for the next solve. Returns `status` or an error. */
-static pd_status pdi_krylov_return(pd_ctx *ctx, pd_krylov *krylov, pd_status status)
+static pd_status pdi_krylov_release_chunks(pd_ctx *ctx, pd_krylov *krylov, pd_status status)
 {
     int kept = 0, chunks = krylov->chunks;
     while (krylov->chunks--)
         if (krylov->lent[krylov->chunks])
-            status = pdi_arena_return(ctx, krylov->desc.arena, pdi_krylov_chunk_list, krylov, status);
+            status = pdi_arena_release(ctx, krylov->desc.arena, pdi_krylov_chunk_list, krylov, status);
     for (int k = 0; k < chunks; k++) {
         void *chunk = krylov->more[k];
         krylov->more[k] = NULL;
@@ -236,50 +239,51 @@ static pd_status pdi_krylov_return(pd_ctx *ctx, pd_krylov *krylov, pd_status sta
 }
 
 /* Number of floats in the memory of the arrays of a list. */
-static int64_t pdi_krylov_floats(pdi_list_fn list, void *object)
+static int64_t pdi_krylov_count_floats(pdi_array_list_fn list, void *object)
 {
-    return (int64_t)(pdi_arena_bytes(list, object) / sizeof(float));
+    return (int64_t)(pdi_arena_count_bytes(list, object) / sizeof(float));
 }
 
-PDI_FN int pdi_krylov_cede(pd_ctx *ctx, pd_krylov *krylov, pd_arena *arena, pdi_list_fn list, void *object, int least)
+PDI_FN int pdi_krylov_lend_basis(pd_ctx *ctx, pd_krylov *krylov, pd_arena *arena, pdi_array_list_fn list, void *object,
+                                 int least)
 {
-    int64_t entries = pdi_krylov_floats(list, object);
+    int64_t entries = pdi_krylov_count_floats(list, object);
     if (krylov->desc.compressed != PD_KRYLOV_SINGLE || krylov->desc.flexible) return 0;
-    if (krylov->built - entries < least * krylov->stride || !pdi_arena_has(arena, pdi_krylov_list, krylov)) return 0;
-    if (pdi_arena_lend(ctx, arena, list, object) < 0) return 0;
+    if (krylov->built - entries < least * krylov->stride || !pdi_arena_fits(arena, pdi_krylov_list, krylov)) return 0;
+    if (pdi_arena_acquire(ctx, arena, list, object) < 0) return 0;
     krylov->built -= entries;
-    pdi_krylov_pair(krylov, 0);
+    pdi_krylov_set_flexible(krylov, 0);
     return 1;
 }
 
-PDI_FN pd_status pdi_krylov_regain(pd_ctx *ctx, pd_krylov *krylov, pd_arena *arena, pdi_list_fn list, void *object,
-                                   pd_status status)
+PDI_FN pd_status pdi_krylov_restore_basis(pd_ctx *ctx, pd_krylov *krylov, pd_arena *arena, pdi_array_list_fn list,
+                                          void *object, pd_status status)
 {
-    krylov->built += pdi_krylov_floats(list, object);
-    return pdi_arena_return(ctx, arena, list, object, status);
+    krylov->built += pdi_krylov_count_floats(list, object);
+    return pdi_arena_release(ctx, arena, list, object, status);
 }
 
 PDI_FN void pdi_krylov_free(pd_ctx *ctx, pd_krylov *krylov)
 {
-    pdi_krylov_trim(ctx, krylov);
-    pdi_owner_free(ctx, pdi_krylov_list, krylov);
-    pdi_owner_free(ctx, pdi_krylov_small_list, krylov);
+    pdi_krylov_free_growth(ctx, krylov);
+    pdi_array_registry_free(ctx, pdi_krylov_list, krylov);
+    pdi_array_registry_free(ctx, pdi_krylov_dense_list, krylov);
     memset(krylov, 0, sizeof *krylov);
 }
 
-static double *pdi_krylov_vector(const pdi_krylov_run *run, int i)
+static double *pdi_krylov_vector(const pdi_krylov_state *run, int i)
 {
     return run->k->work + (int64_t)i * run->k->desc.n;
 }
 
 /* First vector of the preconditioned basis. */
-static int pdi_krylov_flexible(const pd_krylov *k) { return k->desc.most + 1; }
+static int pdi_krylov_precond_first(const pd_krylov *k) { return k->desc.most + 1; }
 
 /* Offset of basis vector i in its chunk; *chunk -1: the basis as built, k->chunks: there is no such vector. */
-static int64_t pdi_krylov_place(const pd_krylov *k, int i, int *chunk)
+static int64_t pdi_krylov_find_vector(const pd_krylov *k, int i, int *chunk)
 {
-    int base = k->base - k->shift, grow = k->grow, flexible = i >= pdi_krylov_flexible(k);
-    int at = flexible ? i - pdi_krylov_flexible(k) : i - 1;
+    int base = k->base - k->shift, grow = k->grow, flexible = i >= pdi_krylov_precond_first(k);
+    int at = flexible ? i - pdi_krylov_precond_first(k) : i - 1;
     *chunk = at < base ? -1 : grow ? (at - base) / grow : k->chunks;
     if (flexible && !k->desc.flexible) *chunk = k->chunks;
     if (*chunk >= k->chunks) return 0; /* there is none */
@@ -288,76 +292,76 @@ static int64_t pdi_krylov_place(const pd_krylov *k, int i, int *chunk)
 }
 
 /* Basis vector i in double or in compressed storage; NULL: there is none. */
-static double *pdi_krylov_double(const pd_krylov *k, int i)
+static double *pdi_krylov_get_double(const pd_krylov *k, int i)
 {
     int chunk;
-    int64_t at = pdi_krylov_place(k, i, &chunk);
+    int64_t at = pdi_krylov_find_vector(k, i, &chunk);
     if (k->desc.compressed || chunk >= k->chunks) return NULL;
     return chunk < 0 ? k->basis + at : (double *)k->more[chunk] + at;
 }
 
-static float *pdi_krylov_single(const pd_krylov *k, int i)
+static float *pdi_krylov_get_single(const pd_krylov *k, int i)
 {
     int chunk;
-    int64_t at = pdi_krylov_place(k, i, &chunk);
+    int64_t at = pdi_krylov_find_vector(k, i, &chunk);
     if (!k->desc.compressed || chunk >= k->chunks) return NULL;
     return chunk < 0 ? k->single + at : (float *)k->more[chunk] + at;
 }
 
 /* Up to PDI_PAR_GROUP basis vectors from `first` on; the preconditioned basis is numbered after the basis. */
-static pdi_par_vectors pdi_krylov_basis(const void *user, int first)
+static pdi_par_vector_group pdi_krylov_get_group(const void *user, int first)
 {
-    const pdi_krylov_run *run = (const pdi_krylov_run *)user;
-    pdi_par_vectors v;
+    const pdi_krylov_state *run = (const pdi_krylov_state *)user;
+    pdi_par_vector_group v;
     int integers = run->k->desc.compressed == PD_KRYLOV_INTEGER;
     for (int m = 0; m < PDI_PAR_GROUP; m++) {
-        float *single = pdi_krylov_single(run->k, first + m);
-        v.v[m] = pdi_krylov_double(run->k, first + m);
-        v.single[m] = integers ? NULL : single;
-        v.integer[m] = integers ? (const int16_t *)(const void *)single : NULL;
-        v.scale[m] = integers && single ? single + pdi_krylov_integers(run->k->length) : NULL;
+        float *single = pdi_krylov_get_single(run->k, first + m);
+        v.doubles[m] = pdi_krylov_get_double(run->k, first + m);
+        v.floats[m] = integers ? NULL : single;
+        v.integers[m] = integers ? (const int16_t *)(const void *)single : NULL;
+        v.scales[m] = integers && single ? single + pdi_krylov_integer_size(run->k->length) : NULL;
     }
     return v;
 }
 
 /* Number of entries from desc.first to desc.end. */
-static int64_t pdi_krylov_entries(const pd_krylov_desc *d) { return d->end ? d->end - d->first : d->n; }
+static int64_t pdi_krylov_active_length(const pd_krylov_desc *d) { return d->end ? d->end - d->first : d->n; }
 
-static double pdi_krylov_dot(const pdi_krylov_run *run, const double *u, const double *v)
+static double pdi_krylov_dot(const pdi_krylov_state *run, const double *u, const double *v)
 {
     int64_t first = run->k->desc.first;
-    return pdi_par_dot(run->ctx, pdi_krylov_entries(&run->k->desc), u + first, v + first);
+    return pdi_par_dot(run->ctx, pdi_krylov_active_length(&run->k->desc), u + first, v + first);
 }
 
-static void pdi_krylov_axpy(const pdi_krylov_run *run, double a, const double *u, double *v)
+static void pdi_krylov_axpy(const pdi_krylov_state *run, double a, const double *u, double *v)
 {
     int64_t first = run->k->desc.first;
-    pdi_par_axpy(run->ctx, pdi_krylov_entries(&run->k->desc), a, u + first, v + first);
+    pdi_par_axpy(run->ctx, pdi_krylov_active_length(&run->k->desc), a, u + first, v + first);
 }
 
-static void pdi_krylov_copy(const pdi_krylov_run *run, const double *u, double *v)
+static void pdi_krylov_copy(const pdi_krylov_state *run, const double *u, double *v)
 {
     int64_t first = run->k->desc.first;
-    pdi_par_copy(run->ctx, pdi_krylov_entries(&run->k->desc), u + first, v + first);
+    pdi_par_copy(run->ctx, pdi_krylov_active_length(&run->k->desc), u + first, v + first);
 }
 
 /* v = a v + u */
-static void pdi_krylov_scale_add(const pdi_krylov_run *run, double a, double *v, const double *u)
+static void pdi_krylov_scale_add(const pdi_krylov_state *run, double a, double *v, const double *u)
 {
-    int64_t first = run->k->desc.first, end = first + pdi_krylov_entries(&run->k->desc);
+    int64_t first = run->k->desc.first, end = first + pdi_krylov_active_length(&run->k->desc);
     int nt = pdi_par_threads(run->ctx, end - first);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int64_t i = first; i < end; i++) v[i] = a * v[i] + u[i];
 }
 
-static void pdi_krylov_apply(const pdi_krylov_run *run, const double *u, double *v)
+static void pdi_krylov_apply(const pdi_krylov_state *run, const double *u, double *v)
 {
     run->apply(run->user, u, v);
     run->result->applies++;
 }
 
-static void pdi_krylov_precond(const pdi_krylov_run *run, const double *u, double *v)
+static void pdi_krylov_precond(const pdi_krylov_state *run, const double *u, double *v)
 {
     if (run->precond) {
         run->precond(run->user, u, v);
@@ -367,27 +371,28 @@ static void pdi_krylov_precond(const pdi_krylov_run *run, const double *u, doubl
 }
 
 /* r = b - A x; returns |r|. */
-static double pdi_krylov_residual(const pdi_krylov_run *run, double *r)
+static double pdi_krylov_residual(const pdi_krylov_state *run, double *r)
 {
     pdi_krylov_apply(run, run->x, r);
     pdi_krylov_scale_add(run, -1.0, r, run->b);
     return sqrt(pdi_krylov_dot(run, r, r));
 }
 
-static int pdi_krylov_finite(double value) { return value >= -DBL_MAX && value <= DBL_MAX; }
+static int pdi_krylov_is_finite(double value) { return value >= -DBL_MAX && value <= DBL_MAX; }
 
-static const char *pdi_krylov_of(const pdi_krylov_run *run) { return run->k->desc.of ? run->k->desc.of : "krylov"; }
+static const char *pdi_krylov_name(const pdi_krylov_state *run) { return run->k->desc.of ? run->k->desc.of : "krylov"; }
 
-static pd_status pdi_krylov_diverged(const pdi_krylov_run *run, const char *what)
+static pd_status pdi_krylov_fail_nan(const pdi_krylov_state *run, const char *what)
 {
-    return pdi_fail(run->ctx, PD_ERR_DIVERGED, pdi_krylov_of(run),
+    return pdi_fail(run->ctx, PD_ERR_DIVERGED, pdi_krylov_name(run),
                     "%s is not finite in iteration %d of its linear solver: expected values and steps whose products "
-                    "a double holds", what, run->result->iterations);
+                    "a double holds",
+                    what, run->result->iterations);
 }
 
-static pd_status pdi_krylov_stopped(const pdi_krylov_run *run, const char *why)
+static pd_status pdi_krylov_fail_stall(const pdi_krylov_state *run, const char *why)
 {
-    return pdi_fail(run->ctx, PD_NOT_CONVERGED, pdi_krylov_of(run),
+    return pdi_fail(run->ctx, PD_NOT_CONVERGED, pdi_krylov_name(run),
                     "%s after %d iterations: residual %.3g, target %.3g", why, run->result->iterations,
                     run->result->residual, run->target);
 }
@@ -395,56 +400,56 @@ static pd_status pdi_krylov_stopped(const pdi_krylov_run *run, const char *why)
 /* ---- GMRES: x += M^-1 V y, y minimises |beta e1 - H y| ---- */
 
 /* Gather the entries that the basis stores: returns `full` itself without spans, else a copy in `scratch`. */
-static double *pdi_krylov_pack(const pdi_krylov_run *run, double *full, double *scratch)
+static double *pdi_krylov_pack(const pdi_krylov_state *run, double *full, double *scratch)
 {
     const pd_krylov_desc *d = &run->k->desc;
     if (!d->spans) return full;
-    pdi_spans_pack(run->ctx, d->spans, d->components, full, scratch);
+    pdi_active_range_pack(run->ctx, d->spans, d->components, full, scratch);
     return scratch;
 }
 
 /* Scatter them into a full vector, which is zero elsewhere. */
-static void pdi_krylov_unpack(const pdi_krylov_run *run, const double *packed, double *full)
+static void pdi_krylov_unpack(const pdi_krylov_state *run, const double *packed, double *full)
 {
     const pd_krylov_desc *d = &run->k->desc;
-    if (d->spans) pdi_spans_unpack(run->ctx, d->spans, d->components, packed, full);
+    if (d->spans) pdi_active_range_unpack(run->ctx, d->spans, d->components, packed, full);
 }
 
 /* Zero a work vector before callbacks write to it: they do not write all entries. */
-static void pdi_krylov_clear(const pdi_krylov_run *run, double *scratch)
+static void pdi_krylov_zero_scratch(const pdi_krylov_state *run, double *scratch)
 {
     const pd_krylov_desc *d = &run->k->desc;
     if (d->lean || d->spans) pdi_par_zero(run->ctx, d->lean ? d->n : run->k->length, scratch);
 }
 
 /* v = a v, stored as basis vector i, and rounded to the stored precision: A Z = V H holds for stored vectors. */
-static void pdi_krylov_keep(const pdi_krylov_run *run, double a, double *v, int i)
+static void pdi_krylov_store_vector(const pdi_krylov_state *run, double a, double *v, int i)
 {
     int64_t n = run->k->length;
     if (run->k->desc.compressed == PD_KRYLOV_INTEGER) {
-        float *single = pdi_krylov_single(run->k, i);
-        pdi_par_integers(run->ctx, n, a, v, (int16_t *)(void *)single, single + pdi_krylov_integers(n));
+        float *single = pdi_krylov_get_single(run->k, i);
+        pdi_par_scale_quantise(run->ctx, n, a, v, (int16_t *)(void *)single, single + pdi_krylov_integer_size(n));
         return;
     }
-    pdi_par_keep(run->ctx, n, a, v, pdi_krylov_double(run->k, i), pdi_krylov_single(run->k, i));
+    pdi_par_scale_store(run->ctx, n, a, v, pdi_krylov_get_double(run->k, i), pdi_krylov_get_single(run->k, i));
 }
 
 /* v = sum over j < count of y[j] times basis vector first + j. */
-static void pdi_krylov_combine(const pdi_krylov_run *run, int first, int count, const double *y, double *scratch,
+static void pdi_krylov_combine(const pdi_krylov_state *run, int first, int count, const double *y, double *scratch,
                                double *v)
 {
     double *sum = run->k->desc.spans ? scratch : v;
     pdi_par_zero(run->ctx, run->k->length, sum);
     for (int j = 0; j < count; j += PDI_PAR_GROUP) {
-        pdi_par_vectors basis = pdi_krylov_basis(run, first + j);
+        pdi_par_vector_group basis = pdi_krylov_get_group(run, first + j);
         int group = count - j < PDI_PAR_GROUP ? count - j : PDI_PAR_GROUP;
-        pdi_par_axpys(run->ctx, run->k->length, group, y + j, &basis, sum);
+        pdi_par_multi_axpy(run->ctx, run->k->length, group, y + j, &basis, sum);
     }
     pdi_krylov_unpack(run, sum, v);
 }
 
 /* Power of two that scales the largest entry of z to about 1, since x may exceed the range of single precision. */
-static double pdi_krylov_unit(const pdi_krylov_run *run, const double *z)
+static double pdi_krylov_power_of_two(const pdi_krylov_state *run, const double *z)
 {
     int exponent = 0;
     double largest = pdi_par_max_abs(run->ctx, run->k->length, z);
@@ -453,14 +458,14 @@ static double pdi_krylov_unit(const pdi_krylov_run *run, const double *z)
 }
 
 /* Views of `small`: rotations, right-hand side, coefficients and Hessenberg matrix of a cycle. */
-typedef struct pdi_krylov_dense {
+typedef struct pdi_krylov_dense_views {
     double *cs, *sn, *g, *y, *hess;
-} pdi_krylov_dense;
+} pdi_krylov_dense_views;
 
-static pdi_krylov_dense pdi_krylov_look(const pd_krylov *krylov)
+static pdi_krylov_dense_views pdi_krylov_get_dense(const pd_krylov *krylov)
 {
     int most = krylov->desc.most + 1;
-    pdi_krylov_dense s;
+    pdi_krylov_dense_views s;
     s.cs = krylov->small;
     s.sn = s.cs + most;
     s.g = s.sn + most;
@@ -469,7 +474,7 @@ static pdi_krylov_dense pdi_krylov_look(const pd_krylov *krylov)
     return s;
 }
 
-static void pdi_krylov_swap(pdi_krylov_run *run)
+static void pdi_krylov_swap_work(pdi_krylov_state *run)
 {
     double *v = run->v;
     run->v = run->w;
@@ -477,36 +482,36 @@ static void pdi_krylov_swap(pdi_krylov_run *run)
 }
 
 /* Returns A M^-1 v, packed, for column j; all vectors of this share v and w. Flexible: stores M^-1 v times *unit. */
-static double *pdi_krylov_next(pdi_krylov_run *run, int j, int flexible, double *unit)
+static double *pdi_krylov_expand(pdi_krylov_state *run, int j, int flexible, double *unit)
 {
     if (!run->precond) {
         pdi_krylov_apply(run, run->v, run->w);
-        pdi_krylov_swap(run); /* v is that vector */
+        pdi_krylov_swap_work(run); /* v is that vector */
         return pdi_krylov_pack(run, run->v, run->w);
     }
     pdi_krylov_precond(run, run->v, run->w);
     if (flexible) {
         double *packed = pdi_krylov_pack(run, run->w, run->v);
-        if (j == 0) *unit = pdi_krylov_unit(run, packed);
-        pdi_krylov_keep(run, *unit, packed, pdi_krylov_flexible(run->k) + j);
+        if (j == 0) *unit = pdi_krylov_power_of_two(run, packed);
+        pdi_krylov_store_vector(run, *unit, packed, pdi_krylov_precond_first(run->k) + j);
         pdi_krylov_unpack(run, packed, run->w);
-        pdi_krylov_clear(run, run->v);
+        pdi_krylov_zero_scratch(run, run->v);
     }
     pdi_krylov_apply(run, run->w, run->v);
     return pdi_krylov_pack(run, run->v, run->w);
 }
 
 /* v = the correction from `count` columns, w = the old x, x += v (lean: only v). */
-static pd_status pdi_krylov_correct(pdi_krylov_run *run, int flexible, int count, const double *y)
+static pd_status pdi_krylov_add_correction(pdi_krylov_state *run, int flexible, int count, const double *y)
 {
-    int first = flexible ? pdi_krylov_flexible(run->k) : 0;
+    int first = flexible ? pdi_krylov_precond_first(run->k) : 0;
     pdi_krylov_combine(run, first, count, y, run->w, run->v);
     if (run->precond && !flexible) {
-        pdi_krylov_clear(run, run->w);
+        pdi_krylov_zero_scratch(run, run->w);
         pdi_krylov_precond(run, run->v, run->w);
-        pdi_krylov_swap(run);
+        pdi_krylov_swap_work(run);
     }
-    if (!pdi_krylov_finite(pdi_krylov_dot(run, run->v, run->v))) return pdi_krylov_diverged(run, "the correction");
+    if (!pdi_krylov_is_finite(pdi_krylov_dot(run, run->v, run->v))) return pdi_krylov_fail_nan(run, "the correction");
     if (run->k->desc.lean) return PD_OK;
     pdi_krylov_copy(run, run->x, run->w);
     pdi_krylov_axpy(run, 1.0, run->v, run->x);
@@ -514,110 +519,110 @@ static pd_status pdi_krylov_correct(pdi_krylov_run *run, int flexible, int count
 }
 
 /* One restart cycle from the residual in v (norm beta): x += correction, w = old x (lean: correction left in v). */
-static pd_status pdi_krylov_gmres_cycle(pdi_krylov_run *run, double beta)
+static pd_status pdi_krylov_gmres_cycle(pdi_krylov_state *run, double beta)
 {
     const pd_krylov_desc *d = &run->k->desc;
     int flexible = d->flexible && run->precond, count = 0;
-    pdi_krylov_dense s = pdi_krylov_look(run->k);
+    pdi_krylov_dense_views s = pdi_krylov_get_dense(run->k);
     double unit = 1.0, *packed = pdi_krylov_pack(run, run->v, run->w);
-    pdi_krylov_keep(run, 1.0 / beta, packed, 0);
+    pdi_krylov_store_vector(run, 1.0 / beta, packed, 0);
     pdi_krylov_unpack(run, packed, run->v);
-    pdi_krylov_clear(run, run->w);
+    pdi_krylov_zero_scratch(run, run->w);
     s.g[0] = beta;
     while (run->result->iterations < d->max_iterations) {
         int j = count;
         if (d->fixed && j == d->restart) break;
-        if (j == pdi_krylov_room(run->k)) {
-            int grown = pdi_krylov_grow(run->ctx, run->k);
-            s = pdi_krylov_look(run->k); /* it may have moved even so */
+        if (j == pdi_krylov_capacity(run->k)) {
+            int grown = pdi_krylov_grow_basis(run->ctx, run->k);
+            s = pdi_krylov_get_dense(run->k); /* it may have moved even so */
             if (grown < 0) return run->ctx->status;
             if (!grown) break;
         }
-        double *h = s.hess + pdi_hessenberg_column(j);
-        PDI_TRY(pdi_poll(run->ctx, "GMRES", run->result->iterations));
-        packed = pdi_krylov_next(run, j, flexible, &unit);
-        double before = pdi_arnoldi_append(run->ctx, run->k->length, j, pdi_krylov_basis, run, packed, h);
-        if (!pdi_krylov_finite(before) || !pdi_krylov_finite(h[j + 1]))
-            return pdi_krylov_diverged(run, "an operator application");
+        double *h = s.hess + pdi_hessenberg_column_offset(j);
+        PDI_TRY(pdi_check_cancel(run->ctx, "GMRES", run->result->iterations));
+        packed = pdi_krylov_expand(run, j, flexible, &unit);
+        double before = pdi_arnoldi_orthogonalise(run->ctx, run->k->length, j, pdi_krylov_get_group, run, packed, h);
+        if (!pdi_krylov_is_finite(before) || !pdi_krylov_is_finite(h[j + 1]))
+            return pdi_krylov_fail_nan(run, "an operator application");
         run->result->iterations++;
         count++;
         double next = h[j + 1];
         pdi_hessenberg_rotate(j, h, s.cs, s.sn, s.g);
         /* lucky breakdown: the Krylov space is invariant */
         if (next <= DBL_EPSILON * before || fabs(s.g[count]) <= 0.9 * run->target) break;
-        pdi_krylov_keep(run, 1.0 / next, packed, j + 1);
+        pdi_krylov_store_vector(run, 1.0 / next, packed, j + 1);
         pdi_krylov_unpack(run, packed, run->v);
-        pdi_krylov_clear(run, run->w);
+        pdi_krylov_zero_scratch(run, run->w);
     }
-    run->reached = fabs(s.g[count]);
-    pdi_hessenberg_back(count, s.hess, s.g, s.y);
-    return pdi_krylov_correct(run, flexible, count, s.y);
+    run->recurrence_norm = fabs(s.g[count]);
+    pdi_hessenberg_back_substitute(count, s.hess, s.g, s.y);
+    return pdi_krylov_add_correction(run, flexible, count, s.y);
 }
 
 /* ---- lean: iterates are stored in the memory of the basis between the cycles ---- */
 
 /* Packed storage of an iterate: 0: the best one, in front of the basis; 1: the next one, within the basis. */
-static double *pdi_krylov_packed(const pdi_krylov_run *run, int which)
+static double *pdi_krylov_get_iterate(const pdi_krylov_state *run, int which)
 {
     const pd_krylov *k = run->k;
     double *front = k->desc.compressed ? (double *)(void *)k->single : k->basis;
-    return front + which * (k->desc.compressed ? pdi_krylov_iterate(&k->desc) * k->stride / 2 : k->length);
+    return front + which * (k->desc.compressed ? pdi_krylov_iterate_size(&k->desc) * k->stride / 2 : k->length);
 }
 
-static void pdi_krylov_whole(const pdi_krylov_run *run, const double *packed, double *full)
+static void pdi_krylov_unpack_iterate(const pdi_krylov_state *run, const double *packed, double *full)
 {
     if (run->k->desc.spans) pdi_krylov_unpack(run, packed, full);
     else pdi_par_copy(run->ctx, run->k->length, packed, full);
 }
 
 /* Compute the next iterate from the correction in v, and its residual into v (not if trusting). Returns its norm. */
-static double pdi_krylov_next_residual(pdi_krylov_run *run)
+static double pdi_krylov_lean_residual(pdi_krylov_state *run)
 {
-    double *next = pdi_krylov_packed(run, 1);
+    double *next = pdi_krylov_get_iterate(run, 1);
     if (run->k->desc.spans) pdi_krylov_pack(run, run->v, next);
     else pdi_par_copy(run->ctx, run->k->length, run->v, next);
-    if (run->k->shift) pdi_par_axpy(run->ctx, run->k->length, 1.0, pdi_krylov_packed(run, 0), next);
-    if (run->k->desc.trusting && run->reached <= run->target) return run->reached;
-    pdi_krylov_whole(run, next, run->v);
-    pdi_krylov_clear(run, run->w);
+    if (run->k->shift) pdi_par_axpy(run->ctx, run->k->length, 1.0, pdi_krylov_get_iterate(run, 0), next);
+    if (run->k->desc.trusting && run->recurrence_norm <= run->target) return run->recurrence_norm;
+    pdi_krylov_unpack_iterate(run, next, run->v);
+    pdi_krylov_zero_scratch(run, run->w);
     pdi_krylov_apply(run, run->v, run->w);
     pdi_krylov_scale_add(run, -1.0, run->w, run->b);
-    pdi_krylov_swap(run);
-    pdi_krylov_clear(run, run->w);
+    pdi_krylov_swap_work(run);
+    pdi_krylov_zero_scratch(run, run->w);
     return sqrt(pdi_krylov_dot(run, run->v, run->v));
 }
 
-static void pdi_krylov_accept(const pdi_krylov_run *run)
+static void pdi_krylov_lean_accept(const pdi_krylov_state *run)
 {
-    pdi_par_copy(run->ctx, run->k->length, pdi_krylov_packed(run, 1), pdi_krylov_packed(run, 0));
-    run->k->shift = pdi_krylov_iterate(&run->k->desc);
+    pdi_par_copy(run->ctx, run->k->length, pdi_krylov_get_iterate(run, 1), pdi_krylov_get_iterate(run, 0));
+    run->k->shift = pdi_krylov_iterate_size(&run->k->desc);
 }
 
 /* End of a lean solve: copy the best iterate to x, and give its memory back to the basis. */
-static void pdi_krylov_leave(const pdi_krylov_run *run)
+static void pdi_krylov_lean_end(const pdi_krylov_state *run)
 {
-    if (run->k->shift) pdi_krylov_whole(run, pdi_krylov_packed(run, 0), run->x);
+    if (run->k->shift) pdi_krylov_unpack_iterate(run, pdi_krylov_get_iterate(run, 0), run->x);
     else pdi_par_zero(run->ctx, run->k->desc.n, run->x);
     run->k->shift = 0;
 }
 
 /* GMRES with restarts, from the residual in v of norm `norm` to the tolerance. */
-static pd_status pdi_krylov_gmres(pdi_krylov_run *run, double norm)
+static pd_status pdi_krylov_gmres(pdi_krylov_state *run, double norm)
 {
     const pd_krylov_desc *d = &run->k->desc;
     while (norm > run->target) {
-        if (run->result->iterations >= d->max_iterations) return pdi_krylov_stopped(run, "no convergence");
+        if (run->result->iterations >= d->max_iterations) return pdi_krylov_fail_stall(run, "no convergence");
         PDI_TRY(pdi_krylov_gmres_cycle(run, norm));
-        double fresh = d->lean ? pdi_krylov_next_residual(run) : pdi_krylov_residual(run, run->v);
-        if (!pdi_krylov_finite(fresh) || fresh > norm) {
+        double fresh = d->lean ? pdi_krylov_lean_residual(run) : pdi_krylov_residual(run, run->v);
+        if (!pdi_krylov_is_finite(fresh) || fresh > norm) {
             /* rounding, a singular operator or a nonlinear preconditioner: the previous iterate was better */
             if (!d->lean) pdi_krylov_copy(run, run->w, run->x);
-            if (!pdi_krylov_finite(fresh)) return pdi_krylov_diverged(run, "the residual");
-            return pdi_krylov_stopped(run, "stagnation");
+            if (!pdi_krylov_is_finite(fresh)) return pdi_krylov_fail_nan(run, "the residual");
+            return pdi_krylov_fail_stall(run, "stagnation");
         }
         run->result->residual = fresh;
-        if (d->lean) pdi_krylov_accept(run);
-        if (fresh > run->target && fresh > PDI_KRYLOV_PROGRESS * norm) return pdi_krylov_stopped(run, "stagnation");
+        if (d->lean) pdi_krylov_lean_accept(run);
+        if (fresh > run->target && fresh > PDI_KRYLOV_STALLED * norm) return pdi_krylov_fail_stall(run, "stagnation");
         norm = fresh;
     }
     return PD_OK;
@@ -632,7 +637,7 @@ typedef struct pdi_krylov_best {
     int saved;            /* x differs from the present iterate */
 } pdi_krylov_best;
 
-static void pdi_krylov_best_move(const pdi_krylov_run *run, pdi_krylov_best *best, double next)
+static void pdi_krylov_best_update(const pdi_krylov_state *run, pdi_krylov_best *best, double next)
 {
     if (next > best->norm) {
         if (!best->saved) pdi_krylov_copy(run, run->x, best->x);
@@ -645,7 +650,7 @@ static void pdi_krylov_best_move(const pdi_krylov_run *run, pdi_krylov_best *bes
 }
 
 /* Restore the best iterate and compute its true residual. */
-static void pdi_krylov_best_restore(const pdi_krylov_run *run, pdi_krylov_best *best, double *scratch)
+static void pdi_krylov_best_restore(const pdi_krylov_state *run, pdi_krylov_best *best, double *scratch)
 {
     if (best->saved) pdi_krylov_copy(run, best->x, run->x);
     best->saved = 0;
@@ -653,53 +658,53 @@ static void pdi_krylov_best_restore(const pdi_krylov_run *run, pdi_krylov_best *
 }
 
 /* Rounding level of p.Ap; 0 without desc.diagonal. Overwrites work vector 2. */
-static double pdi_krylov_flat(const pdi_krylov_run *run)
+static double pdi_krylov_singular_limit(const pdi_krylov_state *run)
 {
     const double *d = run->k->desc.diagonal, *p = pdi_krylov_vector(run, 1);
     double *z = pdi_krylov_vector(run, 2);
-    int64_t first = run->k->desc.first, end = first + pdi_krylov_entries(&run->k->desc);
+    int64_t first = run->k->desc.first, end = first + pdi_krylov_active_length(&run->k->desc);
     int nt = pdi_par_threads(run->ctx, end - first);
     (void)nt;
     if (!d) return 0.0;
     PDI_PARALLEL_FOR(nt)
     for (int64_t i = first; i < end; i++) z[i] = d[i] * p[i];
-    return PDI_KRYLOV_FLAT * pdi_krylov_dot(run, p, z);
+    return PDI_KRYLOV_SINGULAR * pdi_krylov_dot(run, p, z);
 }
 
 /* CG from the residual r until convergence, breakdown or the iteration limit. Flexible beta (Notay 2000): symmetry of a
  * single-precision multigrid cycle holds to rounding only. */
-static pd_status pdi_krylov_cg_run(const pdi_krylov_run *run, pdi_krylov_best *best)
+static pd_status pdi_krylov_cg_cycle(const pdi_krylov_state *run, pdi_krylov_best *best)
 {
     double *r = pdi_krylov_vector(run, 0), *p = pdi_krylov_vector(run, 1), *z = pdi_krylov_vector(run, 2);
     double *q = pdi_krylov_vector(run, 3);
     double rho = 0.0, alpha = 0.0;
     for (int first = 1; best->current > run->target; first = 0) {
         if (run->result->iterations >= run->k->desc.max_iterations) return PD_OK;
-        PDI_TRY(pdi_poll(run->ctx, "Krylov", run->result->iterations));
+        PDI_TRY(pdi_check_cancel(run->ctx, "Krylov", run->result->iterations));
         pdi_krylov_precond(run, r, z);
         double rho_next = pdi_krylov_dot(run, r, z);
-        if (!pdi_krylov_finite(rho_next)) return pdi_krylov_diverged(run, "the preconditioned residual");
+        if (!pdi_krylov_is_finite(rho_next)) return pdi_krylov_fail_nan(run, "the preconditioned residual");
         if (rho_next <= 0.0)
-            return pdi_fail(run->ctx, PD_ERR_DIVERGED, pdi_krylov_of(run),
+            return pdi_fail(run->ctx, PD_ERR_DIVERGED, pdi_krylov_name(run),
                             "r.z = %.3g in CG: the preconditioner is not positive definite", rho_next);
         double beta = first ? 0.0 : -alpha * pdi_krylov_dot(run, z, q) / rho;
         pdi_krylov_scale_add(run, beta, p, z);
         pdi_krylov_apply(run, p, q);
         double curvature = pdi_krylov_dot(run, p, q);
-        if (!pdi_krylov_finite(curvature)) return pdi_krylov_diverged(run, "an operator application");
-        double flat = pdi_krylov_flat(run);
+        if (!pdi_krylov_is_finite(curvature)) return pdi_krylov_fail_nan(run, "an operator application");
+        double flat = pdi_krylov_singular_limit(run);
         if (flat > 0.0 && fabs(curvature) <= flat)
-            return pdi_fail(run->ctx, PD_ERR_DIVERGED, pdi_krylov_of(run),
+            return pdi_fail(run->ctx, PD_ERR_DIVERGED, pdi_krylov_name(run),
                             "p.Ap = %.3g in CG, where %.3g is rounding: the operator is singular", curvature, flat);
         if (curvature <= 0.0)
-            return pdi_fail(run->ctx, PD_ERR_DIVERGED, pdi_krylov_of(run),
+            return pdi_fail(run->ctx, PD_ERR_DIVERGED, pdi_krylov_name(run),
                             "p.Ap = %.3g in CG: the operator is not positive definite (use GMRES)", curvature);
         rho = rho_next;
         alpha = pdi_krylov_dot(run, p, r) / curvature;
         pdi_krylov_axpy(run, -alpha, q, r);
         double next = sqrt(pdi_krylov_dot(run, r, r));
-        if (!pdi_krylov_finite(next)) return pdi_krylov_diverged(run, "the residual");
-        pdi_krylov_best_move(run, best, next);
+        if (!pdi_krylov_is_finite(next)) return pdi_krylov_fail_nan(run, "the residual");
+        pdi_krylov_best_update(run, best, next);
         pdi_krylov_axpy(run, alpha, p, run->x);
         run->result->iterations++;
     }
@@ -707,14 +712,14 @@ static pd_status pdi_krylov_cg_run(const pdi_krylov_run *run, pdi_krylov_best *b
 }
 
 /* CG with restarts from the true residual while that reduces it. */
-static pd_status pdi_krylov_cg(const pdi_krylov_run *run, double norm)
+static pd_status pdi_krylov_cg(const pdi_krylov_state *run, double norm)
 {
     const pd_krylov_desc *d = &run->k->desc;
     double *r = pdi_krylov_vector(run, 0);
     while (norm > run->target) {
-        if (run->result->iterations >= d->max_iterations) return pdi_krylov_stopped(run, "no convergence");
+        if (run->result->iterations >= d->max_iterations) return pdi_krylov_fail_stall(run, "no convergence");
         pdi_krylov_best best = {pdi_krylov_vector(run, 4), norm, norm, 0};
-        pd_status status = pdi_krylov_cg_run(run, &best);
+        pd_status status = pdi_krylov_cg_cycle(run, &best);
         if (status < 0) {
             if (best.saved) pdi_krylov_copy(run, best.x, run->x);
             run->result->residual = best.norm;
@@ -722,33 +727,33 @@ static pd_status pdi_krylov_cg(const pdi_krylov_run *run, double norm)
         }
         pdi_krylov_best_restore(run, &best, r);
         double fresh = run->result->residual;
-        if (!pdi_krylov_finite(fresh)) return pdi_krylov_diverged(run, "the residual");
-        if (fresh > run->target && fresh > PDI_KRYLOV_PROGRESS * norm) return pdi_krylov_stopped(run, "stagnation");
+        if (!pdi_krylov_is_finite(fresh)) return pdi_krylov_fail_nan(run, "the residual");
+        if (fresh > run->target && fresh > PDI_KRYLOV_STALLED * norm) return pdi_krylov_fail_stall(run, "stagnation");
         norm = fresh;
     }
     return PD_OK;
 }
 
-PDI_FN double pdi_krylov_least(void) { return sqrt(DBL_MIN / DBL_EPSILON); }
+PDI_FN double pdi_krylov_min_norm(void) { return sqrt(DBL_MIN / DBL_EPSILON); }
 
 /* Set |b|, the tolerance and the residual of the initial guess, of norm *norm, in v. */
-static pd_status pdi_krylov_start(pdi_krylov_run *run, double *norm)
+static pd_status pdi_krylov_begin(pdi_krylov_state *run, double *norm)
 {
     const pd_krylov_desc *d = &run->k->desc;
     double *r = run->v;
     run->b_norm = sqrt(pdi_krylov_dot(run, run->b, run->b));
-    if (!pdi_krylov_finite(run->b_norm))
-        return pdi_fail(run->ctx, PD_ERR_ARGUMENT, pdi_krylov_of(run), "the right-hand side is not finite");
-    run->target = pdi_max(pdi_max(d->rtol * run->b_norm, d->atol), pdi_krylov_least());
+    if (!pdi_krylov_is_finite(run->b_norm))
+        return pdi_fail(run->ctx, PD_ERR_ARGUMENT, pdi_krylov_name(run), "the right-hand side is not finite");
+    run->target = pdi_max(pdi_max(d->rtol * run->b_norm, d->atol), pdi_krylov_min_norm());
     *norm = run->b_norm;
     if (d->zero_guess) {
         pdi_par_zero(run->ctx, d->n, run->x);
         pdi_krylov_copy(run, run->b, r);
     } else {
-        if (!pdi_krylov_finite(pdi_krylov_dot(run, run->x, run->x)))
-            return pdi_fail(run->ctx, PD_ERR_ARGUMENT, pdi_krylov_of(run), "the guess is not finite");
+        if (!pdi_krylov_is_finite(pdi_krylov_dot(run, run->x, run->x)))
+            return pdi_fail(run->ctx, PD_ERR_ARGUMENT, pdi_krylov_name(run), "the guess is not finite");
         *norm = pdi_krylov_residual(run, r);
-        if (!pdi_krylov_finite(*norm)) return pdi_krylov_diverged(run, "A applied to the guess");
+        if (!pdi_krylov_is_finite(*norm)) return pdi_krylov_fail_nan(run, "A applied to the guess");
     }
     run->result->residual0 = run->result->residual = *norm;
     return PD_OK;
@@ -758,7 +763,7 @@ PDI_FN pd_status pdi_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn ap
                                   const double *b, double *x, pd_krylov_result *result)
 {
     pd_krylov_result own;
-    pdi_krylov_run run;
+    pdi_krylov_state run;
     double norm = 0.0;
     memset(&run, 0, sizeof run);
     run.ctx = ctx;
@@ -774,16 +779,16 @@ PDI_FN pd_status pdi_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn ap
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "%s", apply ? "solver was not built" : "apply is NULL");
     run.v = krylov->desc.lean ? x : pdi_krylov_vector(&run, 0);
     run.w = pdi_krylov_vector(&run, krylov->desc.lean ? 0 : 1);
-    pdi_krylov_clear(&run, run.v); /* the last solve may have left other data in them */
-    pdi_krylov_clear(&run, run.w);
-    PDI_TRY(pdi_krylov_start(&run, &norm));
+    pdi_krylov_zero_scratch(&run, run.v); /* the last solve may have left other data in them */
+    pdi_krylov_zero_scratch(&run, run.w);
+    PDI_TRY(pdi_krylov_begin(&run, &norm));
     pd_status status = PD_OK;
     if (run.b_norm == 0.0 && norm > run.target) { /* x = 0 is the solution */
         pdi_par_zero(ctx, krylov->desc.n, x);
         run.result->residual = 0.0;
     } else
         status = krylov->desc.method == PD_KRYLOV_GMRES ? pdi_krylov_gmres(&run, norm) : pdi_krylov_cg(&run, norm);
-    if (krylov->desc.lean) pdi_krylov_leave(&run);
+    if (krylov->desc.lean) pdi_krylov_lean_end(&run);
     run.result->converged = status == PD_OK;
-    return pdi_krylov_return(ctx, krylov, status);
+    return pdi_krylov_release_chunks(ctx, krylov, status);
 }

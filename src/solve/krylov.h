@@ -6,7 +6,7 @@
 #ifndef PD_KRYLOV_H
 #define PD_KRYLOV_H
 #include "core/arena.h"
-#include "lattice/span.h"
+#include "lattice/active_range.h"
 #include <math.h>
 
 /* Operator y = A x or preconditioner y = M^-1 x; x and y never alias. */
@@ -97,39 +97,41 @@ typedef struct pd_krylov_result {
 
 #ifdef PDI_INTERNAL
 /* [-] Largest and smallest forcing term (relative tolerance of the linear solves in Newton's method). */
-#define PDI_KRYLOV_LOOSE 0.1
-#define PDI_KRYLOV_TIGHT 1e-3
+#define PDI_KRYLOV_FORCING_MAX 0.1
+#define PDI_KRYLOV_FORCING_MIN 1e-3
 /* Forcing term of the next linear solve in Newton's method: 0.9 left^2, `left` being the ratio of the last two residual
  * norms (Eisenstat and Walker 1996, choice 2). */
 static inline double pdi_krylov_forcing(double left)
 {
-    return pdi_min(PDI_KRYLOV_LOOSE, pdi_max(PDI_KRYLOV_TIGHT, 0.9 * left * left));
+    return pdi_min(PDI_KRYLOV_FORCING_MAX, pdi_max(PDI_KRYLOV_FORCING_MIN, 0.9 * left * left));
 }
 /* Forcing term 0.9 left, for strongly nonlinear equations where the square is too optimistic (after their choice 1). */
-static inline double pdi_krylov_forcing_first(double left)
+static inline double pdi_krylov_forcing_linear(double left)
 {
-    return pdi_min(PDI_KRYLOV_LOOSE, pdi_max(PDI_KRYLOV_TIGHT, 0.9 * left));
+    return pdi_min(PDI_KRYLOV_FORCING_MAX, pdi_max(PDI_KRYLOV_FORCING_MIN, 0.9 * left));
 }
 /* Build a solver with all its vectors. PD_ERR_ARGUMENT: a setting is out of range. */
 PDI_FN pd_status pdi_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov);
 /* The same without the vectors of pdi_krylov_list, which an arena lends for each solve. */
-PDI_FN pd_status pdi_krylov_prepare(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov);
+PDI_FN pd_status pdi_krylov_build_unallocated(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov);
 /* Free all memory that is not lent. */
 PDI_FN void pdi_krylov_free(pd_ctx *ctx, pd_krylov *krylov);
 /* Smallest meaningful norm [unit of b], sqrt(DBL_MIN / DBL_EPSILON): below it squares underflow. A residual below it
  * counts as zero. */
-PDI_FN double pdi_krylov_least(void);
+PDI_FN double pdi_krylov_min_norm(void);
 /* Free the allocated chunks by which the basis has grown. Those of the arena were returned at the end of each solve. */
-PDI_FN void pdi_krylov_trim(pd_ctx *ctx, pd_krylov *krylov);
+PDI_FN void pdi_krylov_free_growth(pd_ctx *ctx, pd_krylov *krylov);
 /* Switch flexible GMRES on or off between solves, in the memory of the basis: without it the basis holds twice the
  * columns. It must not have grown. */
-PDI_FN void pdi_krylov_pair(pd_krylov *krylov, int flexible);
+PDI_FN void pdi_krylov_set_flexible(pd_krylov *krylov, int flexible);
 /* Before the basis is lent: use part of its memory for the arrays of `list`, where the basis is in single precision and
  * not flexible, and at least `least` vectors remain. Returns 0 when that is not possible. */
-PDI_FN int pdi_krylov_cede(pd_ctx *ctx, pd_krylov *krylov, pd_arena *arena, pdi_list_fn list, void *object, int least);
-/* Return the arrays that pdi_krylov_cede has lent, and restore the size of the basis. Returns `status` or an error. */
-PDI_FN pd_status pdi_krylov_regain(pd_ctx *ctx, pd_krylov *krylov, pd_arena *arena, pdi_list_fn list, void *object,
-                                   pd_status status);
+PDI_FN int pdi_krylov_lend_basis(pd_ctx *ctx, pd_krylov *krylov, pd_arena *arena, pdi_array_list_fn list, void *object,
+                                 int least);
+/* Return the arrays that pdi_krylov_lend_basis has lent, and restore the size of the basis. Returns `status` or an
+ * error. */
+PDI_FN pd_status pdi_krylov_restore_basis(pd_ctx *ctx, pd_krylov *krylov, pd_arena *arena, pdi_array_list_fn list,
+                                          void *object, pd_status status);
 /* Solve A x = b, preconditioned from the right (CG: symmetrically). precond NULL: none; user is passed to all
  * callbacks. x: initial guess in, solution out; result may be NULL. Allocates nothing except for the growth allowed by
  * `most`. PD_NOT_CONVERGED: iteration limit or stagnation. PD_ERR_DIVERGED: a callback returned NaN or infinity, or CG
@@ -140,10 +142,10 @@ PDI_FN pd_status pdi_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn ap
                                   const double *b, double *x, pd_krylov_result *result);
 
 /* List function: the work vectors and the basis. */
-PDI_FN void pdi_krylov_list(pdi_owner *owner, void *object);
+PDI_FN void pdi_krylov_list(pdi_array_visitor *owner, void *object);
 /* Check the desc, fill in defaults and sizes; allocates nothing, so that the memory can be counted. PD_ERR_ARGUMENT,
  * PD_ERR_SIZE. */
-PDI_FN pd_status pdi_krylov_plan(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov);
+PDI_FN pd_status pdi_krylov_init(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov);
 #endif
 
 #endif

@@ -1,18 +1,18 @@
 /* least_squares: see least_squares.h */
 #include "solve/least_squares.h"
-#include "core/owner.h"
+#include "core/array_registry.h"
 #include "core/vec.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
 
 #define PDI_LEAST_SQUARES_PROBES 4     /* equidistant evaluations beside the start from which the noise is measured */
-#define PDI_LEAST_SQUARES_SPACING 1.618e-4 /* [-] of the bounds, between them: no round number, so that it is no
-                                            * multiple of an input resolution */
-#define PDI_LEAST_SQUARES_STEPS 100 /* most steps */
-#define PDI_LEAST_SQUARES_FIRST 1e-2   /* [-] of the bounds: increment of the first finite differences */
-#define PDI_LEAST_SQUARES_LEAST 1e-6   /* [-] of the bounds: least increment of later ones */
-#define PDI_LEAST_SQUARES_MOST 0.1 /* [-] of the bounds: largest increment of later ones */
+/* [-] of the bounds, between them: no round number, so that it is no multiple of an input resolution */
+#define PDI_LEAST_SQUARES_PROBE_SPACING 1.618e-4
+#define PDI_LEAST_SQUARES_MAX_STEPS 100        /* most steps */
+#define PDI_LEAST_SQUARES_FIRST_INCREMENT 1e-2 /* [-] of the bounds: increment of the first finite differences */
+#define PDI_LEAST_SQUARES_MIN_INCREMENT 1e-6   /* [-] of the bounds: least increment of later ones */
+#define PDI_LEAST_SQUARES_MAX_INCREMENT 0.1    /* [-] of the bounds: largest increment of later ones */
 
 enum { PDI_LEAST_SQUARES_N = PD_LEAST_SQUARES_PARAMETERS };
 
@@ -30,39 +30,43 @@ typedef struct pdi_least_squares {
     double *jacobian;           /* [n][m] d residual / d q */
     double *work;               /* [(probes + 1)][m] */
     double sum, damping;        /* [-] sum of squares at q; Levenberg-Marquardt damping */
-    double from[PDI_LEAST_SQUARES_N]; /* [-] parameters at which the Jacobian was computed by finite differences */
+    /* [-] parameters at which the Jacobian was computed by finite differences */
+    double jacobian_at[PDI_LEAST_SQUARES_N];
 } pdi_least_squares;
 
 /* 1: parameter k is scaled by its logarithm, since its bounds are at least a decade apart. */
-static int pdi_least_squares_log(const pd_least_squares_desc *d, int k)
+static int pdi_least_squares_is_log_scaled(const pd_least_squares_desc *d, int k)
 {
     return d->low[k] > 0.0 && d->high[k] >= 10.0 * d->low[k];
 }
 
 /* Value of parameter k from its scaled value q, 0 .. 1. */
-static double pdi_least_squares_value(const pd_least_squares_desc *d, int k, double q)
+static double pdi_least_squares_unscale(const pd_least_squares_desc *d, int k, double q)
 {
     if (q <= 0.0) return d->low[k];
     if (q >= 1.0) return d->high[k];
-    if (pdi_least_squares_log(d, k)) return d->low[k] * pow(d->high[k] / d->low[k], q);
+    if (pdi_least_squares_is_log_scaled(d, k)) return d->low[k] * pow(d->high[k] / d->low[k], q);
     return (1.0 - q) * d->low[k] + q * d->high[k];
 }
 
 /* Derivative of the value of parameter k by its scaled value q. */
-static double pdi_least_squares_slope(const pd_least_squares_desc *d, int k, double q)
+static double pdi_least_squares_unscale_derivative(const pd_least_squares_desc *d, int k, double q)
 {
-    if (pdi_least_squares_log(d, k)) return pdi_least_squares_value(d, k, q) * log(d->high[k] / d->low[k]);
+    if (pdi_least_squares_is_log_scaled(d, k)) return pdi_least_squares_unscale(d, k, q) * log(d->high[k] / d->low[k]);
     return d->high[k] - d->low[k];
 }
 
 /* Column k of the Jacobian, [m]. */
-static double *pdi_least_squares_column(const pdi_least_squares *s, int k) { return s->jacobian + (int64_t)k * s->m; }
+static double *pdi_least_squares_jacobian_column(const pdi_least_squares *s, int k)
+{
+    return s->jacobian + (int64_t)k * s->m;
+}
 
 /* Evaluate the residuals [m] and their sum of squares at scaled parameters q. Errors of the function. */
 static pd_status pdi_least_squares_evaluate(pdi_least_squares *s, const double *q, double *residual, double *sum)
 {
     double value[PDI_LEAST_SQUARES_N];
-    for (int k = 0; k < s->n; k++) value[k] = pdi_least_squares_value(s->desc, k, q[k]);
+    for (int k = 0; k < s->n; k++) value[k] = pdi_least_squares_unscale(s->desc, k, q[k]);
     PDI_TRY(s->desc->fn(s->ctx, s->desc->user, value, residual));
     s->result->evaluations++;
     *sum = 0.0;
@@ -73,7 +77,7 @@ static pd_status pdi_least_squares_evaluate(pdi_least_squares *s, const double *
 
 /* Estimate the noise of a residual from k-th differences along a line, in which smooth parts cancel: their mean square
  * is the variance of the noise times (2k)!/(k!)^2 (Hamming; More and Wild 2011). */
-static pd_status pdi_least_squares_noise(pdi_least_squares *s)
+static pd_status pdi_least_squares_estimate_noise(pdi_least_squares *s)
 {
     double q[PDI_LEAST_SQUARES_N], sum, square = 0.0, gamma = 1.0;
     double *f = s->work;
@@ -81,7 +85,7 @@ static pd_status pdi_least_squares_noise(pdi_least_squares *s)
     if (s->desc->noise > 0.0) return PD_OK;
     memcpy(f, s->r, (size_t)s->m * sizeof *f);
     for (int p = 1; p <= PDI_LEAST_SQUARES_PROBES; p++) {
-        for (int k = 0; k < s->n; k++) q[k] = s->q[k] + (s->q[k] < 0.5 ? 1 : -1) * PDI_LEAST_SQUARES_SPACING * p;
+        for (int k = 0; k < s->n; k++) q[k] = s->q[k] + (s->q[k] < 0.5 ? 1 : -1) * PDI_LEAST_SQUARES_PROBE_SPACING * p;
         PDI_TRY(pdi_least_squares_evaluate(s, q, f + p * s->m, &sum));
     }
     for (int order = 1; order <= PDI_LEAST_SQUARES_PROBES; order++) {
@@ -95,9 +99,9 @@ static pd_status pdi_least_squares_noise(pdi_least_squares *s)
 }
 
 /* Column k of the Jacobian by a finite difference of second order within the bounds. */
-static pd_status pdi_least_squares_quotient(pdi_least_squares *s, int k)
+static pd_status pdi_least_squares_compute_column(pdi_least_squares *s, int k)
 {
-    double q[PDI_LEAST_SQUARES_N], sum, h = s->step[k], *j = pdi_least_squares_column(s, k);
+    double q[PDI_LEAST_SQUARES_N], sum, h = s->step[k], *j = pdi_least_squares_jacobian_column(s, k);
     double *a = s->work, *b = s->work + s->m;
     double first = s->q[k] + h <= 1.0 ? h : -h, mirrored = s->q[k] - first;
     double second = mirrored >= 0.0 && mirrored <= 1.0 ? -first : 2.0 * first;
@@ -123,66 +127,69 @@ static double pdi_least_squares_dot(const pdi_least_squares *s, const double *a,
 
 /* -1, 1: parameter k is on its low, high bound, and the sum of squares would decrease beyond it (active bound); else
  * 0. */
-static int pdi_least_squares_at_bound(const pdi_least_squares *s, int k)
+static int pdi_least_squares_active_bound(const pdi_least_squares *s, int k)
 {
-    double slope = pdi_least_squares_dot(s, pdi_least_squares_column(s, k), s->r);
+    double slope = pdi_least_squares_dot(s, pdi_least_squares_jacobian_column(s, k), s->r);
     return s->q[k] <= 0.0 && slope > 0.0 ? -1 : s->q[k] >= 1.0 && slope < 0.0 ? 1 : 0;
 }
 
 /* Cholesky factor of the normal matrix J^T J with its diagonal times (1 + damping); parameters on active bounds get a
  * unit row. Returns 0 when singular. */
-static int pdi_least_squares_factor(const pdi_least_squares *s, double damping,
-                                    double a[PDI_LEAST_SQUARES_N][PDI_LEAST_SQUARES_N])
+static int pdi_least_squares_factor_normal(const pdi_least_squares *s, double damping,
+                                           double a[PDI_LEAST_SQUARES_N][PDI_LEAST_SQUARES_N])
 {
     int held[PDI_LEAST_SQUARES_N];
     double least[PDI_LEAST_SQUARES_N];
-    for (int k = 0; k < s->n; k++) held[k] = pdi_least_squares_at_bound(s, k);
+    for (int k = 0; k < s->n; k++) held[k] = pdi_least_squares_active_bound(s, k);
     for (int k = 0; k < s->n; k++) {
-        const double *column = pdi_least_squares_column(s, k);
+        const double *column = pdi_least_squares_jacobian_column(s, k);
         for (int l = 0; l <= k; l++) {
-            a[k][l] = pdi_least_squares_dot(s, column, pdi_least_squares_column(s, l));
+            a[k][l] = pdi_least_squares_dot(s, column, pdi_least_squares_jacobian_column(s, l));
             if (held[k] || held[l]) a[k][l] = k == l ? 1.0 : 0.0;
         }
         least[k] = 1e-13 * a[k][k];
         a[k][k] *= 1.0 + damping;
     }
-    return pdi_vec_factor(s->n, PDI_LEAST_SQUARES_N, least, a[0]);
+    return pdi_vec_cholesky(s->n, PDI_LEAST_SQUARES_N, least, a[0]);
 }
 
 /* Compute the Jacobian by finite differences, and their next increments h: with relative noise e, and a third
  * derivative of the size of the first one, the relative error e/h + h^2/6 is least at h = (3 e)^(1/3). */
-static pd_status pdi_least_squares_jacobian(pdi_least_squares *s)
+static pd_status pdi_least_squares_compute_jacobian(pdi_least_squares *s)
 {
     double noise = s->result->noise * sqrt((double)s->m), a[PDI_LEAST_SQUARES_N][PDI_LEAST_SQUARES_N];
     for (int k = 0; k < s->n; k++) {
-        PDI_TRY(pdi_least_squares_quotient(s, k));
-        const double *j = pdi_least_squares_column(s, k);
+        PDI_TRY(pdi_least_squares_compute_column(s, k));
+        const double *j = pdi_least_squares_jacobian_column(s, k);
         double size = sqrt(pdi_least_squares_dot(s, j, j));
         s->result->idle = size > 10.0 * noise ? 0 : k + 1;
         if (s->result->idle)
             return pdi_fail(s->ctx, PD_ERR_ARGUMENT, "squares", "parameter %d has no effect on the points: they change"
                             " by %.3g between its bounds, and by %.3g without it", k + 1, size, noise);
-        s->step[k] = pdi_min(PDI_LEAST_SQUARES_MOST, pdi_max(PDI_LEAST_SQUARES_LEAST, cbrt(3.0 * noise / size)));
+        s->step[k] = pdi_min(PDI_LEAST_SQUARES_MAX_INCREMENT,
+                             pdi_max(PDI_LEAST_SQUARES_MIN_INCREMENT, cbrt(3.0 * noise / size)));
     }
-    memcpy(s->from, s->q, sizeof s->from);
-    if (pdi_least_squares_factor(s, 0.0, a)) return PD_OK;
+    memcpy(s->jacobian_at, s->q, sizeof s->jacobian_at);
+    if (pdi_least_squares_factor_normal(s, 0.0, a)) return PD_OK;
     return pdi_fail(s->ctx, PD_ERR_ARGUMENT, "squares", "the points do not distinguish the %d parameters", s->n);
 }
 
 /* q: the parameters after a Levenberg-Marquardt step, clipped to the bounds. Returns 0 when the matrix is singular. */
-static int pdi_least_squares_step(const pdi_least_squares *s, double *q)
+static int pdi_least_squares_compute_step(const pdi_least_squares *s, double *q)
 {
     double a[PDI_LEAST_SQUARES_N][PDI_LEAST_SQUARES_N], x[PDI_LEAST_SQUARES_N];
-    if (!pdi_least_squares_factor(s, s->damping, a)) return 0;
+    if (!pdi_least_squares_factor_normal(s, s->damping, a)) return 0;
     for (int k = 0; k < s->n; k++)
-        x[k] = pdi_least_squares_at_bound(s, k) ? 0.0 : -pdi_least_squares_dot(s, pdi_least_squares_column(s, k), s->r);
-    pdi_vec_substitute(s->n, PDI_LEAST_SQUARES_N, a[0], x);
+        x[k] = pdi_least_squares_active_bound(s, k)
+                   ? 0.0
+                   : -pdi_least_squares_dot(s, pdi_least_squares_jacobian_column(s, k), s->r);
+    pdi_vec_cholesky_solve(s->n, PDI_LEAST_SQUARES_N, a[0], x);
     for (int k = 0; k < s->n; k++) q[k] = pdi_min(1.0, pdi_max(0.0, s->q[k] + x[k]));
     return 1;
 }
 
 /* Factor of the covariance: the reduced chi-square; with known standard deviations at least 1. */
-static double pdi_least_squares_scale(const pdi_least_squares *s)
+static double pdi_least_squares_covariance_factor(const pdi_least_squares *s)
 {
     int freedom = s->result->freedom;
     double reduced = freedom > 0 ? s->sum / freedom : (double)NAN;
@@ -191,32 +198,33 @@ static double pdi_least_squares_scale(const pdi_least_squares *s)
 }
 
 /* Compute degrees of freedom, active bounds and the covariance matrix. Returns 0 when the normal matrix is singular. */
-static int pdi_least_squares_spread(pdi_least_squares *s, double cov[PDI_LEAST_SQUARES_N][PDI_LEAST_SQUARES_N])
+static int pdi_least_squares_compute_covariance(pdi_least_squares *s,
+                                                double cov[PDI_LEAST_SQUARES_N][PDI_LEAST_SQUARES_N])
 {
     double a[PDI_LEAST_SQUARES_N][PDI_LEAST_SQUARES_N];
     pd_least_squares_result *r = s->result;
     r->freedom = s->m;
     for (int k = 0; k < s->n; k++) {
-        r->bound[k] = pdi_least_squares_at_bound(s, k);
+        r->bound[k] = pdi_least_squares_active_bound(s, k);
         r->freedom -= !r->bound[k];
     }
-    if (!pdi_least_squares_factor(s, 0.0, a)) return 0;
-    double scale = pdi_least_squares_scale(s);
+    if (!pdi_least_squares_factor_normal(s, 0.0, a)) return 0;
+    double scale = pdi_least_squares_covariance_factor(s);
     for (int k = 0; k < s->n; k++) {
         for (int l = 0; l < s->n; l++) cov[k][l] = k == l;
-        pdi_vec_substitute(s->n, PDI_LEAST_SQUARES_N, a[0], cov[k]);
+        pdi_vec_cholesky_solve(s->n, PDI_LEAST_SQUARES_N, a[0], cov[k]);
         for (int l = 0; l < s->n; l++) cov[k][l] *= r->bound[k] || r->bound[l] ? (double)NAN : scale;
     }
     return 1;
 }
 
 /* 1: the step to q is below the tolerance times the standard errors, plus the uncertainty due to noise. */
-static int pdi_least_squares_small(pdi_least_squares *s, const double *q)
+static int pdi_least_squares_is_step_small(pdi_least_squares *s, const double *q)
 {
     double cov[PDI_LEAST_SQUARES_N][PDI_LEAST_SQUARES_N],
         tolerance = s->desc->tolerance > 0.0 ? s->desc->tolerance : 0.01;
-    if (!pdi_least_squares_spread(s, cov)) return 0;
-    double unit = s->result->noise * s->result->noise / pdi_least_squares_scale(s);
+    if (!pdi_least_squares_compute_covariance(s, cov)) return 0;
+    double unit = s->result->noise * s->result->noise / pdi_least_squares_covariance_factor(s);
     for (int k = 0; k < s->n; k++) {
         double error = s->result->bound[k] ? 0.0 : sqrt(cov[k][k]), open = error * sqrt(unit);
         if (isnan(error)) error = open = 0.0;
@@ -226,50 +234,49 @@ static int pdi_least_squares_small(pdi_least_squares *s, const double *q)
 }
 
 /* Broyden update: the Jacobian then reproduces the change of the residuals in the step to q. */
-static void pdi_least_squares_update(pdi_least_squares *s, const double *q)
+static void pdi_least_squares_broyden_update(pdi_least_squares *s, const double *q)
 {
     double length = 0.0;
     for (int k = 0; k < s->n; k++) length += (q[k] - s->q[k]) * (q[k] - s->q[k]);
     for (int i = 0; i < s->m && length > 0.0; i++) {
         double missed = s->trial[i] - s->r[i];
-        for (int k = 0; k < s->n; k++) missed -= pdi_least_squares_column(s, k)[i] * (q[k] - s->q[k]);
-        for (int k = 0; k < s->n; k++)
-            pdi_least_squares_column(s, k)[i] += missed * (q[k] - s->q[k]) / length;
+        for (int k = 0; k < s->n; k++) missed -= pdi_least_squares_jacobian_column(s, k)[i] * (q[k] - s->q[k]);
+        for (int k = 0; k < s->n; k++) pdi_least_squares_jacobian_column(s, k)[i] += missed * (q[k] - s->q[k]) / length;
     }
 }
 
 /* 1: the Jacobian is up to date: its finite differences were taken within one increment of q. */
-static int pdi_least_squares_fresh(const pdi_least_squares *s)
+static int pdi_least_squares_is_jacobian_valid(const pdi_least_squares *s)
 {
     for (int k = 0; k < s->n; k++)
-        if (fabs(s->q[k] - s->from[k]) > s->step[k]) return 0;
+        if (fabs(s->q[k] - s->jacobian_at[k]) > s->step[k]) return 0;
     return 1;
 }
 
 /* One iteration. *done: 1 converged, -1 no step decreases the sum of squares. */
-static pd_status pdi_least_squares_advance(pdi_least_squares *s, int *done)
+static pd_status pdi_least_squares_iterate_once(pdi_least_squares *s, int *done)
 {
     double q[PDI_LEAST_SQUARES_N], sum;
-    if (!pdi_least_squares_step(s, q)) {
+    if (!pdi_least_squares_compute_step(s, q)) {
         s->damping = pdi_max(10.0 * s->damping, 1e-8);
         *done = s->damping > 1e10 ? -1 : 0;
         return PD_OK;
     }
-    int small = pdi_least_squares_small(s, q);
+    int small = pdi_least_squares_is_step_small(s, q);
     if (small && s->damping <= 1.0) {
-        if (pdi_least_squares_fresh(s)) *done = 1;
-        else PDI_TRY(pdi_least_squares_jacobian(s));
+        if (pdi_least_squares_is_jacobian_valid(s)) *done = 1;
+        else PDI_TRY(pdi_least_squares_compute_jacobian(s));
         return PD_OK;
     }
     PDI_TRY(pdi_least_squares_evaluate(s, q, s->trial, &sum));
     int lower = sum < s->sum;
-    if (!lower && !pdi_least_squares_fresh(s)) return pdi_least_squares_jacobian(s);
+    if (!lower && !pdi_least_squares_is_jacobian_valid(s)) return pdi_least_squares_compute_jacobian(s);
     if (!lower) {
         *done = small ? -1 : 0; /* a strongly damped step that still increases the sum */
         s->damping = pdi_max(10.0 * s->damping, 1e-3);
         return PD_OK;
     }
-    pdi_least_squares_update(s, q);
+    pdi_least_squares_broyden_update(s, q);
     memcpy(s->q, q, sizeof q);
     memcpy(s->r, s->trial, (size_t)s->m * sizeof *s->r);
     s->sum = sum;
@@ -278,24 +285,25 @@ static pd_status pdi_least_squares_advance(pdi_least_squares *s, int *done)
 }
 
 /* Call the progress callback. */
-static void pdi_least_squares_tell(const pdi_least_squares *s)
+static void pdi_least_squares_report_progress(const pdi_least_squares *s)
 {
     double value[PDI_LEAST_SQUARES_N];
-    for (int k = 0; k < s->n; k++) value[k] = pdi_least_squares_value(s->desc, k, s->q[k]);
+    for (int k = 0; k < s->n; k++) value[k] = pdi_least_squares_unscale(s->desc, k, s->q[k]);
     if (s->desc->report) s->desc->report(s->desc->user, value, s->sum, s->result->evaluations);
 }
 
 /* Fill the result: values, standard errors, 95 % intervals, correlations. */
-static void pdi_least_squares_report(pdi_least_squares *s)
+static void pdi_least_squares_set_result(pdi_least_squares *s)
 {
     double cov[PDI_LEAST_SQUARES_N][PDI_LEAST_SQUARES_N];
     pd_least_squares_result *r = s->result;
-    int fixed = pdi_least_squares_spread(s, cov);
-    double t = pdi_least_squares_quantile(s->desc->known && pdi_least_squares_scale(s) <= 1.0 ? 0 : r->freedom);
+    int fixed = pdi_least_squares_compute_covariance(s, cov);
+    double t = pdi_least_squares_student_quantile(
+        s->desc->known && pdi_least_squares_covariance_factor(s) <= 1.0 ? 0 : r->freedom);
     r->sum = s->sum;
     for (int k = 0; k < s->n; k++) {
-        r->value[k] = pdi_least_squares_value(s->desc, k, s->q[k]);
-        r->error[k] = fixed ? sqrt(cov[k][k]) * pdi_least_squares_slope(s->desc, k, s->q[k]) : (double)NAN;
+        r->value[k] = pdi_least_squares_unscale(s->desc, k, s->q[k]);
+        r->error[k] = fixed ? sqrt(cov[k][k]) * pdi_least_squares_unscale_derivative(s->desc, k, s->q[k]) : (double)NAN;
         r->low[k] = r->value[k] - t * r->error[k];
         r->high[k] = r->value[k] + t * r->error[k];
         for (int l = 0; l < s->n; l++)
@@ -308,18 +316,18 @@ static pd_status pdi_least_squares_iterate(pdi_least_squares *s)
 {
     int done = 0;
     PDI_TRY(pdi_least_squares_evaluate(s, s->q, s->r, &s->sum));
-    pdi_least_squares_tell(s);
-    PDI_TRY(pdi_least_squares_noise(s));
-    PDI_TRY(pdi_least_squares_jacobian(s));
-    while (!done && s->result->steps < PDI_LEAST_SQUARES_STEPS) {
+    pdi_least_squares_report_progress(s);
+    PDI_TRY(pdi_least_squares_estimate_noise(s));
+    PDI_TRY(pdi_least_squares_compute_jacobian(s));
+    while (!done && s->result->steps < PDI_LEAST_SQUARES_MAX_STEPS) {
         double before = s->sum;
-        PDI_TRY(pdi_least_squares_advance(s, &done));
+        PDI_TRY(pdi_least_squares_iterate_once(s, &done));
         s->result->steps++;
-        if (s->sum < before) pdi_least_squares_tell(s);
+        if (s->sum < before) pdi_least_squares_report_progress(s);
     }
-    if (!pdi_least_squares_fresh(s)) PDI_TRY(pdi_least_squares_jacobian(s));
+    if (!pdi_least_squares_is_jacobian_valid(s)) PDI_TRY(pdi_least_squares_compute_jacobian(s));
     s->result->converged = done > 0;
-    pdi_least_squares_report(s);
+    pdi_least_squares_set_result(s);
     return s->result->converged ? PD_OK : PD_NOT_CONVERGED;
 }
 
@@ -340,7 +348,7 @@ static pd_status pdi_least_squares_check(pd_ctx *ctx, const pd_least_squares_des
     return PD_OK;
 }
 
-static void pdi_least_squares_list(pdi_owner *owner, void *object)
+static void pdi_least_squares_list(pdi_array_visitor *owner, void *object)
 {
     pdi_least_squares *squares = (pdi_least_squares *)object;
     int64_t points = squares->m;
@@ -362,19 +370,19 @@ PDI_FN pd_status pdi_least_squares_solve(pd_ctx *ctx, const pd_least_squares_des
     s.n = d->parameters;
     s.m = d->points;
     for (int k = 0; k < s.n; k++) {
-        s.q[k] = pdi_least_squares_log(d, k) ? log(d->start[k] / d->low[k]) / log(d->high[k] / d->low[k])
-                                       : (d->start[k] - d->low[k]) / (d->high[k] - d->low[k]);
-        s.step[k] = PDI_LEAST_SQUARES_FIRST;
+        s.q[k] = pdi_least_squares_is_log_scaled(d, k) ? log(d->start[k] / d->low[k]) / log(d->high[k] / d->low[k])
+                                                       : (d->start[k] - d->low[k]) / (d->high[k] - d->low[k]);
+        s.step[k] = PDI_LEAST_SQUARES_FIRST_INCREMENT;
     }
-    pd_status status = pdi_owner_build(ctx, pdi_least_squares_list, &s);
+    pd_status status = pdi_array_registry_build(ctx, pdi_least_squares_list, &s);
     if (status == PD_OK) status = pdi_least_squares_iterate(&s);
-    pdi_owner_free(ctx, pdi_least_squares_list, &s);
+    pdi_array_registry_free(ctx, pdi_least_squares_list, &s);
     return status;
 }
 
 /* Probability that |Student's t| < t for an integer number of degrees of freedom (Abramowitz and Stegun 26.7.3,
  * 26.7.4). */
-static double pdi_least_squares_student(double t, int freedom)
+static double pdi_least_squares_student_probability(double t, int freedom)
 {
     double angle = atan(t / sqrt((double)freedom)), c = cos(angle), term = 1.0, sum = 0.0;
     int odd = freedom % 2;
@@ -386,21 +394,21 @@ static double pdi_least_squares_student(double t, int freedom)
     return odd ? 2.0 / PDI_PI * (angle + sin(angle) * sum) : sin(angle) * sum;
 }
 
-PDI_FN double pdi_least_squares_quantile(int freedom)
+PDI_FN double pdi_least_squares_student_quantile(int freedom)
 {
     double low = 0.0, high = 16.0;
     if (freedom <= 0 || freedom > 100000) return 1.959963984540054;
     for (int k = 0; k < 60; k++) {
         double middle = 0.5 * (low + high);
-        if (pdi_least_squares_student(middle, freedom) < 0.95) low = middle;
+        if (pdi_least_squares_student_probability(middle, freedom) < 0.95) low = middle;
         else high = middle;
     }
     return 0.5 * (low + high);
 }
 
 #undef PDI_LEAST_SQUARES_PROBES
-#undef PDI_LEAST_SQUARES_SPACING
-#undef PDI_LEAST_SQUARES_STEPS
-#undef PDI_LEAST_SQUARES_FIRST
-#undef PDI_LEAST_SQUARES_LEAST
-#undef PDI_LEAST_SQUARES_MOST
+#undef PDI_LEAST_SQUARES_PROBE_SPACING
+#undef PDI_LEAST_SQUARES_MAX_STEPS
+#undef PDI_LEAST_SQUARES_FIRST_INCREMENT
+#undef PDI_LEAST_SQUARES_MIN_INCREMENT
+#undef PDI_LEAST_SQUARES_MAX_INCREMENT

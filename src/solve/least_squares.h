@@ -52,7 +52,7 @@ typedef struct pd_least_squares_result {
 PDI_FN pd_status pdi_least_squares_solve(pd_ctx *ctx, const pd_least_squares_desc *desc,
                                          pd_least_squares_result *result);
 /* The 97.5 % quantile of Student's t distribution; freedom 0: of the normal distribution. */
-PDI_FN double pdi_least_squares_quantile(int freedom);
+PDI_FN double pdi_least_squares_student_quantile(int freedom);
 #endif
 
 #endif

@@ -22,54 +22,54 @@
 #include <string.h>
 
 /* [-] Upper limit of scaled masses and walls: they act as infinite, and single precision does not overflow. */
-#define PDI_MULTIGRID_LARGEST 1e30
+#define PDI_MULTIGRID_MAX_MASS 1e30
 /* Least operations of a loop over a level that pay for all threads: a barrier takes 0.3 us, the time of 600. */
-#define PDI_MULTIGRID_WORTH 4000
+#define PDI_MULTIGRID_MIN_WORK 4000
 /* A cycle takes as long as this many loops over the finest level. */
-#define PDI_MULTIGRID_LOOPS 4
+#define PDI_MULTIGRID_CYCLE_LOOPS 4
 
 /* ---- memory ---- */
 
 /* Number of floats of level 0 for the coefficients with their pads, inv and excess. */
-static size_t pdi_multigrid_store(const pd_multigrid *mg)
+static size_t pdi_multigrid_count_coefficients(const pd_multigrid *mg)
 {
     size_t padded = mg->desc.symmetric ? PD_DIM : 2 * PD_DIM, cells = (size_t)mg->level[0].cells;
-    return padded * (cells + 2 * (size_t)mg->pad) + (pdi_coarsen_values(mg->desc.contrast) - 2) * cells;
+    return padded * (cells + 2 * (size_t)mg->pad) + (pdi_coarsen_floats_per_cell(mg->desc.contrast) - 2) * cells;
 }
-PDI_FN size_t pdi_multigrid_fields(const pd_multigrid *mg)
+PDI_FN size_t pdi_multigrid_field_floats(const pd_multigrid *mg)
 {
     return 3 * (size_t)mg->level[0].cells + 2 * (size_t)mg->pad;
 }
 
 /* Number of doubles of level 0 for sum with its pads. */
-static size_t pdi_multigrid_sums(const pd_multigrid *mg)
+static size_t pdi_multigrid_count_sums(const pd_multigrid *mg)
 {
     return mg->desc.contrast ? (size_t)mg->level[0].cells + 2 * (size_t)mg->pad : 0;
 }
 
 PDI_COLD_BEGIN
-PDI_FN void pdi_multigrid_list(pdi_owner *owner, void *object)
+PDI_FN void pdi_multigrid_list(pdi_array_visitor *owner, void *object)
 {
     pd_multigrid *mg = (pd_multigrid *)object;
     pd_smoother_level *fine = &mg->level[0];
     int wraps = 0;
     for (int d = 0; d < PD_DIM; d++) wraps = wraps || fine->wrap[d];
-    PDI_RAW(owner, mg, store, pdi_multigrid_store(mg), "1");
-    if (!mg->desc.host && !mg->desc.guest) PDI_RAW(owner, mg, fields, pdi_multigrid_fields(mg), "1");
-    if (mg->desc.contrast) PDI_ARRAY(owner, mg, sums, pdi_multigrid_sums(mg), "1");
+    PDI_ARRAY_UNINIT(owner, mg, store, pdi_multigrid_count_coefficients(mg), "1");
+    if (!mg->desc.host && !mg->desc.guest) PDI_ARRAY_UNINIT(owner, mg, fields, pdi_multigrid_field_floats(mg), "1");
+    if (mg->desc.contrast) PDI_ARRAY(owner, mg, sums, pdi_multigrid_count_sums(mg), "1");
     PDI_ARRAY(owner, fine, parent, fine->cells, "1");
     PDI_ARRAY(owner, fine, begin, fine->n[0] ? 2 * (fine->cells / fine->n[0]) : 0, "1");
     if (wraps) PDI_ARRAY(owner, fine, edge, fine->cells, "1");
 }
 
-PDI_FN void pdi_multigrid_mark_list(pdi_owner *owner, void *object)
+PDI_FN void pdi_multigrid_setup_list(pdi_array_visitor *owner, void *object)
 {
     pd_multigrid *mg = (pd_multigrid *)object;
     PDI_ARRAY(owner, mg, mark, mg->level[0].cells + 3, "1");
 }
 
 /* Mark the cells of level 0 that have periodic neighbours. */
-static void pdi_multigrid_edges(pd_smoother_level *fine)
+static void pdi_multigrid_mark_periodic(pd_smoother_level *fine)
 {
     for (int d = 0; d < PD_DIM; d++) {
         int32_t stride = pdi_smoother_stride(fine->n, d), along = stride * fine->n[d];
@@ -80,7 +80,7 @@ static void pdi_multigrid_edges(pd_smoother_level *fine)
     }
 }
 
-PDI_FN pd_status pdi_multigrid_plan(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_multigrid *mg)
+PDI_FN pd_status pdi_multigrid_init(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_multigrid *mg)
 {
     memset(mg, 0, sizeof *mg);
     mg->desc = *desc;
@@ -99,14 +99,14 @@ PDI_FN pd_status pdi_multigrid_plan(pd_ctx *ctx, const pd_multigrid_desc *desc, 
     fine->cells = (int32_t)cells;
     fine->shared = desc->symmetric;
     for (int d = 0; d < PD_DIM; d++)
-        fine->wrap[d] = pdi_coarsen_wraps(desc->symmetric, fine->n[d], desc->periodic[d]);
+        fine->wrap[d] = pdi_coarsen_is_periodic(desc->symmetric, fine->n[d], desc->periodic[d]);
     mg->pad = pdi_smoother_stride(fine->n, PD_DIM - 1);
     if (desc->host) desc->host->hosts = 1;
     return PD_OK;
 }
 
 /* Zero the pads of a padded array of level 0, or (all = 1) the whole array. */
-static void pdi_multigrid_blank(const pd_multigrid *mg, float *values, int all)
+static void pdi_multigrid_zero_pads(const pd_multigrid *mg, float *values, int all)
 {
     int64_t cells = mg->level[0].cells, pad = mg->pad;
     memset(values - pad, 0, (size_t)(all ? cells + 2 * pad : pad) * sizeof *values);
@@ -114,7 +114,7 @@ static void pdi_multigrid_blank(const pd_multigrid *mg, float *values, int all)
 }
 
 /* Remove a multigrid from the stack of unused ones of its arena. */
-static void pdi_multigrid_wake(pd_multigrid *mg)
+static void pdi_multigrid_remove_unused(pd_multigrid *mg)
 {
     pd_arena *arena = mg->desc.arena;
     int kept = 0;
@@ -125,11 +125,11 @@ static void pdi_multigrid_wake(pd_multigrid *mg)
 }
 
 /* Take over the memory of the coarse levels of the multigrid that was used last, if this one has none. */
-static void pdi_multigrid_inherit(pd_multigrid *mg)
+static void pdi_multigrid_take_over_levels(pd_multigrid *mg)
 {
     pd_arena *arena = mg->desc.arena;
     int own = mg->level[1].cell_capacity > 0;
-    pdi_multigrid_wake(mg);
+    pdi_multigrid_remove_unused(mg);
     if (own || !arena || !arena->idles) return;
     pd_multigrid *other = (pd_multigrid *)arena->idle[--arena->idles];
     for (int l = 1; l < PD_MULTIGRID_LEVELS; l++) {
@@ -139,16 +139,16 @@ static void pdi_multigrid_inherit(pd_multigrid *mg)
 }
 
 /* Put a multigrid on the stack of unused ones of its arena. */
-static void pdi_multigrid_leave(pd_multigrid *mg)
+static void pdi_multigrid_add_unused(pd_multigrid *mg)
 {
     pd_arena *arena = mg->desc.arena;
     if (arena && mg->level[1].cell_capacity && arena->idles < PD_ARENA_IDLE) arena->idle[arena->idles++] = mg;
 }
 
-PDI_FN void pdi_multigrid_open(pd_multigrid *mg)
+PDI_FN void pdi_multigrid_set_pointers(pd_multigrid *mg)
 {
     const pd_multigrid_desc *desc = &mg->desc;
-    pdi_multigrid_inherit(mg);
+    pdi_multigrid_take_over_levels(mg);
     pd_smoother_level *fine = &mg->level[0];
     int64_t cells = fine->cells;
     float *next = mg->store + mg->pad;
@@ -159,9 +159,9 @@ PDI_FN void pdi_multigrid_open(pd_multigrid *mg)
         if (!desc->symmetric) next += length;
     }
     fine->x = (desc->host ? desc->host->fields : mg->fields) + mg->pad;
-    pdi_multigrid_blank(mg, fine->x, 0);
-    for (int d = 0; d < PD_DIM; d++) pdi_multigrid_blank(mg, fine->hi[d], 0);
-    for (int d = 0; d < PD_DIM && !desc->symmetric; d++) pdi_multigrid_blank(mg, fine->lo[d], 1);
+    pdi_multigrid_zero_pads(mg, fine->x, 0);
+    for (int d = 0; d < PD_DIM; d++) pdi_multigrid_zero_pads(mg, fine->hi[d], 0);
+    for (int d = 0; d < PD_DIM && !desc->symmetric; d++) pdi_multigrid_zero_pads(mg, fine->lo[d], 1);
     fine->b = fine->x + cells + mg->pad;
     fine->r = fine->b + cells;
     fine->inv = next - mg->pad;
@@ -169,11 +169,11 @@ PDI_FN void pdi_multigrid_open(pd_multigrid *mg)
         fine->excess = fine->inv + cells;
         fine->sum = mg->sums + mg->pad;
     }
-    pdi_multigrid_edges(fine);
+    pdi_multigrid_mark_periodic(fine);
     fine->end = fine->begin + cells / fine->n[0];
 }
 
-PDI_FN void pdi_multigrid_close(pd_multigrid *mg)
+PDI_FN void pdi_multigrid_clear_pointers(pd_multigrid *mg)
 {
     pd_smoother_level *fine = &mg->level[0];
     mg->levels = 0;
@@ -181,14 +181,14 @@ PDI_FN void pdi_multigrid_close(pd_multigrid *mg)
     fine->sum = NULL;
     fine->end = NULL;
     for (int d = 0; d < PD_DIM; d++) fine->lo[d] = fine->hi[d] = NULL;
-    pdi_multigrid_leave(mg);
+    pdi_multigrid_add_unused(mg);
 }
 
 PDI_FN void pdi_multigrid_free(pd_ctx *ctx, pd_multigrid *mg)
 {
-    pdi_multigrid_wake(mg);
-    pdi_owner_free(ctx, pdi_multigrid_list, mg);
-    pdi_owner_free(ctx, pdi_multigrid_mark_list, mg);
+    pdi_multigrid_remove_unused(mg);
+    pdi_array_registry_free(ctx, pdi_multigrid_list, mg);
+    pdi_array_registry_free(ctx, pdi_multigrid_setup_list, mg);
     for (int l = 1; l < PD_MULTIGRID_LEVELS; l++) pdi_coarsen_free(ctx, &mg->level[l]);
     memset(mg, 0, sizeof *mg);
 }
@@ -197,15 +197,15 @@ PDI_COLD_END
 /* ---- setup: the finest level ---- */
 
 /* 1: a valid coefficient: finite and, unless sign_free, not negative. */
-static int pdi_multigrid_good(float value, int sign_free)
+static int pdi_multigrid_is_valid(float value, int sign_free)
 {
     return fabsf(value) <= FLT_MAX && (sign_free || !(value < 0.0f));
 }
 
 /* Check all coefficients of a field (NULL: none), and raise *largest to the largest absolute value. PD_ERR_ARGUMENT:
  * one is not valid. */
-PDI_ONCE static pd_status pdi_multigrid_check(pd_ctx *ctx, const pd_multigrid *mg, const float *field, int sign_free,
-                                              const char *name, float *largest)
+PDI_NOINLINE static pd_status pdi_multigrid_check_field(pd_ctx *ctx, const pd_multigrid *mg, const float *field,
+                                                        int sign_free, const char *name, float *largest)
 {
     float part[PDI_SMOOTHER_PARTS];
     int32_t cells = field ? mg->level[0].cells : 0, bad = 0;
@@ -214,20 +214,20 @@ PDI_ONCE static pd_status pdi_multigrid_check(pd_ctx *ctx, const pd_multigrid *m
     PDI_PARALLEL_FOR(nt)
     for (int q = 0; q < PDI_SMOOTHER_PARTS; q++) {
         part[q] = 0.0f;
-        for (int32_t c = pdi_smoother_part(cells, q); c < pdi_smoother_part(cells, q + 1); c++) {
-            float size = pdi_multigrid_good(field[c], sign_free) ? fabsf(field[c]) : HUGE_VALF;
+        for (int32_t c = pdi_smoother_part_begin(cells, q); c < pdi_smoother_part_begin(cells, q + 1); c++) {
+            float size = pdi_multigrid_is_valid(field[c], sign_free) ? fabsf(field[c]) : HUGE_VALF;
             part[q] = size > part[q] ? size : part[q];
         }
     }
     for (int q = 0; q < PDI_SMOOTHER_PARTS; q++) *largest = fmaxf(*largest, part[q]);
     if (*largest <= FLT_MAX) return PD_OK;
-    while (pdi_multigrid_good(field[bad], sign_free)) bad++;
+    while (pdi_multigrid_is_valid(field[bad], sign_free)) bad++;
     return pdi_fail(ctx, PD_ERR_ARGUMENT, "multigrid", "%s is %g at cell %d, needs to be finite%s", name,
                     (double)field[bad], (int)bad, sign_free ? "" : " and >= 0");
 }
 
 /* Power of two that scales `largest` to about 1, as far as the range of double allows; 1 for zero, NaN and infinity. */
-static double pdi_multigrid_scale(double largest)
+static double pdi_multigrid_power_of_two(double largest)
 {
     int exponent = 0;
     if (largest > 0.0 && largest <= DBL_MAX) frexp(largest, &exponent);
@@ -235,8 +235,8 @@ static double pdi_multigrid_scale(double largest)
 }
 
 /* Compute the upwind coefficients of level 0 for the faces normal to axis d. */
-static void pdi_multigrid_fine_faces(const pd_ctx *ctx, pd_multigrid *mg, int d, const uint8_t *active,
-                                     const float *conduct, const float *flux)
+static void pdi_multigrid_compute_faces(const pd_ctx *ctx, pd_multigrid *mg, int d, const uint8_t *active,
+                                        const float *conduct, const float *flux)
 {
     pd_smoother_level *fine = &mg->level[0];
     int32_t stride = pdi_smoother_stride(fine->n, d), n = fine->n[d];
@@ -259,12 +259,12 @@ static void pdi_multigrid_fine_faces(const pd_ctx *ctx, pd_multigrid *mg, int d,
 
 /* Net outflow of cell c of level 0 through its open faces, scaled. It is computed from the flows: in the coefficients
  * they are lost to rounding beside strong conductances. */
-static double pdi_multigrid_net(const pd_multigrid *mg, int32_t c, const float *const *flux)
+static double pdi_multigrid_net_outflow(const pd_multigrid *mg, int32_t c, const float *const *flux)
 {
     const pd_smoother_level *fine = &mg->level[0];
     pdi_coarsen_link link;
     double net = 0.0;
-    PDI_COARSEN_LINKS(fine, c, k, link)
+    PDI_COARSEN_FOR_LINKS(fine, c, k, link)
     {
         double f = (double)flux[link.axis][link.upper ? c : link.cell];
         net += link.upper ? f : -f;
@@ -272,37 +272,36 @@ static double pdi_multigrid_net(const pd_multigrid *mg, int32_t c, const float *
     return mg->scale * net;
 }
 
-/* A wall or a mass in scaled units, at most PDI_MULTIGRID_LARGEST. */
-static float pdi_multigrid_scaled(const pd_multigrid *mg, float given)
+/* A wall or a mass in scaled units, at most PDI_MULTIGRID_MAX_MASS. */
+static float pdi_multigrid_scale_mass(const pd_multigrid *mg, float given)
 {
-    return (float)pdi_min(mg->scale * (double)given, PDI_MULTIGRID_LARGEST);
+    return (float)pdi_min(mg->scale * (double)given, PDI_MULTIGRID_MAX_MASS);
 }
 
 /* Compute the diagonals of level 0 from its faces, walls and masses. During setup x holds the wall and b the mass of
  * each cell. */
-static void pdi_multigrid_fine_diagonal(const pd_ctx *ctx, pd_multigrid *mg, const uint8_t *active,
-                                        const float *const *flux, const float *wall, const float *mass)
+static void pdi_multigrid_compute_diagonal(const pd_ctx *ctx, pd_multigrid *mg, const uint8_t *active,
+                                           const float *const *flux, const float *wall, const float *mass)
 {
     pd_smoother_level *fine = &mg->level[0];
     int nt = pdi_par_threads(ctx, 6 * (int64_t)fine->cells);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t c = 0; c < fine->cells; c++) {
-        fine->x[c] = wall && active[c] ? pdi_multigrid_scaled(mg, wall[c]) : 0.0f;
-        fine->b[c] = mass && active[c] ? pdi_multigrid_scaled(mg, mass[c]) : 0.0f;
+        fine->x[c] = wall && active[c] ? pdi_multigrid_scale_mass(mg, wall[c]) : 0.0f;
+        fine->b[c] = mass && active[c] ? pdi_multigrid_scale_mass(mg, mass[c]) : 0.0f;
         float diag = fine->x[c] + fine->b[c];
         pdi_coarsen_link link;
-        if (active[c])
-            PDI_COARSEN_LINKS(fine, c, k, link) diag += link.back;
+        if (active[c]) PDI_COARSEN_FOR_LINKS(fine, c, k, link) diag += link.reverse;
         fine->inv[c] = diag > 0.0f ? 1.0f / diag : 0.0f;
         fine->r[c] = 0.0f;
-        double net = flux && fine->excess ? pdi_multigrid_net(mg, c, flux) : 0.0;
+        double net = flux && fine->excess ? pdi_multigrid_net_outflow(mg, c, flux) : 0.0;
         if (fine->excess) fine->excess[c] = (float)((double)fine->x[c] + (double)fine->b[c] + net);
     }
 }
 
 /* Find the first and last active cell of each row of level 0. */
-static void pdi_multigrid_rows(pd_smoother_level *fine)
+static void pdi_multigrid_find_row_ends(pd_smoother_level *fine)
 {
     int32_t n = fine->n[0];
     for (int32_t r = 0; r < fine->cells / n; r++) {
@@ -315,49 +314,49 @@ static void pdi_multigrid_rows(pd_smoother_level *fine)
 }
 
 /* Options of the coarsening. */
-static pdi_coarsen pdi_multigrid_how(const pd_multigrid *mg)
+static pdi_coarsen_options pdi_multigrid_coarsen_options(const pd_multigrid *mg)
 {
-    pdi_coarsen options;
+    pdi_coarsen_options options;
     options.symmetric = mg->desc.symmetric;
     options.contrast = mg->desc.contrast;
-    options.all = mg->desc.symmetric;
+    options.keep_all = mg->desc.symmetric;
     options.mark = mg->mark;
-    options.lines = mg->level[0].cells / mg->level[0].n[0];
+    options.fine_lines = mg->level[0].cells / mg->level[0].n[0];
     return options;
 }
 
 /* Build all coarser levels. */
-static pd_status pdi_multigrid_levels(pd_ctx *ctx, const pdi_coarsen *options, pd_multigrid *mg)
+static pd_status pdi_multigrid_build_levels(pd_ctx *ctx, const pdi_coarsen_options *options, pd_multigrid *mg)
 {
     mg->levels = 1;
-    for (int l = 0; pdi_coarsen_choose(ctx, options, &mg->level[l]); l++) {
+    for (int l = 0; pdi_coarsen_choose_axes(ctx, options, &mg->level[l]); l++) {
         if (l + 1 == PD_MULTIGRID_LEVELS)
             return pdi_fail(ctx, PD_ERR_INTERNAL, "multigrid", "more than %d levels", PD_MULTIGRID_LEVELS);
-        PDI_TRY(pdi_poll(ctx, "multigrid", l));
-        PDI_TRY(pdi_coarsen_level(ctx, options, &mg->level[l], &mg->level[l + 1]));
+        PDI_TRY(pdi_check_cancel(ctx, "multigrid", l));
+        PDI_TRY(pdi_coarsen_build_level(ctx, options, &mg->level[l], &mg->level[l + 1]));
         mg->levels = l + 2;
     }
     return PD_OK;
 }
 
 /* Build all coarser levels; the first time with all cells, so that later setups allocate nothing. */
-static pd_status pdi_multigrid_descend(pd_ctx *ctx, pd_multigrid *mg)
+static pd_status pdi_multigrid_reserve_levels(pd_ctx *ctx, pd_multigrid *mg)
 {
-    pdi_coarsen options = pdi_multigrid_how(mg), all = options;
-    all.all = 1;
+    pdi_coarsen_options options = pdi_multigrid_coarsen_options(mg), all = options;
+    all.keep_all = 1;
     /* a later setup may need memory for all cells, and time steps allocate nothing */
-    if (!options.all && !mg->roomy) PDI_TRY(pdi_multigrid_levels(ctx, &all, mg));
+    if (!options.keep_all && !mg->roomy) PDI_TRY(pdi_multigrid_build_levels(ctx, &all, mg));
     mg->roomy = 1;
-    return pdi_multigrid_levels(ctx, &options, mg);
+    return pdi_multigrid_build_levels(ctx, &options, mg);
 }
 
 /* The same with the work array of the arena. */
-static pd_status pdi_multigrid_coarsen(pd_ctx *ctx, pd_multigrid *mg)
+static pd_status pdi_multigrid_setup_levels(pd_ctx *ctx, pd_multigrid *mg)
 {
     pd_arena *arena = mg->desc.arena;
-    if (!arena) return pdi_multigrid_descend(ctx, mg);
-    PDI_TRY(pdi_arena_lend(ctx, arena, pdi_multigrid_mark_list, mg));
-    return pdi_arena_return(ctx, arena, pdi_multigrid_mark_list, mg, pdi_multigrid_descend(ctx, mg));
+    if (!arena) return pdi_multigrid_reserve_levels(ctx, mg);
+    PDI_TRY(pdi_arena_acquire(ctx, arena, pdi_multigrid_setup_list, mg));
+    return pdi_arena_release(ctx, arena, pdi_multigrid_setup_list, mg, pdi_multigrid_reserve_levels(ctx, mg));
 }
 
 PDI_FN pd_status pdi_multigrid_setup(pd_ctx *ctx, pd_multigrid *mg, const uint8_t *active,
@@ -370,34 +369,34 @@ PDI_FN pd_status pdi_multigrid_setup(pd_ctx *ctx, pd_multigrid *mg, const uint8_
     if (flux && mg->desc.symmetric)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "multigrid", "flux given, but the desc says symmetric");
     for (int d = 0; d < PD_DIM; d++) {
-        PDI_TRY(pdi_multigrid_check(ctx, mg, conduct[d], 0, "conduct", &largest));
-        if (flux) PDI_TRY(pdi_multigrid_check(ctx, mg, flux[d], 1, "flux", &largest));
+        PDI_TRY(pdi_multigrid_check_field(ctx, mg, conduct[d], 0, "conduct", &largest));
+        if (flux) PDI_TRY(pdi_multigrid_check_field(ctx, mg, flux[d], 1, "flux", &largest));
     }
-    PDI_TRY(pdi_multigrid_check(ctx, mg, wall, 0, "wall", &largest));
-    PDI_TRY(pdi_multigrid_check(ctx, mg, mass, 0, "mass", &largest));
-    mg->scale = pdi_multigrid_scale((double)largest);
-    pdi_multigrid_blank(mg, mg->level[0].x, 0);
-    for (int d = 0; d < PD_DIM; d++) pdi_multigrid_fine_faces(ctx, mg, d, active, conduct[d], flux ? flux[d] : NULL);
-    pdi_multigrid_fine_diagonal(ctx, mg, active, flux, wall, mass);
-    pdi_multigrid_rows(&mg->level[0]);
-    pd_status status = pdi_multigrid_coarsen(ctx, mg);
+    PDI_TRY(pdi_multigrid_check_field(ctx, mg, wall, 0, "wall", &largest));
+    PDI_TRY(pdi_multigrid_check_field(ctx, mg, mass, 0, "mass", &largest));
+    mg->scale = pdi_multigrid_power_of_two((double)largest);
+    pdi_multigrid_zero_pads(mg, mg->level[0].x, 0);
+    for (int d = 0; d < PD_DIM; d++) pdi_multigrid_compute_faces(ctx, mg, d, active, conduct[d], flux ? flux[d] : NULL);
+    pdi_multigrid_compute_diagonal(ctx, mg, active, flux, wall, mass);
+    pdi_multigrid_find_row_ends(&mg->level[0]);
+    pd_status status = pdi_multigrid_setup_levels(ctx, mg);
     if (status < 0) mg->levels = 0;
     return status;
 }
 
-PDI_FN pd_status pdi_multigrid_mass(pd_ctx *ctx, pd_multigrid *mg, const uint8_t *active, const float *wall,
-                                    const float *mass)
+PDI_FN pd_status pdi_multigrid_update_mass(pd_ctx *ctx, pd_multigrid *mg, const uint8_t *active, const float *wall,
+                                           const float *mass)
 {
     float largest = 0.0f;
     if (mg->levels == 0 || !mg->desc.symmetric)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "multigrid", "other masses %s",
                         mg->levels ? "with flow" : "before a successful setup");
-    PDI_TRY(pdi_multigrid_check(ctx, mg, wall, 0, "wall", &largest));
-    PDI_TRY(pdi_multigrid_check(ctx, mg, mass, 0, "mass", &largest));
-    pdi_multigrid_fine_diagonal(ctx, mg, active, NULL, wall, mass);
-    pdi_multigrid_rows(&mg->level[0]);
-    pdi_coarsen options = pdi_multigrid_how(mg);
-    for (int l = 0; l + 1 < mg->levels; l++) pdi_coarsen_diagonal(&options, &mg->level[l], &mg->level[l + 1]);
+    PDI_TRY(pdi_multigrid_check_field(ctx, mg, wall, 0, "wall", &largest));
+    PDI_TRY(pdi_multigrid_check_field(ctx, mg, mass, 0, "mass", &largest));
+    pdi_multigrid_compute_diagonal(ctx, mg, active, NULL, wall, mass);
+    pdi_multigrid_find_row_ends(&mg->level[0]);
+    pdi_coarsen_options options = pdi_multigrid_coarsen_options(mg);
+    for (int l = 0; l + 1 < mg->levels; l++) pdi_coarsen_compute_diagonals(&options, &mg->level[l], &mg->level[l + 1]);
     return PD_OK;
 }
 
@@ -409,84 +408,83 @@ PDI_FN pd_status pdi_multigrid_mass(pd_ctx *ctx, pd_multigrid *mg, const uint8_t
 static void pdi_multigrid_restrict(pdi_par_team team, const pd_smoother_level *level)
 {
     const pd_smoother_level *coarse = level + 1;
-    for (int32_t p = pdi_par_first(team, coarse->cells); p < pdi_par_behind(team, coarse->cells); p++) {
+    for (int32_t p = pdi_par_range_begin(team, coarse->cells); p < pdi_par_range_end(team, coarse->cells); p++) {
         float sum = 0.0f;
         for (int32_t j = coarse->child_first[p]; j < coarse->child_first[p + 1]; j++) sum += level->r[coarse->child[j]];
         coarse->b[p] = sum;
     }
-    pdi_par_meet(team);
+    pdi_par_barrier(team);
 }
 
 /* Apply an operation to one colour, to all cells; sweep all lines. Each with a barrier. */
-static void pdi_multigrid_colour(pdi_par_team team, const pd_smoother_level *level, pdi_smoother_job op, int colour)
+static void pdi_multigrid_apply_colour(pdi_par_team team, const pd_smoother_level *level, pdi_smoother_op op,
+                                       int colour)
 {
-    pdi_smoother_colour(team, level, op, colour);
-    pdi_par_meet(team);
+    pdi_smoother_apply_colour(team, level, op, colour);
+    pdi_par_barrier(team);
 }
 
-static void pdi_multigrid_range(pdi_par_team team, const pd_smoother_level *level, pdi_smoother_job op)
+static void pdi_multigrid_apply_all(pdi_par_team team, const pd_smoother_level *level, pdi_smoother_op op)
 {
-    pdi_smoother_range(team, level, op, 0, level->cells);
-    pdi_par_meet(team);
+    pdi_smoother_apply_range(team, level, op, 0, level->cells);
+    pdi_par_barrier(team);
 }
 
-static void pdi_multigrid_lines(pdi_par_team team, const pd_smoother_level *level, int descending)
+static void pdi_multigrid_sweep_lines(pdi_par_team team, const pd_smoother_level *level, int descending)
 {
-    pdi_smoother_lines(team, level, descending);
-    pdi_par_meet(team);
+    pdi_smoother_sweep_lines(team, level, descending);
+    pdi_par_barrier(team);
 }
 
 /* Pre-smoothing, residual and restriction of a level. */
-static void pdi_multigrid_down(pdi_par_team team, const pd_multigrid *mg, const pd_smoother_level *level)
+static void pdi_multigrid_cycle_down(pdi_par_team team, const pd_multigrid *mg, const pd_smoother_level *level)
 {
     if (mg->desc.symmetric) {
-        pdi_multigrid_colour(team, level, PDI_SMOOTHER_START, 0);
-        pdi_multigrid_colour(team, level, PDI_SMOOTHER_SWEEP, 1);
-        pdi_multigrid_colour(team, level, PDI_SMOOTHER_SWEEP, 0);
-        pdi_multigrid_colour(team, level, PDI_SMOOTHER_SWEEP, 1);
-        pdi_multigrid_colour(team, level, PDI_SMOOTHER_RESIDUAL, 0); /* r stays 0 on the other colour */
+        pdi_multigrid_apply_colour(team, level, PDI_SMOOTHER_JACOBI, 0);
+        pdi_multigrid_apply_colour(team, level, PDI_SMOOTHER_GAUSS_SEIDEL, 1);
+        pdi_multigrid_apply_colour(team, level, PDI_SMOOTHER_GAUSS_SEIDEL, 0);
+        pdi_multigrid_apply_colour(team, level, PDI_SMOOTHER_GAUSS_SEIDEL, 1);
+        pdi_multigrid_apply_colour(team, level, PDI_SMOOTHER_RESIDUAL, 0); /* r stays 0 on the other colour */
     } else {
-        pdi_multigrid_range(team, level, PDI_SMOOTHER_START);
-        pdi_multigrid_lines(team, level, 0);
-        pdi_multigrid_range(team, level, PDI_SMOOTHER_RESIDUAL);
+        pdi_multigrid_apply_all(team, level, PDI_SMOOTHER_JACOBI);
+        pdi_multigrid_sweep_lines(team, level, 0);
+        pdi_multigrid_apply_all(team, level, PDI_SMOOTHER_RESIDUAL);
     }
     pdi_multigrid_restrict(team, level);
 }
 
 /* Prolongation: add the coarse correction to x. With contrast it is kept separately in double precision, and its defect
  * is smoothed: in single precision its rounding, which varies from cell to cell, would dominate in a good conductor. */
-static void pdi_multigrid_interpolate(pdi_par_team team, const pd_multigrid *mg, const pd_smoother_level *level)
+static void pdi_multigrid_prolong(pdi_par_team team, const pd_multigrid *mg, const pd_smoother_level *level)
 {
     if (level->sum) {
-        pdi_multigrid_range(team, level, PDI_SMOOTHER_INHERIT);
-        pdi_multigrid_range(team, level, PDI_SMOOTHER_DEFECT);
-    } else if (mg->desc.symmetric)
-        pdi_multigrid_colour(team, level, PDI_SMOOTHER_PROLONG, 0);
-    else
-        pdi_multigrid_range(team, level, PDI_SMOOTHER_PROLONG);
+        pdi_multigrid_apply_all(team, level, PDI_SMOOTHER_PROLONG_SUM);
+        pdi_multigrid_apply_all(team, level, PDI_SMOOTHER_DEFECT);
+    } else if (mg->desc.symmetric) pdi_multigrid_apply_colour(team, level, PDI_SMOOTHER_PROLONG, 0);
+    else pdi_multigrid_apply_all(team, level, PDI_SMOOTHER_PROLONG);
 }
 
 /* Prolongation and post-smoothing of a level. */
-static void pdi_multigrid_up(pdi_par_team team, const pd_multigrid *mg, const pd_smoother_level *level)
+static void pdi_multigrid_cycle_up(pdi_par_team team, const pd_multigrid *mg, const pd_smoother_level *level)
 {
-    pdi_multigrid_interpolate(team, mg, level);
+    pdi_multigrid_prolong(team, mg, level);
     for (int sweep = 0; sweep < 2 && mg->desc.symmetric; sweep++) {
-        pdi_multigrid_colour(team, level, PDI_SMOOTHER_SWEEP, 1);
-        pdi_multigrid_colour(team, level, PDI_SMOOTHER_SWEEP, 0);
+        pdi_multigrid_apply_colour(team, level, PDI_SMOOTHER_GAUSS_SEIDEL, 1);
+        pdi_multigrid_apply_colour(team, level, PDI_SMOOTHER_GAUSS_SEIDEL, 0);
     }
-    if (!mg->desc.symmetric) pdi_multigrid_lines(team, level, 1);
-    if (level->sum) pdi_multigrid_range(team, level, PDI_SMOOTHER_COLLECT);
+    if (!mg->desc.symmetric) pdi_multigrid_sweep_lines(team, level, 1);
+    if (level->sum) pdi_multigrid_apply_all(team, level, PDI_SMOOTHER_ADD_TO_SUM);
 }
 
 /* The V-cycle of the levels from `first` to the coarsest, which only has START and, with flow, line sweeps. */
-static void pdi_multigrid_bottom(pdi_par_team team, const pd_multigrid *mg, int first)
+static void pdi_multigrid_cycle_coarse(pdi_par_team team, const pd_multigrid *mg, int first)
 {
     const pd_smoother_level *last = &mg->level[mg->levels - 1];
-    for (int l = first; l < mg->levels - 1; l++) pdi_multigrid_down(team, mg, &mg->level[l]);
-    pdi_multigrid_range(team, last, PDI_SMOOTHER_START); /* symmetric: no links are left */
-    for (int sweep = 0; sweep < 2 && !mg->desc.symmetric; sweep++) pdi_multigrid_lines(team, last, sweep);
+    for (int l = first; l < mg->levels - 1; l++) pdi_multigrid_cycle_down(team, mg, &mg->level[l]);
+    pdi_multigrid_apply_all(team, last, PDI_SMOOTHER_JACOBI); /* symmetric: no links are left */
+    for (int sweep = 0; sweep < 2 && !mg->desc.symmetric; sweep++) pdi_multigrid_sweep_lines(team, last, sweep);
     for (int32_t c = 0; c < last->cells && last->sum; c++) last->sum[c] = (double)last->x[c];
-    for (int l = mg->levels - 2; l >= first; l--) pdi_multigrid_up(team, mg, &mg->level[l]);
+    for (int l = mg->levels - 2; l >= first; l--) pdi_multigrid_cycle_up(team, mg, &mg->level[l]);
 }
 
 /* First node, on the padded lattice, of row r of the box. */
@@ -501,7 +499,7 @@ static int32_t pdi_multigrid_row_node(const pd_multigrid *mg, int32_t r)
 }
 
 /* Factor of the right-hand side in row r of the box. */
-static double pdi_multigrid_weight(const pd_multigrid *mg, int32_t r)
+static double pdi_multigrid_row_weight(const pd_multigrid *mg, int32_t r)
 {
     const int *n = mg->level[0].n;
     if (PD_DIM == 1 || !mg->desc.weight) return 1.0;
@@ -509,7 +507,7 @@ static double pdi_multigrid_weight(const pd_multigrid *mg, int32_t r)
 }
 
 /* max |rhs| over the active cells of row r, times the weight of the row. */
-static double pdi_multigrid_row_size(const pd_multigrid *mg, int32_t r, const double *rhs)
+static double pdi_multigrid_row_max(const pd_multigrid *mg, int32_t r, const double *rhs)
 {
     enum { lanes = 16 };
     const pd_smoother_level *fine = &mg->level[0];
@@ -528,23 +526,24 @@ static double pdi_multigrid_row_size(const pd_multigrid *mg, int32_t r, const do
         largest = size > largest ? size : largest;
     }
     for (int l = 0; l < lanes; l++) largest = most[l] > largest ? most[l] : largest;
-    return largest * pdi_multigrid_weight(mg, r);
+    return largest * pdi_multigrid_row_weight(mg, r);
 }
 
 /* part [PDI_SMOOTHER_PARTS]: max |rhs| over parts of the rows. No barrier. */
-static void pdi_multigrid_parts(pdi_par_team team, const pd_multigrid *mg, const double *rhs, double *part)
+static void pdi_multigrid_part_max(pdi_par_team team, const pd_multigrid *mg, const double *rhs, double *part)
 {
     int32_t rows = mg->level[0].cells / mg->level[0].n[0];
-    for (int32_t q = pdi_par_first(team, PDI_SMOOTHER_PARTS); q < pdi_par_behind(team, PDI_SMOOTHER_PARTS); q++) {
+    for (int32_t q = pdi_par_range_begin(team, PDI_SMOOTHER_PARTS); q < pdi_par_range_end(team, PDI_SMOOTHER_PARTS);
+         q++) {
         double largest = 0.0;
-        for (int32_t r = pdi_smoother_part(rows, q); r < pdi_smoother_part(rows, q + 1); r++)
-            largest = pdi_max(largest, pdi_multigrid_row_size(mg, r, rhs));
+        for (int32_t r = pdi_smoother_part_begin(rows, q); r < pdi_smoother_part_begin(rows, q + 1); r++)
+            largest = pdi_max(largest, pdi_multigrid_row_max(mg, r, rhs));
         part[q] = largest;
     }
 }
 
 /* Zero x, r and the inactive parts of b in row r of level 0, since others have used their memory. */
-static void pdi_multigrid_wipe(const pd_smoother_level *fine, int32_t r)
+static void pdi_multigrid_zero_row(const pd_smoother_level *fine, int32_t r)
 {
     int32_t n0 = fine->n[0], first = r * n0, begin = fine->begin[r], end = fine->end[r];
     size_t before = (size_t)(begin - first), behind = (size_t)(first + n0 - end);
@@ -556,14 +555,14 @@ static void pdi_multigrid_wipe(const pd_smoother_level *fine, int32_t r)
 }
 
 /* b = scale * rhs in row r of level 0, from the padded lattice. */
-static void pdi_multigrid_take(const pd_multigrid *mg, int32_t r, const double *rhs, double scale)
+static void pdi_multigrid_read_rhs_row(const pd_multigrid *mg, int32_t r, const double *rhs, double scale)
 {
     const pd_smoother_level *fine = &mg->level[0];
     int32_t s0 = mg->desc.stride[0], begin = fine->begin[r], count = fine->end[r] - begin;
     const double *PD_RESTRICT given = rhs + pdi_multigrid_row_node(mg, r) + (begin - r * fine->n[0]) * s0;
     const float *PD_RESTRICT inv = fine->inv + begin;
     float *PD_RESTRICT b = fine->b + begin;
-    double factor = scale * pdi_multigrid_weight(mg, r);
+    double factor = scale * pdi_multigrid_row_weight(mg, r);
     if (s0 == 1)
         for (int32_t c = 0; c < count; c++) b[c] = inv[c] > 0.0f ? (float)(factor * given[c]) : 0.0f;
     else
@@ -571,7 +570,7 @@ static void pdi_multigrid_take(const pd_multigrid *mg, int32_t r, const double *
 }
 
 /* x = scale * solution of row r of level 0, to the padded lattice. */
-static void pdi_multigrid_give(const pd_multigrid *mg, int32_t r, double scale, double *x)
+static void pdi_multigrid_write_x_row(const pd_multigrid *mg, int32_t r, double scale, double *x)
 {
     const pd_smoother_level *fine = &mg->level[0];
     int32_t n0 = fine->n[0], s0 = mg->desc.stride[0];
@@ -587,28 +586,30 @@ static void pdi_multigrid_give(const pd_multigrid *mg, int32_t r, double scale, 
 }
 
 /* One V-cycle, as each thread of the team runs it. part [PDI_SMOOTHER_PARTS]: work array that all threads share. */
-static void pdi_multigrid_work(pdi_par_team team, const pd_multigrid *mg, double *part, const double *rhs, double *x)
+static void pdi_multigrid_cycle_thread(pdi_par_team team, const pd_multigrid *mg, double *part, const double *rhs,
+                                       double *x)
 {
     const pd_smoother_level *fine = &mg->level[0];
-    int32_t rows = fine->cells / fine->n[0], first = pdi_par_first(team, rows), behind = pdi_par_behind(team, rows);
+    int32_t rows = fine->cells / fine->n[0], first = pdi_par_range_begin(team, rows),
+            behind = pdi_par_range_end(team, rows);
     double largest = 0.0;
     int top = 0; /* from this level on one thread is as fast */
-    while (top < mg->levels - 1 && (int64_t)mg->level[top].cells * PDI_SMOOTHER_WORK >= PDI_MULTIGRID_WORTH) top++;
-    pdi_multigrid_parts(team, mg, rhs, part);
-    pdi_par_meet(team);
+    while (top < mg->levels - 1 && (int64_t)mg->level[top].cells * PDI_SMOOTHER_WORK >= PDI_MULTIGRID_MIN_WORK) top++;
+    pdi_multigrid_part_max(team, mg, rhs, part);
+    pdi_par_barrier(team);
     for (int q = 0; q < PDI_SMOOTHER_PARTS; q++) largest = pdi_max(largest, part[q]);
-    double in = pdi_multigrid_scale(largest), out = mg->scale / in;
-    if ((mg->desc.host || mg->hosts || mg->desc.guest) && !team.rank) pdi_multigrid_blank(mg, fine->x, 0);
+    double in = pdi_multigrid_power_of_two(largest), out = mg->scale / in;
+    if ((mg->desc.host || mg->hosts || mg->desc.guest) && !team.rank) pdi_multigrid_zero_pads(mg, fine->x, 0);
     for (int32_t r = first; r < behind; r++) {
-        if (mg->desc.host || mg->hosts || mg->desc.guest) pdi_multigrid_wipe(fine, r);
-        pdi_multigrid_take(mg, r, rhs, in);
+        if (mg->desc.host || mg->hosts || mg->desc.guest) pdi_multigrid_zero_row(fine, r);
+        pdi_multigrid_read_rhs_row(mg, r, rhs, in);
     }
-    pdi_par_meet(team);
-    for (int l = 0; l < top; l++) pdi_multigrid_down(team, mg, &mg->level[l]);
-    if (!team.rank) pdi_multigrid_bottom(pdi_par_alone(), mg, top);
-    pdi_par_meet(team);
-    for (int l = top - 1; l >= 0; l--) pdi_multigrid_up(team, mg, &mg->level[l]);
-    for (int32_t r = first; r < behind; r++) pdi_multigrid_give(mg, r, out, x);
+    pdi_par_barrier(team);
+    for (int l = 0; l < top; l++) pdi_multigrid_cycle_down(team, mg, &mg->level[l]);
+    if (!team.rank) pdi_multigrid_cycle_coarse(pdi_par_single_team(), mg, top);
+    pdi_par_barrier(team);
+    for (int l = top - 1; l >= 0; l--) pdi_multigrid_cycle_up(team, mg, &mg->level[l]);
+    for (int32_t r = first; r < behind; r++) pdi_multigrid_write_x_row(mg, r, out, x);
 }
 
 PDI_FN void pdi_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs, double *x)
@@ -616,12 +617,12 @@ PDI_FN void pdi_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs
     double part[PDI_SMOOTHER_PARTS];
     pdi_par_timing timing;
     if (mg->levels == 0) return; /* setup failed or was never called */
-    int nt = pdi_par_begin(ctx, (int64_t)mg->level[0].cells * PDI_SMOOTHER_WORK, PDI_MULTIGRID_LOOPS,
-                           (uint64_t)(uintptr_t)mg, &timing);
-    PDI_TEAM(nt, pdi_multigrid_work(team, mg, part, rhs, x));
-    pdi_par_end(ctx, &timing);
+    int nt = pdi_par_begin_timing(ctx, (int64_t)mg->level[0].cells * PDI_SMOOTHER_WORK, PDI_MULTIGRID_CYCLE_LOOPS,
+                                  (uint64_t)(uintptr_t)mg, &timing);
+    PDI_PARALLEL_TEAM_CALL(nt, pdi_multigrid_cycle_thread(team, mg, part, rhs, x));
+    pdi_par_end_timing(ctx, &timing);
 }
 
-#undef PDI_MULTIGRID_LARGEST
-#undef PDI_MULTIGRID_WORTH
-#undef PDI_MULTIGRID_LOOPS
+#undef PDI_MULTIGRID_MAX_MASS
+#undef PDI_MULTIGRID_MIN_WORK
+#undef PDI_MULTIGRID_CYCLE_LOOPS

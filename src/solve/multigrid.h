@@ -32,8 +32,8 @@ typedef struct pd_multigrid_desc {
     int symmetric;          /* 1: no flow: symmetric cycle, less memory; 0: line smoother for flow */
     int contrast;           /* 1: conductances differ by orders of magnitude in space: corrections of coarser levels are
                              * in double precision, which costs a fifth to a half more time */
-    int guest;              /* 1: with an arena: the caller provides the memory of x, b and r, pdi_multigrid_fields
-                             * floats that are unused during a setup or a cycle; their content does not matter */
+    int guest; /* 1: with an arena: the caller provides the memory of x, b and r, pdi_multigrid_field_floats
+                * floats that are unused during a setup or a cycle; their content does not matter */
     struct pd_multigrid *host; /* another multigrid of the same box, whose x, b and r of the finest level this one
                              * shares; they never cycle at the same time, and the host is opened first. Borrowed;
                              * NULL: own arrays */
@@ -70,8 +70,8 @@ PDI_FN pd_status pdi_multigrid_setup(pd_ctx *ctx, pd_multigrid *mg, const uint8_
                                      const float *wall, const float *mass);
 /* Change walls and masses only; active cells and faces are those of the last setup. Much cheaper than a setup, and
  * bitwise equal to it. desc.symmetric only. PD_ERR_ARGUMENT: as of setup, or there was none. */
-PDI_FN pd_status pdi_multigrid_mass(pd_ctx *ctx, pd_multigrid *mg, const uint8_t *active, const float *wall,
-                                    const float *mass);
+PDI_FN pd_status pdi_multigrid_update_mass(pd_ctx *ctx, pd_multigrid *mg, const uint8_t *active, const float *wall,
+                                           const float *mass);
 /* Apply the preconditioner: x = M^-1 rhs by one V-cycle from zero: a constant linear operator up to single precision
  * rounding, symmetric positive (fit for CG) with desc.symmetric. With GMRES on stiff operators use the flexible form:
  * rounding is not linear. rhs and x, which may be the same, live on the padded lattice; x becomes 0 at inactive cells,
@@ -81,16 +81,16 @@ PDI_FN pd_status pdi_multigrid_mass(pd_ctx *ctx, pd_multigrid *mg, const uint8_t
 PDI_FN void pdi_multigrid_cycle(pd_ctx *ctx, pd_multigrid *mg, const double *rhs, double *x);
 
 /* Number of floats of x, b and r of the finest level. */
-PDI_FN size_t pdi_multigrid_fields(const pd_multigrid *mg);
+PDI_FN size_t pdi_multigrid_field_floats(const pd_multigrid *mg);
 /* List functions: the arrays of the finest level, and the work array of a setup. */
-PDI_FN void pdi_multigrid_list(pdi_owner *owner, void *object);
-PDI_FN void pdi_multigrid_mark_list(pdi_owner *owner, void *object);
+PDI_FN void pdi_multigrid_list(pdi_array_visitor *owner, void *object);
+PDI_FN void pdi_multigrid_setup_list(pdi_array_visitor *owner, void *object);
 /* Initialise sizes without any array. PD_ERR_ARGUMENT, PD_ERR_SIZE: of the box. */
-PDI_FN pd_status pdi_multigrid_plan(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_multigrid *mg);
+PDI_FN pd_status pdi_multigrid_init(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_multigrid *mg);
 /* With an arena: set the pointers after its arrays were lent (a setup has to follow), and clear them before the arrays
  * are returned. */
-PDI_FN void pdi_multigrid_open(pd_multigrid *mg);
-PDI_FN void pdi_multigrid_close(pd_multigrid *mg);
+PDI_FN void pdi_multigrid_set_pointers(pd_multigrid *mg);
+PDI_FN void pdi_multigrid_clear_pointers(pd_multigrid *mg);
 #endif
 
 #endif

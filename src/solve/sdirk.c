@@ -4,7 +4,7 @@
 
 #define PDI_SDIRK_SAFETY 0.9 /* [-] safety factor on the step that the error estimate allows */
 
-PDI_FN double pdi_sdirk_clip(double planned, double max_step, double left, int *last)
+PDI_FN double pdi_sdirk_limit_step(double planned, double max_step, double left, int *last)
 {
     double dt = max_step > 0.0 ? pdi_min(planned, max_step) : planned;
     *last = dt >= left * (1.0 - 1e-9);
@@ -12,12 +12,12 @@ PDI_FN double pdi_sdirk_clip(double planned, double max_step, double left, int *
     return dt > 0.5 * left ? 0.5 * left : dt;
 }
 
-PDI_FN double pdi_sdirk_factor(double error_ratio, double max_growth)
+PDI_FN double pdi_sdirk_step_factor(double error_ratio, double max_growth)
 {
     return pdi_min(max_growth, PDI_SDIRK_SAFETY / sqrt(pdi_max(error_ratio, 1e-6)));
 }
 
-PDI_FN double pdi_sdirk_plan(double planned, double dt, double factor)
+PDI_FN double pdi_sdirk_update_plan(double planned, double dt, double factor)
 {
     double next = dt * factor;
     return factor < 1.0 ? pdi_min(planned, next) : pdi_max(planned, next);

@@ -7,25 +7,25 @@
 
 /* Lines are swept in blocks of lines, which are coloured for threads; the partition depends on the size of the level
  * only. This is the largest number of blocks along an axis. */
-#define PDI_SMOOTHER_BLOCKS 8
+#define PDI_SMOOTHER_MAX_BLOCKS 8
 /* Least number of lines across a block. */
-#define PDI_SMOOTHER_BLOCK_LINES 7
+#define PDI_SMOOTHER_MIN_BLOCK_LINES 7
 /* A level with fewer cells is a single block. */
-#define PDI_SMOOTHER_BLOCK_CELLS 4096
+#define PDI_SMOOTHER_MIN_BLOCK_CELLS 4096
 /* Cells of level 0 that are computed at a time (vectorised). */
-#define PDI_SMOOTHER_BLOCK 256
+#define PDI_SMOOTHER_VECTOR_CELLS 256
 
 /* Neighbours of a row of level 0 along axis 0. Beyond an end of an axis that is not periodic lies another row or a pad,
  * whose coefficients are 0. */
-typedef struct pdi_smoother_beside {
+typedef struct pdi_smoother_row_neighbours {
     int32_t below[PD_DIM], above[PD_DIM]; /* index offsets of the neighbours along each axis; periodic for axes 1 and
                                            * up */
     const float *lo[PD_DIM], *hi[PD_DIM]; /* coefficients of all axes, by cell; lo[0] not for the first cell */
-} pdi_smoother_beside;
+} pdi_smoother_row_neighbours;
 
 /* Set the neighbour offsets and coefficients of a row of level 0. */
-static void pdi_smoother_look(const pd_smoother_level *fine, const int32_t *stride, int32_t row,
-                              pdi_smoother_beside *adjacent)
+static void pdi_smoother_find_row_neighbours(const pd_smoother_level *fine, const int32_t *stride, int32_t row,
+                                             pdi_smoother_row_neighbours *adjacent)
 {
     adjacent->below[0] = -1;
     adjacent->above[0] = 1;
@@ -42,13 +42,13 @@ static void pdi_smoother_look(const pd_smoother_level *fine, const int32_t *stri
 }
 
 /* Sum over links of a x for a cell of level 0 that may have periodic neighbours. */
-PDI_ONCE static float pdi_smoother_edge_sum(const pd_smoother_level *fine, const int32_t *stride, int32_t c)
+PDI_NOINLINE static float pdi_smoother_periodic_sum(const pd_smoother_level *fine, const int32_t *stride, int32_t c)
 {
     float sum = 0.0f;
     for (int d = 0; d < PD_DIM; d++)
         for (int upper = 0; upper < 2; upper++) {
-            int32_t q = pdi_smoother_across(fine, stride[d], d, upper, c);
-            if (q >= 0) sum += pdi_smoother_edge_coefficient(fine, d, upper, c, q) * fine->x[q];
+            int32_t q = pdi_smoother_find_neighbour(fine, stride[d], d, upper, c);
+            if (q >= 0) sum += pdi_smoother_get_coefficient(fine, d, upper, c, q) * fine->x[q];
         }
     return sum;
 }
@@ -57,7 +57,7 @@ PDI_ONCE static float pdi_smoother_edge_sum(const pd_smoother_level *fine, const
 static inline float pdi_smoother_fine_sum(const pd_smoother_level *fine, const int32_t *stride, int32_t c)
 {
     float sum = 0.0f;
-    if (fine->edge && fine->edge[c]) return pdi_smoother_edge_sum(fine, stride, c);
+    if (fine->edge && fine->edge[c]) return pdi_smoother_periodic_sum(fine, stride, c);
     for (int d = 0; d < PD_DIM; d++)
         sum += fine->lo[d][c] * fine->x[c - stride[d]] + fine->hi[d][c] * fine->x[c + stride[d]];
     return sum;
@@ -82,9 +82,9 @@ static inline float pdi_smoother_fine_defect(const pd_smoother_level *fine, cons
     double leave = (double)fine->excess[c] * fine->sum[c];
     for (int d = 0; d < PD_DIM; d++)
         for (int upper = 0; upper < 2; upper++) {
-            int32_t q = pdi_smoother_across(fine, stride[d], d, upper, c);
+            int32_t q = pdi_smoother_find_neighbour(fine, stride[d], d, upper, c);
             if (q < 0) continue;
-            leave += (double)pdi_smoother_edge_coefficient(fine, d, upper, c, q) * (fine->sum[c] - fine->sum[q]);
+            leave += (double)pdi_smoother_get_coefficient(fine, d, upper, c, q) * (fine->sum[c] - fine->sum[q]);
         }
     return (float)leave;
 }
@@ -121,7 +121,8 @@ static void pdi_smoother_block_defect(const pd_smoother_level *fine, const int32
 }
 
 /* b -= A sum on the cells first .. end-1 of any level. */
-static void pdi_smoother_defect(const pd_smoother_level *level, const int32_t *stride, int32_t first, int32_t end)
+static void pdi_smoother_subtract_defect(const pd_smoother_level *level, const int32_t *stride, int32_t first,
+                                         int32_t end)
 {
     float *b = level->b;
     if (level->row)
@@ -129,21 +130,22 @@ static void pdi_smoother_defect(const pd_smoother_level *level, const int32_t *s
     else if (level->edge)
         for (int32_t c = first; c < end; c++) b[c] -= pdi_smoother_fine_defect(level, stride, c);
     else
-        for (int32_t c = first; c < end; c += PDI_SMOOTHER_BLOCK)
-            pdi_smoother_block_defect(level, stride, c, end - c < PDI_SMOOTHER_BLOCK ? end - c : PDI_SMOOTHER_BLOCK);
+        for (int32_t c = first; c < end; c += PDI_SMOOTHER_VECTOR_CELLS)
+            pdi_smoother_block_defect(level, stride, c,
+                                      end - c < PDI_SMOOTHER_VECTOR_CELLS ? end - c : PDI_SMOOTHER_VECTOR_CELLS);
 }
 
 /* Apply one operation to the cells first, first + step, ... before end. */
-static inline void pdi_smoother_cells(const pd_smoother_level *level, const int32_t *stride, pdi_smoother_job op,
-                                    int32_t first, int32_t end, int32_t step)
+static inline void pdi_smoother_apply_cells(const pd_smoother_level *level, const int32_t *stride, pdi_smoother_op op,
+                                            int32_t first, int32_t end, int32_t step)
 {
     float *x = level->x;
     const float *b = level->b, *inv = level->inv;
     switch (op) {
-    case PDI_SMOOTHER_START:
+    case PDI_SMOOTHER_JACOBI:
         for (int32_t c = first; c < end; c += step) x[c] = b[c] * inv[c];
         break;
-    case PDI_SMOOTHER_SWEEP:
+    case PDI_SMOOTHER_GAUSS_SEIDEL:
         for (int32_t c = first; c < end; c += step) x[c] = (b[c] + pdi_smoother_sum(level, stride, c)) * inv[c];
         break;
     case PDI_SMOOTHER_RESIDUAL:
@@ -154,21 +156,19 @@ static inline void pdi_smoother_cells(const pd_smoother_level *level, const int3
         for (int32_t c = first; c < end; c += step)
             if (level->parent[c] >= 0) x[c] += level[1].x[level->parent[c]];
         break;
-    case PDI_SMOOTHER_INHERIT:
+    case PDI_SMOOTHER_PROLONG_SUM:
         for (int32_t c = first; c < end; c += step)
             level->sum[c] = level->parent[c] >= 0 ? level[1].sum[level->parent[c]] : 0.0;
         break;
-    case PDI_SMOOTHER_DEFECT:
-        pdi_smoother_defect(level, stride, first, end);
-        break;
-    case PDI_SMOOTHER_COLLECT:
+    case PDI_SMOOTHER_DEFECT: pdi_smoother_subtract_defect(level, stride, first, end); break;
+    case PDI_SMOOTHER_ADD_TO_SUM:
         for (int32_t c = first; c < end; c += step) level->sum[c] += (double)x[c];
         break;
     }
 }
 
 /* Index strides [PD_DIM] of the blocks of a level. */
-static void pdi_smoother_strides(const pd_smoother_level *level, int32_t *stride)
+static void pdi_smoother_compute_strides(const pd_smoother_level *level, int32_t *stride)
 {
     for (int d = 0; d < PD_DIM; d++) stride[d] = pdi_smoother_stride(level->n, d);
 }
@@ -186,12 +186,12 @@ static int pdi_smoother_row_colour(const pd_smoother_level *fine, int32_t r)
 
 /* Residual r = b + sum - x/inv on every `step`-th cell from `first` on of a row of level 0, none of which has a
  * periodic neighbour along axis 0. Cells between are computed too, for vectorisation, but not stored. */
-static void pdi_smoother_residuals(const pd_smoother_level *fine, const pdi_smoother_beside *adjacent, int32_t first,
-                                   int32_t end, int32_t step)
+static void pdi_smoother_compute_residuals(const pd_smoother_level *fine, const pdi_smoother_row_neighbours *adjacent,
+                                           int32_t first, int32_t end, int32_t step)
 {
-    float next[PDI_SMOOTHER_BLOCK];
-    for (int32_t at = first; at < end; at += PDI_SMOOTHER_BLOCK) {
-        int n = end - at < PDI_SMOOTHER_BLOCK ? (int)(end - at) : PDI_SMOOTHER_BLOCK;
+    float next[PDI_SMOOTHER_VECTOR_CELLS];
+    for (int32_t at = first; at < end; at += PDI_SMOOTHER_VECTOR_CELLS) {
+        int n = end - at < PDI_SMOOTHER_VECTOR_CELLS ? (int)(end - at) : PDI_SMOOTHER_VECTOR_CELLS;
         const float *b = fine->b + at, *inv = fine->inv + at, *x = fine->x + at, *lo[PD_DIM], *hi[PD_DIM];
         float *r = fine->r + at;
         for (int d = 0; d < PD_DIM; d++) {
@@ -214,45 +214,45 @@ static void pdi_smoother_residuals(const pd_smoother_level *fine, const pdi_smoo
 static void pdi_smoother_row_residual(const pd_smoother_level *fine, const int32_t *stride, int32_t row, int32_t first,
                                       int32_t end, int32_t step)
 {
-    pdi_smoother_beside adjacent;
+    pdi_smoother_row_neighbours adjacent;
     int32_t begin = row * fine->n[0], last = begin + fine->n[0] - 1, inner = end;
-    pdi_smoother_look(fine, stride, row, &adjacent);
+    pdi_smoother_find_row_neighbours(fine, stride, row, &adjacent);
     if (fine->wrap[0]) {
         if (first == begin && first < end) {
-            pdi_smoother_cells(fine, stride, PDI_SMOOTHER_RESIDUAL, first, first + 1, 1);
+            pdi_smoother_apply_cells(fine, stride, PDI_SMOOTHER_RESIDUAL, first, first + 1, 1);
             first += step;
         }
         if (end > last) inner = last;
     }
-    pdi_smoother_residuals(fine, &adjacent, first, inner, step);
+    pdi_smoother_compute_residuals(fine, &adjacent, first, inner, step);
     if (inner < end && first <= last && (last - first) % step == 0)
-        pdi_smoother_cells(fine, stride, PDI_SMOOTHER_RESIDUAL, last, last + 1, 1);
+        pdi_smoother_apply_cells(fine, stride, PDI_SMOOTHER_RESIDUAL, last, last + 1, 1);
 }
 
-PDI_FN void pdi_smoother_range(pdi_par_team team, const pd_smoother_level *level, pdi_smoother_job op, int32_t first,
-                               int32_t count)
+PDI_FN void pdi_smoother_apply_range(pdi_par_team team, const pd_smoother_level *level, pdi_smoother_op op,
+                                     int32_t first, int32_t count)
 {
     int32_t stride[PD_DIM], n0 = level->n[0];
-    pdi_smoother_strides(level, stride);
+    pdi_smoother_compute_strides(level, stride);
     if (level->row || op != PDI_SMOOTHER_RESIDUAL) {
-        pdi_smoother_cells(level, stride, op, first + pdi_par_first(team, count), first + pdi_par_behind(team, count),
-                           1);
+        pdi_smoother_apply_cells(level, stride, op, first + pdi_par_range_begin(team, count),
+                                 first + pdi_par_range_end(team, count), 1);
         return;
     }
     int32_t rows = level->cells / n0;
-    for (int32_t r = pdi_par_first(team, rows); r < pdi_par_behind(team, rows); r++)
+    for (int32_t r = pdi_par_range_begin(team, rows); r < pdi_par_range_end(team, rows); r++)
         pdi_smoother_row_residual(level, stride, r, r * n0, (r + 1) * n0, 1);
 }
 
 /* x = b/diag (sweep 0) or (b + sum)/diag (sweep 1) on every second cell from `first` of a row of level 0, none of which
  * has a periodic neighbour along axis 0. The cells between, which the sums read, are computed too, for vectorisation,
  * but not stored. */
-static void pdi_smoother_every_second(const pd_smoother_level *fine, const pdi_smoother_beside *adjacent, int sweep,
-                                      int32_t first, int32_t end)
+static void pdi_smoother_every_second(const pd_smoother_level *fine, const pdi_smoother_row_neighbours *adjacent,
+                                      int sweep, int32_t first, int32_t end)
 {
-    float next[PDI_SMOOTHER_BLOCK];
-    for (int32_t at = first; at < end; at += PDI_SMOOTHER_BLOCK) {
-        int n = end - at < PDI_SMOOTHER_BLOCK ? (int)(end - at) : PDI_SMOOTHER_BLOCK;
+    float next[PDI_SMOOTHER_VECTOR_CELLS];
+    for (int32_t at = first; at < end; at += PDI_SMOOTHER_VECTOR_CELLS) {
+        int n = end - at < PDI_SMOOTHER_VECTOR_CELLS ? (int)(end - at) : PDI_SMOOTHER_VECTOR_CELLS;
         const float *b = fine->b + at, *inv = fine->inv + at, *lo[PD_DIM], *hi[PD_DIM];
         float *x = fine->x + at;
         for (int d = 0; d < PD_DIM; d++) {
@@ -274,44 +274,46 @@ static void pdi_smoother_every_second(const pd_smoother_level *fine, const pdi_s
 
 /* START or SWEEP on every second cell of row r of level 0 from `first` (one colour). Where axis 0 is periodic, the
  * first and the last cell of the row are treated separately. */
-static void pdi_smoother_row(const pd_smoother_level *fine, const int32_t *stride, pdi_smoother_job op, int32_t r,
-                             int32_t first)
+static void pdi_smoother_row_sweep(const pd_smoother_level *fine, const int32_t *stride, pdi_smoother_op op, int32_t r,
+                                   int32_t first)
 {
-    pdi_smoother_beside adjacent;
+    pdi_smoother_row_neighbours adjacent;
     int32_t begin = r * fine->n[0], last = begin + fine->n[0] - 1, end = fine->end[r], inner = end;
-    pdi_smoother_look(fine, stride, r, &adjacent);
+    pdi_smoother_find_row_neighbours(fine, stride, r, &adjacent);
     if (fine->wrap[0]) {
         if (first == begin && first < end) {
-            pdi_smoother_cells(fine, stride, op, first, first + 1, 1);
+            pdi_smoother_apply_cells(fine, stride, op, first, first + 1, 1);
             first += 2;
         }
         if (end > last) inner = last;
     }
-    pdi_smoother_every_second(fine, &adjacent, op == PDI_SMOOTHER_SWEEP, first, inner);
+    pdi_smoother_every_second(fine, &adjacent, op == PDI_SMOOTHER_GAUSS_SEIDEL, first, inner);
     if (inner < end && first <= last && (last - first) % 2 == 0)
-        pdi_smoother_cells(fine, stride, op, last, last + 1, 1);
+        pdi_smoother_apply_cells(fine, stride, op, last, last + 1, 1);
 }
 
-PDI_FN void pdi_smoother_colour(pdi_par_team team, const pd_smoother_level *level, pdi_smoother_job op, int colour)
+PDI_FN void pdi_smoother_apply_colour(pdi_par_team team, const pd_smoother_level *level, pdi_smoother_op op, int colour)
 {
     int32_t stride[PD_DIM], n0 = level->n[0], rows = level->cells / n0;
     if (level->row) {
-        pdi_smoother_range(team, level, op, colour ? level->red : 0, colour ? level->cells - level->red : level->red);
+        pdi_smoother_apply_range(team, level, op, colour ? level->red : 0,
+                                 colour ? level->cells - level->red : level->red);
         return;
     }
-    pdi_smoother_strides(level, stride);
-    for (int32_t r = pdi_par_first(team, rows); r < pdi_par_behind(team, rows); r++) {
+    pdi_smoother_compute_strides(level, stride);
+    for (int32_t r = pdi_par_range_begin(team, rows); r < pdi_par_range_end(team, rows); r++) {
         int32_t first = level->begin[r];
         first += ((first - r * n0) ^ pdi_smoother_row_colour(level, r) ^ colour) & 1;
-        if (op == PDI_SMOOTHER_START || op == PDI_SMOOTHER_SWEEP) pdi_smoother_row(level, stride, op, r, first);
+        if (op == PDI_SMOOTHER_JACOBI || op == PDI_SMOOTHER_GAUSS_SEIDEL)
+            pdi_smoother_row_sweep(level, stride, op, r, first);
         else if (op == PDI_SMOOTHER_RESIDUAL)
             pdi_smoother_row_residual(level, stride, r, first, level->end[r], 2);
-        else pdi_smoother_cells(level, stride, op, first, level->end[r], 2);
+        else pdi_smoother_apply_cells(level, stride, op, first, level->end[r], 2);
     }
 }
 
 /* Gauss-Seidel forwards and backwards over the cells first .. end-1, one line of a coarse level. */
-PDI_ONCE static void pdi_smoother_linked_line(const pd_smoother_level *level, int32_t first, int32_t end)
+PDI_NOINLINE static void pdi_smoother_sweep_coarse_line(const pd_smoother_level *level, int32_t first, int32_t end)
 {
     float *x = level->x;
     const float *b = level->b, *inv = level->inv;
@@ -320,13 +322,13 @@ PDI_ONCE static void pdi_smoother_linked_line(const pd_smoother_level *level, in
 }
 
 /* r = b + contributions of the other lines to a line of level 0, which are constant while the line is swept. */
-PDI_ONCE static void pdi_smoother_fine_given(const pd_smoother_level *fine, const int32_t *stride, int32_t line)
+PDI_NOINLINE static void pdi_smoother_fine_line_rhs(const pd_smoother_level *fine, const int32_t *stride, int32_t line)
 {
     int32_t n = fine->n[0], first = line * n;
     const float *PD_RESTRICT x = fine->x + first, *PD_RESTRICT b = fine->b + first, *lo[PD_DIM], *hi[PD_DIM];
     float *PD_RESTRICT given = fine->r + first;
-    pdi_smoother_beside adjacent;
-    pdi_smoother_look(fine, stride, line, &adjacent);
+    pdi_smoother_row_neighbours adjacent;
+    pdi_smoother_find_row_neighbours(fine, stride, line, &adjacent);
     for (int d = 0; d < PD_DIM; d++) {
         lo[d] = adjacent.lo[d] + first;
         hi[d] = adjacent.hi[d] + first;
@@ -341,8 +343,8 @@ PDI_ONCE static void pdi_smoother_fine_given(const pd_smoother_level *fine, cons
 
 /* Gauss-Seidel forwards and backwards along `lines` (1 or 2) lines of level 0 that are not neighbours. Only one product
  * and one sum depend on the cell before; two lines at a time hide that latency. */
-static inline void pdi_smoother_fine_lines(const pd_smoother_level *fine, const int32_t *stride, const int32_t *line,
-                                           int lines)
+static inline void pdi_smoother_sweep_fine_lines(const pd_smoother_level *fine, const int32_t *stride,
+                                                 const int32_t *line, int lines)
 {
     const float *PD_RESTRICT lo = fine->lo[0], *PD_RESTRICT hi = fine->hi[0], *PD_RESTRICT inv = fine->inv;
     const float *PD_RESTRICT given = fine->r;
@@ -351,7 +353,7 @@ static inline void pdi_smoother_fine_lines(const pd_smoother_level *fine, const 
     int wrap = fine->wrap[0];
     for (int l = 0; l < lines; l++) {
         first[l] = line[l] * n;
-        pdi_smoother_fine_given(fine, stride, line[l]);
+        pdi_smoother_fine_line_rhs(fine, stride, line[l]);
         if (wrap) last[l] = x[first[l] + n - 1];
     }
     for (int32_t i = 0; i < n - 1; i++)
@@ -378,14 +380,14 @@ static inline void pdi_smoother_fine_lines(const pd_smoother_level *fine, const 
 }
 
 /* Gauss-Seidel along the lines line[0] and, where `lines` is 2, line[1], of any level. */
-PDI_ONCE static void pdi_smoother_line(const pd_smoother_level *level, const int32_t *stride, const int32_t *line,
-                                       int lines)
+PDI_NOINLINE static void pdi_smoother_sweep_line(const pd_smoother_level *level, const int32_t *stride,
+                                                 const int32_t *line, int lines)
 {
     if (level->row)
         for (int l = 0; l < lines; l++)
-            pdi_smoother_linked_line(level, level->line[line[l]], level->line[line[l] + 1]);
-    else if (lines > 1) pdi_smoother_fine_lines(level, stride, line, 2);
-    else pdi_smoother_fine_lines(level, stride, line, 1);
+            pdi_smoother_sweep_coarse_line(level, level->line[line[l]], level->line[line[l] + 1]);
+    else if (lines > 1) pdi_smoother_sweep_fine_lines(level, stride, line, 2);
+    else pdi_smoother_sweep_fine_lines(level, stride, line, 1);
 }
 
 /* A block of lines: its first line and its size along the axes 1 and up, and its number of lines. */
@@ -395,11 +397,11 @@ typedef struct pdi_smoother_block {
 
 /* Number of blocks along the axes 1 and up: 1, or an even number, since the last may be a periodic neighbour of the
  * first. */
-static void pdi_smoother_partition(const pd_smoother_level *level, int *blocks)
+static void pdi_smoother_count_axis_blocks(const pd_smoother_level *level, int *blocks)
 {
     for (int d = 1; d < PD_DIM; d++) {
-        blocks[d] = level->cells < PDI_SMOOTHER_BLOCK_CELLS ? 1 : level->n[d] / PDI_SMOOTHER_BLOCK_LINES;
-        if (blocks[d] > PDI_SMOOTHER_BLOCKS) blocks[d] = PDI_SMOOTHER_BLOCKS;
+        blocks[d] = level->cells < PDI_SMOOTHER_MIN_BLOCK_CELLS ? 1 : level->n[d] / PDI_SMOOTHER_MIN_BLOCK_LINES;
+        if (blocks[d] > PDI_SMOOTHER_MAX_BLOCKS) blocks[d] = PDI_SMOOTHER_MAX_BLOCKS;
         if (blocks[d] > 1) blocks[d] -= blocks[d] % 2;
         if (blocks[d] < 1) blocks[d] = 1;
     }
@@ -407,7 +409,7 @@ static void pdi_smoother_partition(const pd_smoother_level *level, int *blocks)
 
 /* Number of blocks of a colour, which are not neighbours. Bits of colour: even or odd blocks along the axes 1 and
  * up. */
-static int pdi_smoother_block_count(const int *blocks, int colour)
+static int pdi_smoother_count_blocks(const int *blocks, int colour)
 {
     int count = 1;
     for (int d = 1; d < PD_DIM; d++) count *= blocks[d] > 1 ? blocks[d] / 2 : 1 - (colour >> (d - 1) & 1);
@@ -415,7 +417,7 @@ static int pdi_smoother_block_count(const int *blocks, int colour)
 }
 
 /* Block number k of a colour. */
-static pdi_smoother_block pdi_smoother_block_get(const pd_smoother_level *level, const int *blocks, int colour, int k)
+static pdi_smoother_block pdi_smoother_get_block(const pd_smoother_level *level, const int *blocks, int colour, int k)
 {
     pdi_smoother_block block;
     block.lines = block.n[0] = 1;
@@ -444,15 +446,15 @@ static int32_t pdi_smoother_block_line(const pd_smoother_level *level, const pdi
 }
 
 /* Gauss-Seidel on the lines of the blocks k .. k + by - 1 of a colour, `by` (1 or 2) blocks side by side. */
-static void pdi_smoother_blocks(const pd_smoother_level *level, const int32_t *stride, const int *blocks, int colour,
-                                int k, int by, int descending)
+static void pdi_smoother_sweep_blocks(const pd_smoother_level *level, const int32_t *stride, const int *blocks,
+                                      int colour, int k, int by, int descending)
 {
-    int count = pdi_smoother_block_count(blocks, colour);
+    int count = pdi_smoother_count_blocks(blocks, colour);
     pdi_smoother_block block[2];
     int32_t longest = 0;
     block[1].lines = 0;
     for (int l = 0; l < by && k + l < count; l++) {
-        block[l] = pdi_smoother_block_get(level, blocks, colour, k + l);
+        block[l] = pdi_smoother_get_block(level, blocks, colour, k + l);
         if (block[l].lines > longest) longest = block[l].lines;
     }
     for (int32_t q = 0; q < longest; q++) {
@@ -462,26 +464,26 @@ static void pdi_smoother_blocks(const pd_smoother_level *level, const int32_t *s
             int32_t at = descending ? block[l].lines - 1 - q : q;
             if (q < block[l].lines) line[lines++] = pdi_smoother_block_line(level, &block[l], at);
         }
-        pdi_smoother_line(level, stride, line, lines);
+        pdi_smoother_sweep_line(level, stride, line, lines);
     }
 }
 
-PDI_FN void pdi_smoother_lines(pdi_par_team team, const pd_smoother_level *level, int descending)
+PDI_FN void pdi_smoother_sweep_lines(pdi_par_team team, const pd_smoother_level *level, int descending)
 {
     int32_t stride[PD_DIM];
     int blocks[PD_DIM], colours = 1 << (PD_DIM - 1);
-    pdi_smoother_strides(level, stride);
-    pdi_smoother_partition(level, blocks);
+    pdi_smoother_compute_strides(level, stride);
+    pdi_smoother_count_axis_blocks(level, blocks);
     for (int k = 0; k < colours; k++) {
-        int colour = descending ? colours - 1 - k : k, count = pdi_smoother_block_count(blocks, colour);
+        int colour = descending ? colours - 1 - k : k, count = pdi_smoother_count_blocks(blocks, colour);
         int by = !level->row && count >= 2 * team.size ? 2 : 1, groups = (count + by - 1) / by;
-        if (k && count) pdi_par_meet(team);
-        for (int g = pdi_par_first(team, groups); g < pdi_par_behind(team, groups); g++)
-            pdi_smoother_blocks(level, stride, blocks, colour, g * by, by, descending);
+        if (k && count) pdi_par_barrier(team);
+        for (int g = pdi_par_range_begin(team, groups); g < pdi_par_range_end(team, groups); g++)
+            pdi_smoother_sweep_blocks(level, stride, blocks, colour, g * by, by, descending);
     }
 }
 
-#undef PDI_SMOOTHER_BLOCKS
-#undef PDI_SMOOTHER_BLOCK_LINES
-#undef PDI_SMOOTHER_BLOCK_CELLS
-#undef PDI_SMOOTHER_BLOCK
+#undef PDI_SMOOTHER_MAX_BLOCKS
+#undef PDI_SMOOTHER_MIN_BLOCK_LINES
+#undef PDI_SMOOTHER_MIN_BLOCK_CELLS
+#undef PDI_SMOOTHER_VECTOR_CELLS

@@ -47,15 +47,15 @@ typedef struct pd_smoother_level {
 /* Scalar operations per cell of a sweep, to choose the number of threads. */
 #define PDI_SMOOTHER_WORK (4 * PD_DIM)
 /* An operation on cells. */
-typedef enum pdi_smoother_job {
-    PDI_SMOOTHER_START,    /* x = b / diag: a Jacobi step from x = 0 */
-    PDI_SMOOTHER_SWEEP,   /* x = (b + sum a x) / diag: Gauss-Seidel */
-    PDI_SMOOTHER_RESIDUAL, /* r = b + sum a x - diag x */
-    PDI_SMOOTHER_PROLONG,  /* x += x of the parent */
-    PDI_SMOOTHER_INHERIT,  /* sum = sum of the parent */
-    PDI_SMOOTHER_DEFECT,   /* b -= A sum; not by colour */
-    PDI_SMOOTHER_COLLECT   /* sum += x */
-} pdi_smoother_job;
+typedef enum pdi_smoother_op {
+    PDI_SMOOTHER_JACOBI,       /* x = b / diag: a Jacobi step from x = 0 */
+    PDI_SMOOTHER_GAUSS_SEIDEL, /* x = (b + sum a x) / diag: Gauss-Seidel */
+    PDI_SMOOTHER_RESIDUAL,     /* r = b + sum a x - diag x */
+    PDI_SMOOTHER_PROLONG,      /* x += x of the parent */
+    PDI_SMOOTHER_PROLONG_SUM,  /* sum = sum of the parent */
+    PDI_SMOOTHER_DEFECT,       /* b -= A sum; not by colour */
+    PDI_SMOOTHER_ADD_TO_SUM    /* sum += x */
+} pdi_smoother_op;
 /* Index stride along axis d of an array of n [PD_DIM] blocks. */
 static inline int32_t pdi_smoother_stride(const int *n, int d)
 {
@@ -64,13 +64,13 @@ static inline int32_t pdi_smoother_stride(const int *n, int d)
     return stride;
 }
 /* First item of a part of a loop over `count` items. */
-static inline int32_t pdi_smoother_part(int64_t count, int part)
+static inline int32_t pdi_smoother_part_begin(int64_t count, int part)
 {
     return (int32_t)(count * part / PDI_SMOOTHER_PARTS);
 }
 /* Neighbour of cell c of level 0, periodic where the axis is; -1: none. */
-static inline int32_t pdi_smoother_across(const pd_smoother_level *fine, int32_t stride, int axis, int upper,
-                                           int32_t c)
+static inline int32_t pdi_smoother_find_neighbour(const pd_smoother_level *fine, int32_t stride, int axis, int upper,
+                                                  int32_t c)
 {
     int32_t n = fine->n[axis], i = c / stride % n;
     if (i != (upper ? n - 1 : 0)) return upper ? c + stride : c - stride;
@@ -80,21 +80,21 @@ static inline int32_t pdi_smoother_across(const pd_smoother_level *fine, int32_t
 
 /* Coefficient of `neighbour` in the row of cell c of level 0. With symmetric storage the lower one of a cell is the
  * upper one of the cell below. */
-static inline float pdi_smoother_edge_coefficient(const pd_smoother_level *fine, int axis, int upper, int32_t c,
-                                                   int32_t neighbour)
+static inline float pdi_smoother_get_coefficient(const pd_smoother_level *fine, int axis, int upper, int32_t c,
+                                                 int32_t neighbour)
 {
     if (upper) return fine->hi[axis][c];
     return fine->shared ? fine->hi[axis][neighbour] : fine->lo[axis][c];
 }
 /* All threads of a team have to call the following functions. There is no barrier at their end. */
 /* Apply an operation to `count` cells from `first`, in any order. */
-PDI_FN PDI_ONCE void pdi_smoother_range(pdi_par_team team, const pd_smoother_level *level, pdi_smoother_job op,
-                                        int32_t first, int32_t count);
+PDI_FN PDI_NOINLINE void pdi_smoother_apply_range(pdi_par_team team, const pd_smoother_level *level, pdi_smoother_op op,
+                                                  int32_t first, int32_t count);
 /* Apply an operation to the cells of one colour of the red-black ordering. */
-PDI_FN PDI_ONCE void pdi_smoother_colour(pdi_par_team team, const pd_smoother_level *level, pdi_smoother_job op,
-                                         int colour);
+PDI_FN PDI_NOINLINE void pdi_smoother_apply_colour(pdi_par_team team, const pd_smoother_level *level,
+                                                   pdi_smoother_op op, int colour);
 /* Gauss-Seidel forwards and backwards along every line of axis 0, lines in ascending or descending order. */
-PDI_FN PDI_ONCE void pdi_smoother_lines(pdi_par_team team, const pd_smoother_level *level, int descending);
+PDI_FN PDI_NOINLINE void pdi_smoother_sweep_lines(pdi_par_team team, const pd_smoother_level *level, int descending);
 #endif
 
 #endif

@@ -20,7 +20,8 @@ static double pdi_conductance_entry(const pd_bonds *bonds, int32_t i, int k)
     for (int d = 0; d < PD_DIM; d++) {
         int step = bonds->stencil->offset[k * PD_DIM + d], upper = step > 0;
         double inside = upper ? grid->n[d] - at[d] - 0.5 : at[d] + 0.5; /* cells to the side */
-        if (pdi_grid_port(grid->side[2 * d + upper])) fraction = pdi_min(fraction, step ? inside / abs(step) : 1.0);
+        if (pdi_grid_is_inlet_or_outlet(grid->side[2 * d + upper]))
+            fraction = pdi_min(fraction, step ? inside / abs(step) : 1.0);
     }
     return fraction;
 }
@@ -38,7 +39,7 @@ static int32_t pdi_conductance_behind(const pd_grid *grid, int32_t i, const int 
 /* Weight of the bonds of node i by one step along axis d, and by `step` along axis e. */
 static double pdi_conductance_weight(const pd_bonds *bonds, int32_t i, int d, int upper, int e, int step)
 {
-    const double *lap = pdi_bond_lap(bonds, i);
+    const double *lap = pdi_bond_get_laplacian_weights(bonds, i);
     double sum = 0.0;
     for (int k = 0; k < bonds->stencil->count; k++) {
         const int *offset = bonds->stencil->offset + k * PD_DIM;
@@ -50,7 +51,7 @@ static double pdi_conductance_weight(const pd_bonds *bonds, int32_t i, int d, in
 /* What those that lead from node i, beside an inlet, to an outlet would conduct. */
 static double pdi_conductance_missing(const pd_bonds *bonds, int32_t i, int d, int upper)
 {
-    const double *lap = pdi_bond_lap(bonds, i);
+    const double *lap = pdi_bond_get_laplacian_weights(bonds, i);
     double sum = 0.0;
     for (int k = 0; k < bonds->stencil->count; k++) {
         int outwards = bonds->stencil->offset[k * PD_DIM + d] == (upper ? 1 : -1);
@@ -70,7 +71,7 @@ static double pdi_conductance_past(const pd_grid *grid, int32_t i, int d, int up
         double middle = 0.5 * (from + to), x[PD_DIM];
         memcpy(x, foot, sizeof x);
         x[e] += step * middle * grid->h[e];
-        pdi_grid_fold_images(grid, x);
+        pdi_grid_fold_position_images(grid, x);
         if (grid->entry(grid->entry_user, 2 * d + upper, x)) from = middle;
         else to = middle;
     }
@@ -106,7 +107,8 @@ static double pdi_conductance_across(const pd_bonds *bonds, int32_t i, int k, in
             share *= reach;
         }
     if (i + bonds->paths.shift[k] == behind)
-        return share * (1.0 + pdi_conductance_missing(bonds, i, d, upper) / pdi_bond_lap(bonds, i)[k]);
+        return share *
+               (1.0 + pdi_conductance_missing(bonds, i, d, upper) / pdi_bond_get_laplacian_weights(bonds, i)[k]);
     return share;
 }
 
@@ -123,7 +125,7 @@ static double pdi_conductance_along(const pd_bonds *bonds, int32_t i, int k, int
     for (int other = 0; other < s->count; other++) {
         int same = s->offset[other * PD_DIM + d] == (upper ? 1 : -1);
         for (int e = 0; e < PD_DIM; e++) same = same && (e == d || s->offset[other * PD_DIM + e] == offset[e]);
-        if (same) return pdi_bond_lap(bonds, i)[other] / pdi_bond_lap(bonds, i)[k];
+        if (same) return pdi_bond_get_laplacian_weights(bonds, i)[other] / pdi_bond_get_laplacian_weights(bonds, i)[k];
     }
     return 0.0;
 }
@@ -163,7 +165,7 @@ static void pdi_conductance_sums(const pd_conductance *c, int32_t row)
     for (int k = 0; k < bonds->stencil->count; k++) {
         float more = c->more[pdi_conductance_place(c, row, k)];
         if (more < 0.0f || more > 0.0f) c->other[(int64_t)(k >> 5) * c->capacity + row] |= (uint32_t)1 << (k & 31);
-        else if (!pdi_bond_open(bonds, row, k)) sum += bonds->stencil->lap[k];
+        else if (!pdi_bond_is_open(bonds, row, k)) sum += bonds->stencil->lap[k];
     }
     c->shut[row] = c->diffusion->desc.diffusivity * sum;
 }
@@ -210,11 +212,11 @@ static void pdi_conductance_bond(const pd_conductance *c, int32_t r, int k)
 {
     const pd_bonds *bonds = c->bonds;
     int32_t i = bonds->node[r];
-    int open = pdi_bond_open(bonds, r, k);
+    int open = pdi_bond_is_open(bonds, r, k);
     int64_t at = pdi_conductance_place(c, r, k);
     if (c->rests) {
         uint8_t kind = bonds->grid->kind[i + bonds->paths.shift[k]];
-        c->more[at] = open ? pdi_diffusion_more(c->diffusion, i, k) : pdi_grid_open(kind) ? -1.0f : 0.0f;
+        c->more[at] = open ? pdi_diffusion_more(c->diffusion, i, k) : pdi_grid_is_open(kind) ? -1.0f : 0.0f;
         return;
     }
     c->bond[at] = 0.0;
@@ -256,7 +258,7 @@ PDI_FN void pdi_conductance_update(const pd_ctx *ctx, pd_conductance *c)
     c->version = bonds->version;
 }
 
-PDI_FN void pdi_conductance_list(pdi_owner *owner, void *object)
+PDI_FN void pdi_conductance_list(pdi_array_visitor *owner, void *object)
 {
     pd_conductance *conductance = (pd_conductance *)object;
     const pd_bonds *bonds = conductance->bonds;
@@ -278,5 +280,5 @@ PDI_FN pd_status pdi_conductance_fit(pd_ctx *ctx, pd_conductance *c)
     if (pages * PDI_CONDUCTANCE_PAGE == c->capacity) return PD_OK;
     c->rows = c->plain = 0;
     c->version = 0;
-    return pdi_owner_renew(ctx, pdi_conductance_list, c, &c->capacity, pages * PDI_CONDUCTANCE_PAGE);
+    return pdi_array_registry_rebuild(ctx, pdi_conductance_list, c, &c->capacity, pages * PDI_CONDUCTANCE_PAGE);
 }

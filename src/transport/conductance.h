@@ -39,7 +39,7 @@ static inline int64_t pdi_conductance_place(const pd_conductance *c, int32_t row
 static inline double pdi_conductance_value(const pd_conductance *c, int32_t row, int k)
 {
     if (!c->rests) return c->bond[pdi_conductance_place(c, row, k)];
-    if (!pdi_bond_open(c->bonds, row, k)) return 0.0;
+    if (!pdi_bond_is_open(c->bonds, row, k)) return 0.0;
     return c->diffusion->desc.diffusivity * c->bonds->stencil->lap[k] *
            (1.0 + (double)c->more[pdi_conductance_place(c, row, k)]);
 }
@@ -56,14 +56,14 @@ static inline const double *pdi_conductance_of(const pd_conductance *c, int32_t 
         pdi_diffusion_bond(c->diffusion, i, k, count, 0, space);
         return space;
     }
-    double whole = c->diffusion->desc.diffusivity * pdi_bond_lap(c->bonds, i)[k];
+    double whole = c->diffusion->desc.diffusivity * pdi_bond_get_laplacian_weights(c->bonds, i)[k];
     for (int b = 0; b < count; b++) space[b] = whole;
     return space;
 }
 /* What bond k of node i conducts, that would conduct `bond` in the fluid: more to the side of the box behind which an
  * inlet ghost lies, and beside the ends of inlets (eq. 5.16, 5.17). */
 PDI_FN double pdi_conductance_beside(const pd_bonds *bonds, int32_t i, int k, double bond);
-PDI_FN void pdi_conductance_list(pdi_owner *owner, void *object);
+PDI_FN void pdi_conductance_list(pdi_array_visitor *owner, void *object);
 /* Room for the rows of the bonds. */
 PDI_FN pd_status pdi_conductance_fit(pd_ctx *ctx, pd_conductance *c);
 /* After pdi_diffusion_update. */

@@ -68,9 +68,9 @@ static int pdi_diffusion_metal(const pd_diffusion *d, int32_t r, int k, int *all
 {
     const pd_paths *paths = &d->bonds->paths;
     int32_t i = d->bonds->node[r];
-    int group = d->metals ? pdi_path_closed_group(paths, i, k) : -1;
+    int group = d->metals ? pdi_bond_path_find_closed_group(paths, i, k) : -1;
     *all = 0;
-    return group < 0 ? 0 : pdi_path_metal(paths, i, group, all);
+    return group < 0 ? 0 : pdi_bond_path_has_metal(paths, i, group, all);
 }
 
 static void pdi_diffusion_offset(const pd_diffusion *d, int k, double *xi)
@@ -97,12 +97,12 @@ typedef struct pdi_diffusion_cuts {
 static void pdi_diffusion_count(const pd_diffusion *d, int32_t r, const uint8_t *held, pdi_diffusion_cuts *cuts)
 {
     const pd_bonds *bonds = d->bonds;
-    const double *lap = pdi_bond_lap(bonds, bonds->node[r]), *even = bonds->stencil->lap;
+    const double *lap = pdi_bond_get_laplacian_weights(bonds, bonds->node[r]), *even = bonds->stencil->lap;
     double whole = 0.0;
     memset(cuts, 0, sizeof *cuts);
     for (int k = 0; k < bonds->stencil->count; k++) {
         double xi[PD_DIM], packed[PD_DIFFUSION_TENSOR];
-        if (pdi_bond_open(bonds, r, k) || (held && held[k])) continue;
+        if (pdi_bond_is_open(bonds, r, k) || (held && held[k])) continue;
         int all, metal = pdi_diffusion_metal(d, r, k, &all);
         pdi_diffusion_offset(d, k, xi);
         pdi_diffusion_pack(xi, packed);
@@ -139,11 +139,11 @@ static void pdi_diffusion_moments(const pd_diffusion *d, int32_t r, const double
     enum { N = PD_DIFFUSION_TENSOR };
     const pd_bonds *bonds = d->bonds;
     const int32_t *place = d->place + bonds->node[r];
-    const double *lap = pdi_bond_lap(bonds, bonds->node[r]);
+    const double *lap = pdi_bond_get_laplacian_weights(bonds, bonds->node[r]);
     for (int k = 0; k < bonds->stencil->count; k++) {
         const double *e = d->unit + k * PD_DIM;
         double xi[PD_DIM], packed[N];
-        if (!pdi_bond_open(bonds, r, k) || place[bonds->paths.shift[k]] < 0) continue;
+        if (!pdi_bond_is_open(bonds, r, k) || place[bonds->paths.shift[k]] < 0) continue;
         pdi_diffusion_offset(d, k, xi);
         double part = lap[k] * pdi_vec_dot(xi, xi) * (normal ? pdi_diffusion_along(d, normal, e) : 1.0);
         if (!(part > 0.0)) continue;
@@ -235,8 +235,8 @@ static pd_status pdi_diffusion_fit(pd_ctx *ctx, pd_diffusion *d, int *all)
     d->used = d->spares = 0;
     for (int32_t i = 0; i < bonds->grid->total; i++) d->place[i] = -1;
     *all = 1;
-    return pdi_owner_renew(ctx, pdi_diffusion_place_list, d, &d->capacity,
-                           (int32_t)(need < INT32_MAX ? need : INT32_MAX));
+    return pdi_array_registry_rebuild(ctx, pdi_diffusion_place_list, d, &d->capacity,
+                                      (int32_t)(need < INT32_MAX ? need : INT32_MAX));
 }
 
 /* What a ghost has of the tensors [capacity][PD_DIFFUSION_TENSOR] of the node that it mirrors along the axes of `flip`:
@@ -279,14 +279,14 @@ static double pdi_diffusion_meet(const pd_diffusion *d, int32_t r, int k, double
 {
     int32_t i = d->bonds->node[r];
     double home[PD_DIM];
-    *t = pdi_bond_meet(&d->bonds->paths, i, k, x);
+    *t = pdi_bond_find_cut_fraction(&d->bonds->paths, i, k, x);
     memcpy(home, x, sizeof home);
-    pdi_grid_fold_images(d->bonds->grid, home);
+    pdi_grid_fold_position_images(d->bonds->grid, home);
     double c = d->desc.held(d->desc.user, home);
     *conduct = 0.0;
     if (!(c >= 0.0)) return c;
-    *conduct = pdi_bond_lap(d->bonds, i)[k] / *t;
-    *conduct *= d->field ? pdi_media_part(&d->media, i, k, *t) : d->desc.diffusivity;
+    *conduct = pdi_bond_get_laplacian_weights(d->bonds, i)[k] / *t;
+    *conduct *= d->field ? pdi_bond_diffusivity_get_part(&d->media, i, k, *t) : d->desc.diffusivity;
     return c;
 }
 
@@ -302,7 +302,7 @@ static int pdi_diffusion_unasked(const pd_diffusion *d, int32_t r, int k)
 PDI_FN double pdi_diffusion_wall(const pd_diffusion *d, int32_t r, int k, double *value)
 {
     double x[PD_DIM], t, conduct;
-    if (!d->wall_rate || pdi_bond_open(d->bonds, r, k) || pdi_diffusion_unasked(d, r, k)) return 0.0;
+    if (!d->wall_rate || pdi_bond_is_open(d->bonds, r, k) || pdi_diffusion_unasked(d, r, k)) return 0.0;
     *value = pdi_diffusion_meet(d, r, k, x, &t, &conduct);
     return conduct;
 }
@@ -317,29 +317,29 @@ static double pdi_diffusion_passes(const pd_grid *grid, int32_t i, double x, int
     int before = at[axis] < index;
     if (fabs(far) > PDI_DIFFUSION_NONE) return before == (far > 0.0) ? 1.0 : 0.0;
     at[axis] = 2 * index - 1 - at[axis];
-    pdi_grid_fold(grid, at);
-    return pdi_grid_inside(grid, at) && grid->kind[pd_grid_node(grid, at)] == PD_FLUID ? 0.5 : 1.0;
+    pdi_grid_fold_index(grid, at);
+    return pdi_grid_is_inside(grid, at) && grid->kind[pd_grid_node(grid, at)] == PD_FLUID ? 0.5 : 1.0;
 }
 
 PDI_FN double pdi_diffusion_through(const pd_diffusion *d, const double *c, const double *rest, int axis, int index)
 {
     const pd_bonds *bonds = d->bonds;
-    pdi_sum sum = {0.0, 0.0};
+    pdi_compensated_sum sum = {0.0, 0.0};
     for (int32_t r = 0; r < bonds->rows && d->wall_rate; r++) {
         int32_t i = bonds->node[r];
         double x[PD_DIM], t, conduct;
         if (!(d->wall_rate[i] > 0.0)) continue;
-        int above = pdi_grid_along(bonds->grid, i, axis) >= index;
+        int above = pdi_grid_index_along(bonds->grid, i, axis) >= index;
         for (int k = 0; k < bonds->stencil->count; k++) {
-            if (pdi_bond_open(bonds, r, k) || pdi_diffusion_unasked(d, r, k)) continue;
+            if (pdi_bond_is_open(bonds, r, k) || pdi_diffusion_unasked(d, r, k)) continue;
             double value = pdi_diffusion_meet(d, r, k, x, &t, &conduct);
             double share = value >= 0.0 ? pdi_diffusion_passes(bonds->grid, i, x[axis], axis, index) : 0.0;
             if (!(share > 0.0)) continue;
             double gain = conduct * ((value - c[i]) - (rest ? rest[i] : 0.0));
-            pdi_sum_add(&sum, share * (above ? gain : -gain) * pdi_grid_circumference(bonds->grid, i));
+            pdi_compensated_sum_add(&sum, share * (above ? gain : -gain) * pdi_grid_circumference(bonds->grid, i));
         }
     }
-    return pdi_sum_total(&sum) * bonds->stencil->volume;
+    return pdi_compensated_sum_total(&sum) * bonds->stencil->volume;
 }
 
 /* Conductance of row r to the values held where its cut bonds meet walls, by linear extension (eq. 3.2 without
@@ -353,7 +353,7 @@ static void pdi_diffusion_hold(pd_diffusion *d, int32_t r, uint8_t *held)
     int first = 1;
     for (int k = 0; k < s->count; k++) {
         held[k] = 0;
-        if (pdi_bond_open(bonds, r, k)) continue;
+        if (pdi_bond_is_open(bonds, r, k)) continue;
         if (pdi_diffusion_unasked(d, r, k)) {
             d->wall_part[place] = 1;
             continue;
@@ -382,7 +382,7 @@ static int pdi_diffusion_cut(const pd_bonds *bonds, int32_t i)
 {
     int32_t r = bonds->row[i];
     for (int k = 0; k < bonds->stencil->count && r >= 0; k++)
-        if (!pdi_bond_open(bonds, r, k)) return 1;
+        if (!pdi_bond_is_open(bonds, r, k)) return 1;
     return 0;
 }
 
@@ -419,7 +419,7 @@ static void pdi_diffusion_turn(pd_diffusion *d, int32_t i)
         int at[PD_DIM];
         pdi_grid_index(bonds->grid, i, at);
         for (int a = 0; a < PD_DIM; a++) at[a] += bonds->stencil->offset[k * PD_DIM + a];
-        pdi_grid_fold(bonds->grid, at);
+        pdi_grid_fold_index(bonds->grid, at);
         int32_t j = pd_grid_node(bonds->grid, at);
         if (bonds->grid->kind[j] == PD_FLUID) pdi_diffusion_clear(d, j);
     }
@@ -488,7 +488,7 @@ PDI_FN void pdi_diffusion_renew(pd_diffusion *d)
     }
 }
 
-PDI_FN void pdi_diffusion_list(pdi_owner *owner, void *object)
+PDI_FN void pdi_diffusion_list(pdi_array_visitor *owner, void *object)
 {
     pd_diffusion *diffusion = (pd_diffusion *)object;
     if (!diffusion->bonds) return;
@@ -501,7 +501,7 @@ PDI_FN void pdi_diffusion_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, diffusion, held, diffusion->bonds->stencil->count, "1");
 }
 
-PDI_FN void pdi_diffusion_place_list(pdi_owner *owner, void *object)
+PDI_FN void pdi_diffusion_place_list(pdi_array_visitor *owner, void *object)
 {
     pd_diffusion *diffusion = (pd_diffusion *)object;
     int64_t count = diffusion->capacity;
@@ -528,7 +528,7 @@ static pd_status pdi_diffusion_make(pd_ctx *ctx, const pd_bonds *bonds, const pd
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "diffusion", "D = %g m2/s, expected a finite value of at least 0",
                         desc->diffusivity);
     d->metals = bonds->grid->solid_count > 0; /* all of it may dissolve */
-    PDI_TRY(pdi_owner_build(ctx, pdi_diffusion_list, d));
+    PDI_TRY(pdi_array_registry_build(ctx, pdi_diffusion_list, d));
     for (int32_t i = 0; i < bonds->grid->total; i++) d->place[i] = -1;
     for (int k = 0; k < bonds->stencil->count; k++) {
         double xi[PD_DIM];
@@ -539,7 +539,8 @@ static pd_status pdi_diffusion_make(pd_ctx *ctx, const pd_bonds *bonds, const pd
         }
     }
     if (desc->field)
-        PDI_TRY(pdi_media_build(ctx, bonds->stencil, bonds->grid, desc->field, desc->level, desc->user, &d->media));
+        PDI_TRY(pdi_bond_diffusivity_build(ctx, bonds->stencil, bonds->grid, desc->field, desc->level, desc->user,
+                                           &d->media));
     d->field = d->media.at;
     return pdi_diffusion_update(ctx, d);
 }
@@ -585,9 +586,9 @@ PDI_FN float pdi_diffusion_more(const pd_diffusion *d, int32_t i, int k)
 PDI_FN void pdi_diffusion_bond(const pd_diffusion *d, int32_t i, int k, int count, int rows, double *bond)
 {
     int32_t j = i + d->bonds->paths.shift[k];
-    double a = pdi_bond_lap(d->bonds, i)[k];
+    double a = pdi_bond_get_laplacian_weights(d->bonds, i)[k];
     if (d->field)
-        for (int b = 0; b < count; b++) bond[b] = a * pdi_media_bond(&d->media, i + b, j + b, k);
+        for (int b = 0; b < count; b++) bond[b] = a * pdi_bond_diffusivity_get(&d->media, i + b, j + b, k);
     else
         for (int b = 0; b < count; b++) bond[b] = d->desc.diffusivity * a;
     for (int b = 0; b < count && rows; b++) bond[b] *= 1.0 + (double)pdi_diffusion_more(d, i + b, k);
@@ -595,8 +596,8 @@ PDI_FN void pdi_diffusion_bond(const pd_diffusion *d, int32_t i, int k, int coun
 
 PDI_FN void pdi_diffusion_free(pd_ctx *ctx, pd_diffusion *d)
 {
-    pdi_owner_free(ctx, pdi_diffusion_list, d);
-    pdi_owner_free(ctx, pdi_diffusion_place_list, d);
-    pdi_media_free(ctx, &d->media);
+    pdi_array_registry_free(ctx, pdi_diffusion_list, d);
+    pdi_array_registry_free(ctx, pdi_diffusion_place_list, d);
+    pdi_bond_diffusivity_free(ctx, &d->media);
     memset(d, 0, sizeof *d);
 }

@@ -8,9 +8,9 @@
  */
 #ifndef PD_DIFFUSION_H
 #define PD_DIFFUSION_H
-#include "core/owner.h"
-#include "lattice/traverse.h"
-#include "lattice/media.h"
+#include "core/array_registry.h"
+#include "lattice/node_loop.h"
+#include "lattice/bond_diffusivity.h"
 
 #define PD_DIFFUSION_TENSOR (PD_DIM * (PD_DIM + 1) / 2)
 
@@ -68,8 +68,8 @@ PDI_FN void pdi_diffusion_renew(pd_diffusion *diffusion);
 PDI_FN void pdi_diffusion_free(pd_ctx *ctx, pd_diffusion *diffusion);
 
 /* Arrays of a pd_diffusion by the lattice, and by the places. */
-PDI_FN void pdi_diffusion_list(pdi_owner *owner, void *object);
-PDI_FN void pdi_diffusion_place_list(pdi_owner *owner, void *object);
+PDI_FN void pdi_diffusion_list(pdi_array_visitor *owner, void *object);
+PDI_FN void pdi_diffusion_place_list(pdi_array_visitor *owner, void *object);
 /* What held walls give [mol/s] towards + along bonds that cross the plane before index `index` of `axis`: field c and
  * what it leaves to rounding, or NULL. */
 PDI_FN double pdi_diffusion_through(const pd_diffusion *diffusion, const double *c, const double *rest, int axis,

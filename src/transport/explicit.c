@@ -45,14 +45,14 @@ static void pdi_explicit_share(const pd_transport *t, double dt)
     const double *old = t->old, *source = t->source, *anti = t->anti, *net = t->work, *carry = t->carry;
     double *PD_RESTRICT c = t->c;
     if (!t->diffusion.wall_source) {
-        PDI_FOR
+        PDI_FOR_NOWAIT
         for (int32_t i = 0; i < t->grid->total; i++) {
             double next = old[i] + dt * (source[i] + (anti ? anti[i] : 0.0) - net[i]) + carry[i];
             c[i] = kind[i] == PD_FLUID ? next : c[i];
         }
         return;
     }
-    PDI_FOR
+    PDI_FOR_NOWAIT
     for (int32_t i = 0; i < t->grid->total; i++) {
         double held = pdi_diffusion_given(&t->diffusion, i);
         if (kind[i] != PD_FLUID) continue;
@@ -63,7 +63,7 @@ static void pdi_explicit_share(const pd_transport *t, double dt)
 static void pdi_explicit_move(pd_ctx *ctx, const pd_transport *t, double dt)
 {
     int nt = pdi_par_threads(ctx, (int64_t)t->grid->total * 4);
-    PDI_SHARE(nt, pdi_explicit_share(t, dt));
+    PDI_PARALLEL_CALL(nt, pdi_explicit_share(t, dt));
 }
 
 /* Bounds of an explicit step from t->old: those of a step, and what explicit steps before it have begun with. */
@@ -98,9 +98,9 @@ static pd_status pdi_explicit_steep(pd_ctx *ctx, pd_transport *t, double dt)
     pdi_par_zero(ctx, t->grid->total, t->anti);
     pdi_explicit_move(ctx, t, dt);
     pd_ghosts_scalar(&t->bonds->ghosts, t->old);
-    PDI_TRY(pdi_arena_lend(ctx, arena, pdi_steep_list, &s));
+    PDI_TRY(pdi_arena_acquire(ctx, arena, pdi_steep_list, &s));
     pdi_steep_anti(ctx, &s, t->anti);
-    return pdi_arena_return(ctx, arena, pdi_steep_list, &s, PD_OK);
+    return pdi_arena_release(ctx, arena, pdi_steep_list, &s, PD_OK);
 }
 
 /* A step with all that is lent for it. PD_RETRY: it is too long, and nothing has changed. */

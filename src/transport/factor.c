@@ -98,11 +98,11 @@ static void pdi_factor_turn(pd_factor *f)
 }
 
 PDI_COLD_BEGIN
-static void pdi_factor_list(pdi_owner *owner, void *object)
+static void pdi_factor_list(pdi_array_visitor *owner, void *object)
 {
     pd_factor *factor = (pd_factor *)object;
     pdi_factor_order o = pdi_factor_sort(factor, 0);
-    PDI_RAW(owner, factor, entry, 25 * (int64_t)o.columns * o.rows, "1/s");
+    PDI_ARRAY_UNINIT(owner, factor, entry, 25 * (int64_t)o.columns * o.rows, "1/s");
     PDI_ARRAY(owner, factor, x, (int64_t)(o.columns + 4) * o.line, "mol/m3");
     PDI_ARRAY(owner, factor, near, (o.half < o.columns ? 6 : 3) * (int64_t)(o.rows + 2) * PDI_FACTOR_NEAR, "");
 }
@@ -112,12 +112,12 @@ PDI_FN void pdi_factor_lend(pd_ctx *ctx, pd_arena *arena, pd_krylov *krylov, pd_
     f->good = 0;
     if (!pdi_factor_fits(f) || !pdi_factor_streams(f)) return;
     pdi_factor_turn(f);
-    pdi_krylov_cede(ctx, krylov, arena, pdi_factor_list, f, PDI_FACTOR_VECTORS);
+    pdi_krylov_lend_basis(ctx, krylov, arena, pdi_factor_list, f, PDI_FACTOR_VECTORS);
 }
 
 PDI_FN pd_status pdi_factor_return(pd_ctx *ctx, pd_arena *arena, pd_status status, pd_krylov *krylov, pd_factor *f)
 {
-    return f->entry ? pdi_krylov_regain(ctx, krylov, arena, pdi_factor_list, f, status) : status;
+    return f->entry ? pdi_krylov_restore_basis(ctx, krylov, arena, pdi_factor_list, f, status) : status;
 }
 PDI_COLD_END
 
@@ -380,13 +380,13 @@ PDI_FN void pdi_factor_make(const pd_ctx *ctx, pd_factor *f, const double *c, do
     pdi_par_timing timing;
     int good[2];
     for (int end = 0; end < 2; end++) o[end] = pdi_factor_sort(f, end);
-    int nt = pdi_par_begin(ctx, (int64_t)o[0].columns * o[0].rows * 500, 1, (uint64_t)(uintptr_t)pdi_factor_columns,
-                           &timing);
+    int nt = pdi_par_begin_timing(ctx, (int64_t)o[0].columns * o[0].rows * 500, 1,
+                                  (uint64_t)(uintptr_t)pdi_factor_columns, &timing);
     (void)nt;
     PDI_PARALLEL_FOR(nt < 2 ? nt : 2)
     for (int end = 0; end < 2; end++)
         good[end] = pdi_factor_columns(f, o + end, c, rate, least, 0, end ? pdi_factor_apart(o + 1) : o->end);
-    pdi_par_end(ctx, &timing);
+    pdi_par_end_timing(ctx, &timing);
     f->good = good[0] && good[1];
     if (f->good) f->good = pdi_factor_columns(f, o + 1, c, rate, least, pdi_factor_apart(o + 1), o[1].end);
 }
@@ -437,8 +437,8 @@ PDI_FN void pdi_factor_solve(const pd_ctx *ctx, const pd_factor *f, const double
     if (PD_DIM != 2) return;
     for (int end = 0; end < 2; end++) o[end] = pdi_factor_sort(f, end);
     int apart = pdi_factor_apart(o + 1);
-    int nt = pdi_par_begin(ctx, (int64_t)o[0].columns * o[0].rows * 50, 1, (uint64_t)(uintptr_t)pdi_factor_forward,
-                           &timing);
+    int nt = pdi_par_begin_timing(ctx, (int64_t)o[0].columns * o[0].rows * 50, 1,
+                                  (uint64_t)(uintptr_t)pdi_factor_forward, &timing);
     (void)nt;
     PDI_PARALLEL_FOR(nt < 2 ? nt : 2)
     for (int end = 0; end < 2; end++) pdi_factor_forward(f, o + end, x, 0, end ? apart : o->end);
@@ -446,7 +446,7 @@ PDI_FN void pdi_factor_solve(const pd_ctx *ctx, const pd_factor *f, const double
     pdi_factor_backward(f, o + 1, apart, o[1].end, y);
     PDI_PARALLEL_FOR(nt < 2 ? nt : 2)
     for (int end = 0; end < 2; end++) pdi_factor_backward(f, o + end, 0, end ? apart : o->end, y);
-    pdi_par_end(ctx, &timing);
+    pdi_par_end_timing(ctx, &timing);
 }
 
 #undef PDI_FACTOR_VECTORS

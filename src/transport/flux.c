@@ -9,7 +9,7 @@
 #include "transport/rest.h"
 #include "core/vec.h"
 #include "core/par.h"
-#include "lattice/traverse.h"
+#include "lattice/node_loop.h"
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
@@ -48,7 +48,7 @@ PDI_FN void pdi_flux_bond(const pd_flux *t, int32_t i, int k, double *flux, doub
 {
     pdi_diffusion_bond(t->diffusion, i, k, 1, t->bonds->row[i] >= 0, bond);
     *bond = pdi_conductance_beside(t->bonds, i, k, *bond);
-    *flux = t->flow ? pdi_flow_bond_flux(t->flow, i, k) : 0.0;
+    *flux = t->flow ? pdi_flow_compute_bond_flux(t->flow, i, k) : 0.0;
     *upwind = pdi_flux_upwind(0.5 * *flux, *bond) - *bond;
 }
 
@@ -63,7 +63,7 @@ PDI_FN double pdi_flux_bond_flux(const pd_flux *t, const double *c, int32_t i, i
 PDI_FN int pdi_flux_open(const pd_flux *t, int32_t i, int k)
 {
     int32_t r = t->bonds->row[i];
-    return r < 0 || pdi_bond_open(t->bonds, r, k);
+    return r < 0 || pdi_bond_is_open(t->bonds, r, k);
 }
 
 /* ---- what holds during a step ---- */
@@ -92,7 +92,7 @@ static void pdi_flux_stream_share(const pd_flux *t)
     int64_t total = f->grid->total;
     double *q = t->stream + PD_DIM * total, weight = f->impulse ? 1.0 : f->stabilisation;
     const double *p = f->impulse ? f->impulse : f->p, *grad = f->impulse ? f->impulse_grad : f->grad;
-    PDI_FOR
+    PDI_FOR_NOWAIT
     for (int64_t i = 0; i < total; i++) {
         for (int d = 0; d < PD_DIM; d++) {
             int64_t at = d * total + i;
@@ -105,7 +105,7 @@ static void pdi_flux_stream_share(const pd_flux *t)
 static void pdi_flux_stream(const pd_ctx *ctx, const pd_flux *t)
 {
     int nt = pdi_par_threads(ctx, (int64_t)t->flow->grid->total * PD_DIM);
-    PDI_SHARE(nt, pdi_flux_stream_share(t));
+    PDI_PARALLEL_CALL(nt, pdi_flux_stream_share(t));
 }
 
 /* What uneven lattices add to the fluxes of bond k of `count` nodes from i. */
@@ -114,22 +114,22 @@ static void pdi_flux_uneven(const pd_flux *t, int32_t i, int k, int count, doubl
     const pd_flow *f = t->flow;
     const pd_stencil *s = f->bonds->stencil;
     const double *grad = (f->impulse ? f->impulse_grad : f->grad) + i, *far = grad + f->bonds->paths.shift[k];
-    double part = 0.5 * (f->impulse ? 1.0 : f->stabilisation) * pdi_bond_lap(f->bonds, i)[k];
+    double part = 0.5 * (f->impulse ? 1.0 : f->stabilisation) * pdi_bond_get_laplacian_weights(f->bonds, i)[k];
     for (int d = 0; d < PD_DIM; d++) {
         int64_t at = (int64_t)d * f->grid->total;
         for (int b = 0; b < count; b++) flux[b] += part * s->xi[k * PD_DIM + d] * (grad[at + b] + far[at + b]);
     }
 }
 
-/* Volume fluxes of bond k of `count` nodes from i (as pdi_flow_bond_flux), tied by the pressure. */
+/* Volume fluxes of bond k of `count` nodes from i (as pdi_flow_compute_bond_flux), tied by the pressure. */
 static void pdi_flux_volume(const pd_flux *t, int32_t i, int k, int count, double *flux)
 {
     const pd_bonds *bonds = t->bonds;
     int64_t total = bonds->grid->total, shift = bonds->paths.shift[k];
     const double *w = t->stream + i, *q = w + PD_DIM * total, *g = bonds->stencil->grad + k * PD_DIM;
-    double a = pdi_bond_lap(bonds, i)[k], share = pdi_bond_flux(bonds, i, k);
+    double a = pdi_bond_get_laplacian_weights(bonds, i)[k], share = pdi_bond_get_flux_factor(bonds, i, k);
     for (int b = 0; b < count; b++) {
-        double sum = pdi_flow_along(g, w + b, total) + pdi_flow_along(g, w + b + shift, total);
+        double sum = pdi_flow_dot(g, w + b, total) + pdi_flow_dot(g, w + b + shift, total);
         flux[b] = share * sum - a * (q[b + shift] - q[b]);
     }
     if (!t->even) pdi_flux_uneven(t, i, k, count, flux);
@@ -144,9 +144,9 @@ PDI_INLINE void pdi_flux_volumes(const pd_flux *t, int32_t i, int k, int count, 
     const double *w = t->stream + i, *q = w + PD_DIM * total, *g = s->grad + k * PD_DIM;
     double a = s->lap[k];
     for (int b = 0; b < count; b++) {
-        double here = pdi_flow_along(g, w + b, total);
-        ahead[b] = here + pdi_flow_along(g, w + b + shift, total) - a * (q[b + shift] - q[b]);
-        behind[b] = -(here + pdi_flow_along(g, w + b - shift, total)) - a * (q[b - shift] - q[b]);
+        double here = pdi_flow_dot(g, w + b, total);
+        ahead[b] = here + pdi_flow_dot(g, w + b + shift, total) - a * (q[b + shift] - q[b]);
+        behind[b] = -(here + pdi_flow_dot(g, w + b - shift, total)) - a * (q[b - shift] - q[b]);
     }
     if (t->even) return;
     pdi_flux_uneven(t, i, k, count, ahead);
@@ -161,21 +161,21 @@ static void pdi_flux_store(const pd_flux *t, int32_t i, int32_t row, int k, int 
     int32_t shift = bonds->paths.shift[k];
     int own = k < bonds->stencil->count / 2;
     uint8_t ghosts = 0;
-    double flux[PDI_PIECE], open[PDI_PIECE], factor, *slot = pdi_flux_slot(t, i, k, &factor);
-    pdi_bond_gate gate = {NULL, 0, 0, 0};
+    double flux[PDI_CHUNK], open[PDI_CHUNK], factor, *slot = pdi_flux_slot(t, i, k, &factor);
+    pdi_bond_mask_block gate = {NULL, 0, 0, 0};
     if (own && row < 0 && !t->boundary->count) {
         pdi_flux_volume(t, i, k, count, slot);
         return;
     }
     for (int b = 0; b < count && !own; b++) ghosts |= bonds->grid->kind[i + b + shift] ^ PD_FLUID;
     if (!own && !ghosts) return;
-    pdi_openness which = pdi_bond_gate_open(bonds, row, k, count, &gate, open);
+    pdi_bond_openness which = pdi_bond_find_nodes_open(bonds, row, k, count, &gate, open);
     pdi_flux_volume(t, i, k, count, flux);
     for (int b = 0; b < count; b++) {
         uint8_t kind = bonds->grid->kind[i + b + shift];
-        int shut = which == PDI_OPEN_NONE || (which == PDI_OPEN_SOME && !(open[b] > 0.0));
+        int shut = which == PDI_BOND_OPEN_NONE || (which == PDI_BOND_OPEN_SOME && !(open[b] > 0.0));
         if (!own && kind == PD_FLUID) continue;
-        if (kind == PD_INLET) flux[b] = pdi_flow_bond_flux(t->flow, i + b, k);
+        if (kind == PD_INLET) flux[b] = pdi_flow_compute_bond_flux(t->flow, i + b, k);
         slot[b] = shut ? 0.0 : flux[b] / factor;
     }
 }
@@ -197,7 +197,7 @@ PDI_FN void pdi_flux_one(const pd_flux *t, int32_t i, int k, double *flux, doubl
         *flux = factor * *slot;
     } else if (t->flow && pdi_flux_open(t, i, k)) {
         int inlet = t->bonds->grid->kind[i + t->bonds->paths.shift[k]] == PD_INLET;
-        if (inlet) *flux = pdi_flow_bond_flux(t->flow, i, k);
+        if (inlet) *flux = pdi_flow_compute_bond_flux(t->flow, i, k);
         else pdi_flux_volume(t, i, k, 1, flux);
     }
     if (row >= 0) *bond = pdi_conductance_value(&t->conductance, row, k);
@@ -217,8 +217,8 @@ PDI_FN pd_status pdi_flux_refresh(pd_ctx *ctx, pd_flux *t)
     pdi_conductance_update(ctx, &t->conductance);
     if (t->flow) pdi_flux_stream(ctx, t);
     if (t->flux)
-        pdi_traverse_sweep(ctx, bonds, bonds->grid->fluid_count * bonds->stencil->count * 4, PDI_PIECE,
-                           pdi_flux_store_run, t);
+        pdi_node_loop_by_ranges(ctx, bonds, bonds->grid->fluid_count * bonds->stencil->count * 4, PDI_CHUNK,
+                                pdi_flux_store_run, t);
     for (int32_t p = 0; p < t->boundary->count; p++)
         for (int k = 0; k < bonds->stencil->count; k++) {
             int64_t slot = (int64_t)p * bonds->stencil->count + k;
@@ -252,9 +252,9 @@ typedef struct pdi_flux_pair {
 /* Close the bonds k of the rows from `row` that are. */
 static inline void pdi_flux_shut(const pd_flux *t, int32_t row, int k, int count, double *PD_RESTRICT flux)
 {
-    pdi_bond_gate gate;
-    gate.word = pdi_bond_words(t->bonds, row, k);
-    for (int b = 0; b < count; b++) flux[b] *= pdi_bond_gate_value(&gate, k, b);
+    pdi_bond_mask_block gate;
+    gate.words = pdi_bond_get_mask_words(t->bonds, row, k);
+    for (int b = 0; b < count; b++) flux[b] *= pdi_bond_get_open_factor(&gate, k, b);
 }
 
 /* Whether the flux of a bond to `far` has a bend, beside inlets and outlets: inlets have no gradient, and their
@@ -265,8 +265,8 @@ static double pdi_flux_bends(const pd_flux *t, int32_t far)
 }
 
 /* place: of a single node beside inlets and outlets in their list, -1: none of the block is one of them. */
-PDI_SHARED void pdi_flux_pair_get(const pd_flux *t, int32_t i, int32_t row, int32_t place, int k, int count,
-                                  pdi_flux_pair *p)
+PDI_INLINE_HOT void pdi_flux_pair_get(const pd_flux *t, int32_t i, int32_t row, int32_t place, int k, int count,
+                                      pdi_flux_pair *p)
 {
     int bonds = t->bonds->stencil->count, opposite = bonds - 1 - k;
     if (place >= 0) {
@@ -319,7 +319,7 @@ PDI_FN int32_t pdi_flux_bonds(const pd_flux *t, int32_t i, int32_t row, int32_t 
 }
 
 /* Compiled for whole blocks, for shorter ones and for single nodes beside inlets and outlets. */
-PDI_SHARED void pdi_flux_apply_block(const pdi_flux_sweep *s, int32_t i, int32_t row, int32_t place, int count)
+PDI_INLINE_HOT void pdi_flux_apply_block(const pdi_flux_sweep *s, int32_t i, int32_t row, int32_t place, int count)
 {
     const pd_flux *t = s->t;
     const double *PD_RESTRICT c = s->c + i, *PD_RESTRICT absorb = t->absorb + i, *hold = t->diffusion->wall_rate;
@@ -342,8 +342,8 @@ PDI_SHARED void pdi_flux_apply_block(const pdi_flux_sweep *s, int32_t i, int32_t
 static void pdi_flux_apply_nodes(const void *user, int32_t i, int32_t row, int32_t place, int count)
 {
     const pdi_flux_sweep *s = (const pdi_flux_sweep *)user;
-    if (PDI_SINGLE(place)) pdi_flux_apply_block(s, i, row, place, 1);
-    else if (PDI_WHOLE(count)) pdi_flux_apply_block(s, i, row, -1, PDI_BLOCK);
+    if (PDI_SINGLE_NODE(place)) pdi_flux_apply_block(s, i, row, place, 1);
+    else if (PDI_FULL_BLOCK(count)) pdi_flux_apply_block(s, i, row, -1, PDI_BLOCK);
     else pdi_flux_apply_block(s, i, row, place, count);
 }
 
@@ -356,10 +356,11 @@ typedef struct pdi_flux_fields_sweep {
 /* What bonds conduct to far ends that are `far` away, by the harmonic mean of what their ends let pass. */
 static inline void pdi_flux_share(const double *pass, int32_t far, const double *bond, int count, double *share)
 {
-    for (int b = 0; b < count; b++) share[b] = bond[b] * pdi_media_harmonic(pass[b], pass[b + far]);
+    for (int b = 0; b < count; b++) share[b] = bond[b] * pdi_bond_diffusivity_harmonic_mean(pass[b], pass[b + far]);
 }
 
-PDI_SHARED void pdi_flux_fields_block(const pdi_flux_fields_sweep *s, int32_t i, int32_t row, int32_t place, int count)
+PDI_INLINE_HOT void pdi_flux_fields_block(const pdi_flux_fields_sweep *s, int32_t i, int32_t row, int32_t place,
+                                          int count)
 {
     const pd_flux *t = s->t;
     const pdi_flux_fields *f = s->f;
@@ -403,8 +404,8 @@ PDI_SHARED void pdi_flux_fields_block(const pdi_flux_fields_sweep *s, int32_t i,
 static void pdi_flux_fields_nodes(const void *user, int32_t i, int32_t row, int32_t place, int count)
 {
     const pdi_flux_fields_sweep *s = (const pdi_flux_fields_sweep *)user;
-    if (PDI_SINGLE(place)) pdi_flux_fields_block(s, i, row, place, 1);
-    else if (PDI_WHOLE(count)) pdi_flux_fields_block(s, i, row, -1, PDI_BLOCK);
+    if (PDI_SINGLE_NODE(place)) pdi_flux_fields_block(s, i, row, place, 1);
+    else if (PDI_FULL_BLOCK(count)) pdi_flux_fields_block(s, i, row, -1, PDI_BLOCK);
     else pdi_flux_fields_block(s, i, row, place, count);
 }
 
@@ -420,7 +421,7 @@ static inline double pdi_flux_rate_of(double flux, double least, double room, in
     return itself ? (flux > 0.0 ? flux : 0.0) : pdi_flux_rate(flux, least, room);
 }
 
-PDI_SHARED void pdi_flux_rates_block(const pdi_flux_sweep *s, int32_t i, int32_t row, int32_t place, int count)
+PDI_INLINE_HOT void pdi_flux_rates_block(const pdi_flux_sweep *s, int32_t i, int32_t row, int32_t place, int count)
 {
     const pd_flux *t = s->t;
     const double *PD_RESTRICT absorb = t->absorb + i, *hold = t->diffusion->wall_rate;
@@ -457,8 +458,8 @@ static void pdi_flux_rates_nodes(const void *user, int32_t i, int32_t row, int32
 {
     const pdi_flux_sweep *s = (const pdi_flux_sweep *)user;
     if (s->t->conductance.rests) pdi_flux_rates_rest(s, i, row, count);
-    else if (PDI_SINGLE(place)) pdi_flux_rates_block(s, i, row, place, 1);
-    else if (PDI_WHOLE(count)) pdi_flux_rates_block(s, i, row, -1, PDI_BLOCK);
+    else if (PDI_SINGLE_NODE(place)) pdi_flux_rates_block(s, i, row, place, 1);
+    else if (PDI_FULL_BLOCK(count)) pdi_flux_rates_block(s, i, row, -1, PDI_BLOCK);
     else pdi_flux_rates_block(s, i, row, place, count);
 }
 
@@ -488,8 +489,8 @@ PDI_INLINE void pdi_flux_upwinds(const pdi_flux_pair *p, const double *xi, const
 enum { PDI_FLUX_VALUES, PDI_FLUX_ALONG, PDI_FLUX_KEPT, PDI_FLUX_KEEP };
 
 /* Compiled for each of them, too. */
-PDI_SHARED void pdi_flux_anti_block(const pdi_flux_sweep *s, int32_t i, int32_t row, int32_t place, int count,
-                                    int what)
+PDI_INLINE_HOT void pdi_flux_anti_block(const pdi_flux_sweep *s, int32_t i, int32_t row, int32_t place, int count,
+                                        int what)
 {
     const pd_flux *t = s->t;
     const double *PD_RESTRICT c = s->c + i, *PD_RESTRICT factor = t->limiter->factor + i;
@@ -541,8 +542,8 @@ PDI_INLINE void pdi_flux_anti_nodes_of(const void *user, int32_t i, int32_t row,
 {
     const pdi_flux_sweep *s = (const pdi_flux_sweep *)user;
     if (place >= 0 && what == PDI_FLUX_KEPT) pdi_flux_anti_nodes_by(user, i, row, place, 1);
-    else if (PDI_SINGLE(place)) pdi_flux_anti_block(s, i, row, place, 1, what);
-    else if (PDI_WHOLE(count)) pdi_flux_anti_block(s, i, row, -1, PDI_BLOCK, what);
+    else if (PDI_SINGLE_NODE(place)) pdi_flux_anti_block(s, i, row, place, 1, what);
+    else if (PDI_FULL_BLOCK(count)) pdi_flux_anti_block(s, i, row, -1, PDI_BLOCK, what);
     else pdi_flux_anti_block(s, i, row, place, count, what);
 }
 
@@ -566,10 +567,10 @@ static void pdi_flux_anti_nodes_keep(const void *user, int32_t i, int32_t row, i
     pdi_flux_anti_nodes_of(user, i, row, place, count, PDI_FLUX_KEEP);
 }
 
-static void pdi_flux_sweep_all(const pd_ctx *ctx, const pdi_flux_sweep *s, pdi_traverse_block_fn block)
+static void pdi_flux_sweep_all(const pd_ctx *ctx, const pdi_flux_sweep *s, pdi_node_loop_block_fn block)
 {
     const pd_bonds *bonds = s->t->bonds;
-    pdi_traverse_blocks(ctx, s->t->boundary, bonds->grid->fluid_count * bonds->stencil->count * 2, block, s);
+    pdi_node_loop_by_blocks(ctx, s->t->boundary, bonds->grid->fluid_count * bonds->stencil->count * 2, block, s);
 }
 
 PDI_FN void pdi_flux_apply(const pd_ctx *ctx, const pd_flux *t, const double *c, double *y)
@@ -597,8 +598,9 @@ PDI_FN void pdi_flux_apply_fields(const pd_ctx *ctx, const pd_flux *t, const pdi
     pdi_flux_fields_sweep s;
     s.t = t;
     s.f = fields;
-    pdi_traverse_blocks(ctx, t->boundary, t->bonds->grid->fluid_count * t->bonds->stencil->count * 2 * fields->count,
-                        pdi_flux_fields_nodes, &s);
+    pdi_node_loop_by_blocks(ctx, t->boundary,
+                            t->bonds->grid->fluid_count * t->bonds->stencil->count * 2 * fields->count,
+                            pdi_flux_fields_nodes, &s);
 }
 
 PDI_FN void pdi_flux_rates(const pd_ctx *ctx, const pd_flux *t, double room, double *y)
@@ -624,7 +626,7 @@ static double pdi_flux_balance(const pd_flux *t, const double *b, const double *
         else {
             double gain = pdi_flux_upwind(0.5 * flux, bond) - 0.5 * flux;
             diagonal += gain + flux;
-            if (grid->kind[j] == PD_IMAGE) j = pdi_grid_image(grid, j, NULL);
+            if (grid->kind[j] == PD_IMAGE) j = pdi_grid_find_source(grid, j, NULL);
             if (grid->kind[j] == PD_FLUID) sum += gain * c[j];
         }
     }
@@ -723,18 +725,18 @@ static double pdi_flux_section_anti(const void *user, int32_t i, int k)
 static double pdi_flux_section_gain(const pdi_flux_section *section, int axis, int index)
 {
     const pd_flux *t = section->t;
-    pdi_sum sum[2] = {{0.0, 0.0}, {0.0, 0.0}};
+    pdi_compensated_sum sum[2] = {{0.0, 0.0}, {0.0, 0.0}};
     int fed[2] = {0, 0};
     if (t->bonds->grid->side[2 * axis] == PD_SIDE_PERIODIC) fed[0] = fed[1] = 1;
     for (int32_t node = 0; node < t->bonds->grid->total; node++) {
-        int behind = pdi_grid_along(t->bonds->grid, node, axis) >= index;
+        int behind = pdi_grid_index_along(t->bonds->grid, node, axis) >= index;
         if (t->bonds->grid->kind[node] == PD_INLET) fed[behind] = 1;
         if (t->bonds->grid->kind[node] != PD_FLUID) continue;
-        pdi_sum_add(&sum[behind], section->anti[node] * pdi_grid_circumference(t->bonds->grid, node));
+        pdi_compensated_sum_add(&sum[behind], section->anti[node] * pdi_grid_circumference(t->bonds->grid, node));
     }
-    if (!fed[0]) return pdi_sum_total(&sum[0]);
-    if (!fed[1]) return -pdi_sum_total(&sum[1]);
-    return pdi_traverse_section(t->bonds, axis, index, pdi_flux_section_anti, section);
+    if (!fed[0]) return pdi_compensated_sum_total(&sum[0]);
+    if (!fed[1]) return -pdi_compensated_sum_total(&sum[1]);
+    return pdi_node_loop_sum_plane_flux(t->bonds, axis, index, pdi_flux_section_anti, section);
 }
 
 PDI_FN double pdi_flux_through(const pd_flux *t, const double *c, const double *anti, int axis, int index)
@@ -743,21 +745,21 @@ PDI_FN double pdi_flux_through(const pd_flux *t, const double *c, const double *
     section.t = t;
     section.c = c;
     section.anti = anti;
-    double low = pdi_traverse_section(t->bonds, axis, index, pdi_flux_section_bond, &section);
+    double low = pdi_node_loop_sum_plane_flux(t->bonds, axis, index, pdi_flux_section_bond, &section);
     double gain = anti ? pdi_flux_section_gain(&section, axis, index) : 0.0;
     return (low - gain) * t->bonds->stencil->volume;
 }
 
-PDI_FN void pdi_flux_list(pdi_owner *owner, void *object)
+PDI_FN void pdi_flux_list(pdi_array_visitor *owner, void *object)
 {
     pd_flux *flux = (pd_flux *)object;
     if (!flux->flow) return;
     int64_t total = flux->bonds->grid->total;
-    PDI_RAW(owner, flux, stream, (PD_DIM + 1) * total, "1/s");
-    if (PD_DIM < 3) PDI_RAW(owner, flux, flux, flux->bonds->stencil->count / 2 * total, "1/s");
+    PDI_ARRAY_UNINIT(owner, flux, stream, (PD_DIM + 1) * total, "1/s");
+    if (PD_DIM < 3) PDI_ARRAY_UNINIT(owner, flux, flux, flux->bonds->stencil->count / 2 * total, "1/s");
 }
 
-static void pdi_flux_boundary_list(pdi_owner *owner, void *object)
+static void pdi_flux_boundary_list(pdi_array_visitor *owner, void *object)
 {
     pd_flux *flux = (pd_flux *)object;
     int64_t bonds = flux->bonds ? (int64_t)flux->bonds->stencil->count * flux->boundary_capacity : 0;
@@ -769,7 +771,7 @@ static pd_status pdi_flux_fit_boundary(pd_ctx *ctx, pd_flux *t)
 {
     int32_t rows = t->boundary->capacity;
     if (rows == t->boundary_capacity) return PD_OK;
-    return pdi_owner_renew(ctx, pdi_flux_boundary_list, t, &t->boundary_capacity, rows);
+    return pdi_array_registry_rebuild(ctx, pdi_flux_boundary_list, t, &t->boundary_capacity, rows);
 }
 
 PDI_FN pd_status pdi_flux_fit(pd_ctx *ctx, pd_flux *t)
@@ -788,8 +790,8 @@ PDI_FN pd_status pdi_flux_build(pd_ctx *ctx, pd_flux *t)
 
 PDI_FN void pdi_flux_free(pd_ctx *ctx, pd_flux *t)
 {
-    pdi_owner_free(ctx, pdi_conductance_list, &t->conductance);
-    pdi_owner_free(ctx, pdi_flux_boundary_list, t);
+    pdi_array_registry_free(ctx, pdi_conductance_list, &t->conductance);
+    pdi_array_registry_free(ctx, pdi_flux_boundary_list, t);
     t->boundary_capacity = 0;
     memset(&t->conductance, 0, sizeof t->conductance);
 }

@@ -50,15 +50,15 @@ typedef struct pdi_flux_fields {
 /* y: the sums of what leaves each fluid node through its bonds and into held walls, upwinded (eq. 5.1). None of
  * them `rests`. */
 PDI_FN void pdi_flux_apply_fields(const pd_ctx *ctx, const pd_flux *t, const pdi_flux_fields *fields);
-/* Bond k of the nodes i .. i+count-1, of a block of pdi_traverse_blocks: volume fluxes F to the far ends and
+/* Bond k of the nodes i .. i+count-1, of a block of pdi_node_loop_by_blocks: volume fluxes F to the far ends and
  * conductances [1/s]. Returns where the far ends stand from the nodes. */
 PDI_FN int32_t pdi_flux_bonds(const pd_flux *t, int32_t i, int32_t row, int32_t place, int k, int count, double *flux,
                               double *bond);
 /* Arrays of a pd_flux that are lent for a step. */
-PDI_FN void pdi_flux_list(pdi_owner *owner, void *object);
+PDI_FN void pdi_flux_list(pdi_array_visitor *owner, void *object);
 /* The borrowed terms are given. */
 PDI_FN pd_status pdi_flux_build(pd_ctx *ctx, pd_flux *t);
-/* After pd_bonds_update and pdi_boundary_update: room for their rows. */
+/* After pd_bonds_update and pdi_open_boundary_update: room for their rows. */
 PDI_FN pd_status pdi_flux_fit(pd_ctx *ctx, pd_flux *t);
 /* Store what the flow and the diffusivity give the bonds; the sweeps below read it. PD_ERR_STATE: no room for rows. */
 PDI_FN pd_status pdi_flux_refresh(pd_ctx *ctx, pd_flux *t);

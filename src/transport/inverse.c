@@ -11,21 +11,22 @@ PDI_COLD_BEGIN
 PDI_FN pd_status pdi_inverse_plan(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_inverse *v)
 {
     const pd_flow *flow = v->flux->flow;
-    v->excess = flow ? 0.0 : pdi_compact_excess(v->flux->bonds->stencil);
-    pdi_compact_plan(v->flux->bonds->grid, flow != NULL, &v->compact);
-    return pdi_multigrid_plan(ctx, desc, &v->mg);
+    v->excess = flow ? 0.0 : pdi_compact_operator_inverse_excess(v->flux->bonds->stencil);
+    pdi_compact_operator_init(v->flux->bonds->grid, flow != NULL, &v->compact);
+    return pdi_multigrid_init(ctx, desc, &v->mg);
 }
 
-PDI_FN void pdi_inverse_list(pdi_owner *owner, void *object)
+PDI_FN void pdi_inverse_list(pdi_array_visitor *owner, void *object)
 {
     pd_inverse *inverse = (pd_inverse *)object;
-    pdi_compact_list(owner, &inverse->compact);
+    pdi_compact_operator_list(owner, &inverse->compact);
     pdi_multigrid_list(owner, &inverse->mg);
 }
 
 PDI_FN size_t pdi_inverse_room(pd_inverse *v)
 {
-    return pdi_arena_bytes(pdi_compact_face_list, &v->compact) + pdi_arena_bytes(pdi_multigrid_mark_list, &v->mg);
+    return pdi_arena_count_bytes(pdi_compact_operator_face_list, &v->compact) +
+           pdi_arena_count_bytes(pdi_multigrid_setup_list, &v->mg);
 }
 
 PDI_FN void pdi_inverse_free(pd_ctx *ctx, pd_inverse *v) { pdi_multigrid_free(ctx, &v->mg); }
@@ -59,13 +60,13 @@ static void pdi_inverse_hold(pd_inverse *v, const int32_t *pinned, int32_t pinne
         if (grid->kind[node] != PD_FLUID) continue;
         double direct, own = pdi_inverse_own(v, node), around = pdi_grid_circumference(grid, node);
         pdi_grid_index(grid, node, i);
-        int64_t cell = pdi_compact_cell(grid, i);
+        int64_t cell = pdi_compact_operator_cell_index(grid, i);
         if (v->flux->flow) mass[cell] += (float)(around * (own - v->rate));
         else mass[cell] = (float)(around * own * pdi_inverse_share(v, node, &direct));
     }
     for (int32_t k = 0; k < pinned_count; k++) {
         pdi_grid_index(grid, pinned[k], i);
-        mass[pdi_compact_cell(grid, i)] *= (float)PDI_INVERSE_STIFF;
+        mass[pdi_compact_operator_cell_index(grid, i)] *= (float)PDI_INVERSE_STIFF;
     }
 }
 
@@ -73,14 +74,15 @@ static pd_status pdi_inverse_fill(pd_ctx *ctx, pd_inverse *v, const int32_t *pin
 {
     const pd_flux *flux = v->flux;
     const pd_diffusion *d = flux->diffusion;
-    const pdi_compact_faces faces = {0, 1, 0, NULL}; /* inlets hold a value */
-    pdi_compact_convection convection;
+    const pdi_compact_operator_bc faces = {0, 1, 0, NULL}; /* inlets hold a value */
+    pdi_compact_operator_convection convection;
     double spread[PD_DIM * PD_DIM];
     pd_compact *c = &v->compact;
-    pdi_compact_upwind(flux->bonds->stencil, v->spread, spread);
+    pdi_compact_operator_upwind_diffusion(flux->bonds->stencil, v->spread, spread);
     convection.u = flux->flow ? flux->flow->u : NULL;
-    convection.spread = spread;
-    pdi_compact_fill(ctx, d->desc.diffusivity, d->field ? &d->media : NULL, &convection, v->rate, &faces, c);
+    convection.numerical_diffusivity = spread;
+    pdi_compact_operator_assemble(ctx, d->desc.diffusivity, d->field ? &d->media : NULL, &convection, v->rate, &faces,
+                                  c);
     pdi_inverse_hold(v, pinned, pinned_count);
     pd_status status = pdi_multigrid_setup(ctx, &v->mg, c->active, (const float *const *)c->conduct,
                                            flux->flow ? (const float *const *)c->flux : NULL, c->wall, c->mass);
@@ -100,18 +102,19 @@ PDI_FN pd_status pdi_inverse_setup(pd_ctx *ctx, pd_inverse *v, double rate, cons
     v->rate = rate;
     if (again) {
         pdi_inverse_hold(v, pinned, pinned_count);
-        return pdi_multigrid_mass(ctx, &v->mg, c->active, c->wall, c->mass);
+        return pdi_multigrid_update_mass(ctx, &v->mg, c->active, c->wall, c->mass);
     }
     v->fresh = 1;
-    PDI_TRY(pdi_arena_lend(ctx, arena, pdi_compact_face_list, c));
-    return pdi_arena_return(ctx, arena, pdi_compact_face_list, c, pdi_inverse_fill(ctx, v, pinned, pinned_count));
+    PDI_TRY(pdi_arena_acquire(ctx, arena, pdi_compact_operator_face_list, c));
+    return pdi_arena_release(ctx, arena, pdi_compact_operator_face_list, c,
+                             pdi_inverse_fill(ctx, v, pinned, pinned_count));
 }
 
 /* y = share x: the share of one thread. */
 static void pdi_inverse_before(const pd_inverse *v, const double *x, double *y)
 {
     const pd_grid *grid = v->flux->bonds->grid;
-    PDI_FOR
+    PDI_FOR_NOWAIT
     for (int32_t i = 0; i < grid->total; i++) {
         double direct;
         if (grid->kind[i] == PD_FLUID) y[i] = pdi_inverse_share(v, i, &direct) * x[i];
@@ -122,7 +125,7 @@ static void pdi_inverse_before(const pd_inverse *v, const double *x, double *y)
 static void pdi_inverse_after(const pd_inverse *v, const double *x, double *y)
 {
     const pd_grid *grid = v->flux->bonds->grid;
-    PDI_FOR
+    PDI_FOR_NOWAIT
     for (int32_t i = 0; i < grid->total; i++) {
         double direct;
         if (grid->kind[i] != PD_FLUID) continue;
@@ -138,7 +141,7 @@ PDI_FN void pdi_inverse_apply(pd_ctx *ctx, pd_inverse *v, const double *x, doubl
         pdi_multigrid_cycle(ctx, &v->mg, x, y);
         return;
     }
-    PDI_SHARE(nt, pdi_inverse_before(v, x, y));
+    PDI_PARALLEL_CALL(nt, pdi_inverse_before(v, x, y));
     pdi_multigrid_cycle(ctx, &v->mg, y, y);
-    PDI_SHARE(nt, pdi_inverse_after(v, x, y));
+    PDI_PARALLEL_CALL(nt, pdi_inverse_after(v, x, y));
 }

@@ -5,7 +5,7 @@
  */
 #ifndef PD_INVERSE_H
 #define PD_INVERSE_H
-#include "solve/compact.h"
+#include "solve/compact_operator.h"
 #include "transport/flux.h"
 
 typedef struct pd_inverse {
@@ -19,10 +19,11 @@ typedef struct pd_inverse {
 } pd_inverse;
 
 #ifdef PDI_INTERNAL
-/* Without arrays: flux and its bonds and flow are given. desc: of pdi_compact_multigrid, with an arena. */
+/* Without arrays: flux and its bonds and flow are given. desc: of pdi_compact_operator_multigrid_desc, with an arena.
+ */
 PDI_FN pd_status pdi_inverse_plan(pd_ctx *ctx, const pd_multigrid_desc *desc, pd_inverse *inverse);
 /* Arrays that are lent for a step, and the [byte] that a setup needs beside. */
-PDI_FN void pdi_inverse_list(pdi_owner *owner, void *object);
+PDI_FN void pdi_inverse_list(pdi_array_visitor *owner, void *object);
 PDI_FN size_t pdi_inverse_room(pd_inverse *inverse);
 PDI_FN void pdi_inverse_free(pd_ctx *ctx, pd_inverse *inverse);
 /* For steps with the term `rate` [1/s] in time, where `pinned_count` nodes hold their concentration. */

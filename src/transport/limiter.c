@@ -35,10 +35,10 @@ PDI_FN int pdi_limiter_cut(const pd_limiter *l, int32_t i)
 /* Which of the rows have bond k open; 0: none. */
 static int pdi_limiter_gates(const pd_bonds *bonds, pdi_limiter_piece *p, int k)
 {
-    pdi_bond_gate gate = {NULL, 0, 0, 0};
-    pdi_openness open = pdi_bond_gate_open(bonds, p->row, k, p->count, &gate, p->gate);
-    for (int b = 0; b < p->count && open == PDI_OPEN_ALL; b++) p->gate[b] = 1.0;
-    return open != PDI_OPEN_NONE;
+    pdi_bond_mask_block gate = {NULL, 0, 0, 0};
+    pdi_bond_openness open = pdi_bond_find_nodes_open(bonds, p->row, k, p->count, &gate, p->gate);
+    for (int b = 0; b < p->count && open == PDI_BOND_OPEN_ALL; b++) p->gate[b] = 1.0;
+    return open != PDI_BOND_OPEN_NONE;
 }
 
 /* The derivative of the size of a step: none at zero. */
@@ -179,7 +179,7 @@ static void pdi_limiter_piece_end(const pdi_limiter_sweep *s, pdi_limiter_piece 
 
 /* Rows, runs shorter than a block, and (compiled for these) single nodes at `place` of the list beside inlets and
  * outlets. Outlets show the value of the node; inlets are no part of the moments of eq. 3.5. */
-PDI_SHARED void pdi_limiter_bonds(const pdi_limiter_sweep *of, int32_t i, int32_t row, int32_t place, int count)
+PDI_INLINE_HOT void pdi_limiter_bonds(const pdi_limiter_sweep *of, int32_t i, int32_t row, int32_t place, int count)
 {
     const pd_limiter *l = of->limiter;
     const pd_bonds *bonds = l->bonds;
@@ -211,8 +211,8 @@ static void pdi_limiter_nodes(const void *user, int32_t i, int32_t row, int32_t 
 static void pdi_limiter_sweep_all(const pd_ctx *ctx, const pdi_limiter_sweep *s, double entering)
 {
     const pd_bonds *bonds = s->limiter->bonds;
-    pdi_traverse_blocks(ctx, s->limiter->boundary, bonds->grid->fluid_count * bonds->stencil->count * 4,
-                        pdi_limiter_nodes, s);
+    pdi_node_loop_by_blocks(ctx, s->limiter->boundary, bonds->grid->fluid_count * bonds->stencil->count * 4,
+                            pdi_limiter_nodes, s);
     for (int32_t k = bonds->ghosts.count; k < bonds->ghosts.listed; k++) s->factor[bonds->ghosts.node[k]] = entering;
     pd_ghosts_scalar(&bonds->ghosts, s->factor);
     pd_ghosts_vector(&bonds->ghosts, s->slope);
@@ -243,7 +243,7 @@ PDI_FN void pdi_limiter_derive(const pd_ctx *ctx, const pd_limiter *l, const dou
     pdi_limiter_sweep_all(ctx, &s, 0.0);
 }
 
-PDI_FN void pdi_limiter_list(pdi_owner *owner, void *object)
+PDI_FN void pdi_limiter_list(pdi_array_visitor *owner, void *object)
 {
     pd_limiter *limiter = (pd_limiter *)object;
     int64_t total = limiter->bonds ? limiter->bonds->grid->total : 0;

@@ -6,7 +6,7 @@
  */
 #ifndef PD_LIMITER_H
 #define PD_LIMITER_H
-#include "lattice/boundary.h"
+#include "lattice/open_boundary.h"
 #include "transport/diffusion.h"
 
 /* The first three are borrowed. */
@@ -20,7 +20,7 @@ typedef struct pd_limiter {
 
 #ifdef PDI_INTERNAL
 /* Arrays of a pd_limiter. */
-PDI_FN void pdi_limiter_list(pdi_owner *owner, void *object);
+PDI_FN void pdi_limiter_list(pdi_array_visitor *owner, void *object);
 /* 1: the gradient of node i needs the moments of its open bonds: some of the others see no held value. */
 PDI_FN int pdi_limiter_cut(const pd_limiter *limiter, int32_t i);
 /* c [total] with its images and inlets; steps along bonds far below `least` [mol/m3] count as none. */

@@ -5,8 +5,8 @@
  * loops over a block are vectors, and single bonds have the same bits.
  */
 #include "transport/migrate.h"
-#include "lattice/media.h"
-#include "lattice/traverse.h"
+#include "lattice/bond_diffusivity.h"
+#include "lattice/node_loop.h"
 #include <float.h>
 #include <math.h>
 #include <stdint.h>
@@ -93,8 +93,8 @@ static inline double pdi_migrate_drift(double bond, double flux, double rise)
 }
 
 /* What leaves through a bond with w; by: the derivative along the changes of both ends and of the rise. */
-PDI_SHARED double pdi_migrate_bond(double bond, double flux, double w, double near, double far, int by,
-                                   double move_near, double move_far, double lift)
+PDI_INLINE_HOT double pdi_migrate_bond(double bond, double flux, double w, double near, double far, int by,
+                                       double move_near, double move_far, double lift)
 {
     pdi_migrate_shares s = pdi_migrate_of(w);
     double from = by ? move_near : near, to = by ? move_far : far, along = s.near * from - s.far * to;
@@ -190,7 +190,8 @@ PDI_INLINE void pdi_migrate_block(const pdi_migrate *m, int32_t i, int32_t row, 
             rise[b] = m->psi[i + next + b] - m->psi[i + b];
             lift[b] = by ? m->lift[i + next + b] - m->lift[i + b] : 0.0;
         }
-        for (int b = 0; b < count && m->pass; b++) bond[b] *= pdi_media_harmonic(m->pass[i + b], m->pass[i + next + b]);
+        for (int b = 0; b < count && m->pass; b++)
+            bond[b] *= pdi_bond_diffusivity_harmonic_mean(m->pass[i + b], m->pass[i + next + b]);
         for (int n = 0; n < m->count; n++) {
             pdi_migrate_ends ends;
             ends.near = m->c + n * total + i;
@@ -215,15 +216,15 @@ PDI_INLINE void pdi_migrate_block(const pdi_migrate *m, int32_t i, int32_t row, 
 static void pdi_migrate_nodes(const void *user, int32_t i, int32_t row, int32_t place, int count)
 {
     const pdi_migrate *m = (const pdi_migrate *)user;
-    if (PDI_SINGLE(place)) pdi_migrate_block(m, i, row, place, 1, m->lift != NULL);
-    else if (PDI_WHOLE(count) && m->lift) pdi_migrate_block(m, i, row, -1, PDI_BLOCK, 1);
-    else if (PDI_WHOLE(count)) pdi_migrate_block(m, i, row, -1, PDI_BLOCK, 0);
+    if (PDI_SINGLE_NODE(place)) pdi_migrate_block(m, i, row, place, 1, m->lift != NULL);
+    else if (PDI_FULL_BLOCK(count) && m->lift) pdi_migrate_block(m, i, row, -1, PDI_BLOCK, 1);
+    else if (PDI_FULL_BLOCK(count)) pdi_migrate_block(m, i, row, -1, PDI_BLOCK, 0);
     else pdi_migrate_block(m, i, row, place, count, m->lift != NULL);
 }
 
 PDI_FN void pdi_migrate_apply(const pd_ctx *ctx, const pdi_migrate *m)
 {
     const pd_bonds *bonds = m->flux->bonds;
-    pdi_traverse_blocks(ctx, m->flux->boundary, bonds->grid->fluid_count * bonds->stencil->count * 8 * m->count,
-                        pdi_migrate_nodes, m);
+    pdi_node_loop_by_blocks(ctx, m->flux->boundary, bonds->grid->fluid_count * bonds->stencil->count * 8 * m->count,
+                            pdi_migrate_nodes, m);
 }

@@ -1,12 +1,12 @@
 /* rest: see rest.h */
 #include "transport/rest.h"
-#include "lattice/line.h"
-#include "lattice/traverse.h"
+#include "lattice/line_laplacian.h"
+#include "lattice/node_loop.h"
 
 /* What sweeps see. */
 typedef struct pdi_rest_sweep {
     const pdi_rest *rest;
-    pdi_lines lines;
+    pdi_line_laplacian_data lines;
     const double *x;
     double *y;
 } pdi_rest_sweep;
@@ -52,9 +52,9 @@ static void pdi_rest_rows(const pd_conductance *c, const double *x, int32_t row,
         int32_t left = PDI_CONDUCTANCE_PAGE - (row + at) % PDI_CONDUCTANCE_PAGE;
         count = length - at < PDI_BLOCK ? length - at : PDI_BLOCK;
         count = count < left ? count : left;
-        if (exact && PDI_WHOLE(count)) pdi_rest_block(c, x + at, row + at, PDI_BLOCK, 1, sum + at);
+        if (exact && PDI_FULL_BLOCK(count)) pdi_rest_block(c, x + at, row + at, PDI_BLOCK, 1, sum + at);
         else if (exact) pdi_rest_block(c, x + at, row + at, count, 1, sum + at);
-        else if (PDI_WHOLE(count)) pdi_rest_block(c, x + at, row + at, PDI_BLOCK, 0, sum + at);
+        else if (PDI_FULL_BLOCK(count)) pdi_rest_block(c, x + at, row + at, PDI_BLOCK, 0, sum + at);
         else pdi_rest_block(c, x + at, row + at, count, 0, sum + at);
     }
 }
@@ -68,8 +68,8 @@ static void pdi_rest_run(const void *user, int32_t i, int32_t row, int32_t lengt
     const pd_conductance *c = rest->conductance;
     const double *x = s->x + i;
     int bonds = row >= 0 && rest->exact;
-    double *y = s->y + i, sum[PDI_PIECE], diffusivity = c->diffusion->desc.diffusivity;
-    if (!bonds) pdi_line_laplacian(&s->lines, s->x, i, length, y);
+    double *y = s->y + i, sum[PDI_CHUNK], diffusivity = c->diffusion->desc.diffusivity;
+    if (!bonds) pdi_line_laplacian_apply(&s->lines, s->x, i, length, y);
     if (row >= 0) pdi_rest_rows(c, x, row, length, rest->exact, sum);
     for (int32_t b = 0; b < length; b++) {
         double own = rest->rate + rest->absorb[i + b] + (rest->hold ? rest->hold[i + b] : 0.0);
@@ -90,5 +90,5 @@ PDI_FN void pdi_rest_apply(const pd_ctx *ctx, const pdi_rest *rest, const double
     s.lines.shift = bonds->line_shift;
     s.x = x;
     s.y = y;
-    pdi_traverse_sweep(ctx, bonds, bonds->grid->fluid_count * bonds->stencil->count, PDI_PIECE, pdi_rest_run, &s);
+    pdi_node_loop_by_ranges(ctx, bonds, bonds->grid->fluid_count * bonds->stencil->count, PDI_CHUNK, pdi_rest_run, &s);
 }

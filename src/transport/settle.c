@@ -60,7 +60,7 @@ static double pdi_settle_rounding(const pd_transport *t)
 {
     const pd_stencil *s = t->bonds->stencil;
     double rounding = 4.0 * DBL_EPSILON, carry[PD_DIM], conduct = 0.0, size = 0.0;
-    pdi_sum sum = {0.0, 0.0};
+    pdi_compensated_sum sum = {0.0, 0.0};
     for (int d = 0; d < PD_DIM; d++) carry[d] = 0.0;
     for (int k = 0; k < s->count; k++) {
         conduct += s->lap[k];
@@ -74,27 +74,27 @@ static double pdi_settle_rounding(const pd_transport *t)
         size = pdi_max(size, fabs(t->c[i]));
         for (int d = 0; d < PD_DIM && t->flow; d++)
             part += rounding * carry[d] * fabs(t->flow->u[(int64_t)d * t->grid->total + i]);
-        pdi_sum_add(&sum, part * pdi_grid_circumference(t->grid, i));
+        pdi_compensated_sum_add(&sum, part * pdi_grid_circumference(t->grid, i));
     }
-    return size * s->volume * pdi_sum_total(&sum);
+    return size * s->volume * pdi_compensated_sum_total(&sum);
 }
 
 /* What all balances lack, over what passes: inflow, outflow, sources. Where nothing passes, 0 when they hold to
  * rounding. */
 static double pdi_settle_defect(pd_ctx *ctx, pd_transport *t)
 {
-    pdi_sum lack = {0.0, 0.0}, made = {0.0, 0.0};
+    pdi_compensated_sum lack = {0.0, 0.0}, made = {0.0, 0.0};
     double volume = t->bonds->stencil->volume;
     pdi_settle_residual(ctx, t);
     pdi_transport_boundary(ctx, t);
     for (int32_t i = 0; i < t->grid->total; i++) {
         double around = t->grid->kind[i] == PD_FLUID ? pdi_grid_circumference(t->grid, i) : 0.0;
         if (!(around > 0.0)) continue;
-        pdi_sum_add(&lack, around * fabs(t->work[i]));
-        pdi_sum_add(&made, around * pdi_max(fabs(t->source[i]), t->absorb[i] * fabs(t->c[i])));
+        pdi_compensated_sum_add(&lack, around * fabs(t->work[i]));
+        pdi_compensated_sum_add(&made, around * pdi_max(fabs(t->source[i]), t->absorb[i] * fabs(t->c[i])));
     }
-    double missing = volume * pdi_sum_total(&lack), rounding = pdi_settle_rounding(t);
-    double passes = pdi_max(pdi_max(fabs(t->inflow), fabs(t->outflow)), volume * pdi_sum_total(&made));
+    double missing = volume * pdi_compensated_sum_total(&lack), rounding = pdi_settle_rounding(t);
+    double passes = pdi_max(pdi_max(fabs(t->inflow), fabs(t->outflow)), volume * pdi_compensated_sum_total(&made));
     if (missing <= rounding && PDI_SETTLE_DEFECT * passes <= rounding) return 0.0;
     return passes > 0.0 ? missing / passes : HUGE_VAL;
 }

@@ -1,7 +1,7 @@
 /* steep: see steep.h */
 #include "transport/steep.h"
 #include "core/par.h"
-#include "lattice/traverse.h"
+#include "lattice/node_loop.h"
 #include <math.h>
 
 /* How much a value at the middle of a bond may go on as the field has risen up to its upwind end (Suresh and Huynh
@@ -23,10 +23,10 @@ typedef struct pdi_steep_sweep {
 static inline double pdi_steep_open(const pd_bonds *bonds, int32_t row, int k, int b)
 {
     int opposite = bonds->stencil->count - 1 - k;
-    return pdi_bond_open(bonds, row + b, k) && pdi_bond_open(bonds, row + b, opposite) ? 1.0 : 0.0;
+    return pdi_bond_is_open(bonds, row + b, k) && pdi_bond_is_open(bonds, row + b, opposite) ? 1.0 : 0.0;
 }
 
-/* Second differences along the line of bond k, of nodes as in traverse.h. Where a bond is closed or ends on an outlet
+/* Second differences along the line of bond k, of nodes as in node_loop.h. Where a bond is closed or ends on an outlet
  * the field goes on as a line. */
 static inline void pdi_steep_bends(const pdi_steep *s, int32_t i, int32_t row, int32_t place, int k, int count,
                                    double *PD_RESTRICT bend)
@@ -116,7 +116,7 @@ static inline double pdi_steep_keep(double value, double step, double before, do
 }
 
 /* Values of the nodes, or the means of what both ends say, kept within the limits of the node. */
-PDI_SHARED void pdi_steep_values(const pdi_steep_sweep *of, int32_t i, int32_t place, int count, int means)
+PDI_INLINE_HOT void pdi_steep_values(const pdi_steep_sweep *of, int32_t i, int32_t place, int count, int means)
 {
     const pdi_steep *s = of->s;
     const pd_bonds *bonds = s->flux->bonds;
@@ -162,9 +162,9 @@ static void pdi_steep_line(const pd_ctx *ctx, pdi_steep_sweep *of)
     const pd_bonds *bonds = s->flux->bonds;
     int64_t total = bonds->grid->total;
     pdi_par_zero(ctx, total, s->bend);
-    pdi_traverse_blocks(ctx, s->flux->boundary, bonds->grid->fluid_count * 4, pdi_steep_bend_nodes, of);
+    pdi_node_loop_by_blocks(ctx, s->flux->boundary, bonds->grid->fluid_count * 4, pdi_steep_bend_nodes, of);
     pdi_steep_bend_images(s, of->k);
-    pdi_traverse_blocks(ctx, s->flux->boundary, bonds->grid->fluid_count * 60, pdi_steep_value_nodes, of);
+    pdi_node_loop_by_blocks(ctx, s->flux->boundary, bonds->grid->fluid_count * 60, pdi_steep_value_nodes, of);
     pdi_par_copy(ctx, total, s->ahead, s->value + of->k * total);
     pdi_par_copy(ctx, total, s->behind, s->value + (bonds->stencil->count - 1 - of->k) * total);
 }
@@ -193,7 +193,7 @@ static inline double pdi_steep_bring(double flux, double least, double step, dou
 }
 
 /* Gains and losses of nodes, or what they gain with the shares of both ends. Inlets have no bend and all there is. */
-PDI_SHARED void pdi_steep_block(const pdi_steep_sweep *of, int32_t i, int32_t row, int32_t place, int count)
+PDI_INLINE_HOT void pdi_steep_block(const pdi_steep_sweep *of, int32_t i, int32_t row, int32_t place, int count)
 {
     const pdi_steep *s = of->s;
     const pd_flux *t = s->flux;
@@ -241,7 +241,7 @@ static void pdi_steep_nodes(const void *user, int32_t i, int32_t row, int32_t pl
 static void pdi_steep_limit_share(const pdi_steep *s)
 {
     const pd_grid *grid = s->flux->bonds->grid;
-    PDI_FOR
+    PDI_FOR_NOWAIT
     for (int32_t i = 0; i < grid->total; i++) {
         double in = s->dt * s->gain[i], out = s->dt * s->loss[i];
         double room = pdi_max(s->bounds.high - s->plain[i], 0.0), left = pdi_max(s->plain[i] - s->bounds.low, 0.0);
@@ -255,7 +255,7 @@ static void pdi_steep_limit(const pd_ctx *ctx, const pdi_steep *s)
 {
     const pd_ghosts *ghosts = &s->flux->bonds->ghosts;
     int nt = pdi_par_threads(ctx, (int64_t)s->flux->bonds->grid->total * 8);
-    PDI_SHARE(nt, pdi_steep_limit_share(s));
+    PDI_PARALLEL_CALL(nt, pdi_steep_limit_share(s));
     pd_ghosts_scalar(ghosts, s->gain);
     pd_ghosts_scalar(ghosts, s->loss);
 }
@@ -274,7 +274,7 @@ PDI_FN void pdi_steep_anti(const pd_ctx *ctx, const pdi_steep *s, double *y)
         pdi_steep_images(s);
     }
     for (of.shares = 0; of.shares < 2; of.shares++) {
-        pdi_traverse_blocks(ctx, s->flux->boundary, work, pdi_steep_nodes, &of);
+        pdi_node_loop_by_blocks(ctx, s->flux->boundary, work, pdi_steep_nodes, &of);
         if (!of.shares) pdi_steep_limit(ctx, s);
     }
 }
@@ -285,9 +285,9 @@ PDI_FN int pdi_steep_may(const pd_flux *flux)
     return s->reach == 1 && s->count <= 2 * PD_DIM * PD_DIM;
 }
 
-PDI_FN void pdi_steep_list(pdi_owner *owner, void *object)
+PDI_FN void pdi_steep_list(pdi_array_visitor *owner, void *object)
 {
     pdi_steep *steep = (pdi_steep *)object;
     const pd_bonds *bonds = steep->flux->bonds;
-    PDI_RAW(owner, steep, value, (int64_t)bonds->stencil->count * bonds->grid->total, "mol/m3");
+    PDI_ARRAY_UNINIT(owner, steep, value, (int64_t)bonds->stencil->count * bonds->grid->total, "mol/m3");
 }

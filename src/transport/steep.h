@@ -25,7 +25,7 @@ typedef struct pdi_steep {
 /* 1: families are those of nodes that share a face or an edge of their cells with a node. */
 PDI_FN int pdi_steep_may(const pd_flux *flux);
 /* Arrays of a pdi_steep that are lent for a step. */
-PDI_FN void pdi_steep_list(pdi_owner *owner, void *object);
+PDI_FN void pdi_steep_list(pdi_array_visitor *owner, void *object);
 /* y [total] [mol/m3/s]: what each fluid node gains. */
 PDI_FN void pdi_steep_anti(const pd_ctx *ctx, const pdi_steep *steep, double *y);
 #endif

@@ -39,7 +39,7 @@
 static void pdi_transport_less(const pd_transport *t, const double *c, double mean)
 {
     const uint8_t *kind = t->grid->kind;
-    PDI_FOR
+    PDI_FOR_NOWAIT
     for (int32_t i = 0; i < t->grid->total; i++) {
         int none = kind[i] == PD_SOLID || kind[i] == PD_WALL || kind[i] == PD_OUTSIDE;
         t->repeated[i] = none ? 0.0 : c[i] - mean;
@@ -52,8 +52,9 @@ static void pdi_transport_repeat(const pd_ctx *ctx, const pd_transport *t, const
 {
     int nt = pdi_par_threads(ctx, t->grid->total);
     if (t->flux.conductance.rests) {
-        double sum = pdi_grid_sum(ctx, t->grid, PD_FLUID, NULL, 0, c);
-        PDI_SHARE(nt, pdi_transport_less(t, c, t->grid->fluid_count ? sum / (double)t->grid->fluid_count : 0.0));
+        double sum = pdi_grid_sum_field(ctx, t->grid, PD_FLUID, NULL, 0, c);
+        PDI_PARALLEL_CALL(nt,
+                          pdi_transport_less(t, c, t->grid->fluid_count ? sum / (double)t->grid->fluid_count : 0.0));
     } else pdi_par_copy(ctx, t->grid->total, c, t->repeated);
     pd_ghosts_scalar(&t->bonds->ghosts, t->repeated);
 }
@@ -202,10 +203,10 @@ static pd_status pdi_transport_linear(pd_ctx *ctx, pd_transport *t, pd_apply_fn 
                                       pd_krylov_result *linear)
 {
     pd_arena *arena = pdi_transport_arena(t);
-    PDI_TRY(pdi_arena_lend(ctx, arena, pdi_krylov_list, &t->krylov));
+    PDI_TRY(pdi_arena_acquire(ctx, arena, pdi_krylov_list, &t->krylov));
     pd_status status = pdi_krylov_solve(ctx, &t->krylov, apply, pdi_transport_precondition, user, t->work,
                                         t->work + t->grid->total, linear);
-    return pdi_arena_return(ctx, arena, pdi_krylov_list, &t->krylov, status);
+    return pdi_arena_release(ctx, arena, pdi_krylov_list, &t->krylov, status);
 }
 
 /* Solve A delta = rhs - A c to an absolute tolerance and add delta to c. known: `work` holds the right-hand side. */
@@ -370,7 +371,7 @@ static pd_status pdi_transport_direction(pdi_transport_user *user, double loose,
         user->factored = t->factors.good;
     }
     for (int attempt = 0; attempt < 3; attempt++) {
-        t->krylov.desc.rtol = user->limited ? loose : PDI_KRYLOV_TIGHT; /* flat fields may be limited after it */
+        t->krylov.desc.rtol = user->limited ? loose : PDI_KRYLOV_FORCING_MIN; /* flat fields may be limited after it */
         t->krylov.desc.atol = 0.5 * goal;
         status = pdi_transport_linear(user->ctx, t, pdi_transport_jacobian, user, &linear);
         if (status < 0) return status;
@@ -403,15 +404,16 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
                                       pd_transport_result *result)
 {
     pdi_transport_user user = pdi_transport_see(ctx, t);
-    double norm = pdi_transport_evaluate(ctx, t), loose = PDI_KRYLOV_LOOSE;
+    double norm = pdi_transport_evaluate(ctx, t), loose = PDI_KRYLOV_FORCING_MAX;
     pd_status status = PD_OK;
     t->krylov.desc.fixed = 0; /* waves from node to node that the limiter hardly damps need the whole space */
-    pdi_krylov_pair(&t->krylov, pdi_compact_stretched(t->grid->h)); /* else rounding is far below what is asked for */
+    /* else rounding is far below what is asked for */
+    pdi_krylov_set_flexible(&t->krylov, pdi_compact_operator_is_stretched(t->grid->h));
     pdi_factor_lend(ctx, pdi_transport_arena(t), &t->krylov, &t->factors);
     if (t->flux.flux)
         pdi_bend_lend(ctx, pdi_transport_arena(t), t->size, t->flow->speed / t->grid->h[0], &t->krylov, &t->flux.bend);
     while (result->limiter < t->desc.max_limiter && norm > goal) {
-        status = pdi_poll(ctx, "transport: Newton", result->limiter);
+        status = pdi_check_cancel(ctx, "transport: Newton", result->limiter);
         if (status < 0) break;
         status = pdi_transport_direction(&user, loose, goal, result);
         if (status < 0) break;
@@ -421,13 +423,13 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
         result->change = t->size > 0.0 ? share * moved / t->size : 0.0;
         result->limiter++;
         if (moved <= still * t->size || left > PDI_TRANSPORT_STALLED) break;
-        loose = pdi_krylov_forcing_first(left);
+        loose = pdi_krylov_forcing_linear(left);
     }
     t->krylov.desc.fixed = 1;
-    pdi_krylov_trim(ctx, &t->krylov);
+    pdi_krylov_free_growth(ctx, &t->krylov);
     status = pdi_bend_return(ctx, pdi_transport_arena(t), status, &t->krylov, &t->flux.bend);
     status = pdi_factor_return(ctx, pdi_transport_arena(t), status, &t->krylov, &t->factors);
-    pdi_krylov_pair(&t->krylov, 1);
+    pdi_krylov_set_flexible(&t->krylov, 1);
     return status < 0 ? status : PD_OK;
 }
 
@@ -504,7 +506,7 @@ PDI_FN pd_status pdi_transport_stage(pd_ctx *ctx, pd_transport *t, double dt, in
     double first = sqrt(pdi_par_dot(ctx, total, t->work, t->work)), size = pdi_max(pdi_transport_given(ctx, t), first);
     double atol = t->desc.tolerance * size;
     /* the limiter turns what is left of linear systems into other fluxes */
-    double loose = t->flow ? PDI_KRYLOV_TIGHT : pdi_krylov_forcing(t->first > 0.0 ? first / t->first : 1.0);
+    double loose = t->flow ? PDI_KRYLOV_FORCING_MIN : pdi_krylov_forcing(t->first > 0.0 ? first / t->first : 1.0);
     if (t->rough) atol = pdi_max(atol, first * loose);
     t->first = first;
     pd_status status = size > 0.0 ? pdi_transport_iterate(ctx, t, atol, bounded, result) : PD_OK;
@@ -570,7 +572,7 @@ static pd_status pdi_transport_inlets(pd_ctx *ctx, pd_transport *t)
         double x[PD_DIM];
         if (t->grid->kind[i] != PD_INLET) continue;
         pd_grid_position(t->grid, i, x);
-        pdi_grid_fold_images(t->grid, x);
+        pdi_grid_fold_position_images(t->grid, x);
         for (int d = 0; d < PD_DIM; d++) x[d] = pdi_min(pdi_max(x[d], t->grid->lo[d]), t->grid->hi[d]);
         t->c[i] = t->desc.entering ? t->desc.entering(t->desc.user, x) : t->desc.inlet;
         if (!(t->c[i] >= 0.0) || !(t->c[i] < 1e100))
@@ -609,38 +611,38 @@ pd_status pd_transport_update(pd_ctx *ctx, pd_transport *t)
     if (t->desc.clock) *t->desc.clock = t->time;
     PDI_TRY(pdi_diffusion_update(ctx, &t->diffusion));
     PDI_TRY(pdi_transport_inlets(ctx, t));
-    PDI_TRY(pdi_boundary_update(ctx, &t->boundary));
+    PDI_TRY(pdi_open_boundary_update(ctx, &t->boundary));
     return pdi_flux_fit(ctx, &t->flux);
 }
 
 PDI_COLD_BEGIN
-PDI_FN void pdi_transport_list(pdi_owner *owner, void *object)
+PDI_FN void pdi_transport_list(pdi_array_visitor *owner, void *object)
 {
     pd_transport *transport = (pd_transport *)object;
     if (!transport->grid) return;
     int64_t total = transport->grid->total;
-    PDI_STATE(owner, transport, c, total, "mol/m3");
-    PDI_STATE(owner, transport, carry, total, "mol/m3");
+    PDI_ARRAY_STATE(owner, transport, c, total, "mol/m3");
+    PDI_ARRAY_STATE(owner, transport, carry, total, "mol/m3");
     PDI_ARRAY(owner, transport, source, total, "mol/m3/s");
     PDI_ARRAY(owner, transport, absorb, total, "1/s");
     if (transport->desc.given) return;
-    if (pdi_transport_limits(transport)) PDI_STATE(owner, transport, anti, total, "mol/m3/s");
+    if (pdi_transport_limits(transport)) PDI_ARRAY_STATE(owner, transport, anti, total, "mol/m3/s");
     PDI_ARRAY(owner, transport, upwinded, total, "1");
-    if (transport->desc.field) PDI_STATE(owner, transport, rest, total, "mol/m3");
-    if (transport->desc.clock) PDI_VALUE(owner, transport, time, "s");
+    if (transport->desc.field) PDI_ARRAY_STATE(owner, transport, rest, total, "mol/m3");
+    if (transport->desc.clock) PDI_SCALAR_STATE(owner, transport, time, "s");
 }
 
 /* What is lent for a step. */
-static void pdi_transport_work_list(pdi_owner *owner, void *object)
+static void pdi_transport_work_list(pdi_array_visitor *owner, void *object)
 {
     pd_transport *transport = (pd_transport *)object;
     int64_t total = transport->grid->total;
     int limits = pdi_transport_limits(transport), repeats = pdi_transport_repeats(transport);
-    PDI_RAW(owner, transport, old, total, "mol/m3");
-    if (limits) PDI_RAW(owner, transport, rhs, total, "mol/m3/s");
-    PDI_RAW(owner, transport, work, 2 * total, "");
+    PDI_ARRAY_UNINIT(owner, transport, old, total, "mol/m3");
+    if (limits) PDI_ARRAY_UNINIT(owner, transport, rhs, total, "mol/m3/s");
+    PDI_ARRAY_UNINIT(owner, transport, work, 2 * total, "");
     if (limits) PDI_ARRAY(owner, transport, probe, PD_DIM * total, "mol/m4");
-    if (repeats) PDI_RAW(owner, transport, repeated, pdi_transport_repeated(transport), "mol/m3");
+    if (repeats) PDI_ARRAY_UNINIT(owner, transport, repeated, pdi_transport_repeated(transport), "mol/m3");
     if (limits) pdi_limiter_list(owner, &transport->limiter);
     pdi_flux_list(owner, &transport->flux);
     if (!transport->lean) pdi_inverse_list(owner, &transport->inverse);
@@ -668,7 +670,7 @@ PDI_FN pd_status pdi_transport_plan(pd_ctx *ctx, pd_transport *t)
     pd_krylov_desc kd;
     pd_multigrid_desc md;
     pdi_transport_krylov(t, &kd);
-    pdi_compact_multigrid(t->grid, &md);
+    pdi_compact_operator_multigrid_desc(t->grid, &md);
     md.symmetric = t->flow == NULL;
     md.contrast = md.contrast || t->desc.field != NULL;
     md.arena = pdi_transport_arena(t);
@@ -677,18 +679,18 @@ PDI_FN pd_status pdi_transport_plan(pd_ctx *ctx, pd_transport *t)
     t->limiter.bonds = t->flux.bonds = t->bonds;
     t->flux.flow = t->flow;
     PDI_TRY(pdi_inverse_plan(ctx, &md, &t->inverse));
-    return pdi_krylov_plan(ctx, &kd, &t->krylov);
+    return pdi_krylov_init(ctx, &kd, &t->krylov);
 }
 
 PDI_FN size_t pdi_transport_room(pd_transport *t)
 {
-    size_t setup = pdi_inverse_room(&t->inverse), linear = pdi_arena_bytes(pdi_krylov_list, &t->krylov);
+    size_t setup = pdi_inverse_room(&t->inverse), linear = pdi_arena_count_bytes(pdi_krylov_list, &t->krylov);
     size_t most = setup > linear ? setup : linear, steep = 0;
     pdi_steep values;
     memset(&values, 0, sizeof values);
     values.flux = &t->flux;
-    if (pdi_transport_limits(t) && pdi_steep_may(&t->flux)) steep = pdi_arena_bytes(pdi_steep_list, &values);
-    return pdi_arena_bytes(pdi_transport_work_list, t) + (steep > most ? steep : most);
+    if (pdi_transport_limits(t) && pdi_steep_may(&t->flux)) steep = pdi_arena_count_bytes(pdi_steep_list, &values);
+    return pdi_arena_count_bytes(pdi_transport_work_list, t) + (steep > most ? steep : most);
 }
 
 static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow *flow,
@@ -713,14 +715,14 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
     if (desc->given && flow)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "transport", "a given field does not go with a flow");
     t->diffusion.desc.diffusivity = desc->diffusivity;
-    PDI_TRY(pdi_owner_build(ctx, pdi_transport_list, t));
+    PDI_TRY(pdi_array_registry_build(ctx, pdi_transport_list, t));
     for (int32_t i = 0; i < grid->total; i++)
         if (grid->kind[i] == PD_FLUID) t->c[i] = desc->initial;
     if (desc->given) return PD_OK;
     pd_krylov_desc kd;
     PDI_TRY(pdi_transport_plan(ctx, t));
     pdi_transport_krylov(t, &kd);
-    PDI_TRY(pdi_krylov_prepare(ctx, &kd, &t->krylov));
+    PDI_TRY(pdi_krylov_build_unallocated(ctx, &kd, &t->krylov));
     pd_diffusion_desc dd;
     memset(&dd, 0, sizeof dd);
     dd.diffusivity = desc->diffusivity;
@@ -731,7 +733,7 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
     dd.smooth = !pdi_transport_limits(t);
     dd.user = desc->user;
     PDI_TRY(pdi_diffusion_build(ctx, bonds, &dd, &t->diffusion));
-    PDI_TRY(pdi_boundary_build(ctx, bonds, &t->boundary));
+    PDI_TRY(pdi_open_boundary_build(ctx, bonds, &t->boundary));
     t->limiter.boundary = &t->boundary;
     t->limiter.diffusion = &t->diffusion;
     t->factors.upwinded = t->upwinded;
@@ -744,15 +746,15 @@ static pd_status pdi_transport_make(pd_ctx *ctx, const pd_grid *grid, const pd_b
     PDI_TRY(pdi_transport_holds(ctx, t));
     PDI_TRY(pdi_flux_build(ctx, &t->flux));
     t->inverse.spread = desc->advection == PD_ADVECTION_LIMITED ? PDI_TRANSPORT_SPREAD : 1.0;
-    return pdi_arena_fit(ctx, pdi_transport_arena(t), pdi_transport_room(t));
+    return pdi_arena_reserve(ctx, pdi_transport_arena(t), pdi_transport_room(t));
 }
 
 PDI_FN pd_status pdi_transport_hold(pd_ctx *ctx, pd_transport *t)
 {
     if (!t->held) {
-        PDI_TRY(pdi_arena_lend(ctx, pdi_transport_arena(t), pdi_transport_work_list, t));
+        PDI_TRY(pdi_arena_acquire(ctx, pdi_transport_arena(t), pdi_transport_work_list, t));
         if (t->repeated && !t->lean) t->inverse.mg.fields = (float *)(void *)t->repeated;
-        if (!t->lean) pdi_multigrid_open(&t->inverse.mg);
+        if (!t->lean) pdi_multigrid_set_pointers(&t->inverse.mg);
     }
     t->held++;
     return PD_OK;
@@ -762,9 +764,9 @@ PDI_FN pd_status pdi_transport_release(pd_ctx *ctx, pd_transport *t, pd_status s
 {
     if (--t->held) return status;
     t->inverse.fresh = 0;
-    if (!t->lean) pdi_multigrid_close(&t->inverse.mg);
+    if (!t->lean) pdi_multigrid_clear_pointers(&t->inverse.mg);
     if (t->repeated) t->inverse.mg.fields = NULL;
-    status = pdi_arena_return(ctx, pdi_transport_arena(t), pdi_transport_work_list, t, status);
+    status = pdi_arena_release(ctx, pdi_transport_arena(t), pdi_transport_work_list, t, status);
     t->lean = 0;
     return status;
 }
@@ -780,18 +782,18 @@ pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *b
 /* The tolerance of the next step depends on the fluxes of the last one. */
 PDI_FN pd_status pdi_transport_store(pd_ctx *ctx, pd_transport *t, pd_archive *archive)
 {
-    PDI_TRY(pdi_owner_store(ctx, pdi_transport_list, t, archive));
+    PDI_TRY(pdi_array_registry_store(ctx, pdi_transport_list, t, archive));
     return archive->reading ? pdi_transport_at(ctx, t, t->time) : PD_OK;
 }
 
 void pd_transport_free(pd_ctx *ctx, pd_transport *t)
 {
     pdi_flux_free(ctx, &t->flux);
-    pdi_boundary_free(ctx, &t->boundary);
+    pdi_open_boundary_free(ctx, &t->boundary);
     pdi_diffusion_free(ctx, &t->diffusion);
     pdi_inverse_free(ctx, &t->inverse);
     pdi_krylov_free(ctx, &t->krylov);
-    pdi_owner_free(ctx, pdi_transport_list, t);
+    pdi_array_registry_free(ctx, pdi_transport_list, t);
     pd_arena_free(ctx, &t->own);
     memset(t, 0, sizeof *t);
 }

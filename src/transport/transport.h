@@ -8,7 +8,7 @@
  */
 #ifndef PD_TRANSPORT_H
 #define PD_TRANSPORT_H
-#include "solve/process.h"
+#include "solve/physics.h"
 #include "solve/krylov.h"
 #include "transport/bounds.h"
 #include "transport/factor.h"
@@ -106,8 +106,8 @@ typedef struct pd_transport_result {
 #define pd_transport_implicit PD_NAME(pd_transport_implicit)
 #define pd_transport_free PD_NAME(pd_transport_free)
 
-/* flow may be NULL; after setting the fields of a flow by hand call pdi_flow_prepare. PD_ERR_ARGUMENT: diffusivity or
- * concentrations negative or not finite, a given field with a flow. */
+/* flow may be NULL; after setting the fields of a flow by hand call pdi_flow_update_derived_fields. PD_ERR_ARGUMENT:
+ * diffusivity or concentrations negative or not finite, a given field with a flow. */
 PD_API pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow *flow,
                                     const pd_transport_desc *desc, pd_transport *transport);
 /* After pd_bonds_update: inlet ghosts and conductances follow. Fluid values stay (a dissolved node keeps its
@@ -139,7 +139,7 @@ static inline double pdi_transport_right(const pd_transport *t, int32_t i)
 /* 1: fluid at rest with one diffusivity, whose bonds need not be asked one by one. */
 static inline int pdi_transport_rests(const pd_transport *t)
 {
-    return !t->flow && !t->desc.field && !t->grid->circumference && !pdi_boundary_any(t->grid);
+    return !t->flow && !t->desc.field && !t->grid->circumference && !pdi_open_boundary_has_any(t->grid);
 }
 /* 1: sweeps need a copy of what they are applied to. */
 static inline int pdi_transport_repeats(const pd_transport *t)
@@ -151,11 +151,12 @@ static inline int pdi_transport_repeats(const pd_transport *t)
 /* Entries of it: cycles of the multigrid have their fields there, too. */
 static inline int64_t pdi_transport_repeated(const pd_transport *t)
 {
-    int64_t total = t->grid->total, fields = t->lean ? 0 : (int64_t)(pdi_multigrid_fields(&t->inverse.mg) + 1) / 2;
+    int64_t total = t->grid->total,
+            fields = t->lean ? 0 : (int64_t)(pdi_multigrid_field_floats(&t->inverse.mg) + 1) / 2;
     return fields > total ? fields : total;
 }
 /* Arrays of a pd_transport that the build makes, beside those of its parts. */
-PDI_FN void pdi_transport_list(pdi_owner *owner, void *object);
+PDI_FN void pdi_transport_list(pdi_array_visitor *owner, void *object);
 /* Its solvers, from desc, grid, bonds and flow, without arrays; and then the [byte] that a step needs for its time. */
 PDI_FN pd_status pdi_transport_plan(pd_ctx *ctx, pd_transport *transport);
 PDI_FN size_t pdi_transport_room(pd_transport *transport);

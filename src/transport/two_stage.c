@@ -1,6 +1,6 @@
 /* two_stage: see two_stage.h */
 #include "transport/two_stage.h"
-#include "core/owner.h"
+#include "core/array_registry.h"
 #include "core/par.h"
 #include "solve/sdirk.h"
 #include "transport/amount.h"
@@ -16,7 +16,7 @@
 #define PDI_TWO_STAGE_SMALL 0.04
 #define PDI_TWO_STAGE_DAMPED 0.1
 
-PDI_FN void pdi_two_stage_list(pdi_owner *owner, void *object)
+PDI_FN void pdi_two_stage_list(pdi_array_visitor *owner, void *object)
 {
     pd_two_stage *two_stage = (pd_two_stage *)object;
     int64_t total = two_stage->transport ? two_stage->transport->grid->total : 0;
@@ -24,17 +24,17 @@ PDI_FN void pdi_two_stage_list(pdi_owner *owner, void *object)
     PDI_ARRAY(owner, two_stage, carry, total, "mol/m3");
     PDI_ARRAY(owner, two_stage, slope, total, "mol/m3");
     PDI_ARRAY(owner, two_stage, rest, total, "mol/m3");
-    PDI_VALUE(owner, two_stage, time, "s");
-    PDI_VALUE(owner, two_stage, dt, "s");
-    PDI_VALUE(owner, two_stage, error, "1");
-    PDI_VALUE(owner, two_stage, out, "mol");
-    PDI_VALUE(owner, two_stage, in, "mol");
-    PDI_VALUE(owner, two_stage, steps, "1");
-    PDI_VALUE(owner, two_stage, rejected, "1");
-    PDI_VALUE(owner, two_stage, krylov, "1");
-    PDI_VALUE(owner, two_stage, euler, "1");
-    PDI_VALUE(owner, two_stage, result.limiter, "1");
-    PDI_VALUE(owner, two_stage, result.change, "1");
+    PDI_SCALAR_STATE(owner, two_stage, time, "s");
+    PDI_SCALAR_STATE(owner, two_stage, dt, "s");
+    PDI_SCALAR_STATE(owner, two_stage, error, "1");
+    PDI_SCALAR_STATE(owner, two_stage, out, "mol");
+    PDI_SCALAR_STATE(owner, two_stage, in, "mol");
+    PDI_SCALAR_STATE(owner, two_stage, steps, "1");
+    PDI_SCALAR_STATE(owner, two_stage, rejected, "1");
+    PDI_SCALAR_STATE(owner, two_stage, krylov, "1");
+    PDI_SCALAR_STATE(owner, two_stage, euler, "1");
+    PDI_SCALAR_STATE(owner, two_stage, result.limiter, "1");
+    PDI_SCALAR_STATE(owner, two_stage, result.change, "1");
 }
 
 static pd_status pdi_two_stage_make(pd_ctx *ctx, pd_transport *transport, const pd_two_stage_desc *desc,
@@ -49,7 +49,7 @@ static pd_status pdi_two_stage_make(pd_ctx *ctx, pd_transport *transport, const 
                         desc->first, desc->largest);
     if (!(a->desc.rtol > 0.0)) a->desc.rtol = 1e-3;
     a->transport = transport;
-    return pdi_owner_build(ctx, pdi_two_stage_list, a);
+    return pdi_array_registry_build(ctx, pdi_two_stage_list, a);
 }
 
 pd_status pd_two_stage_build(pd_ctx *ctx, pd_transport *transport, const pd_two_stage_desc *desc, pd_two_stage *a)
@@ -112,7 +112,7 @@ static pd_status pdi_two_stage_error(pd_ctx *ctx, pd_two_stage *a, double *large
         size = pdi_max(size, pdi_max(fabs(t->c[i]), fabs(a->start[i])));
     }
     *largest = size;
-    size += 2.0 * t->dt * pdi_krylov_least() / a->desc.rtol;
+    size += 2.0 * t->dt * pdi_krylov_min_norm() / a->desc.rtol;
     if (worst > PDI_TWO_STAGE_SMALL * a->desc.rtol * size) PDI_TRY(pdi_two_stage_damp(ctx, a, &worst, result));
     a->error = size > 0.0 ? worst / size : 0.0;
     return PD_OK;
@@ -214,7 +214,7 @@ static pd_status pdi_two_stage_limit(pd_ctx *ctx, void *self, pd_step *s)
     a->at_user = s->at_user;
     a->passed[0] = a->out;
     a->passed[1] = a->in;
-    s->dt = pdi_sdirk_clip(a->dt, a->desc.largest, s->limit - s->time, &last);
+    s->dt = pdi_sdirk_limit_step(a->dt, a->desc.largest, s->limit - s->time, &last);
     return PD_OK;
 }
 
@@ -231,7 +231,7 @@ static pd_status pdi_two_stage_accept(pd_ctx *ctx, void *self, pd_step *s)
     pd_two_stage *a = (pd_two_stage *)self;
     (void)ctx;
     a->time = s->end;
-    a->dt = pdi_sdirk_plan(a->dt, s->dt, pdi_sdirk_factor(s->error, PDI_TWO_STAGE_GROWTH));
+    a->dt = pdi_sdirk_update_plan(a->dt, s->dt, pdi_sdirk_step_factor(s->error, PDI_TWO_STAGE_GROWTH));
     return PD_OK;
 }
 
@@ -245,8 +245,8 @@ static pd_status pdi_two_stage_reject(pd_ctx *ctx, void *self, pd_step *s)
     a->time = s->time;
     a->out = a->passed[0];
     a->in = a->passed[1];
-    a->dt = s->dt * pdi_max(PDI_TWO_STAGE_SHRINK, pdi_sdirk_factor(s->error, PDI_TWO_STAGE_GROWTH));
-    s->dt = pdi_sdirk_clip(a->dt, a->desc.largest, s->limit - s->time, &last);
+    a->dt = s->dt * pdi_max(PDI_TWO_STAGE_SHRINK, pdi_sdirk_step_factor(s->error, PDI_TWO_STAGE_GROWTH));
+    s->dt = pdi_sdirk_limit_step(a->dt, a->desc.largest, s->limit - s->time, &last);
     return PD_OK;
 }
 
@@ -261,15 +261,16 @@ static pd_status pdi_two_stage_stuck(pd_ctx *ctx, void *self, const pd_step *s)
 static pd_status pdi_two_stage_settle(pd_ctx *ctx, pd_two_stage *a)
 {
     const pd_transport_result *r = &a->result;
-    char place[PDI_GRID_PLACE];
+    char place[PDI_GRID_POSITION_LENGTH];
     pd_status status = pd_transport_steady(ctx, a->transport, &a->result);
     a->krylov += r->krylov;
     if (status <= 0) return status;
     return pdi_fail(ctx, PD_ERR_DIVERGED, "transport",
                     "the concentration is not steady: what the balances of the nodes lack is %.3g of what passes, "
                     "expected %g, and a step still changes %.3g of it; the largest at %s m. Solve in time, with "
-                    "advection = upwind, or on a finer grid", r->defect, PDI_SETTLE_DEFECT, r->change,
-                    pdi_grid_place(a->transport->grid, a->transport->worst, place));
+                    "advection = upwind, or on a finer grid",
+                    r->defect, PDI_SETTLE_DEFECT, r->change,
+                    pdi_grid_format_position(a->transport->grid, a->transport->worst, place));
 }
 
 static pd_status pdi_two_stage_start(pd_ctx *ctx, void *self, double t)
@@ -284,7 +285,7 @@ static pd_status pdi_two_stage_store(pd_ctx *ctx, void *self, pd_archive *archiv
 {
     pd_two_stage *a = (pd_two_stage *)self;
     PDI_TRY(pdi_transport_store(ctx, a->transport, archive));
-    return pdi_owner_store(ctx, pdi_two_stage_list, a, archive);
+    return pdi_array_registry_store(ctx, pdi_two_stage_list, a, archive);
 }
 
 static void pdi_two_stage_balance(pd_ctx *ctx, void *self, int k, pd_amounts *amounts)
@@ -320,6 +321,6 @@ pd_process pd_two_stage_process(pd_two_stage *a)
 
 void pd_two_stage_free(pd_ctx *ctx, pd_two_stage *a)
 {
-    pdi_owner_free(ctx, pdi_two_stage_list, a);
+    pdi_array_registry_free(ctx, pdi_two_stage_list, a);
     memset(a, 0, sizeof *a);
 }

@@ -8,7 +8,7 @@
 #define PD_TWO_STAGE_H
 #include "transport/transport.h"
 #include "transport/settle.h"
-#include "solve/process.h"
+#include "solve/physics.h"
 
 typedef struct pd_two_stage_desc {
     double rtol;    /* [-] error of one step against the largest concentration, by the embedded estimate; 0: 1e-3 */
@@ -29,7 +29,7 @@ typedef struct pd_two_stage {
     double error;          /* [-] estimated error of the last step */
     double largest;        /* [mol/m3] concentration in the trials of a step */
     double out, in;        /* [mol] (per m in planar 2D) through outlets, inlets and held walls since the build */
-    int settle;            /* set before a run of couple.h starts: the field starts steady */
+    int settle;            /* set before a run of time_loop.h starts: the field starts steady */
     double passed[2];      /* [mol] out and in at the start of the step */
     pd_transport_result result; /* of the last stage */
     int64_t steps, rejected, krylov;
@@ -53,7 +53,7 @@ PD_API void pd_two_stage_free(pd_ctx *ctx, pd_two_stage *two_stage);
 
 #ifdef PDI_INTERNAL
 /* Arrays of a pd_two_stage. */
-PDI_FN void pdi_two_stage_list(pdi_owner *owner, void *object);
+PDI_FN void pdi_two_stage_list(pdi_array_visitor *owner, void *object);
 #endif
 
 #endif

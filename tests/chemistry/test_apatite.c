@@ -18,10 +18,10 @@ static int read_fluid(pd_ctx *ctx, pd_activity activity)
 {
     int stays[PD_SPECIES_MOST] = {0};
     if (!CHECK_OK(ctx, pd_electrolyte_read(ctx, "examples/electrolytes/sbf.electrolyte", NULL, 0, &fluid))) return 0;
-    stays[pdi_electrolyte_find(&fluid, "Ca5(PO4)3OH(s)")] = 1;
-    pdi_electrolyte_dissolved(&fluid, stays);
+    stays[pdi_electrolyte_find_species(&fluid, "Ca5(PO4)3OH(s)")] = 1;
+    pdi_electrolyte_remove_undissolved(&fluid, stays);
     fluid.activity = activity;
-    apatite = pdi_electrolyte_find(&fluid, "Ca5(PO4)3OH(s)");
+    apatite = pdi_electrolyte_find_species(&fluid, "Ca5(PO4)3OH(s)");
     for (int i = 0; i < fluid.count; i++)
         if (!(fluid.species[i].diffusivity > 0.0)) fluid.species[i].diffusivity = 0.7e-9; /* Tris and its ion */
     return CHECK(apatite >= 0);
@@ -48,7 +48,7 @@ static void grain(void *user, double x, double *c) { c[apatite] = x < 2e-5 ? *(c
 
 static double concentration(const char *name, int cell)
 {
-    return vessel_field(&bath, pdi_electrolyte_find(&fluid, name))[vessel_node(&bath, cell)];
+    return vessel_field(&bath, pdi_electrolyte_find_species(&fluid, name))[vessel_node(&bath, cell)];
 }
 
 /* Mean over cells of what an element has in solutes [mol/m3], with what the solvers leave undone; *solid: of units of
@@ -64,10 +64,10 @@ static double element(int z, double *solid)
             const double *c = vessel_field(&bath, i);
             if (!c) continue;
             if (i == apatite) *solid += c[node] / bath.n;
-            else sum += pdi_species_atoms(&fluid.species[i], z) * c[node] / bath.n;
+            else sum += pdi_species_count_atoms(&fluid.species[i], z) * c[node] / bath.n;
             for (int e = 0; e < s->count; e++)
                 if (s->place[i] == s->master[e])
-                    sum += pdi_species_atoms(&fluid.species[i], z) *
+                    sum += pdi_species_count_atoms(&fluid.species[i], z) *
                            bath.reactive.carry[e * (int64_t)bath.grid.total + node] / bath.n;
         }
     }
@@ -89,15 +89,15 @@ static void check_by_hand(double grains)
     double solid, calcium = element(20, &solid), phosphorus = element(15, &solid), charge = 0.0, strength = 0.0;
     double start[2] = {0.0, 0.0};
     for (int i = 0; i < fluid.count; i++) {
-        start[0] += pdi_species_atoms(&fluid.species[i], 20) * fluid.initial[i];
-        start[1] += pdi_species_atoms(&fluid.species[i], 15) * fluid.initial[i];
+        start[0] += pdi_species_count_atoms(&fluid.species[i], 20) * fluid.initial[i];
+        start[1] += pdi_species_count_atoms(&fluid.species[i], 15) * fluid.initial[i];
     }
     CHECK_REL(calcium + 5.0 * (solid - grains), start[0], 1e-12);
     CHECK_REL(phosphorus + 3.0 * (solid - grains), start[1], 1e-12);
     for (size_t k = 0; k < sizeof kept / sizeof kept[0]; k++) {
         double sum = 0.0;
         for (int i = 0; i < fluid.count; i++)
-            sum += pdi_species_atoms(&fluid.species[i], kept[k]) * fluid.initial[i];
+            sum += pdi_species_count_atoms(&fluid.species[i], kept[k]) * fluid.initial[i];
         CHECK_REL(element(kept[k], &solid), sum, 1e-12);
     }
     for (int i = 0; i < fluid.count; i++) {

@@ -37,10 +37,10 @@ static void any(pd_activity activity, double most, double tolerance)
         for (int i = 0; i < v.species; i++) all[i] = most * pow(10.0, -12.0 * random_share(&random));
         all[0] = 55344.0;
         pick(&s, v.species, all, c);
-        pdi_components_totals(&s, c, total);
+        pdi_components_compute_totals(&s, c, total);
         for (int i = 0; i < s.solutes && k % 2; i++) c[i] = 1e-3;
         if (!CHECK_INT(pdi_components_solve(&s, total, c), PD_OK)) continue;
-        pdi_components_totals(&s, c, again);
+        pdi_components_compute_totals(&s, c, again);
         for (int m = 0; m < s.count; m++) {
             double size = fabs(total[m]);
             for (int i = 0; i < s.solutes; i++) size += fabs(s.m[m][i]) * c[i];
@@ -70,14 +70,14 @@ TEST(front)
         double c[3] = {0.0, 0.0, 0.0}, start[3] = {0.0, 0.0, 0.0}, total[3];
         start[a] = 10.0;
         start[b] = k;
-        pdi_components_totals(&s, start, total);
+        pdi_components_compute_totals(&s, start, total);
         CHECK_INT(pdi_components_solve(&s, total, c), PD_OK);
         CHECK_NEAR(c[a], fmax(10.0 - 0.5 * k, 0.0), k == 20 ? 1e-6 : 1e-11);
         CHECK_NEAR(c[b], fmax(k - 20.0, 0.0), k == 20 ? 1e-6 : 1e-11);
         CHECK_NEAR(c[p], fmin(10.0, 0.5 * k), k == 20 ? 1e-6 : 1e-11);
         for (int i = 0; i < 3; i++) CHECK(c[i] >= 0.0);
         start[a] = -1e-9;
-        pdi_components_totals(&s, start, total);
+        pdi_components_compute_totals(&s, start, total);
         CHECK_INT(pdi_components_solve(&s, total, c), PD_OK);
         for (int i = 0; i < 3; i++) CHECK(c[i] >= 0.0);
         CHECK_NEAR(c[b], k, 1e-8);
@@ -107,7 +107,7 @@ TEST(acid_from_lye)
         for (int i = 5; i < 7; i++) c[s.place[i]] = start[s.place[i]] = 154.0;
         start[h] = acid;
         start[mg] = -1.7763568394002505e-15;
-        pdi_components_totals(&s, start, total);
+        pdi_components_compute_totals(&s, start, total);
         c[h] = 5.29065e-10;
         c[oh] = 33.8101;
         c[mg] = 5.81935;
@@ -129,13 +129,13 @@ static void derivatives(pd_activity activity)
     build(&v, activity, &s);
     mix_hanks(&v, all);
     pick(&s, v.species, all, c);
-    pdi_components_totals(&s, c, total);
+    pdi_components_compute_totals(&s, c, total);
     CHECK_INT(pdi_components_solve(&s, total, c), PD_OK);
-    pdi_components_derive(&s, c, table);
+    pdi_components_compute_derivatives_single(&s, c, table);
     for (int k = 0; k < s.count; k++) {
         double one[PD_SPECIES_MOST] = {0.0}, high[PD_SPECIES_MOST], low[PD_SPECIES_MOST], step = 1e-4;
         one[k] = 1.0;
-        pdi_components_follow(&s, table, one, by);
+        pdi_components_apply_derivatives(&s, table, one, by);
         memcpy(high, c, sizeof high);
         memcpy(low, c, sizeof low);
         total[k] += step;
@@ -168,18 +168,18 @@ TEST(most_species)
     }
     mix_reaction(&v, text, 0.0, 0.0, NULL);
     build(&v, PD_ACTIVITY_DAVIES, &s);
-    int columns = pdi_components_columns(&s);
+    int columns = pdi_components_count_columns(&s);
     CHECK_INT(s.live, PD_SPECIES_MOST);
     CHECK_INT(columns, PD_SPECIES_MOST);
     for (int i = 0; i < s.solutes; i++) {
         c[i] = 1.0 + 0.1 * i;
         nu[i] = i < PD_SPECIES_MOST / 2 ? -1.0 : 1.0;
     }
-    pdi_components_totals(&s, c, total);
+    pdi_components_compute_totals(&s, c, total);
     CHECK_INT(pdi_components_solve(&s, total, c), PD_OK);
     for (int i = 0; i < s.solutes; i++) sum += 1.0 / c[i];
     table[s.live * columns] = -7.0;
-    pdi_components_slopes(&s, c, table);
+    pdi_components_compute_derivatives(&s, c, table);
     CHECK_NEAR(table[s.live * columns], -7.0, 0.0);
     for (int n = 0; n < s.live; n++)
         for (int k = 0; k < s.joined; k++) {
@@ -203,7 +203,8 @@ TEST(speeds)
     build(&v, PD_ACTIVITY_IDEAL, &s);
     CHECK_INT(s.count, 3);
     CHECK_INT(s.kinetics, 1);
-    CHECK_REL(pdi_components_speed(&s, &s.kinetic[0], all, by, &size), pd_reaction_speed(&v.r[0], v.s, 4, all), 1e-14);
+    CHECK_REL(pdi_components_compute_rate(&s, &s.kinetic[0], all, by, &size), pd_reaction_speed(&v.r[0], v.s, 4, all),
+              1e-14);
     /* k of L2/mol2/s is 1e-6 of m6/mol2/s; K = 1000 L2/mol2. */
     CHECK_REL(size, 7e-6 * 0.3 * 0.49 + 7.0 / 1000.0 * 0.2, 1e-13);
     for (int i = 0; i < 3; i++) {
@@ -237,20 +238,20 @@ TEST(speeds_among_ions)
     /* ln gamma z^2: 4 and 1 on one side, 1 on the other; a_p/(a_m a_o) = K */
     for (int k = 0; k < 100; k++) {
         strength = 0.5 * (4.0 * all[0] + all[1] + all[2] + all[3] + all[4]);
-        davies = pdi_activity_davies(s.debye, strength, &slope);
+        davies = pdi_activity_compute_davies(s.debye, strength, &slope);
         all[2] = pow(10.0, 2.6) * 1e-3 * all[0] * all[1] * exp(4.0 * davies);
     }
     for (int r = 0; r < 2; r++)
-        CHECK_NEAR(pdi_components_speed(&s, &s.kinetic[r], all, NULL, NULL), 0.0, 1e-12 * all[2]);
+        CHECK_NEAR(pdi_components_compute_rate(&s, &s.kinetic[r], all, NULL, NULL), 0.0, 1e-12 * all[2]);
     all[2] *= 3.0;
-    for (int r = 0; r < 2; r++) speed[r] = pdi_components_speed(&s, &s.kinetic[r], all, by, NULL);
+    for (int r = 0; r < 2; r++) speed[r] = pdi_components_compute_rate(&s, &s.kinetic[r], all, by, NULL);
     CHECK_REL(speed[0], -speed[1], 1e-12);
     for (int i = 0; i < 5; i++) {
         double x = all[i], step = 1e-5;
         all[i] = x + step;
-        double high = pdi_components_speed(&s, &s.kinetic[1], all, NULL, NULL);
+        double high = pdi_components_compute_rate(&s, &s.kinetic[1], all, NULL, NULL);
         all[i] = x - step;
-        double low = pdi_components_speed(&s, &s.kinetic[1], all, NULL, NULL);
+        double low = pdi_components_compute_rate(&s, &s.kinetic[1], all, NULL, NULL);
         all[i] = x;
         CHECK_NEAR(by[i], (high - low) / (2.0 * step), 1e-7 * fabs(speed[1]));
     }
@@ -274,7 +275,7 @@ TEST(water)
         mix_reaction(&v, text[k], k == 1 ? 14.0 : -14.0, k ? 7.0 : 0.0, k == 1 ? "L/mol/s" : k ? "mol/L/s" : NULL);
         mix_reaction(&v, "Mg2+ + OH- = MgOH+", 2.6, 0.0, NULL);
         build(&v, PD_ACTIVITY_DAVIES, &s);
-        CHECK_INT(pdi_components_water(&s, c), PD_OK);
+        CHECK_INT(pdi_components_solve_pure_solvent(&s, c), PD_OK);
         CHECK_REL(c[0], 1e-4, 1e-3); /* the activities of 1e-7 mol/L */
         CHECK_REL(c[1], 1e-4, 1e-3);
         CHECK_NEAR(c[2] + c[3], 0.0, 1e-12);
@@ -323,7 +324,7 @@ TEST(of_water_alone)
         CHECK_INT(s.live, 1);
         CHECK_INT(pdi_components_solve(&s, &total, c), PD_OK);
         CHECK_REL(c[0], 1000.0 * pow(10.0, -1.5), 1e-14);
-        pdi_components_slopes(&s, c, slopes);
+        pdi_components_compute_derivatives(&s, c, slopes);
         CHECK_NEAR(slopes[0], davies ? 0.0 : 3.0, 0.0);
     }
 }

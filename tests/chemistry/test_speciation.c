@@ -54,7 +54,7 @@ static void begin(volume *v)
 static double total(const volume *v, const double *c, int element)
 {
     double sum = 0.0;
-    for (int i = 0; i < v->species; i++) sum += c[i] * pdi_species_atoms(&v->s[i], element);
+    for (int i = 0; i < v->species; i++) sum += c[i] * pdi_species_count_atoms(&v->s[i], element);
     return sum;
 }
 

@@ -41,7 +41,7 @@ TEST(names)
         char text[64] = "", symbol[3];
         if (!CHECK_OK(&ctx, read(&ctx, list[k].name, &s))) continue;
         for (int e = 0; e < s.elements; e++) {
-            pdi_species_symbol(s.element[e], symbol);
+            pdi_species_get_symbol(s.element[e], symbol);
             pdi_append(text, sizeof text, "%s%d", symbol, s.count[e]);
         }
         int right = CHECK_INT(s.charge, list[k].charge) & CHECK_INT(s.phase, list[k].phase);
@@ -74,9 +74,9 @@ TEST(given)
     d.name = "glucose";
     d.formula = "C6H12O6";
     CHECK_OK(&ctx, pd_species_read(&ctx, &d, &s));
-    CHECK_INT(pdi_species_atoms(&s, 6), 6);
-    CHECK_INT(pdi_species_atoms(&s, 1), 12);
-    CHECK_INT(pdi_species_atoms(&s, 7), 0);
+    CHECK_INT(pdi_species_count_atoms(&s, 6), 6);
+    CHECK_INT(pdi_species_count_atoms(&s, 1), 12);
+    CHECK_INT(pdi_species_count_atoms(&s, 7), 0);
     d.formula = "C6h";
     CHECK_INT(pd_species_read(&ctx, &d, &s), PD_ERR_PARSE);
     d.name = "Mg2+";

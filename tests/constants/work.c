@@ -4,7 +4,7 @@
  *   work SCENE...
  *   work name=pin steps=13 work=2326 loss=0.315126350 u=0.811 c=0.712
  */
-#include "run/figures.h"
+#include "run/scalar_outputs.h"
 #include "run/model.h"
 #include "scene/scene.h"
 #include <math.h>
@@ -14,8 +14,8 @@
 /* Iterations and evaluations of all solvers of the model. */
 static long work_done(const pd_model *m)
 {
-    pdi_effort effort;
-    pdi_model_effort(m, &effort);
+    pdi_model_statistics effort;
+    pdi_model_get_statistics(m, &effort);
     int64_t work = effort.flow_evaluations + effort.transport_krylov;
     if (m->implicit.flow) work += m->implicit.evaluations;
     return (long)work;

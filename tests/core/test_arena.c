@@ -10,11 +10,11 @@ typedef struct thing {
     uint8_t *mark; /* [nodes] */
 } thing;
 
-static void list_of_thing(pdi_owner *owner, void *object)
+static void list_of_thing(pdi_array_visitor *owner, void *object)
 {
     thing *it = (thing *)object;
     PDI_ARRAY(owner, it, field, it->nodes, "1");
-    PDI_RAW(owner, it, basis, 3 * (int64_t)it->nodes, "1");
+    PDI_ARRAY_UNINIT(owner, it, basis, 3 * (int64_t)it->nodes, "1");
     PDI_ARRAY(owner, it, mark, it->nodes, "1");
 }
 
@@ -51,20 +51,20 @@ TEST(lent_in_turns)
     thing small = make_thing(5), large = make_thing(1000);
     pd_ctx_init(&ctx);
     memset(&arena, 0, sizeof arena);
-    size_t room = pdi_arena_bytes(list_of_thing, &large);
+    size_t room = pdi_arena_count_bytes(list_of_thing, &large);
     CHECK(room >= 1000 * (8 + 12 + 1) && room < 1000 * (8 + 12 + 1) + 3 * 64);
-    CHECK_OK(&ctx, pdi_arena_fit(&ctx, &arena, pdi_arena_bytes(list_of_thing, &small)));
-    CHECK_OK(&ctx, pdi_arena_fit(&ctx, &arena, room));
-    CHECK_OK(&ctx, pdi_arena_fit(&ctx, &arena, 1));
+    CHECK_OK(&ctx, pdi_arena_reserve(&ctx, &arena, pdi_arena_count_bytes(list_of_thing, &small)));
+    CHECK_OK(&ctx, pdi_arena_reserve(&ctx, &arena, room));
+    CHECK_OK(&ctx, pdi_arena_reserve(&ctx, &arena, 1));
     CHECK_INT(arena.size, room);
     size_t built = ctx.in_use;
     for (int turn = 0; turn < 4; turn++) {
         thing *it = turn & 1 ? &small : &large;
-        if (!CHECK_OK(&ctx, pdi_arena_lend(&ctx, &arena, list_of_thing, it))) return;
+        if (!CHECK_OK(&ctx, pdi_arena_acquire(&ctx, &arena, list_of_thing, it))) return;
         CHECK((uintptr_t)it->field % 64 == 0 && (uintptr_t)it->basis % 64 == 0 && (uintptr_t)it->mark % 64 == 0);
         CHECK(all_zero(it));
         fill(it);
-        CHECK_OK(&ctx, pdi_arena_return(&ctx, &arena, list_of_thing, it, PD_OK));
+        CHECK_OK(&ctx, pdi_arena_release(&ctx, &arena, list_of_thing, it, PD_OK));
         CHECK(!it->field && !it->basis && !it->mark);
         CHECK_INT(arena.used, 0);
     }
@@ -81,19 +81,19 @@ TEST(lent_within)
     thing outer = make_thing(40), inner = make_thing(9);
     pd_ctx_init(&ctx);
     memset(&arena, 0, sizeof arena);
-    size_t room = pdi_arena_bytes(list_of_thing, &outer) + pdi_arena_bytes(list_of_thing, &inner);
-    CHECK_OK(&ctx, pdi_arena_fit(&ctx, &arena, room));
-    CHECK_OK(&ctx, pdi_arena_lend(&ctx, &arena, list_of_thing, &outer));
+    size_t room = pdi_arena_count_bytes(list_of_thing, &outer) + pdi_arena_count_bytes(list_of_thing, &inner);
+    CHECK_OK(&ctx, pdi_arena_reserve(&ctx, &arena, room));
+    CHECK_OK(&ctx, pdi_arena_acquire(&ctx, &arena, list_of_thing, &outer));
     fill(&outer);
     for (int turn = 0; turn < 2; turn++) {
-        if (!CHECK_OK(&ctx, pdi_arena_lend(&ctx, &arena, list_of_thing, &inner))) return;
+        if (!CHECK_OK(&ctx, pdi_arena_acquire(&ctx, &arena, list_of_thing, &inner))) return;
         CHECK(all_zero(&inner));
         fill(&inner);
-        CHECK_INT(pdi_arena_return(&ctx, &arena, list_of_thing, &inner, PD_NOT_CONVERGED), PD_NOT_CONVERGED);
+        CHECK_INT(pdi_arena_release(&ctx, &arena, list_of_thing, &inner, PD_NOT_CONVERGED), PD_NOT_CONVERGED);
     }
     for (int32_t i = 0; i < outer.nodes; i++)
         CHECK(!(fabs(outer.field[i] - (i + 1.0)) > 0.0) && outer.mark[i] == 7 && !(outer.basis[3 * i] > (float)i));
-    CHECK_OK(&ctx, pdi_arena_return(&ctx, &arena, list_of_thing, &outer, PD_OK));
+    CHECK_OK(&ctx, pdi_arena_release(&ctx, &arena, list_of_thing, &outer, PD_OK));
     pd_arena_free(&ctx, &arena);
 }
 
@@ -105,17 +105,17 @@ TEST(misuse_is_refused)
     thing a = make_thing(20), b = make_thing(20);
     pd_ctx_init(&ctx);
     memset(&arena, 0, sizeof arena);
-    CHECK_INT(pdi_arena_lend(&ctx, &arena, list_of_thing, &a), PD_ERR_INTERNAL);
+    CHECK_INT(pdi_arena_acquire(&ctx, &arena, list_of_thing, &a), PD_ERR_INTERNAL);
     CHECK(!a.field && strstr(ctx.message, "two solvers work at the same time"));
-    CHECK_OK(&ctx, pdi_arena_fit(&ctx, &arena, 2 * pdi_arena_bytes(list_of_thing, &a)));
-    CHECK_OK(&ctx, pdi_arena_lend(&ctx, &arena, list_of_thing, &a));
-    CHECK_OK(&ctx, pdi_arena_lend(&ctx, &arena, list_of_thing, &b));
+    CHECK_OK(&ctx, pdi_arena_reserve(&ctx, &arena, 2 * pdi_arena_count_bytes(list_of_thing, &a)));
+    CHECK_OK(&ctx, pdi_arena_acquire(&ctx, &arena, list_of_thing, &a));
+    CHECK_OK(&ctx, pdi_arena_acquire(&ctx, &arena, list_of_thing, &b));
     thing c = make_thing(1);
-    CHECK_INT(pdi_arena_lend(&ctx, &arena, list_of_thing, &c), PD_ERR_INTERNAL);
-    CHECK_INT(pdi_arena_fit(&ctx, &arena, 1), PD_ERR_INTERNAL);
-    CHECK_INT(pdi_arena_return(&ctx, &arena, list_of_thing, &a, PD_OK), PD_ERR_INTERNAL);
+    CHECK_INT(pdi_arena_acquire(&ctx, &arena, list_of_thing, &c), PD_ERR_INTERNAL);
+    CHECK_INT(pdi_arena_reserve(&ctx, &arena, 1), PD_ERR_INTERNAL);
+    CHECK_INT(pdi_arena_release(&ctx, &arena, list_of_thing, &a, PD_OK), PD_ERR_INTERNAL);
     CHECK(strstr(ctx.message, "not what was lent last") != NULL);
-    CHECK_INT(pdi_arena_return(&ctx, &arena, list_of_thing, &b, PD_ERR_STATE), PD_ERR_STATE);
+    CHECK_INT(pdi_arena_release(&ctx, &arena, list_of_thing, &b, PD_ERR_STATE), PD_ERR_STATE);
     pd_arena_free(&ctx, &arena);
     CHECK_INT(ctx.in_use, 0);
 }
@@ -129,11 +129,11 @@ TEST(no_memory_for_more)
     thing it = make_thing(10);
     memset(&arena, 0, sizeof arena);
     fault_context(&f, 2, 0, &ctx);
-    CHECK_OK(&ctx, pdi_arena_fit(&ctx, &arena, pdi_arena_bytes(list_of_thing, &it)));
-    CHECK_INT(pdi_arena_fit(&ctx, &arena, 1000000), PD_ERR_MEMORY);
-    CHECK_OK(&ctx, pdi_arena_lend(&ctx, &arena, list_of_thing, &it));
+    CHECK_OK(&ctx, pdi_arena_reserve(&ctx, &arena, pdi_arena_count_bytes(list_of_thing, &it)));
+    CHECK_INT(pdi_arena_reserve(&ctx, &arena, 1000000), PD_ERR_MEMORY);
+    CHECK_OK(&ctx, pdi_arena_acquire(&ctx, &arena, list_of_thing, &it));
     fill(&it);
-    CHECK_OK(&ctx, pdi_arena_return(&ctx, &arena, list_of_thing, &it, PD_OK));
+    CHECK_OK(&ctx, pdi_arena_release(&ctx, &arena, list_of_thing, &it, PD_OK));
     pd_arena_free(&ctx, &arena);
     CHECK(f.live == 0 && f.wrong == 0 && ctx.in_use == 0);
 }
@@ -173,9 +173,9 @@ TEST(flow_and_transport_share)
         memcpy(kept[shared], s.flow.u, PD_DIM * (size_t)n * sizeof **kept);
         memcpy(kept[shared] + PD_DIM * n, s.transport.c, (size_t)n * sizeof **kept);
         if (shared) {
-            CHECK_OK(&s.ctx, pdi_steady_hold(&s.ctx, &s.steady));
+            CHECK_OK(&s.ctx, pdi_steady_begin_solves(&s.ctx, &s.steady));
             CHECK_INT(pd_transport_implicit(&s.ctx, &s.transport, 1.0, &result), PD_ERR_INTERNAL);
-            CHECK_OK(&s.ctx, pdi_steady_release(&s.ctx, &s.steady, PD_OK));
+            CHECK_OK(&s.ctx, pdi_steady_end_solves(&s.ctx, &s.steady, PD_OK));
             CHECK_OK(&s.ctx, pd_transport_implicit(&s.ctx, &s.transport, 1.0, &result));
         }
         pd_arena_free(&s.ctx, &arena);

@@ -202,7 +202,7 @@ TEST(factor_in_any_order)
                 a[0] = 1.0;
                 a[3] = 0.2;
             }
-            CHECK_INT(pdi_vec_factor_any(2, 2, k ? less : least, a), k);
+            CHECK_INT(pdi_vec_cholesky_any_order(2, 2, k ? less : least, a), k);
         }
 }
 
@@ -342,13 +342,13 @@ TEST(largest_magnitude)
 TEST(compensated_sum)
 {
     static const double x[4] = {1.0, 1e100, 1.0, -1e100};
-    pdi_sum s;
+    pdi_compensated_sum s;
     memset(&s, 0, sizeof s);
-    for (int k = 0; k < 4; k++) pdi_sum_add(&s, x[k]);
-    CHECK_NEAR(pdi_sum_total(&s), 2.0, 0.0);
+    for (int k = 0; k < 4; k++) pdi_compensated_sum_add(&s, x[k]);
+    CHECK_NEAR(pdi_compensated_sum_total(&s), 2.0, 0.0);
     memset(&s, 0, sizeof s);
-    for (int k = 0; k < 10000000; k++) pdi_sum_add(&s, 0.1);
-    CHECK_NEAR(pdi_sum_total(&s), 1e6, 1.2e-10); /* one unit in the last place of 1e6 */
+    for (int k = 0; k < 10000000; k++) pdi_compensated_sum_add(&s, 0.1);
+    CHECK_NEAR(pdi_compensated_sum_total(&s), 1e6, 1.2e-10); /* one unit in the last place of 1e6 */
 }
 
 TEST(threads)

@@ -7,22 +7,22 @@
 #include "fault.h"
 #include "potential/distribution.h"
 #include "scene_file.h"
-#include "run/sweep.h"
-#include "run/compare.h"
-#include "run/depletion.h"
-#include "run/vary.h"
+#include "run/parameter_sweep.h"
+#include "run/compare_measured.h"
+#include "run/depletion_notes.h"
+#include "run/input_step_limit.h"
 #include "flow/gas.h"
 #include "lattice/csr.h"
 #include "lattice/lattice.h"
-#include "run/observe.h"
-#include "io/mesh.h"
+#include "run/step_diagnostics.h"
+#include "io/points_file.h"
 #include "io/png.h"
-#include "run/coarser.h"
-#include "solid/finite.h"
+#include "run/coarsen_setup.h"
+#include "solid/finite_strain.h"
 #include "solid/microelastic.h"
-#include "solid/sequential.h"
-#include "solid/ordinary.h"
-#include "solid/scaffold.h"
+#include "solid/sequentially_linear.h"
+#include "solid/ordinary_state.h"
+#include "solid/coarse_fe_precond.h"
 #include "solid/verlet.h"
 #include "multigrid_build.h"
 #include <stddef.h>
@@ -124,7 +124,7 @@ static size_t room_of_steps(pd_flow *flow)
     pd_implicit implicit;
     memset(&implicit, 0, sizeof implicit);
     implicit.flow = flow;
-    return pdi_implicit_room(&implicit);
+    return pdi_implicit_count_work_bytes(&implicit);
 }
 
 static int ready(lab *l)
@@ -159,7 +159,7 @@ static int ready(lab *l)
            CHECK_OK(&l->ctx, pd_bonds_build(&l->ctx, &l->near, &l->pin.grid, 0, &l->near_bonds)) &&
            CHECK_OK(&l->ctx, pd_flow_build(&l->ctx, &l->pin.grid, &l->bonds, &still, &l->flow)) &&
            CHECK_OK(&l->ctx, pd_steady_build(&l->ctx, &l->flow, &of_steady, &l->steady)) &&
-           CHECK_OK(&l->ctx, pdi_steady_timed(&l->ctx, &l->steady, room_of_steps(&l->flow))) &&
+           CHECK_OK(&l->ctx, pdi_steady_build_stages(&l->ctx, &l->steady, room_of_steps(&l->flow))) &&
            CHECK_OK(&l->ctx, pd_grid_build(&l->ctx, &l->pin.stencil, &l->box, &l->rings)) &&
            CHECK_OK(&l->ctx, make_body_of(&l->ctx, 0, &l->body)) &&
            CHECK_OK(&l->ctx, make_springs_of(&l->ctx, l, &l->springs));
@@ -197,7 +197,7 @@ static void tidy(lab *l)
 INNER(curve, pd_curve)
 {
     static const double x[] = {0.0, 1.0, 2.0}, y[] = {1.0, 3.0, 4.0};
-    return pdi_curve_build(ctx, x, y, l->wrong ? 1 : 3, 0, o);
+    return pdi_monotone_cubic_build(ctx, x, y, l->wrong ? 1 : 3, 0, o);
 }
 
 INNER(expr, pd_expr)
@@ -289,7 +289,7 @@ BUILD(flow, pd_flow)
     return pd_flow_build(ctx, &l->pin.grid, &l->bonds, &d, o);
 }
 
-INNER(sharp, pd_sharp) { return pdi_sharp_build(ctx, l->wrong ? &l->bonds : &l->near_bonds, o); }
+INNER(sharp, pd_sharp) { return pdi_fourth_order_build(ctx, l->wrong ? &l->bonds : &l->near_bonds, o); }
 
 BUILD(steady, pd_steady)
 {
@@ -367,7 +367,7 @@ BUILD(bonds_of_metal, pd_dissolve)
     return pd_dissolve_build(ctx, &l->pit.grid, &l->pit.stencil, &l->pit.transport, &d, o);
 }
 
-INNER(observe, pd_observables) { return pdi_observe_build(ctx, &l->pit, o); }
+INNER(observe, pd_observables) { return pdi_step_diagnostics_build(ctx, &l->pit, o); }
 
 static void pd_couple_free(pd_ctx *ctx, pd_couple *couple)
 {
@@ -402,7 +402,7 @@ static void pd_coarser_free(pd_ctx *ctx, pd_coarser *coarser)
     (void)coarser;
 }
 
-BUILD(coarser, pd_coarser) { return pdi_coarser_build(ctx, &l->of_pit, l->wrong ? 3 : 2, o); }
+BUILD(coarser, pd_coarser) { return pdi_coarsen_setup_build(ctx, &l->of_pit, l->wrong ? 3 : 2, o); }
 
 INNER(model, pd_model)
 {
@@ -418,12 +418,12 @@ INNER(monitors, pd_monitors)
     return status;
 }
 
-INNER(vary, pd_vary) { return pdi_vary_build(ctx, &l->of_pin, o); }
-INNER(depletion, pd_depletion) { return pdi_depletion_build(ctx, &l->pin, o); }
+INNER(vary, pd_vary) { return pdi_input_step_limit_build(ctx, &l->of_pin, o); }
+INNER(depletion, pd_depletion) { return pdi_depletion_notes_build(ctx, &l->pin, o); }
 
 INNER(compare, pd_compare)
 {
-    pd_status status = pdi_compare_build(ctx, &l->pin, NULL, NULL, 0, o); /* a scene without measured points */
+    pd_status status = pdi_compare_measured_build(ctx, &l->pin, NULL, NULL, 0, o); /* a scene without measured points */
     if (status < 0) o->line = 0;
     return status;
 }
@@ -454,7 +454,7 @@ BUILD(criterion, pd_criterion)
     return pd_criterion_build(ctx, &solid, &d, o);
 }
 
-INNER(scaffold, pd_scaffold) { return pdi_scaffold_build(ctx, &l->body, o); }
+INNER(scaffold, pd_scaffold) { return pdi_coarse_fe_precond_build(ctx, &l->body, o); }
 
 BUILD(finite, pd_finite)
 {

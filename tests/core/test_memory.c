@@ -3,9 +3,9 @@
 #define _XOPEN_SOURCE 700
 #include "fault.h"
 #include "scene_file.h"
-#include "run/estimate.h"
+#include "run/richardson.h"
 #include "flow/gas.h"
-#include "io/picture.h"
+#include "io/field_plot.h"
 #include "io/plot.h"
 #include "io/png.h"
 #include "io/vti.h"
@@ -52,7 +52,7 @@ static void tables_whole(const char *path)
     memset(&table, 0, sizeof table);
     if (CHECK_OK(&ctx, pdi_table_read(&ctx, path, &table)) && CHECK(table.rows <= 4096))
         for (int k = 0; k < table.columns; k++)
-            CHECK_OK(&ctx, pdi_table_column(&ctx, &table, pdi_table_text(&table, -1, k), values));
+            CHECK_OK(&ctx, pdi_table_parse_column(&ctx, &table, pdi_table_get_text(&table, -1, k), values));
     pdi_table_free(&ctx, &table);
 }
 
@@ -344,10 +344,10 @@ static pd_status run_files(pd_ctx *ctx, void *user)
     plot.series[0].count = 2;
     pd_status status = pd_plot_write(ctx, path_of("out/a.png"), &plot);
     if (status == PD_OK) status = pdi_png_read(ctx, path_of("out/a.png"), &image);
-    if (status == PD_OK) status = pdi_csv_write(ctx, path_of("out/a.csv"), names, 2, values, 2);
+    if (status == PD_OK) status = pdi_csv_write_table(ctx, path_of("out/a.csv"), names, 2, values, 2);
     if (status == PD_OK) status = pdi_table_read(ctx, path_of("out/a.csv"), &table);
     if (status == PD_OK) status = pdi_pvd_init(ctx, path_of("out/a.pvd"), &pvd);
-    for (int k = 0; k < 30 && status == PD_OK; k++) status = pdi_pvd_add(ctx, &pvd, k, path_of("out/a.vti"));
+    for (int k = 0; k < 30 && status == PD_OK; k++) status = pdi_pvd_add_file(ctx, &pvd, k, path_of("out/a.vti"));
     for (int twice = 0; twice < 2; twice++) {
         pdi_image_free(ctx, &image);
         pdi_table_free(ctx, &table);

@@ -5,7 +5,7 @@
 #include "run/model.h"
 #include "scene/scene.h"
 #include "scene_file.h"
-#include "run/coarser.h"
+#include "run/coarsen_setup.h"
 #include "io/vti.h"
 
 #if PD_DIM == 2
@@ -89,7 +89,7 @@ static pd_status coarser_work(pd_ctx *ctx, void *user)
 {
     static pd_coarser coarser;
     (void)user;
-    return pdi_coarser_build(ctx, &shared, 2, &coarser);
+    return pdi_coarsen_setup_build(ctx, &shared, 2, &coarser);
 }
 
 /* All that a frame holds; neither the file nor its beginning is there after a stop. */
@@ -146,7 +146,7 @@ TEST(frames_and_coarser)
         return;
     CHECK_LE(3, stop_everywhere("coarser", coarser_work, NULL, CALLS, 1));
     pd_ctx_init(&ctx);
-    if (!CHECK_OK(&ctx, pdi_model_grid(&ctx, &shared, &line, &stencil, &grid))) return;
+    if (!CHECK_OK(&ctx, pdi_model_build_grid(&ctx, &shared, &line, &stencil, &grid))) return;
     CHECK_INT(stop_everywhere("vti", vti_work, &grid, CALLS, 1), PD_DIM == 2 ? 16 : 100);
     pd_grid_free(&ctx, &grid);
     pd_stencil_free(&ctx, &stencil);

@@ -4,7 +4,7 @@
 #include "run/monitor.h"
 #include "run/sim.h"
 #include "solid/crack.h"
-#include "solid/toughness.h"
+#include "solid/fracture_calibration.h"
 #include "test.h"
 #include "cases/strip.h"
 #include <math.h>
@@ -72,14 +72,14 @@ static void check_bonds(const scene_case *c, double last, double height)
     for (int32_t i = 0; i < body->count; i++) {
         double x[PD_DIM], y[PD_DIM], share = 0.0;
         for (int d = 0; d < PD_DIM; d++) x[d] = 1e6 * body->position[i * PD_DIM + d];
-        for (pd_walk b = pdi_walk_from(body, i); pdi_walk_next(&b);) {
+        for (pd_walk b = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&b);) {
             for (int d = 0; d < PD_DIM; d++) y[d] = 1e6 * body->position[b.to * PD_DIM + d];
             int is = crosses(x, y, last, height);
-            wrong += is != pdi_walk_broken(&b);
+            wrong += is != pdi_body_bond_is_broken(&b);
             broken += is;
             share += is / (double)(body->row[i + 1] - body->row[i]);
         }
-        wrong += fabs(pdi_structure_broken(&c->model.structure, i) - share) > 1e-12;
+        wrong += fabs(pdi_solid_coupling_damage(&c->model.structure, i) - share) > 1e-12;
     }
     CHECK_INT(wrong, 0);
     CHECK(broken > 0);
@@ -219,13 +219,13 @@ TEST(toughness_of_no_lattice)
     memset(&desc, 0, sizeof desc);
     desc.young = 1.0;
     body.horizon = 2e-6;
-    CHECK_INT(pdi_toughness_find(&ctx, &body, &desc, 1.0, &critical), PD_ERR_GEOMETRY);
+    CHECK_INT(pdi_fracture_calibration_compute_critical(&ctx, &body, &desc, 1.0, &critical), PD_ERR_GEOMETRY);
     CHECK(strstr(ctx.message, "toughness: the points are those of no lattice: expected a spacing") == ctx.message);
     body.spacing = NAN;
-    CHECK_INT(pdi_toughness_find(&ctx, &body, &desc, 1.0, &critical), PD_ERR_GEOMETRY);
+    CHECK_INT(pdi_fracture_calibration_compute_critical(&ctx, &body, &desc, 1.0, &critical), PD_ERR_GEOMETRY);
     for (int wide = 0; wide < 2 && PD_DIM == 3; wide++) {
         body.spacing = wide ? 2e-6 / 3.01 : 2e-6 / 1.49;
-        CHECK_INT(pdi_toughness_find(&ctx, &body, &desc, 1.0, &critical), PD_ERR_ARGUMENT);
+        CHECK_INT(pdi_fracture_calibration_compute_critical(&ctx, &body, &desc, 1.0, &critical), PD_ERR_ARGUMENT);
         CHECK(strstr(ctx.message, wide ? "a horizon of 3.01 spacings with the energy of a crack in 3D"
                                        : "a horizon of 1.49 spacings") != NULL);
     }

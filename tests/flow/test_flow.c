@@ -87,7 +87,7 @@ static void scaled_residuals(scene *s, double *momentum, double *continuity)
 {
     double length = s->flow_desc.length;
     int64_t split = (int64_t)PD_DIM * s->grid.total;
-    pdi_flow_residual(&s->ctx, &s->flow, ru, rc);
+    pdi_flow_assemble_residual(&s->ctx, &s->flow, ru, rc);
     *momentum = *continuity = 0.0;
     for (int64_t k = 0; k < split; k++) *momentum = fmax(*momentum, fabs(ru[k]) * length / (U * U));
     for (int32_t k = 0; k < s->grid.total; k++) *continuity = fmax(*continuity, fabs(rc[k]) * length / U);
@@ -163,7 +163,7 @@ TEST(poiseuille_between_sides)
             check_poiseuille(s, &c);
             /* the midpoint sum of the parabola: 2 U half (1 + 1/(2 n^2)) */
             double flux = 2.0 * U * c.half * (1.0 + 0.5 / (across[k] * across[k]));
-            CHECK_REL(pdi_flow_section_nodes(&s->flow, 0, 5), flux, 1e-12);
+            CHECK_REL(pdi_flow_integrate_nodal_section(&s->flow, 0, 5), flux, 1e-12);
             flow_free(s);
         }
 }
@@ -252,26 +252,26 @@ TEST(linearisation)
             if (k < split) s->flow.u[k] = value;
             else s->flow.p[k - split] = value;
         }
-        pdi_flow_residual(&s->ctx, &s->flow, ru, rc);
+        pdi_flow_assemble_residual(&s->ctx, &s->flow, ru, rc);
         if (sign > 0) memcpy(up, ru, (size_t)size * sizeof *up);
     }
     memcpy(s->flow.u, state, (size_t)split * sizeof *state);
     pd_jacobian linear;
-    pdi_jacobian_step along;
-    pdi_flow_prepare(&s->ctx, &s->flow);
+    pdi_jacobian_increment along;
+    pdi_flow_update_derived_fields(&s->ctx, &s->flow);
     if (!CHECK_OK(&s->ctx, pdi_jacobian_build(&s->ctx, &s->flow, &linear))) return;
-    if (!CHECK_OK(&s->ctx, pdi_owner_build(&s->ctx, pdi_jacobian_work_list, &linear))) return;
-    pdi_jacobian_freeze(&s->ctx, &linear);
+    if (!CHECK_OK(&s->ctx, pdi_array_registry_build(&s->ctx, pdi_jacobian_list_work, &linear))) return;
+    pdi_jacobian_set_state(&s->ctx, &linear);
     pd_ghosts_vector(&s->bonds.ghosts, step);
-    pdi_ghosts_pressure(&s->bonds.ghosts, 0.0, step + split);
-    pdi_flow_gradient(&s->ctx, &s->flow, step + split, grad);
-    pdi_flow_advecting(&s->ctx, &s->flow, step, NULL, mass);
+    pdi_ghosts_set_pressure(&s->bonds.ghosts, 0.0, step + split);
+    pdi_flow_compute_pressure_gradient(&s->ctx, &s->flow, step + split, grad);
+    pdi_flow_compute_advecting_velocity(&s->ctx, &s->flow, step, NULL, mass);
     along.advecting = mass;
     along.u = step;
     along.p = step + split;
     along.grad = grad;
     pdi_jacobian_apply(&s->ctx, &linear, &along, product, product + split);
-    pdi_owner_free(&s->ctx, pdi_jacobian_work_list, &linear);
+    pdi_array_registry_free(&s->ctx, pdi_jacobian_list_work, &linear);
     pdi_jacobian_free(&s->ctx, &linear);
     double largest[2] = {0.0, 0.0};
     for (int64_t k = 0; k < size; k++) largest[k >= split] = fmax(largest[k >= split], fabs(product[k]));
@@ -291,11 +291,11 @@ TEST(threads_change_no_bit)
     if (!CHECK(first != NULL)) return;
     fill_random(s, 13);
     s->ctx.threads = 1;
-    pdi_flow_residual(&s->ctx, &s->flow, ru, rc);
+    pdi_flow_assemble_residual(&s->ctx, &s->flow, ru, rc);
     memcpy(first, ru, bytes);
     for (int threads = 2; threads <= 4; threads *= 2) {
         s->ctx.threads = threads;
-        pdi_flow_residual(&s->ctx, &s->flow, ru, rc);
+        pdi_flow_assemble_residual(&s->ctx, &s->flow, ru, rc);
         CHECK(memcmp(first, ru, bytes) == 0);
     }
     CHECK_INT(s->flow.evaluations, 3);
@@ -329,9 +329,9 @@ TEST(surfaces_of_any_size)
             s->flow_desc.rho = s->flow_desc.mu = s->flow_desc.speed = 1.0;
             s->flow_desc.length = h;
             if (!scene_build(s)) return;
-            if (!CHECK_OK(&s->ctx, pdi_flow_patch(&s->ctx, &s->flow))) return;
+            if (!CHECK_OK(&s->ctx, pdi_flow_find_surface_patches(&s->ctx, &s->flow))) return;
             const pd_reconstruct *of = &s->flow.slopes;
-            int terms = PD_DIM * (PD_DIM + 3) / 2, misses = of->wide ? 0 : PD_DIM * PDI_RECONSTRUCT_BENDS;
+            int terms = PD_DIM * (PD_DIM + 3) / 2, misses = of->wide ? 0 : PD_DIM * PDI_RECONSTRUCT_HESSIAN_SIZE;
             CHECK(of->count > 10);
             const double *list[3] = {of->drag, of->bend, of->miss}, unit[3] = {h * h, 1.0, 1.0 / h};
             int64_t length[3] = {of->count, (int64_t)of->count * terms, (int64_t)of->count * misses};
@@ -369,17 +369,17 @@ TEST(sides_as_surfaces)
             memcpy(to, x, sizeof to);
             to[d] += sign * 0.6;
             to[e] += 0.2;
-            if (CHECK_INT(pdi_surface_meet(&s->bonds, node, to, place, normal, &closed), 1))
+            if (CHECK_INT(pdi_surface_find_nearest(&s->bonds, node, to, place, normal, &closed), 1))
                 for (int a = 0; a < PD_DIM; a++) {
                     double wanted = a == d ? x[d] + sign * 0.75 : a == e ? x[e] + 0.25 : x[a];
                     CHECK_NEAR(place[a], wanted, 1e-12);
                     CHECK_NEAR(normal[a], a == d ? -sign : 0.0, 0.0);
                 }
             to[d] = x[d] + sign * 0.8; /* beyond it */
-            CHECK_INT(pdi_surface_meet(&s->bonds, node, to, place, normal, &closed), -1);
+            CHECK_INT(pdi_surface_find_nearest(&s->bonds, node, to, place, normal, &closed), -1);
             to[d] = x[d] + sign * 0.2; /* a cell on is still before it */
             to[e] = x[e];
-            CHECK_INT(pdi_surface_meet(&s->bonds, node, to, place, normal, &closed), 0);
+            CHECK_INT(pdi_surface_find_nearest(&s->bonds, node, to, place, normal, &closed), 0);
             scene_free(s);
         }
 }
@@ -405,7 +405,7 @@ TEST(nearest_of_surfaces)
         s->grid_desc.solid = &s->shapes[0];
         if (!scene_build(s)) return;
         int32_t node = pd_grid_node(&s->grid, at);
-        CHECK_INT(pdi_surface_meet(&s->bonds, node, to, place, normal, &closed), 1);
+        CHECK_INT(pdi_surface_find_nearest(&s->bonds, node, to, place, normal, &closed), 1);
         for (int d = 0; d < PD_DIM; d++) {
             double met = d == 0 ? 8.0 : d == 1 ? x[1] + 0.3 : x[d];
             CHECK_NEAR(place[d], side ? met : to[d] - away * towards[d], 1e-7);
@@ -471,16 +471,16 @@ TEST(update_of_dissolved_nodes)
         if (s->grid.kind[node] != PD_SOLID || next_random(&seed) % 2) continue;
         changed[count++] = node;
     }
-    for (int32_t k = 0; k < count; k++) pdi_grid_dissolve(&s->grid, changed[k]);
+    for (int32_t k = 0; k < count; k++) pdi_grid_set_fluid(&s->grid, changed[k]);
     CHECK_OK(&s->ctx, pd_bonds_update(&s->ctx, changed, count, &s->bonds));
     CHECK_OK(&s->ctx, pd_flow_update(&s->ctx, changed, count, &s->flow));
     CHECK(count > 10 && s->bonds.ghosts.count > before);
-    CHECK_INT(s->bonds.ghosts.count, pdi_grid_count(&s->grid, PD_OUTLET));
+    CHECK_INT(s->bonds.ghosts.count, pdi_grid_count_kind(&s->grid, PD_OUTLET));
     for (int32_t k = 0; k < count; k++) {
         for (int d = 0; d < PD_DIM; d++) CHECK_NEAR(s->flow.u[(int64_t)d * s->grid.total + changed[k]], 0.0, 0.0);
         CHECK(fabs(s->flow.p[changed[k]]) <= U * U);
     }
-    pdi_flow_residual(&s->ctx, &s->flow, ru, rc);
+    pdi_flow_assemble_residual(&s->ctx, &s->flow, ru, rc);
     for (int64_t k = 0; k < (int64_t)(PD_DIM + 1) * s->grid.total; k++) CHECK(ru[k] - ru[k] == 0.0); /* finite */
     for (int32_t o = 0; o < s->bonds.ghosts.count; o++)
         CHECK_NEAR(s->flow.p[s->bonds.ghosts.node[o]], -s->flow.p[s->bonds.ghosts.source[o]], 1e-15);

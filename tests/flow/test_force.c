@@ -260,7 +260,7 @@ static void turned_errors(int n, double m, double angle, double p, double *frict
     s->shapes[2].children = 2;
     s->shapes[2].child[1] = 1;
     s->grid_desc.wall = &s->shapes[2];
-    if (!scene_build(s) || !CHECK_INT(pdi_flow_patch(&s->ctx, &s->flow), PD_OK)) return;
+    if (!scene_build(s) || !CHECK_INT(pdi_flow_find_surface_patches(&s->ctx, &s->flow), PD_OK)) return;
     turned_fill(s);
     memcpy(lo, s->grid_desc.lo, sizeof lo);
     memcpy(hi, s->grid_desc.hi, sizeof hi);
@@ -465,7 +465,7 @@ static void slow_residuals(int n, double m, double *momentum, double *continuity
     s->fields = 2;
     s->flow_desc.rho = s->flow_desc.mu = 1.0;
     if (!scene_build(s)) return;
-    CHECK_INT(pdi_flow_patch(&s->ctx, &s->flow), PD_OK);
+    CHECK_INT(pdi_flow_find_surface_patches(&s->ctx, &s->flow), PD_OK);
     for (int32_t i = 0; i < s->grid.total; i++) {
         double x[2], u[2], p;
         if (s->grid.kind[i] != PD_FLUID) continue;
@@ -475,7 +475,7 @@ static void slow_residuals(int n, double m, double *momentum, double *continuity
         for (int d = 0; d < 2; d++) s->flow.u[d * s->grid.total + i] = tiny * u[d];
         s->flow.p[i] = tiny * p;
     }
-    pdi_flow_residual(&s->ctx, &s->flow, s->field[0], s->field[1]);
+    pdi_flow_assemble_residual(&s->ctx, &s->flow, s->field[0], s->field[1]);
     for (int32_t r = 0; r < s->bonds.rows; r++) {
         double x[2];
         int32_t node = s->bonds.node[r];

@@ -85,9 +85,9 @@ TEST(conservation)
         else setup_init(&u, cells, cells, PD_SIDE_PERIODIC, PD_SIDE_PERIODIC);
         u.gas.initial = hills_state;
         if (!CHECK_OK(&s.ctx, scene_build(&s, &u))) return;
-        pdi_gas_stock(&s.ctx, &s.gas, start);
+        pdi_gas_integrate_state(&s.ctx, &s.gas, start);
         CHECK_OK(&s.ctx, pd_process_run(&s.ctx, pd_gas_process(&s.gas), 0.5));
-        pdi_gas_stock(&s.ctx, &s.gas, end);
+        pdi_gas_integrate_state(&s.ctx, &s.gas, end);
         NOTE("%d steps, %d rejected, %d times a node fell back to first order", (int)s.gas.steps, (int)s.gas.rejected,
              (int)s.gas.lowered);
         CHECK_REL(end[0], start[0], 1e-14);
@@ -122,12 +122,12 @@ TEST(fallback)
         u.gas.initial = wild_state;
         u.gas.initial_user = &seed;
         if (!CHECK_OK(&s.ctx, scene_build(&s, &u))) return;
-        pdi_gas_stock(&s.ctx, &s.gas, start);
+        pdi_gas_integrate_state(&s.ctx, &s.gas, start);
         for (int n = 0; n < 20; n++) {
             CHECK_OK(&s.ctx, pd_gas_limit(&s.ctx, &s.gas, &limit));
             CHECK_OK(&s.ctx, pd_process_run(&s.ctx, pd_gas_process(&s.gas), s.gas.time + limit));
         }
-        pdi_gas_stock(&s.ctx, &s.gas, end);
+        pdi_gas_integrate_state(&s.ctx, &s.gas, end);
         CHECK_REL(end[0], start[0], 1e-14);
         CHECK_REL(end[P_FIELD], start[P_FIELD], 1e-14);
         lowered += s.gas.lowered;

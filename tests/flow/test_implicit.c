@@ -235,11 +235,11 @@ TEST(any_start_and_step)
         for (int64_t i = 0; i < PD_DIM * s->grid.total; i++)
             if (s->grid.kind[i % s->grid.total] == PD_FLUID) after += s->flow.u[i] * s->flow.u[i];
         CHECK_LE(after, before);
-        if (!CHECK_OK(&s->ctx, pdi_steady_hold(&s->ctx, &s->steady))) return;
+        if (!CHECK_OK(&s->ctx, pdi_steady_begin_solves(&s->ctx, &s->steady))) return;
         double *r = s->steady.residual;
-        pdi_flow_residual(&s->ctx, &s->flow, r, r + PD_DIM * s->grid.total);
+        pdi_flow_assemble_residual(&s->ctx, &s->flow, r, r + PD_DIM * s->grid.total);
         CHECK_LE(pdi_par_max_abs(&s->ctx, s->grid.total, r + PD_DIM * s->grid.total), 1e-8);
-        CHECK_OK(&s->ctx, pdi_steady_release(&s->ctx, &s->steady, PD_OK));
+        CHECK_OK(&s->ctx, pdi_steady_end_solves(&s->ctx, &s->steady, PD_OK));
         scene_free(s);
     }
 }

@@ -87,7 +87,9 @@ TEST(speeds_and_scales)
             if (!channel_build(s, &c, 1e-3) || !run(s, &c, 0.05, 0.1)) return;
             CHECK_LE(leak(s, &c), 1e-5);
             CHECK_LE(fabs(pd_flow_section(&s->ctx, &s->flow, 0, c.cells) /
-                          pdi_flow_section_nodes(&s->flow, 0, c.cells) - 1.0), 0.1);
+                              pdi_flow_integrate_nodal_section(&s->flow, 0, c.cells) -
+                          1.0),
+                     0.1);
             CHECK_LE((double)s->implicit.steps, 150.0);
             CHECK_LE((double)s->implicit.rejected, 10.0);
             NOTE("H %g U %g: %d steps, %d rejected, %d evaluations, leak %.2g", c.height, c.speed,

@@ -85,7 +85,7 @@ static int solve(scene *s, pd_steady_result *result)
     CHECK_INT(result->converged, 1);
     double *r = (double *)calloc((size_t)(split + total), sizeof *r);
     if (!CHECK(r != NULL)) return 0;
-    pdi_flow_residual(&s->ctx, &s->flow, r, r + split);
+    pdi_flow_assemble_residual(&s->ctx, &s->flow, r, r + split);
     for (int64_t k = 0; k < split; k++) momentum = fmax(momentum, fabs(r[k]) / force);
     for (int64_t k = split; k < split + total; k++) continuity = fmax(continuity, fabs(r[k]) / strain);
     free(r);
@@ -341,7 +341,7 @@ static double inlet_error(int n)
         !CHECK_OK(&s->ctx, pd_steady_build(&s->ctx, &s->flow, &dd, &s->steady)))
         return 1.0;
     solve(s, &result);
-    double taken = pdi_flow_entering(&s->ctx, &s->flow, &pushed, &gross);
+    double taken = pdi_flow_integrate_inflow(&s->ctx, &s->flow, &pushed, &gross);
     CHECK_NEAR(pushed, 1.0, 1e-12);
     CHECK_NEAR(taken, 1.0, 1e-8);
     CHECK_NEAR(pd_flow_section(&s->ctx, &s->flow, 0, n / 2), 1.0, 1e-8);
@@ -421,7 +421,7 @@ TEST(resolve_after_dissolution)
     CHECK(count > 4);
     for (int pass = 0; pass < 2; pass++) {
         scene *now = pass ? o : s;
-        for (int32_t k = 0; k < count; k++) pdi_grid_dissolve(&now->grid, changed[k]);
+        for (int32_t k = 0; k < count; k++) pdi_grid_set_fluid(&now->grid, changed[k]);
         CHECK_OK(&now->ctx, pd_bonds_update(&now->ctx, changed, count, &now->bonds));
         CHECK_OK(&now->ctx, pd_flow_update(&now->ctx, changed, count, &now->flow));
         if (!solve(now, &result)) return;

@@ -24,7 +24,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     pd_status status = pdi_expr_build(&ctx, &desc, &expr);
     if (status == PD_OK) {
         double value = pdi_expr_eval(&expr, at);
-        FUZZ_EXPECT(!pdi_expr_constant(&expr) || (value - value == 0.0 && value == pdi_expr_eval(&expr, NULL)));
+        FUZZ_EXPECT(!pdi_expr_is_constant(&expr) || (value - value == 0.0 && value == pdi_expr_eval(&expr, NULL)));
     }
     pdi_expr_free(&ctx, &expr);
     fuzz_settled(&ctx, status);

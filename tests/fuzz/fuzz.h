@@ -6,7 +6,7 @@
 #include "io/png.h"
 #include "io/csv.h"
 #include "run/model.h"
-#include "run/footprint.h"
+#include "run/memory_estimate.h"
 #include "scene/scene.h"
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,6 +1,6 @@
 /* Points of a table or a mesh, whichever the first bytes say. */
 #include "fuzz.h"
-#include "io/mesh.h"
+#include "io/points_file.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {

@@ -7,7 +7,7 @@ static void mend(uint8_t *data, size_t size)
     for (size_t at = 8; at + 12 <= size;) {
         size_t length = (size_t)data[at] << 24 | (size_t)data[at + 1] << 16 | (size_t)data[at + 2] << 8 | data[at + 3];
         if (length > size - at - 12) return;
-        uint32_t crc = pdi_zlib_crc(0, data + at + 4, length + 4);
+        uint32_t crc = pdi_zlib_crc32(0, data + at + 4, length + 4);
         for (int k = 0; k < 4; k++) data[at + 8 + length + (size_t)k] = (uint8_t)(crc >> (24 - 8 * k));
         at += 12 + length;
     }
@@ -29,7 +29,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     if (status == PD_OK) {
         int sum = 0;
         for (int r = 0; r < image.height; r++)
-            for (int c = 0; c < image.width; c++) sum += pdi_image_gray(&image, c, r);
+            for (int c = 0; c < image.width; c++) sum += pdi_image_get_luminance(&image, c, r);
         FUZZ_EXPECT(sum >= 0);
         if (image.channels % 2 && pdi_png_write(&ctx, path, &image) == PD_OK &&
             pdi_png_read(&ctx, path, &again) == PD_OK)

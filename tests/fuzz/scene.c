@@ -11,7 +11,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     pd_status status = pd_scene_read(&ctx, fuzz_file(".scene", data, size), NULL, 0, &setup);
     if (status == PD_OK) {
         pd_footprint_estimate(&setup, &budget);
-        FUZZ_EXPECT(pdi_file_below(setup.folder));
+        FUZZ_EXPECT(pdi_file_is_subpath(setup.folder));
         FUZZ_EXPECT(budget.all > 0.0);
         if (budget.all - budget.files < 1e6 && setup.m < 4.0) status = pdi_model_build(&ctx, &setup, &model);
         else memset(&model, 0, sizeof model);

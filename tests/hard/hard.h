@@ -86,14 +86,14 @@ static inline void hard_bounds(hard *h)
     hard_extremes(h, &h->low, &h->high);
     for (int s = 0; s < 2 * PD_DIM; s++) {
         double bring = u->inlet;
-        if (u->side[s].holds) bring = pdi_setup_eval(&u->side[s].held, origin, 0.0);
-        if (!u->side[s].holds && !pdi_grid_port(u->side[s].kind)) continue;
+        if (u->side[s].holds) bring = pdi_setup_eval_expr(&u->side[s].held, origin, 0.0);
+        if (!u->side[s].holds && !pdi_grid_is_inlet_or_outlet(u->side[s].kind)) continue;
         h->low = fmin(h->low, bring);
         h->high = fmax(h->high, bring);
     }
     for (int w = 0; w < u->wall_count; w++) {
         if (!u->walls[w].holds) continue;
-        double held = pdi_setup_eval(&u->walls[w].held, origin, 0.0);
+        double held = pdi_setup_eval_expr(&u->walls[w].held, origin, 0.0);
         h->low = fmin(h->low, held);
         h->high = fmax(h->high, held);
     }

@@ -31,7 +31,7 @@ static double difference(const hard *a, const hard *b, int32_t (*place)(const pd
     for (int32_t node = 0; node < g->total; node++) {
         int i[PD_DIM];
         pdi_grid_index(g, node, i);
-        if (!pdi_grid_inside(g, i) || g->kind[node] == PD_WALL) continue;
+        if (!pdi_grid_is_inside(g, i) || g->kind[node] == PD_WALL) continue;
         int32_t other = place ? place(&b->model.grid, i) : node;
         if (g->kind[node] != b->model.grid.kind[other]) return HUGE_VAL;
         off = fmax(off, fabs(hard_field(a)[node] - hard_field(b)[other]) / 500.0);

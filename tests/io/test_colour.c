@@ -25,19 +25,19 @@ static void cielab(uint32_t colour, double *lab)
 
 TEST(colours_are_ordered_by_lightness)
 {
-    uint32_t table[PDI_COLOUR_COUNT];
-    double lab[PDI_COLOUR_COUNT][3], straight = 0;
-    pdi_colour_table(PD_MAP_SEQUENTIAL, table);
-    for (int k = 0; k < PDI_COLOUR_COUNT; k++) cielab(table[k], lab[k]);
+    uint32_t table[PDI_COLOUR_TABLE_SIZE];
+    double lab[PDI_COLOUR_TABLE_SIZE][3], straight = 0;
+    pdi_colour_fill_table(PD_MAP_SEQUENTIAL, table);
+    for (int k = 0; k < PDI_COLOUR_TABLE_SIZE; k++) cielab(table[k], lab[k]);
     CHECK_LE(lab[0][0], 20);
     CHECK_LE(85, lab[255][0]);
-    for (int k = 0; k < PDI_COLOUR_COUNT; k++) {
+    for (int k = 0; k < PDI_COLOUR_TABLE_SIZE; k++) {
         if (k >= 4) CHECK_LE(lab[k - 4][0] + 0.3, lab[k][0]); /* printed in gray the order stays */
         straight = fmax(straight, fabs(lab[k][0] - (lab[0][0] + (lab[255][0] - lab[0][0]) * k / 255)));
     }
     CHECK_LE(straight, 8);
-    pdi_colour_table(PD_MAP_DIVERGING, table);
-    for (int k = 0; k < PDI_COLOUR_COUNT; k++) cielab(table[k], lab[k]);
+    pdi_colour_fill_table(PD_MAP_DIVERGING, table);
+    for (int k = 0; k < PDI_COLOUR_TABLE_SIZE; k++) cielab(table[k], lab[k]);
     for (int k = 0; k < 128; k++) {
         CHECK_NEAR(lab[k][0], lab[255 - k][0], 8); /* both signs weigh the same */
         if (k >= 4) CHECK_LE(lab[k - 4][0], lab[k][0]);
@@ -46,8 +46,8 @@ TEST(colours_are_ordered_by_lightness)
     CHECK_LE(hypot(lab[127][1], lab[127][2]), 8);
     CHECK(lab[0][2] < -20 && lab[255][1] > 20); /* blue, red */
     for (int map = PD_MAP_GREY; map <= PD_MAP_VIRIDIS; map++) {
-        pdi_colour_table((pd_map)map, table);
-        for (int k = 0; k < PDI_COLOUR_COUNT; k++) {
+        pdi_colour_fill_table((pd_map)map, table);
+        for (int k = 0; k < PDI_COLOUR_TABLE_SIZE; k++) {
             cielab(table[k], lab[k]);
             if (k >= 4) CHECK_LE(lab[k - 4][0] + 0.3, lab[k][0]);
             if (map == PD_MAP_GREY) CHECK_LE(hypot(lab[k][1], lab[k][2]), 1);
@@ -58,7 +58,7 @@ TEST(colours_are_ordered_by_lightness)
     CHECK_INT(table[255], 0xFDE725);
     double there[3], step = 1e9;
     cielab(0x35B779, there);
-    for (int k = 0; k < PDI_COLOUR_COUNT; k++)
+    for (int k = 0; k < PDI_COLOUR_TABLE_SIZE; k++)
         step = fmin(step, hypot(lab[k][0] - there[0], hypot(lab[k][1] - there[1], lab[k][2] - there[2])));
     CHECK_LE(step, 1);
 }
@@ -74,7 +74,7 @@ TEST(hues_of_labels)
                                      {1.9779984951, -2.4285922050, 0.4505937099},
                                      {0.0259040371, 0.7827717662, -0.8086757660}};
     for (int number = 0; number < 400; number++) {
-        uint32_t colour = pdi_colour_label(number);
+        uint32_t colour = pdi_colour_get_label_colour(number);
         double f[3] = {0.0, 0.0, 0.0}, c[3] = {0.0, 0.0, 0.0};
         for (int k = 0; k < 3; k++) {
             double x = (colour >> (16 - 8 * k) & 255) / 255.0;

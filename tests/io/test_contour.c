@@ -31,7 +31,7 @@ static found lines(const double *value, int nx, int ny, double level, double (*o
 {
     pdi_contour c = {nx, ny, value};
     found f = {0, 0, 0, {1e9, 1e9}, {-1e9, -1e9}, off};
-    pdi_contour_lines(&c, level, take, &f);
+    pdi_contour_find_segments(&c, level, take, &f);
     return f;
 }
 
@@ -143,7 +143,7 @@ TEST(a_saddle_in_a_quarter)
         pdi_contour c = {2, 2, value};
         int met = 0;
         piece_count = 0;
-        pdi_contour_lines(&c, 0, keep, NULL);
+        pdi_contour_find_segments(&c, 0, keep, NULL);
         CHECK_INT(piece_count, 2);
         for (int n = 0; n < piece_count; n++)
             for (int k = 0; k < 2; k++) {

@@ -60,13 +60,13 @@ TEST(a_whole_file_is_read)
     start(&ctx);
     for (size_t i = 0; i < sizeof big; i++) big[i] = (char)(i * 37 % 251);
     put("whole", big, sizeof big);
-    if (!CHECK_OK(&ctx, pdi_file_read(&ctx, at("whole"), sizeof big, &data, &size))) return;
+    if (!CHECK_OK(&ctx, pdi_file_read_all(&ctx, at("whole"), sizeof big, &data, &size))) return;
     CHECK_INT(size, sizeof big);
     CHECK(memcmp(data, big, size) == 0);
     CHECK(data[size] == 0);
     PDI_DELETE(&ctx, size + 1, data);
     puts_to("whole", "");
-    if (!CHECK_OK(&ctx, pdi_file_read(&ctx, at("whole"), 0, &data, &size))) return;
+    if (!CHECK_OK(&ctx, pdi_file_read_all(&ctx, at("whole"), 0, &data, &size))) return;
     CHECK_INT(size, 0);
     CHECK_STR(data, "");
     PDI_DELETE(&ctx, size + 1, data);
@@ -80,17 +80,17 @@ TEST(a_file_that_cannot_be_read_is_an_error)
     char *data, longer[1200];
     size_t size;
     start(&ctx);
-    CHECK_INT(pdi_file_read(&ctx, at("none"), 10, &data, &size), PD_ERR_FILE);
+    CHECK_INT(pdi_file_read_all(&ctx, at("none"), 10, &data, &size), PD_ERR_FILE);
     CHECK(strstr(ctx.message, DIRECTORY "/none") && strstr(ctx.message, "No such file"));
     CHECK(data == NULL);
-    CHECK_INT(pdi_file_read(&ctx, DIRECTORY, 10, &data, &size), PD_ERR_FILE);
+    CHECK_INT(pdi_file_read_all(&ctx, DIRECTORY, 10, &data, &size), PD_ERR_FILE);
     puts_to("eleven", "12345678901");
-    CHECK_INT(pdi_file_read(&ctx, at("eleven"), 10, &data, &size), PD_ERR_FILE);
+    CHECK_INT(pdi_file_read_all(&ctx, at("eleven"), 10, &data, &size), PD_ERR_FILE);
     CHECK(strstr(ctx.message, "larger than 10 bytes") != NULL);
-    CHECK_INT(pdi_file_read(&ctx, "", 10, &data, &size), PD_ERR_ARGUMENT);
+    CHECK_INT(pdi_file_read_all(&ctx, "", 10, &data, &size), PD_ERR_ARGUMENT);
     memset(longer, 'a', sizeof longer);
     longer[sizeof longer - 1] = 0;
-    CHECK_INT(pdi_file_read(&ctx, longer, 10, &data, &size), PD_ERR_SIZE);
+    CHECK_INT(pdi_file_read_all(&ctx, longer, 10, &data, &size), PD_ERR_SIZE);
     CHECK_INT(ctx.in_use, 0);
     remove(at("eleven"));
 }
@@ -105,15 +105,15 @@ TEST(only_plain_files_are_read)
     size_t size;
     start(&ctx);
     for (int k = 0; k < 3; k++) {
-        CHECK_INT(pdi_file_read(&ctx, found[k], 1 << 30, &data, &size), PD_ERR_FILE);
+        CHECK_INT(pdi_file_read_all(&ctx, found[k], 1 << 30, &data, &size), PD_ERR_FILE);
         CHECK(strstr(ctx.message, found[k]) != NULL);
         CHECK(!k || strstr(ctx.message, "it is a device, expected a file") || strstr(ctx.message, "No such file"));
         CHECK(data == NULL);
-        CHECK_INT(pdi_file_open(&ctx, found[k], &file), PD_ERR_FILE);
+        CHECK_INT(pdi_file_open_read(&ctx, found[k], &file), PD_ERR_FILE);
         CHECK(file.stream == NULL);
     }
-    CHECK_INT(pdi_file_append(&ctx, "/dev/null", &file), PD_ERR_FILE);
-    CHECK_INT(pdi_file_append(&ctx, at("none"), &file), PD_ERR_FILE);
+    CHECK_INT(pdi_file_open_append(&ctx, "/dev/null", &file), PD_ERR_FILE);
+    CHECK_INT(pdi_file_open_append(&ctx, at("none"), &file), PD_ERR_FILE);
     CHECK_INT(ctx.in_use, 0);
     CHECK_LE((double)ctx.peak, 0.0);
 }
@@ -128,10 +128,10 @@ TEST(reading_counts)
     start(&ctx);
     put("big", big, sizeof big);
     ctx.alloc.limit = sizeof big;
-    CHECK_INT(pdi_file_read(&ctx, at("big"), 1 << 20, &data, &size), PD_ERR_LIMIT);
+    CHECK_INT(pdi_file_read_all(&ctx, at("big"), 1 << 20, &data, &size), PD_ERR_LIMIT);
     CHECK_LE((double)ctx.peak, (double)sizeof big);
     ctx.alloc.limit = sizeof big + 1;
-    if (CHECK_OK(&ctx, pdi_file_read(&ctx, at("big"), 1 << 20, &data, &size))) PDI_DELETE(&ctx, size + 1, data);
+    if (CHECK_OK(&ctx, pdi_file_read_all(&ctx, at("big"), 1 << 20, &data, &size))) PDI_DELETE(&ctx, size + 1, data);
     CHECK_INT(ctx.in_use, 0);
     remove(at("big"));
 }
@@ -143,7 +143,7 @@ TEST(the_final_name_holds_a_complete_file_or_the_old_one)
     start(&ctx);
     puts_to("result", "old");
     if (!CHECK_OK(&ctx, pdi_file_create(&ctx, at("result"), &file))) return;
-    CHECK_OK(&ctx, pdi_file_text(&ctx, &file, "new "));
+    CHECK_OK(&ctx, pdi_file_write_text(&ctx, &file, "new "));
     CHECK_OK(&ctx, pdi_file_flush(&ctx, &file));
     CHECK_STR(content("result"), "old");
     CHECK_STR(content("result.part"), "new ");
@@ -152,12 +152,12 @@ TEST(the_final_name_holds_a_complete_file_or_the_old_one)
     CHECK_STR(content("result"), "new content");
     CHECK(!exists("result.part"));
     if (!CHECK_OK(&ctx, pdi_file_create(&ctx, at("result"), &file))) return;
-    CHECK_OK(&ctx, pdi_file_text(&ctx, &file, "unfinished"));
+    CHECK_OK(&ctx, pdi_file_write_text(&ctx, &file, "unfinished"));
     pdi_file_abandon(&file);
     pdi_file_abandon(&file);
     CHECK_STR(content("result"), "new content");
     CHECK(!exists("result.part"));
-    CHECK_INT(pdi_file_text(&ctx, &file, "late"), PD_ERR_ARGUMENT);
+    CHECK_INT(pdi_file_write_text(&ctx, &file, "late"), PD_ERR_ARGUMENT);
     CHECK_INT(pdi_file_commit(&ctx, &file), PD_ERR_ARGUMENT);
     CHECK_INT(pdi_file_create(&ctx, at("no/such/place"), &file), PD_ERR_FILE);
     CHECK(strstr(ctx.message, "no/such/place") != NULL);
@@ -186,7 +186,7 @@ TEST(a_full_disk_is_noticed)
     strcpy(file.path, "/dev/full");
     file.stream = fopen(file.path, "ab");
     if (!file.stream) SKIP("no /dev/full here");
-    pd_status written = pdi_file_text(&ctx, &file, "row\n");
+    pd_status written = pdi_file_write_text(&ctx, &file, "row\n");
     pd_status flushed = pdi_file_flush(&ctx, &file);
     CHECK(written == PD_ERR_FILE || flushed == PD_ERR_FILE);
     CHECK(strstr(ctx.message, "/dev/full") && strstr(ctx.message, "No space"));
@@ -224,19 +224,19 @@ TEST(names_are_joined_and_numbered)
     memset(longer, 'n', sizeof longer);
     longer[sizeof longer - 1] = 0;
     CHECK_INT(pd_file_join(&ctx, "a_directory_name", longer, path), PD_ERR_SIZE);
-    CHECK_OK(&ctx, pdi_file_frame_name(&ctx, "corr", 12, 6.1, "vti", path));
+    CHECK_OK(&ctx, pdi_file_format_frame_name(&ctx, "corr", 12, 6.1, "vti", path));
     CHECK_STR(path, "corr_000012_t6.1s.vti");
-    CHECK_OK(&ctx, pdi_file_frame_name(&ctx, "C", 999999, 32400, "png", path));
+    CHECK_OK(&ctx, pdi_file_format_frame_name(&ctx, "C", 999999, 32400, "png", path));
     CHECK_STR(path, "C_999999_t32400.0s.png");
-    CHECK_OK(&ctx, pdi_file_frame_name(&ctx, "v", 3, 0.025, "vti", path));
+    CHECK_OK(&ctx, pdi_file_format_frame_name(&ctx, "v", 3, 0.025, "vti", path));
     CHECK_STR(path, "v_000003_t0.025s.vti");
-    CHECK_OK(&ctx, pdi_file_frame_name(&ctx, "v", 3, 2.0 / 3.0, "vti", path));
+    CHECK_OK(&ctx, pdi_file_format_frame_name(&ctx, "v", 3, 2.0 / 3.0, "vti", path));
     CHECK_STR(path, "v_000003_t0.666667s.vti");
-    CHECK_INT(pdi_file_frame_name(&ctx, "C", 1000000, 0, "png", path), PD_ERR_ARGUMENT);
+    CHECK_INT(pdi_file_format_frame_name(&ctx, "C", 1000000, 0, "png", path), PD_ERR_ARGUMENT);
     CHECK_STR(path, ""); /* a name that is refused is empty */
-    CHECK_INT(pdi_file_frame_name(&ctx, "C", -1, 0, "png", path), PD_ERR_ARGUMENT);
-    CHECK_INT(pdi_file_frame_name(&ctx, "C", 1, -0.5, "png", path), PD_ERR_ARGUMENT);
-    CHECK_INT(pdi_file_frame_name(&ctx, "C", 1, NAN, "png", path), PD_ERR_ARGUMENT);
+    CHECK_INT(pdi_file_format_frame_name(&ctx, "C", -1, 0, "png", path), PD_ERR_ARGUMENT);
+    CHECK_INT(pdi_file_format_frame_name(&ctx, "C", 1, -0.5, "png", path), PD_ERR_ARGUMENT);
+    CHECK_INT(pdi_file_format_frame_name(&ctx, "C", 1, NAN, "png", path), PD_ERR_ARGUMENT);
 }
 
 static double bits_to_double(uint64_t bits)
@@ -248,7 +248,7 @@ static double bits_to_double(uint64_t bits)
 
 static void numbers_come_back(void)
 {
-    char text[PDI_NUMBER_SIZE];
+    char text[PDI_FILE_NUMBER_SIZE];
     double back;
     uint64_t x = 88172645463325252u;
     int wrong = 0, finite = 0;
@@ -259,8 +259,8 @@ static void numbers_come_back(void)
         double value = bits_to_double(x);
         if (isnan(value) || isinf(value)) continue;
         finite++;
-        pdi_file_number(value, text);
-        wrong += !pdi_file_parse(text, strlen(text), &back) || memcmp(&back, &value, sizeof back) != 0;
+        pdi_file_format_number(value, text);
+        wrong += !pdi_file_parse_number(text, strlen(text), &back) || memcmp(&back, &value, sizeof back) != 0;
         wrong += strpbrk(text, ", ") != NULL;
     }
     CHECK(finite > 19000);
@@ -275,24 +275,25 @@ TEST(numbers_are_short_and_come_back_bit_for_bit)
     } cases[] = {{0.1, "0.1"}, {1.0 / 3, "0.3333333333333333"}, {-0.0, "-0"}, {1e-9, "1e-09"}, {71500, "71500"},
                  {5e-324, "4.94065645841247e-324"}, {1.7976931348623157e308, "1.7976931348623157e+308"},
                  {INFINITY, "inf"}, {-INFINITY, "-inf"}, {NAN, "nan"}};
-    char text[PDI_NUMBER_SIZE];
+    char text[PDI_FILE_NUMBER_SIZE];
     double value;
     for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
-        pdi_file_number(cases[k].value, text);
+        pdi_file_format_number(cases[k].value, text);
         CHECK_STR(text, cases[k].text);
     }
     numbers_come_back();
-    CHECK(pdi_file_parse("-2.5e3", 6, &value) && value == -2500);
-    CHECK(pdi_file_parse("nan", 3, &value) && isnan(value));
-    CHECK(pdi_file_parse("12345", 2, &value) && value == 12);
+    CHECK(pdi_file_parse_number("-2.5e3", 6, &value) && value == -2500);
+    CHECK(pdi_file_parse_number("nan", 3, &value) && isnan(value));
+    CHECK(pdi_file_parse_number("12345", 2, &value) && value == 12);
     static const char *const bad[] = {"", " 1", "1 ", "1.2.3", "0x10", "1,5", "1e", "--1", "abc", "nan(1)", "1\n"};
-    for (size_t k = 0; k < sizeof bad / sizeof bad[0]; k++) CHECK(!pdi_file_parse(bad[k], strlen(bad[k]), &value));
+    for (size_t k = 0; k < sizeof bad / sizeof bad[0]; k++)
+        CHECK(!pdi_file_parse_number(bad[k], strlen(bad[k]), &value));
 }
 
 TEST(numbers_do_not_follow_the_locale)
 {
     static const char *const names[] = {"de_DE.UTF-8", "de_DE.utf8", "de_DE", "fr_FR.UTF-8", "fr_FR.utf8"};
-    char text[PDI_NUMBER_SIZE], path[PD_PATH_SIZE], probe[16];
+    char text[PDI_FILE_NUMBER_SIZE], path[PD_PATH_SIZE], probe[16];
     double value = 0;
     pd_ctx ctx;
     pd_ctx_init(&ctx);
@@ -303,11 +304,11 @@ TEST(numbers_do_not_follow_the_locale)
         setlocale(LC_ALL, "C");
         SKIP("no locale with a decimal comma is installed");
     }
-    pdi_file_number(0.1, text);
+    pdi_file_format_number(0.1, text);
     CHECK_STR(text, "0.1");
-    CHECK(pdi_file_parse("0.25", 4, &value) && value == 0.25);
+    CHECK(pdi_file_parse_number("0.25", 4, &value) && value == 0.25);
     numbers_come_back();
-    CHECK_OK(&ctx, pdi_file_frame_name(&ctx, "corr", 12, 6.1, "vti", path));
+    CHECK_OK(&ctx, pdi_file_format_frame_name(&ctx, "corr", 12, 6.1, "vti", path));
     CHECK_STR(path, "corr_000012_t6.1s.vti");
     setlocale(LC_ALL, "C");
 }
@@ -323,14 +324,14 @@ TEST(rows_are_in_the_file_as_soon_as_they_are_written)
     CHECK_STR(content("run.csv"), "time [s],volume loss [-],\"a,b \"\"c\"\"\"\n");
     CHECK(!exists("run.csv.part"));
     double row[3] = {0.1, 1.0 / 3, -1e-30};
-    CHECK_OK(&ctx, pdi_csv_row(&ctx, &csv, row));
+    CHECK_OK(&ctx, pdi_csv_write_row(&ctx, &csv, row));
     CHECK(strstr(content("run.csv"), "\n0.1,0.3333333333333333,-1e-30\n") != NULL);
     row[0] = NAN;
-    CHECK_OK(&ctx, pdi_csv_row(&ctx, &csv, row));
+    CHECK_OK(&ctx, pdi_csv_write_row(&ctx, &csv, row));
     CHECK(strstr(content("run.csv"), "\nnan,0.3333333333333333,-1e-30\n") != NULL);
     CHECK_OK(&ctx, pdi_csv_close(&ctx, &csv));
     CHECK_OK(&ctx, pdi_csv_close(&ctx, &csv));
-    CHECK_INT(pdi_csv_row(&ctx, &csv, row), PD_ERR_ARGUMENT);
+    CHECK_INT(pdi_csv_write_row(&ctx, &csv, row), PD_ERR_ARGUMENT);
     CHECK_INT(ctx.in_use, 0);
     remove(at("run.csv"));
 }
@@ -362,15 +363,15 @@ TEST(a_written_table_is_read_back)
         row[0] = k / 7.0;
         row[1] = exp(k);
         row[2] = -sqrt((double)k);
-        CHECK_OK(&ctx, pdi_csv_row(&ctx, &csv, row));
+        CHECK_OK(&ctx, pdi_csv_write_row(&ctx, &csv, row));
     }
     CHECK_OK(&ctx, pdi_csv_close(&ctx, &csv));
     if (!CHECK_OK(&ctx, pdi_table_read(&ctx, at("back.csv"), &table))) return;
     CHECK_INT(table.rows, 500);
     CHECK_INT(table.columns, 3);
     for (int c = 0; c < 3; c++) {
-        CHECK_INT(pdi_table_find(&table, names[c]), c);
-        CHECK_OK(&ctx, pdi_table_column(&ctx, &table, names[c], column));
+        CHECK_INT(pdi_table_find_column(&table, names[c]), c);
+        CHECK_OK(&ctx, pdi_table_parse_column(&ctx, &table, names[c], column));
         int wrong = 0;
         for (int k = 0; k < 500; k++) wrong += column[k] != (c == 0 ? k / 7.0 : c == 1 ? exp(k) : -sqrt((double)k));
         CHECK_INT(wrong, 0);
@@ -392,18 +393,18 @@ TEST(tables_of_others_are_read)
     if (!CHECK_OK(&ctx, pdi_table_read(&ctx, at("others.csv"), &table))) return;
     CHECK_INT(table.columns, 3);
     CHECK_INT(table.rows, 3);
-    CHECK_STR(pdi_table_text(&table, -1, 0), "x");
-    CHECK_STR(pdi_table_text(&table, -1, 1), "name, \"quoted\"");
-    CHECK_STR(pdi_table_text(&table, 0, 1), "plate");
-    CHECK_STR(pdi_table_text(&table, 1, 1), "E, Young");
-    CHECK_STR(pdi_table_text(&table, 1, 2), "");
-    CHECK_STR(pdi_table_text(&table, 2, 1), "");
-    CHECK_STR(pdi_table_text(&table, 2, 2), "GPa");
-    CHECK_OK(&ctx, pdi_table_column(&ctx, &table, "x", values));
+    CHECK_STR(pdi_table_get_text(&table, -1, 0), "x");
+    CHECK_STR(pdi_table_get_text(&table, -1, 1), "name, \"quoted\"");
+    CHECK_STR(pdi_table_get_text(&table, 0, 1), "plate");
+    CHECK_STR(pdi_table_get_text(&table, 1, 1), "E, Young");
+    CHECK_STR(pdi_table_get_text(&table, 1, 2), "");
+    CHECK_STR(pdi_table_get_text(&table, 2, 1), "");
+    CHECK_STR(pdi_table_get_text(&table, 2, 2), "GPa");
+    CHECK_OK(&ctx, pdi_table_parse_column(&ctx, &table, "x", values));
     CHECK(values[0] == 1000 && values[1] == -2 && values[2] == 3);
-    CHECK_INT(pdi_table_column(&ctx, &table, "units", values), PD_ERR_PARSE);
+    CHECK_INT(pdi_table_parse_column(&ctx, &table, "units", values), PD_ERR_PARSE);
     CHECK(strstr(ctx.message, "others.csv:4: column 'units': 'mm'") != NULL);
-    CHECK_INT(pdi_table_column(&ctx, &table, "y", values), PD_ERR_PARSE);
+    CHECK_INT(pdi_table_parse_column(&ctx, &table, "y", values), PD_ERR_PARSE);
     CHECK(strstr(ctx.message, "'y'") && strstr(ctx.message, "'x'"));
     pdi_table_free(&ctx, &table);
     puts_to("others.csv", ",b\n"); /* an empty first field must not run into the second */
@@ -481,7 +482,8 @@ TEST(damaged_tables_do_no_harm)
             if (status == PD_OK) {
                 read++;
                 for (int r = -1; r < table.rows; r++)
-                    for (int c = 0; c < table.columns; c++) wrong += strchr(pdi_table_text(&table, r, c), '\n') != NULL;
+                    for (int c = 0; c < table.columns; c++)
+                        wrong += strchr(pdi_table_get_text(&table, r, c), '\n') != NULL;
                 pdi_table_free(&ctx, &table);
             } else refused++;
             wrong += status != PD_OK && status != PD_ERR_PARSE;
@@ -502,7 +504,7 @@ TEST(times_are_printed_in_the_unit_that_suits)
                  {11220, "3 h 07 min"}, {1051200, "12 d 4 h"}, {-1, "?"}, {NAN, "?"}, {INFINITY, "?"}};
     char text[64];
     for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
-        pdi_progress_duration(cases[k].seconds, text, sizeof text);
+        pdi_progress_format_duration(cases[k].seconds, text, sizeof text);
         CHECK_STR(text, cases[k].text);
     }
 }
@@ -510,17 +512,17 @@ TEST(times_are_printed_in_the_unit_that_suits)
 TEST(the_progress_line_shows_the_time_left)
 {
     char line[128], small[12];
-    pdi_progress_line(0.25, 100, "dissolve", line, sizeof line);
+    pdi_progress_format_line(0.25, 100, "dissolve", line, sizeof line);
     CHECK_STR(line, "dissolve [###.........]  25.0 %  1 min 40 s, 5 min 00 s left");
-    pdi_progress_line(0, 5, "flow", line, sizeof line);
+    pdi_progress_format_line(0, 5, "flow", line, sizeof line);
     CHECK_STR(line, "flow [............]   0.0 %  5.00 s");
-    pdi_progress_line(1, 61, "flow", line, sizeof line);
+    pdi_progress_format_line(1, 61, "flow", line, sizeof line);
     CHECK_STR(line, "flow [############] 100.0 %  1 min 01 s");
-    pdi_progress_line(NAN, 5, "flow", line, sizeof line);
+    pdi_progress_format_line(NAN, 5, "flow", line, sizeof line);
     CHECK(strstr(line, "  0.0 %") != NULL);
-    pdi_progress_line(7, 5, "flow", line, sizeof line);
+    pdi_progress_format_line(7, 5, "flow", line, sizeof line);
     CHECK(strstr(line, "100.0 %") != NULL);
-    pdi_progress_line(0.5, 5, "flow", small, sizeof small);
+    pdi_progress_format_line(0.5, 5, "flow", small, sizeof small);
     CHECK_STR(small, "flow [#####");
     remove(DIRECTORY);
 }

@@ -1,7 +1,7 @@
 /* paint: what a pixel of many cells shows.
  * dims: 2 */
 #include "io/colour.h"
-#include "io/picture.h"
+#include "io/field_plot.h"
 #include "test.h"
 
 static const uint32_t flat[4] = {0, 0x9A9DA1, 0x3C4043, 0xFFFFFF}; /* what is no field */
@@ -27,12 +27,12 @@ TEST(merged_cells)
     enum { NX = 599, NY = 501, BX = 3, BY = 2 }; /* the last row and column have fewer cells */
     static double values[NX * NY];
     static uint8_t paint[NX * NY];
-    uint32_t table[PDI_COLOUR_COUNT], random = 11;
+    uint32_t table[PDI_COLOUR_TABLE_SIZE], random = 11;
     pd_ctx ctx;
     pd_image image;
     pd_picture picture;
     pd_ctx_init(&ctx);
-    pdi_colour_table(PD_MAP_GREY, table);
+    pdi_colour_fill_table(PD_MAP_GREY, table);
     for (int labels = 0; labels < 2; labels++) {
         int seen[4] = {0, 0, 0, 0}, wrong = 0, left = 0, bottom;
         for (int k = 0; k < NX * NY; k++) {
@@ -51,7 +51,7 @@ TEST(merged_cells)
         picture.width = 200;
         picture.map = labels ? PD_MAP_LABELS : PD_MAP_GREY;
         picture.range_hi = 255;
-        if (!CHECK_OK(&ctx, pdi_picture_draw(&ctx, &picture, &image))) return;
+        if (!CHECK_OK(&ctx, pdi_field_plot_draw_image(&ctx, &picture, &image))) return;
         bottom = image.height;
         while (left < 200 && !metal(&image, ++left, 0)) continue;
         while (bottom > 1 && !metal(&image, 0, --bottom)) continue;
@@ -65,7 +65,7 @@ TEST(merged_cells)
                         int k = j * NX + i;
                         count[paint[k]]++;
                         if (paint[k] == PD_PAINT_FIELD) sum += values[k];
-                        right |= labels && !paint[k] && found == pdi_colour_label((int)values[k]);
+                        right |= labels && !paint[k] && found == pdi_colour_get_label_colour((int)values[k]);
                     }
                 for (int k = 0; k < 4; k++) most = count[k] > most ? count[k] : most;
                 if (!labels && count[0]) right = found == table[(int)(sum / count[0] + 0.5)];

@@ -1,7 +1,7 @@
 /* streamline: lines along a flow against closed forms; arrows of a picture. */
 /* dims: 2 */
-#include "io/arrows.h"
-#include "io/picture.h"
+#include "io/velocity_plot.h"
+#include "io/field_plot.h"
 #include "test.h"
 #include <string.h>
 
@@ -11,7 +11,7 @@ static const double pi = 3.14159265358979323846;
 /* A flow on N x N cells of 1 m, 10 pixels wide. */
 typedef struct flow {
     double u[2][N * N];
-    pdi_stream stream;
+    pdi_streamline_field stream;
     pdi_streamlines lines;
 } flow;
 
@@ -21,11 +21,11 @@ static void start(flow *f, void (*velocity)(const double *x, double *u))
     memset(&f->lines, 0, sizeof f->lines);
     f->stream.nx = f->stream.ny = N;
     for (int d = 0; d < 2; d++) {
-        f->stream.u[d] = f->u[d];
-        f->stream.cell[d] = 1.0;
-        f->stream.size[d] = 10.0;
+        f->stream.velocity[d] = f->u[d];
+        f->stream.cell_size[d] = 1.0;
+        f->stream.pixel_size[d] = 10.0;
     }
-    f->stream.apart = 20.0;
+    f->stream.spacing = 20.0;
     for (int k = 0; k < N * N; k++) {
         double x[2] = {k % N + 0.5, k / N + 0.5}, u[2];
         velocity(x, u);
@@ -35,7 +35,7 @@ static void start(flow *f, void (*velocity)(const double *x, double *u))
 
 static const double *point(const flow *f, int64_t line, int64_t k)
 {
-    return &f->lines.at[2 * (f->lines.line[line].first + k)];
+    return &f->lines.point[2 * (f->lines.line[line].first + k)];
 }
 
 /* Smallest distance of points of different lines. */
@@ -59,9 +59,9 @@ static double widest(const flow *f, double margin)
     for (double y = margin; y <= 10.0 * N - margin; y += 5.0)
         for (double x = margin; x <= 10.0 * N - margin; x += 5.0) {
             double least = 1e300, at[2] = {x, y};
-            if (!pdi_stream_velocity(&f->stream, at, u)) continue;
-            for (int64_t k = 0; k < f->lines.points; k++)
-                least = fmin(least, hypot(f->lines.at[2 * k] - x, f->lines.at[2 * k + 1] - y));
+            if (!pdi_streamline_interpolate_velocity(&f->stream, at, u)) continue;
+            for (int64_t k = 0; k < f->lines.point_count; k++)
+                least = fmin(least, hypot(f->lines.point[2 * k] - x, f->lines.point[2 * k + 1] - y));
             most = fmax(most, least);
         }
     return most;
@@ -81,11 +81,11 @@ TEST(a_uniform_flow_has_straight_lines)
     double off = 0.0, short_of = 0.0;
     pd_ctx_init(&ctx);
     start(&f, sloping);
-    if (!CHECK_OK(&ctx, pdi_streamlines_find(&ctx, &f.stream, &f.lines))) return;
+    if (!CHECK_OK(&ctx, pdi_streamlines_compute(&ctx, &f.stream, &f.lines))) return;
     CHECK_LE(10, f.lines.count);
     for (int64_t k = 0; k < f.lines.count; k++) {
         const double *a = point(&f, k, 0), *b = point(&f, k, f.lines.line[k].count - 1);
-        CHECK(!f.lines.line[k].closed && b[0] > a[0]);
+        CHECK(!f.lines.line[k].is_loop && b[0] > a[0]);
         for (int64_t i = 0; i < f.lines.line[k].count; i++) {
             const double *p = point(&f, k, i);
             off = fmax(off, fabs((p[0] - a[0]) - 2.0 * (p[1] - a[1])) / sqrt(5.0));
@@ -116,7 +116,7 @@ TEST(a_rotation_has_closed_circles)
     double off = 0.0, gap = 0.0, least = 1e9, most = 0.0;
     pd_ctx_init(&ctx);
     start(&f, rotating);
-    if (!CHECK_OK(&ctx, pdi_streamlines_find(&ctx, &f.stream, &f.lines))) return;
+    if (!CHECK_OK(&ctx, pdi_streamlines_compute(&ctx, &f.stream, &f.lines))) return;
     for (int64_t k = 0; k < f.lines.count; k++) {
         int64_t count = f.lines.line[k].count;
         const double *a = point(&f, k, 0), *b = point(&f, k, count - 1), *c = point(&f, k, count - 2);
@@ -131,7 +131,7 @@ TEST(a_rotation_has_closed_circles)
             turned += asin(cross / radius / radius);
         }
         least = fmin(least, radius);
-        if (!f.lines.line[k].closed) {
+        if (!f.lines.line[k].is_loop) {
             CHECK_LE(200.0 - 20.0, radius); /* a side cuts it */
             continue;
         }
@@ -170,16 +170,16 @@ TEST(flat_cells)
         pd_ctx_init(&ctx);
         start(&square, all[n / 2]);
         start(&flat, all[n / 2]);
-        flat.stream.cell[along] = 0.5;
+        flat.stream.cell_size[along] = 0.5;
         for (int k = 0; k < N * N; k++) flat.u[along][k] *= 0.5;
-        if (!CHECK_OK(&ctx, pdi_streamlines_find(&ctx, &square.stream, &square.lines))) return;
-        if (!CHECK_OK(&ctx, pdi_streamlines_find(&ctx, &flat.stream, &flat.lines))) return;
+        if (!CHECK_OK(&ctx, pdi_streamlines_compute(&ctx, &square.stream, &square.lines))) return;
+        if (!CHECK_OK(&ctx, pdi_streamlines_compute(&ctx, &flat.stream, &flat.lines))) return;
         CHECK_INT(flat.lines.count, square.lines.count);
         for (int64_t k = 0; k < square.lines.count && k < flat.lines.count; k++) {
             CHECK_INT(flat.lines.line[k].count, square.lines.line[k].count);
             points += square.lines.line[k].count;
         }
-        CHECK(memcmp(flat.lines.at, square.lines.at, (size_t)points * 2 * sizeof *flat.lines.at) == 0);
+        CHECK(memcmp(flat.lines.point, square.lines.point, (size_t)points * 2 * sizeof *flat.lines.point) == 0);
         pdi_streamlines_free(&ctx, &square.lines);
         pdi_streamlines_free(&ctx, &flat.lines);
     }
@@ -200,11 +200,11 @@ TEST(spirals_keep_their_distance)
     double own = 1e300;
     pd_ctx_init(&ctx);
     start(&f, spiral);
-    if (!CHECK_OK(&ctx, pdi_streamlines_find(&ctx, &f.stream, &f.lines))) return;
+    if (!CHECK_OK(&ctx, pdi_streamlines_compute(&ctx, &f.stream, &f.lines))) return;
     CHECK_LE(1, f.lines.count);
     for (int64_t k = 0; k < f.lines.count; k++) {
         double along = 0.0, length[4096];
-        CHECK(!f.lines.line[k].closed);
+        CHECK(!f.lines.line[k].is_loop);
         if (!CHECK(f.lines.line[k].count <= 4096)) break;
         for (int64_t i = 0; i < f.lines.line[k].count; i++) {
             const double *p = point(&f, k, i);
@@ -240,11 +240,11 @@ TEST(no_line_enters_a_solid)
     double u[2];
     pd_ctx_init(&ctx);
     start(&f, around);
-    f.stream.closed[2] = f.stream.closed[3] = 1;
-    if (!CHECK_OK(&ctx, pdi_streamlines_find(&ctx, &f.stream, &f.lines))) return;
+    f.stream.side_closed[2] = f.stream.side_closed[3] = 1;
+    if (!CHECK_OK(&ctx, pdi_streamlines_compute(&ctx, &f.stream, &f.lines))) return;
     CHECK_LE(10, f.lines.count);
-    for (int64_t k = 0; k < f.lines.points; k++) {
-        const double *p = &f.lines.at[2 * k];
+    for (int64_t k = 0; k < f.lines.point_count; k++) {
+        const double *p = &f.lines.point[2 * k];
         inside += in_block(p[0], p[1]);
         outside += !(p[0] >= 0.0 && p[0] <= 400.0 && p[1] >= 0.0 && p[1] <= 400.0);
     }
@@ -254,12 +254,12 @@ TEST(no_line_enters_a_solid)
     /* at faces and closed sides the component across is zero, and the one along is not */
     const double faces[3][2] = {{130.0 - 1e-9, 180.0}, {200.0, 270.0 + 1e-9}, {57.0, 0.0}};
     for (int k = 0; k < 3; k++) {
-        if (!CHECK(pdi_stream_velocity(&f.stream, faces[k], u))) continue;
+        if (!CHECK(pdi_streamline_interpolate_velocity(&f.stream, faces[k], u))) continue;
         CHECK_LE(fabs(u[k > 0]), 1e-6);
         CHECK_LE(0.1, fabs(u[k == 0]));
     }
     double in[2] = {200.0, 200.0};
-    CHECK_INT(pdi_stream_velocity(&f.stream, in, u), 0);
+    CHECK_INT(pdi_streamline_interpolate_velocity(&f.stream, in, u), 0);
     pdi_streamlines_free(&ctx, &f.lines);
 }
 
@@ -283,13 +283,13 @@ TEST(fluid_at_rest_has_no_lines)
     double left = 1e300;
     pd_ctx_init(&ctx);
     start(&f, still);
-    CHECK_OK(&ctx, pdi_streamlines_find(&ctx, &f.stream, &f.lines));
+    CHECK_OK(&ctx, pdi_streamlines_compute(&ctx, &f.stream, &f.lines));
     CHECK_INT(f.lines.count, 0);
-    CHECK(pdi_stream_fastest(&f.stream) <= 0.0);
+    CHECK(pdi_streamline_compute_max_speed(&f.stream) <= 0.0);
     start(&f, half_still);
-    CHECK_OK(&ctx, pdi_streamlines_find(&ctx, &f.stream, &f.lines));
+    CHECK_OK(&ctx, pdi_streamlines_compute(&ctx, &f.stream, &f.lines));
     CHECK_LE(8, f.lines.count);
-    for (int64_t k = 0; k < f.lines.points; k++) left = fmin(left, f.lines.at[2 * k]);
+    for (int64_t k = 0; k < f.lines.point_count; k++) left = fmin(left, f.lines.point[2 * k]);
     CHECK_LE(195.0, left);
     pdi_streamlines_free(&ctx, &f.lines);
 }
@@ -306,10 +306,10 @@ TEST(mirrored_lines_keep_half_the_distance)
         double low = 1e300;
         start(&f, sloping);
         for (int k = 0; k < N * N; k++) f.u[1][k] = 0.0;
-        f.stream.apart = apart;
-        f.stream.mirrored = f.stream.closed[2] = 1;
-        CHECK_OK(&ctx, pdi_streamlines_find(&ctx, &f.stream, &f.lines));
-        for (int64_t k = 0; k < f.lines.points; k++) low = fmin(low, f.lines.at[2 * k + 1]);
+        f.stream.spacing = apart;
+        f.stream.mirrored = f.stream.side_closed[2] = 1;
+        CHECK_OK(&ctx, pdi_streamlines_compute(&ctx, &f.stream, &f.lines));
+        for (int64_t k = 0; k < f.lines.point_count; k++) low = fmin(low, f.lines.point[2 * k + 1]);
         least = fmin(least, low / apart);
         CHECK_LE(low, 1.5 * apart);
         CHECK_NEAR(closest(&f), apart, 1e-3);
@@ -322,15 +322,15 @@ TEST(mirrored_lines_keep_half_the_distance)
 TEST(the_scale_arrow_is_a_round_number)
 {
     char text[32];
-    CHECK_REL(pdi_arrows_scale(0.236, text), 0.2, 1e-12);
+    CHECK_REL(pdi_velocity_plot_reference_speed(0.236, text), 0.2, 1e-12);
     CHECK_STR(text, "0.2 m/s");
-    CHECK_REL(pdi_arrows_scale(0.05, text), 0.05, 1e-12);
+    CHECK_REL(pdi_velocity_plot_reference_speed(0.05, text), 0.05, 1e-12);
     CHECK_STR(text, "0.05 m/s");
-    CHECK_REL(pdi_arrows_scale(9.9e-5, text), 5e-5, 1e-12);
+    CHECK_REL(pdi_velocity_plot_reference_speed(9.9e-5, text), 5e-5, 1e-12);
     CHECK_STR(text, "0.05 mm/s");
-    CHECK_REL(pdi_arrows_scale(1e-5, text), 1e-5, 1e-12);
+    CHECK_REL(pdi_velocity_plot_reference_speed(1e-5, text), 1e-5, 1e-12);
     CHECK_STR(text, "10 \xC2\xB5m/s");
-    CHECK_REL(pdi_arrows_scale(1e3, text), 1e3, 1e-12);
+    CHECK_REL(pdi_velocity_plot_reference_speed(1e3, text), 1e3, 1e-12);
     CHECK_STR(text, "1 km/s");
 }
 
@@ -365,7 +365,7 @@ TEST(arrows_are_as_long_as_the_flow_is_fast)
     }
     for (int times = 0; times < 2; times++) {
         pd_image image;
-        if (!CHECK_OK(&ctx, pdi_picture_draw(&ctx, &picture, &image))) return;
+        if (!CHECK_OK(&ctx, pdi_field_plot_draw_image(&ctx, &picture, &image))) return;
         for (int half = 0; half < 2; half++) {
             longest[half] = 0;
             for (int y = half ? 60 : 240; y < (half ? 180 : 360); y++)

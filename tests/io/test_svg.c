@@ -1,7 +1,7 @@
 /* svg, canvas, ticks: every sort of thing that a drawing of vectors has, and what stands beside decades.
  * dims: 2 */
 #include "io/canvas.h"
-#include "io/ticks.h"
+#include "io/axis_ticks.h"
 #include "test.h"
 
 /* What follows `before` in the drawing; "" where that is not there. */
@@ -20,48 +20,48 @@ TEST(vectors)
     pdi_svg svg;
     pdi_canvas canvas;
     pd_ctx_init(&ctx);
-    if (!CHECK_OK(&ctx, pdi_canvas_vectors(&ctx, 200, 100, &svg, &canvas))) return;
+    if (!CHECK_OK(&ctx, pdi_canvas_build_svg(&ctx, 200, 100, &svg, &canvas))) return;
     const char *head = drawn_behind(&svg, 0);
     CHECK(strstr(head, "version=\"1.1\" width=\"200\" height=\"100\" viewBox=\"0 0 200 100\"") != NULL);
     CHECK(strstr(head, "<rect x=\"0\" y=\"0\" width=\"200\" height=\"100\" fill=\"#ffffff\"/>\n") != NULL);
     size_t at = svg.text.size;
-    pdi_canvas_fill(&canvas, 10, 20, 30, 50, 0x123456u);
+    pdi_canvas_fill_rectangle(&canvas, 10, 20, 30, 50, 0x123456u);
     CHECK_STR(drawn_behind(&svg, at), "<rect x=\"10\" y=\"20\" width=\"20\" height=\"30\" fill=\"#123456\"/>\n");
     at = svg.text.size;
-    pdi_canvas_frame(&canvas, 10, 20, 30, 50, 0x00ff7fu); /* a line of one pixel around it */
+    pdi_canvas_draw_frame(&canvas, 10, 20, 30, 50, 0x00ff7fu); /* a line of one pixel around it */
     CHECK_STR(drawn_behind(&svg, at), "<rect x=\"9.50\" y=\"19.50\" width=\"21.00\" height=\"31.00\" stroke=\"#00ff7f\""
               " fill=\"none\"/>\n");
     at = svg.text.size;
-    pdi_canvas_line(&canvas, 1.0, 2.25, 3.5, 4.125, 1.5, 0x000001u);
+    pdi_canvas_draw_line(&canvas, 1.0, 2.25, 3.5, 4.125, 1.5, 0x000001u);
     CHECK_STR(drawn_behind(&svg, at), "<line x1=\"1.00\" y1=\"2.25\" x2=\"3.50\" y2=\"4.13\" stroke-width=\"1.50\""
               " stroke=\"#000001\" stroke-linecap=\"round\"/>\n");
     at = svg.text.size;
-    pdi_svg_path(&svg); /* strokes that meet are one */
-    pdi_svg_stroke(&svg, 1.0, 2.0, 3.0, 4.0);
-    pdi_svg_stroke(&svg, 3.0, 4.0, -5.0, 6.0);
-    pdi_svg_stroke(&svg, 3.0, 6.0, 7.0, 8.0);
-    pdi_svg_stroke(&svg, 7.0, 9.0, 1.0, 1.0);
-    pdi_svg_path_end(&svg, 2.0, 0xabcdefu);
+    pdi_svg_begin_path(&svg); /* strokes that meet are one */
+    pdi_svg_add_stroke(&svg, 1.0, 2.0, 3.0, 4.0);
+    pdi_svg_add_stroke(&svg, 3.0, 4.0, -5.0, 6.0);
+    pdi_svg_add_stroke(&svg, 3.0, 6.0, 7.0, 8.0);
+    pdi_svg_add_stroke(&svg, 7.0, 9.0, 1.0, 1.0);
+    pdi_svg_end_path(&svg, 2.0, 0xabcdefu);
     CHECK_STR(drawn_behind(&svg, at), "<path d=\"M1.00 2.00L3.00 4.00L-5.00 6.00M3.00 6.00L7.00 8.00M7.00 9.00L1.00 "
               "1.00\" fill=\"none\" stroke-width=\"2.00\" stroke=\"#abcdef\" stroke-linecap=\"round\""
               " stroke-linejoin=\"round\"/>\n");
     at = svg.text.size;
-    pdi_svg_text(&svg, 3.0, 4.0, "middle", 1, 1, 0x102030u, "a<b>&\xC2\xB5\xE2\x82\xAC\xF0\x9D\x84\x9E\x01\xC3");
+    pdi_svg_add_text(&svg, 3.0, 4.0, "middle", 1, 1, 0x102030u, "a<b>&\xC2\xB5\xE2\x82\xAC\xF0\x9D\x84\x9E\x01\xC3");
     CHECK_STR(drawn_behind(&svg, at), "<text x=\"-4.00\" y=\"3.00\" fill=\"#102030\" transform=\"rotate(-90)\""
               " font-weight=\"bold\" text-anchor=\"middle\">a&lt;b&gt;&amp;\xC2\xB5\xE2\x82\xAC\xF0\x9D\x84\x9E?"
               "?</text>\n");
     at = svg.text.size;
-    pdi_svg_text(&svg, 3.0, 4.0, "start", 0, 0, 0u,
-                 "\xE0\x80\x80\xED\xA0\x80\xEF\xBF\xBF\xF0\x80\x80\x80\xF4\x90\x80\x80\x7F");
+    pdi_svg_add_text(&svg, 3.0, 4.0, "start", 0, 0, 0u,
+                     "\xE0\x80\x80\xED\xA0\x80\xEF\xBF\xBF\xF0\x80\x80\x80\xF4\x90\x80\x80\x7F");
     CHECK_STR(drawn_behind(&svg, at), "<text x=\"3.00\" y=\"4.00\" fill=\"#000000\" text-anchor=\"start\">"
               "?" "?" "?" "?" "?" "?" "?" "?" "?" "?" "?" "?" "?" "?" "?" "?" "?" "?" "</text>\n");
     /* one for each byte that is no letter of XML */
     at = svg.text.size;
-    pdi_svg_text(&svg, 3.0, 4.0, "start", 0, 0, 0u, "");
-    pdi_svg_rectangle(&svg, 1, 1, 0, 5, 0u);
-    pdi_svg_rectangle(&svg, 1, 1, 5, 0, 0u);
+    pdi_svg_add_text(&svg, 3.0, 4.0, "start", 0, 0, 0u, "");
+    pdi_svg_add_rectangle(&svg, 1, 1, 0, 5, 0u);
+    pdi_svg_add_rectangle(&svg, 1, 1, 5, 0, 0u);
     CHECK_STR(drawn_behind(&svg, at), "");
-    pdi_svg_line(&svg, 1e9, -1e9, 0.004, -0.006, 1.0, 0u); /* no larger than a reader takes */
+    pdi_svg_add_line(&svg, 1e9, -1e9, 0.004, -0.006, 1.0, 0u); /* no larger than a reader takes */
     CHECK_STR(drawn_behind(&svg, at), "<line x1=\"1000000.00\" y1=\"-1000000.00\" x2=\"0.00\" y2=\"-0.01\""
               " stroke-width=\"1.00\" stroke=\"#000000\" stroke-linecap=\"round\"/>\n");
     CHECK_OK(&ctx, svg.status);
@@ -72,29 +72,29 @@ TEST(vectors)
 /* Plain numbers from 1e-3 to 1e5, and powers beyond one of them. */
 TEST(decades)
 {
-    pdi_ticks axis;
+    pdi_axis_ticks axis;
     memset(&axis, 0, sizeof axis);
     axis.log = 1;
     axis.lo = 1e-3;
     axis.hi = 1e5;
-    pdi_ticks_ticks(8, &axis);
+    pdi_axis_ticks_compute(8, &axis);
     CHECK_STR(axis.label[0], "0.001");
     CHECK_STR(axis.label[axis.count - 1], "100000");
     axis.lo = 1e-4;
     axis.hi = 1.0;
-    pdi_ticks_ticks(8, &axis);
+    pdi_axis_ticks_compute(8, &axis);
     CHECK_STR(axis.label[axis.count - 1], "10\xE2\x81\xB0");
     axis.lo = 1.0;
     axis.hi = 1e6;
-    pdi_ticks_ticks(8, &axis);
+    pdi_axis_ticks_compute(8, &axis);
     CHECK_STR(axis.label[0], "10\xE2\x81\xB0");
     axis.hi = 20.0;
-    pdi_ticks_ticks(8, &axis); /* two decades: 1, 2, 5 are named, the others are not */
+    pdi_axis_ticks_compute(8, &axis); /* two decades: 1, 2, 5 are named, the others are not */
     CHECK_INT(axis.count, 11);
     for (int k = 0; k < axis.count; k++) {
         static const char *const names[] = {"1", "2", "", "", "5", "", "", "", "", "10", "20"};
         CHECK_STR(axis.label[k], names[k]);
-        CHECK_REL(axis.at[k], k < 9 ? k + 1.0 : 10.0 * (k - 8), 1e-12);
+        CHECK_REL(axis.value[k], k < 9 ? k + 1.0 : 10.0 * (k - 8), 1e-12);
     }
 }
 
@@ -107,9 +107,9 @@ TEST(bold_text)
     pdi_canvas canvas[2];
     pd_ctx_init(&ctx);
     for (int bold = 0; bold < 2; bold++) {
-        if (!CHECK_OK(&ctx, pdi_canvas_init(&ctx, WIDE, HIGH, &canvas[bold]))) return;
-        if (bold) pdi_canvas_title(&canvas[bold], 10, 12, 0u, "HI1");
-        else pdi_canvas_text(&canvas[bold], 10, 12, PDI_ALIGN_START, 0u, "HI1");
+        if (!CHECK_OK(&ctx, pdi_canvas_build_image(&ctx, WIDE, HIGH, &canvas[bold]))) return;
+        if (bold) pdi_canvas_draw_bold_text(&canvas[bold], 10, 12, 0u, "HI1");
+        else pdi_canvas_draw_text(&canvas[bold], 10, 12, PDI_ALIGN_START, 0u, "HI1");
         for (int k = 0; k < WIDE * HIGH; k++) {
             if (canvas[bold].image.pixels[3 * k] == 0xFF) continue;
             ink[bold]++;

@@ -137,7 +137,7 @@ TEST(every_value_stands_where_the_head_says)
     describe(&s, fields);
     if (!CHECK_OK(&ctx, pd_vti_write(&ctx, DIRECTORY "/a.vti", &s.grid, 6.1, fields, FIELDS))) return;
     CHECK_INT(ctx.in_use, 0);
-    if (!CHECK_OK(&ctx, pdi_file_read(&ctx, DIRECTORY "/a.vti", 1 << 20, &data, &size))) return;
+    if (!CHECK_OK(&ctx, pdi_file_read_all(&ctx, DIRECTORY "/a.vti", 1 << 20, &data, &size))) return;
     CHECK(strstr(data, extent[PD_DIM - 1]) && strstr(data, spacing[PD_DIM - 1]));
     CHECK(strstr(data, "header_type=\"UInt64\"") && strstr(data, ">6.1</DataArray>"));
     const char *base = strstr(data, "<AppendedData encoding=\"raw\">\n_");
@@ -167,7 +167,7 @@ TEST(a_float_beyond_its_range_is_infinite)
     s.c[node] = -1e200;
     s.c[node + 1] = NAN;
     if (!CHECK_OK(&ctx, pd_vti_write(&ctx, DIRECTORY "/b.vti", &s.grid, 0, fields + 1, 1))) return;
-    if (!CHECK_OK(&ctx, pdi_file_read(&ctx, DIRECTORY "/b.vti", 1 << 20, &data, &size))) return;
+    if (!CHECK_OK(&ctx, pdi_file_read_all(&ctx, DIRECTORY "/b.vti", 1 << 20, &data, &size))) return;
     const char *base = strchr(strstr(data, "<AppendedData"), '_');
     float got[3];
     memcpy(got, base + 1 + 8, sizeof got);
@@ -207,7 +207,7 @@ static void collection_holds(pd_ctx *ctx, const char *lines)
 {
     char *data, *from, *to;
     size_t size;
-    if (!CHECK_OK(ctx, pdi_file_read(ctx, DIRECTORY "/run.pvd", 1 << 20, &data, &size))) return;
+    if (!CHECK_OK(ctx, pdi_file_read_all(ctx, DIRECTORY "/run.pvd", 1 << 20, &data, &size))) return;
     from = strstr(data, "<Collection>\n");
     to = strstr(data, "  </Collection>\n</VTKFile>\n");
     CHECK(strncmp(data, "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\"", 48) == 0);
@@ -224,15 +224,15 @@ TEST(a_collection_lists_times_that_increase)
     pd_pvd pvd;
     start(&ctx);
     memset(&pvd, 0, sizeof pvd);
-    CHECK_INT(pdi_pvd_add(&ctx, &pvd, 0, "a.vti"), PD_ERR_ARGUMENT);
+    CHECK_INT(pdi_pvd_add_file(&ctx, &pvd, 0, "a.vti"), PD_ERR_ARGUMENT);
     if (!CHECK_OK(&ctx, pdi_pvd_init(&ctx, DIRECTORY "/run.pvd", &pvd))) return;
-    CHECK_OK(&ctx, pdi_pvd_add(&ctx, &pvd, 0, DIRECTORY "/a.vti"));
-    CHECK_OK(&ctx, pdi_pvd_add(&ctx, &pvd, 0.1, "elsewhere/b&c.vti"));
-    CHECK_INT(pdi_pvd_add(&ctx, &pvd, 0.1, "same.vti"), PD_ERR_ARGUMENT);
+    CHECK_OK(&ctx, pdi_pvd_add_file(&ctx, &pvd, 0, DIRECTORY "/a.vti"));
+    CHECK_OK(&ctx, pdi_pvd_add_file(&ctx, &pvd, 0.1, "elsewhere/b&c.vti"));
+    CHECK_INT(pdi_pvd_add_file(&ctx, &pvd, 0.1, "same.vti"), PD_ERR_ARGUMENT);
     CHECK(strstr(ctx.message, "times must increase") != NULL);
-    CHECK_INT(pdi_pvd_add(&ctx, &pvd, 0.05, "back.vti"), PD_ERR_ARGUMENT);
-    CHECK_INT(pdi_pvd_add(&ctx, &pvd, NAN, "nan.vti"), PD_ERR_ARGUMENT);
-    CHECK_INT(pdi_pvd_add(&ctx, &pvd, 1, "a\nb.vti"), PD_ERR_ARGUMENT);
+    CHECK_INT(pdi_pvd_add_file(&ctx, &pvd, 0.05, "back.vti"), PD_ERR_ARGUMENT);
+    CHECK_INT(pdi_pvd_add_file(&ctx, &pvd, NAN, "nan.vti"), PD_ERR_ARGUMENT);
+    CHECK_INT(pdi_pvd_add_file(&ctx, &pvd, 1, "a\nb.vti"), PD_ERR_ARGUMENT);
     CHECK_INT(pvd.count, 2);
     collection_holds(&ctx, "    <DataSet timestep=\"0\" group=\"\" part=\"0\" file=\"a.vti\"/>\n"
                            "    <DataSet timestep=\"0.1\" group=\"\" part=\"0\" file=\"elsewhere/b&amp;c.vti\"/>\n");
@@ -252,12 +252,12 @@ TEST(a_failed_entry_changes_nothing)
     remove(DIRECTORY "/later/run.pvd");
     remove(DIRECTORY "/later");
     if (!CHECK_OK(&ctx, pdi_pvd_init(&ctx, DIRECTORY "/later/run.pvd", &pvd))) return;
-    CHECK_INT(pdi_pvd_add(&ctx, &pvd, 5, "lost.vti"), PD_ERR_FILE);
+    CHECK_INT(pdi_pvd_add_file(&ctx, &pvd, 5, "lost.vti"), PD_ERR_FILE);
     CHECK_OK(&ctx, pd_file_make_directory(&ctx, DIRECTORY "/later"));
-    for (int k = 0; k < 100; k++) CHECK_OK(&ctx, pdi_pvd_add(&ctx, &pvd, k, "x.vti"));
+    for (int k = 0; k < 100; k++) CHECK_OK(&ctx, pdi_pvd_add_file(&ctx, &pvd, k, "x.vti"));
     char *data;
     size_t size;
-    if (!CHECK_OK(&ctx, pdi_file_read(&ctx, DIRECTORY "/later/run.pvd", 1 << 20, &data, &size))) return;
+    if (!CHECK_OK(&ctx, pdi_file_read_all(&ctx, DIRECTORY "/later/run.pvd", 1 << 20, &data, &size))) return;
     int entries = 0;
     for (const char *at = data; (at = strstr(at, "<DataSet ")) != NULL; at++) entries++;
     CHECK_INT(entries, 100);

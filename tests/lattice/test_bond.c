@@ -92,7 +92,7 @@ static int32_t cell_node(const scene *s, int cell)
 static int is_open(const pd_bonds *b, int32_t node, int k)
 {
     int32_t r = b->row[node];
-    return r < 0 || pdi_bond_open(b, r, k);
+    return r < 0 || pdi_bond_is_open(b, r, k);
 }
 
 /* Fractions of the bond between which its line runs through the closed cell c (offset from the start). 0: never. */
@@ -126,7 +126,7 @@ static int connected(const pd_bonds *b, int32_t node, int k)
             c[d] = rest % (2 * reach + 1) - reach;
             at += c[d] * b->grid->stride[d];
         }
-        if (!passage(n, c, &first, &last) || !pdi_grid_open(b->grid->kind[at])) continue;
+        if (!passage(n, c, &first, &last) || !pdi_grid_is_open(b->grid->kind[at])) continue;
         touched[count] = at;
         reached[count++] = at == node;
     }
@@ -212,7 +212,7 @@ static void check_tight(double m, const int *normal, int level)
         sides[side]++;
         for (int k = 0; k < s->stencil.count; k++) {
             for (int d = 0; d < PD_DIM; d++) j[d] = i[d] + s->stencil.offset[k * PD_DIM + d];
-            if (!pdi_grid_inside(&s->grid, j) || s->grid.kind[pd_grid_node(&s->grid, j)] != PD_FLUID) continue;
+            if (!pdi_grid_is_inside(&s->grid, j) || s->grid.kind[pd_grid_node(&s->grid, j)] != PD_FLUID) continue;
             crossing += (sheet_of(j, normal) > level) != side && is_open(&s->bonds, node, k);
         }
     }
@@ -247,7 +247,7 @@ static void check_same(const pd_bonds *a, const pd_bonds *b)
         CHECK_INT(a->node[r], node);
         CHECK_INT(r, q);
         CHECK_INT(a->inlet[r], b->inlet[q]);
-        for (int k = 0; k < a->stencil->count; k++) CHECK_INT(pdi_bond_open(a, r, k), pdi_bond_open(b, q, k));
+        for (int k = 0; k < a->stencil->count; k++) CHECK_INT(pdi_bond_is_open(a, r, k), pdi_bond_is_open(b, q, k));
         CHECK(a->options || a->wall_lap[r] == b->wall_lap[q]);
         CHECK(a->options || a->wall_curv[r] == b->wall_curv[q]);
         CHECK(memcmp(a->moment + r * dd, b->moment + q * dd, (size_t)dd * sizeof *a->moment) == 0);
@@ -276,8 +276,8 @@ static void check_lean(const pd_bonds *lean, const pd_bonds *other)
     CHECK(!lean->moment && !lean->wall_lap && lean->rows == other->rows);
     for (int32_t r = 0; r < lean->rows && lean->rows == other->rows; r++) {
         double found[PD_DIM * PD_DIM], room[PD_DIM * PD_DIM];
-        memcpy(found, pdi_bond_moment(lean, r, room), sizeof found);
-        worse += memcmp(found, pdi_bond_moment(other, r, room), sizeof found) != 0;
+        memcpy(found, pdi_bond_get_inverse_moment(lean, r, room), sizeof found);
+        worse += memcmp(found, pdi_bond_get_inverse_moment(other, r, room), sizeof found) != 0;
     }
     CHECK_INT(worse, 0);
 }
@@ -298,7 +298,7 @@ static void dissolve_all(scene *s, uint32_t *state)
         for (int tried = 0; tried < s->cells && count < batch; tried++) {
             int32_t node = cell_node(s, (first + 7 * tried) % s->cells);
             if (s->grid.kind[node] != PD_SOLID) continue;
-            pdi_grid_dissolve(&s->grid, node);
+            pdi_grid_set_fluid(&s->grid, node);
             changed[count++] = node;
         }
         if (!CHECK_OK(&s->ctx, pd_bonds_update(&s->ctx, changed, count, &s->bonds))) return;
@@ -461,7 +461,7 @@ static int check_round(const scene *s, const double *centre, double r, int round
             if (is_open(&s->bonds, node, k)) continue;
             double t = hit_round(x, xi, centre, r, round), reach = 0.0, xi2 = 0.0;
             pdi_grid_index(&s->grid, far, i);
-            whole = t <= 1.0 && !pdi_grid_open(s->grid.kind[far]) && pdi_grid_inside(&s->grid, i);
+            whole = t <= 1.0 && !pdi_grid_is_open(s->grid.kind[far]) && pdi_grid_is_inside(&s->grid, i);
             for (int d = 0; d < PD_DIM; d++) {
                 if (!((round >> d) & 1)) continue;
                 reach += xi[d] * (x[d] + t * xi[d] - centre[d]) / r;
@@ -534,7 +534,7 @@ static pd_status build_all(scene *s)
         if (s->grid.kind[node] != PD_SOLID) continue;
         pdi_grid_index(&s->grid, node, i);
         if (i[0] % 4 > 1) continue;
-        pdi_grid_dissolve(&s->grid, node);
+        pdi_grid_set_fluid(&s->grid, node);
         changed[count++] = node;
     }
     return pd_bonds_update(&s->ctx, changed, count, &s->bonds);
@@ -561,9 +561,9 @@ TEST(thin_plate_off_the_lattice)
             double x[PD_DIM], place[PD_DIM];
             pd_grid_position(&s->grid, s->bonds.node[r], x);
             for (int k = 0; k < s->stencil.count; k++) {
-                if (pdi_bond_open(&s->bonds, r, k)) continue;
+                if (pdi_bond_is_open(&s->bonds, r, k)) continue;
                 double surface = x[0] < 5.5 ? 5.15 : 5.85;
-                CHECK_NEAR(pdi_bond_meet(&s->bonds.paths, s->bonds.node[r], k, place),
+                CHECK_NEAR(pdi_bond_find_cut_fraction(&s->bonds.paths, s->bonds.node[r], k, place),
                            (surface - x[0]) / s->stencil.xi[k * PD_DIM], 1e-12);
                 CHECK_NEAR(place[0], surface, 1e-12);
                 cuts++;
@@ -605,10 +605,10 @@ TEST(mirrored_bonds)
                 for (int d = 0; d < PD_DIM; d += 2) same = same && o[d] == n[d];
                 if (same) far = b;
             }
-            CHECK_INT(pdi_bond_open(&s->bonds, r, k), pdi_bond_open(&s->bonds, q, far));
-            if (pdi_bond_open(&s->bonds, r, k)) continue;
-            t = pdi_bond_meet(&s->bonds.paths, s->bonds.node[r], k, place);
-            other = pdi_bond_meet(&s->bonds.paths, s->bonds.node[q], far, place);
+            CHECK_INT(pdi_bond_is_open(&s->bonds, r, k), pdi_bond_is_open(&s->bonds, q, far));
+            if (pdi_bond_is_open(&s->bonds, r, k)) continue;
+            t = pdi_bond_find_cut_fraction(&s->bonds.paths, s->bonds.node[r], k, place);
+            other = pdi_bond_find_cut_fraction(&s->bonds.paths, s->bonds.node[q], far, place);
             off = fmax(off, fabs(t - other));
             cuts++;
         }
@@ -710,7 +710,7 @@ TEST(cut_boxes)
             for (int32_t i = 0; i < c->grid.total; i++) {
                 int at[PD_DIM];
                 pdi_grid_index(&c->grid, i, at);
-                if (!pdi_grid_inside(&c->grid, at)) continue;
+                if (!pdi_grid_is_inside(&c->grid, at)) continue;
                 at[a] = (at[a] + 6) % 12;
                 int32_t j = pd_grid_node(&s->grid, at), r = c->bonds.row[i], q = s->bonds.row[j];
                 CHECK_INT(c->grid.kind[i], s->grid.kind[j]);

@@ -159,7 +159,7 @@ static void check_product(scene *s, pd_csr_desc desc, int masked)
     check_form(s, &c);
     CHECK(masked ? c.rows < s->grid.fluid_count && c.given_row[c.rows] > 0 : c.rows == s->grid.fluid_count);
     for (int32_t i = 0; i < s->grid.total; i++)
-        s->f[i] = pdi_grid_open(s->grid.kind[i]) ? random_real((uint64_t)i + 100000) : (double)NAN;
+        s->f[i] = pdi_grid_is_open(s->grid.kind[i]) ? random_real((uint64_t)i + 100000) : (double)NAN;
     apply(s, &desc, s->f, s->out);
     for (int32_t r = 0; r < c.rows; r++) s->x[r] = s->f[c.node[r]];
     pd_csr_apply(&c, s->x, s->f, s->y);

@@ -213,7 +213,7 @@ TEST(lines)
             xi[d] *= k % 4 ? 2.0 : 0.7;
         }
         for (int visit = 0; visit < 3; visit++) {
-            double expected = meets_box(lo, hi, x, xi, after), found = pdi_facets_crossing(&f, x, xi, after);
+            double expected = meets_box(lo, hi, x, xi, after), found = pdi_facets_find_crossing(&f, x, xi, after);
             hits += visit == 0 && expected < HUGE_VAL;
             twice += visit == 1 && expected < HUGE_VAL;
             if (!(expected < HUGE_VAL)) CHECK(!(found < HUGE_VAL));
@@ -228,17 +228,17 @@ TEST(lines)
         double x[3] = {0.1, 0.1, 1.0}, xi[3] = {0.0, 0.0, 0.0};
         xi[d] = 10.0;
         x[d] = lo[d] - 1.0;
-        CHECK_NEAR(pdi_facets_crossing(&f, x, xi, 0.0), 0.1, 1e-15);
-        CHECK_NEAR(pdi_facets_crossing(&f, x, xi, 0.1 + 1e-9), 0.1 * (hi[d] - x[d]), 1e-15);
-        CHECK(!(pdi_facets_crossing(&f, x, xi, 0.1 * (hi[d] - x[d]) + 1e-9) < HUGE_VAL));
+        CHECK_NEAR(pdi_facets_find_crossing(&f, x, xi, 0.0), 0.1, 1e-15);
+        CHECK_NEAR(pdi_facets_find_crossing(&f, x, xi, 0.1 + 1e-9), 0.1 * (hi[d] - x[d]), 1e-15);
+        CHECK(!(pdi_facets_find_crossing(&f, x, xi, 0.1 * (hi[d] - x[d]) + 1e-9) < HUGE_VAL));
         xi[d] = 0.999; /* it ends before */
-        CHECK(!(pdi_facets_crossing(&f, x, xi, 0.0) < HUGE_VAL));
+        CHECK(!(pdi_facets_find_crossing(&f, x, xi, 0.0) < HUGE_VAL));
         xi[d] = 10.0;
         x[(d + 1) % 3] = hi[(d + 1) % 3] + 1e-3;
-        CHECK(!(pdi_facets_crossing(&f, x, xi, 0.0) < HUGE_VAL));
+        CHECK(!(pdi_facets_find_crossing(&f, x, xi, 0.0) < HUGE_VAL));
         x[(d + 1) % 3] = lo[(d + 1) % 3]; /* within a face and along its edge */
         x[(d + 2) % 3] = hi[(d + 2) % 3];
-        CHECK_NEAR(pdi_facets_crossing(&f, x, xi, 0.0), 0.1, 1e-12);
+        CHECK_NEAR(pdi_facets_find_crossing(&f, x, xi, 0.0), 0.1, 1e-12);
     }
     end(&ctx, &f);
 }
@@ -265,7 +265,7 @@ TEST(lines_through_a_torus)
         }
         int inside = pdi_facets_distance(&f, x) < 0.0;
         for (int visit = 0; visit < 6; visit++) {
-            double next = pdi_facets_crossing(&f, x, xi, t + 1e-9), middle = 0.5 * (t + fmin(next, 1.0));
+            double next = pdi_facets_find_crossing(&f, x, xi, t + 1e-9), middle = 0.5 * (t + fmin(next, 1.0));
             for (int d = 0; d < 3; d++) at[d] = x[d] + middle * xi[d];
             double off = pdi_facets_distance(&f, at);
             if (fabs(off) > 1e-6 && k % 3 == 0) CHECK_INT(off < 0.0, inside);

@@ -82,7 +82,7 @@ TEST(every_combination_of_sides)
             s->field[F][node] = smooth(x, 0);
             for (int d = 0; d < PD_DIM; d++) s->field[V][d * g->total + node] = smooth(x, d + 1);
         }
-        pdi_ghosts_pressure(&s->bonds.ghosts, 2.0, s->field[F]);
+        pdi_ghosts_set_pressure(&s->bonds.ghosts, 2.0, s->field[F]);
         pd_ghosts_vector(&s->bonds.ghosts, s->field[V]);
         int bad = 0, seen = 0;
         for (int32_t node = 0; node < g->total; node++) {
@@ -186,7 +186,7 @@ TEST(fluxes_close)
         scene s_, *s = &s_;
         double sum = 0.0, size = 0.0;
         int closed = 1;
-        for (int d = 0; d < 2 * PD_DIM; d++) closed = closed && !pdi_grid_port(side[d]);
+        for (int d = 0; d < 2 * PD_DIM; d++) closed = closed && !pdi_grid_is_inlet_or_outlet(side[d]);
         if (!closed) continue;
         if (!CHECK_OK(&s->ctx, box_try(s, 3.0, side, NULL))) return;
         for (int32_t node = 0; node < s->grid.total; node++)
@@ -237,7 +237,7 @@ TEST(solid_at_sides_dissolves)
             int32_t gone = -1;
             for (int32_t node = 0; node < s->grid.total; node++)
                 if (s->grid.kind[node] == PD_SOLID && (gone < 0 || (node * 7 + round) % 5 == 0)) gone = node;
-            pdi_grid_dissolve(&s->grid, gone);
+            pdi_grid_set_fluid(&s->grid, gone);
             if (!CHECK_OK(&s->ctx, pd_bonds_update(&s->ctx, &gone, 1, &s->bonds))) return;
             pd_bonds fresh;
             if (!CHECK_OK(&s->ctx, pd_bonds_build(&s->ctx, &s->stencil, &s->grid, 0, &fresh))) return;
@@ -268,7 +268,7 @@ TEST(inlets_are_odd)
     for (int64_t i = 0; i < PD_DIM * inlets; i++) held[i] = cos(2.0 * (double)i);
     for (int zero = 0; zero < 2; zero++) {
         pd_ghosts_vector(g, s.field[V]);
-        pdi_ghosts_held(g, zero ? NULL : held, s.field[V]);
+        pdi_ghosts_set_inlet_velocity(g, zero ? NULL : held, s.field[V]);
         for (int64_t k = 0; k < inlets; k++) {
             int32_t ghost = g->node[g->count + k];
             int i[PD_DIM];

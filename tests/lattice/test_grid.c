@@ -92,7 +92,7 @@ TEST(numbering)
             CHECK_NEAR(x[d], (i[d] + 0.5 - 0.5 * n[d]) * H * (d + 1), 1e-14);
             within = within && fabs(x[d]) < 0.5 * n[d] * H * (d + 1);
         }
-        CHECK_INT(pdi_grid_inside(g, i), within);
+        CHECK_INT(pdi_grid_is_inside(g, i), within);
         CHECK_INT(g->kind[node] == PD_FLUID, within);
     }
     scene_free(s);
@@ -120,13 +120,13 @@ TEST(kinds_follow_shapes)
         double x[PD_DIM], r2 = 0.0;
         pdi_grid_index(&s->grid, node, i);
         count[s->grid.kind[node]]++;
-        if (!pdi_grid_inside(&s->grid, i)) continue;
+        if (!pdi_grid_is_inside(&s->grid, i)) continue;
         pd_grid_position(&s->grid, node, x);
         for (int d = 0; d < PD_DIM; d++) r2 += (x[d] - s->shapes[0].a[d]) * (x[d] - s->shapes[0].a[d]);
         expected = x[0] < -0.4 ? PD_WALL : r2 <= 1.21 ? PD_SOLID : PD_FLUID;
         CHECK(s->grid.kind[node] == expected || (expected == PD_WALL && s->grid.kind[node] == PD_OUTSIDE));
     }
-    for (int k = 0; k < 6; k++) CHECK_INT(pdi_grid_count(&s->grid, (pd_kind)k), count[k]);
+    for (int k = 0; k < 6; k++) CHECK_INT(pdi_grid_count_kind(&s->grid, (pd_kind)k), count[k]);
     CHECK_INT(s->grid.fluid_count, count[PD_FLUID]);
     CHECK_INT(s->grid.solid_count, count[PD_SOLID]);
     CHECK(count[PD_FLUID] > 0 && count[PD_SOLID] > 0 && count[PD_WALL] > 0 && count[PD_OUTSIDE] > 0);
@@ -143,7 +143,7 @@ static void check_outside(const scene *s)
         for (int k = 0; k < s->stencil.count && !reached; k++) {
             int j[PD_DIM];
             for (int d = 0; d < PD_DIM; d++) j[d] = i[d] + s->stencil.offset[k * PD_DIM + d];
-            if (!pdi_grid_inside(&s->grid, j)) continue;
+            if (!pdi_grid_is_inside(&s->grid, j)) continue;
             uint8_t kind = s->grid.kind[pd_grid_node(&s->grid, j)];
             reached = kind == PD_FLUID || kind == PD_SOLID;
         }
@@ -178,7 +178,7 @@ static void check_ghosts(const scene *s)
             layer %= 2 * g->n[axis]; /* a thin box is mirrored more than once */
             if (layer >= g->n[axis]) layer = 2 * g->n[axis] - 1 - layer;
             image[axis] = up ? g->n[axis] - 1 - layer : layer;
-            CHECK_INT(pdi_grid_image(g, node, NULL), pd_grid_node(g, image));
+            CHECK_INT(pdi_grid_find_source(g, node, NULL), pd_grid_node(g, image));
             int fluid = g->kind[pd_grid_node(g, image)] == PD_FLUID;
             if (side == PD_SIDE_OUTLET && fluid) expected = PD_OUTLET;
             if (side == PD_SIDE_INLET && fluid) expected = PD_INLET;
@@ -220,9 +220,9 @@ TEST(ghosts)
     check_ghosts(s);
     check_outside(s);
 #if PD_DIM > 1
-    CHECK(pdi_grid_count(&s->grid, PD_INLET) > 0);
+    CHECK(pdi_grid_count_kind(&s->grid, PD_INLET) > 0);
 #endif
-    CHECK(pdi_grid_count(&s->grid, PD_OUTLET) > 0);
+    CHECK(pdi_grid_count_kind(&s->grid, PD_OUTLET) > 0);
     scene_free(s);
 }
 
@@ -275,12 +275,12 @@ TEST(dissolve_equals_fresh)
             if (!mask[c] || next_random(&state) % 2) continue;
             for (int d = 0, rest = c; d < PD_DIM; d++, rest /= n[d - 1]) i[d] = rest % n[d];
             mask[c] = 0;
-            pdi_grid_dissolve(&s->grid, pd_grid_node(&s->grid, i));
+            pdi_grid_set_fluid(&s->grid, pd_grid_node(&s->grid, i));
         }
         if (!CHECK_OK(&s->ctx, pd_grid_build(&s->ctx, &s->stencil, &s->desc, &fresh))) return;
         CHECK_INT(s->grid.fluid_count, fresh.fluid_count);
         CHECK_INT(s->grid.solid_count, fresh.solid_count);
-        CHECK_INT(pdi_grid_count(&s->grid, PD_FLUID), fresh.fluid_count);
+        CHECK_INT(pdi_grid_count_kind(&s->grid, PD_FLUID), fresh.fluid_count);
         for (int32_t node = 0; node < fresh.total; node++) {
             int closed = s->grid.kind[node] == PD_WALL || s->grid.kind[node] == PD_OUTSIDE;
             int fresh_closed = fresh.kind[node] == PD_WALL || fresh.kind[node] == PD_OUTSIDE;

@@ -2,7 +2,7 @@
  * stencil needs, what is refused.
  * dims: 1 2 3 */
 #define _XOPEN_SOURCE 700
-#include "couple/measure.h"
+#include "couple/integral_diagnostics.h"
 #include "scene_file.h"
 #include <math.h>
 

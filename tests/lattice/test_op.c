@@ -55,7 +55,7 @@ static void fill_random(const scene *s, uint32_t seed, double *f)
 {
     for (int64_t k = 0; k < s->size; k++) {
         double value = random_real(&seed);
-        f[k] = pdi_grid_open(s->grid.kind[k % s->grid.total]) ? value : (double)NAN;
+        f[k] = pdi_grid_is_open(s->grid.kind[k % s->grid.total]) ? value : (double)NAN;
     }
 }
 
@@ -97,7 +97,7 @@ TEST(gradient_of_linear_fields)
                 pd_grid_position(&s->grid, node, x);
                 s->field[A][node] = 3.0;
                 for (int d = 0; d < PD_DIM; d++) s->field[A][node] += (d + 1.5) * x[d];
-                if (!pdi_grid_open(s->grid.kind[node]) || s->grid.kind[node] == PD_INLET)
+                if (!pdi_grid_is_open(s->grid.kind[node]) || s->grid.kind[node] == PD_INLET)
                     s->field[A][node] = (double)NAN;
             }
             pd_op_gradient(&s->ctx, &s->bonds, s->field[A], s->field[B]);
@@ -322,7 +322,7 @@ TEST(diffusivity_is_checked)
     if (!box_build(s, 3.0, 0.01, 20, 12, 8, BODY_BALL, 1)) return;
     fill_random(s, 43, s->field[A]);
     for (int32_t node = 0; node < s->grid.total; node++)
-        s->field[D][node] = pdi_grid_open(s->grid.kind[node]) ? 1e-9 : NAN;
+        s->field[D][node] = pdi_grid_is_open(s->grid.kind[node]) ? 1e-9 : NAN;
     CHECK_OK(&s->ctx, pd_op_diffuse(&s->ctx, &s->bonds, s->field[D], s->field[A], s->field[B]));
     int32_t node = s->bonds.node[0];
     for (int k = 0; k < 3; k++) {

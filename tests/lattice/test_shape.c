@@ -211,7 +211,7 @@ static double mask_reference(const pd_shape *s, const double *x, int *inside)
 TEST(voxels_against_all_cells)
 {
     pd_shape s = voxels();
-    CHECK_INT(pdi_shape_exact(&s, 0), 0);
+    CHECK_INT(pdi_shape_is_smooth(&s, 0), 0);
     for (uint64_t k = 0; k < 3000; k++) {
         double x[PD_DIM];
         int inside;
@@ -286,9 +286,9 @@ TEST(set_operations)
         CHECK_INT(in[9], in[8] || in[6]);
     }
     for (int i = 0; i < count; i++) CHECK(hits[i] > 0 && hits[i] < 4000);
-    CHECK_INT(pdi_shape_exact(s, 6), 1);
-    CHECK_INT(pdi_shape_exact(s, 5), 0);
-    CHECK_INT(pdi_shape_exact(s, 9), 0);
+    CHECK_INT(pdi_shape_is_smooth(s, 6), 1);
+    CHECK_INT(pdi_shape_is_smooth(s, 5), 0);
+    CHECK_INT(pdi_shape_is_smooth(s, 9), 0);
 }
 
 TEST(translation)

@@ -1,14 +1,14 @@
 /* checkpoint_model: a model in a file. */
 #ifndef CHECKPOINT_MODEL_H
 #define CHECKPOINT_MODEL_H
-#include "io/store.h"
+#include "io/archive_file.h"
 #include "run/checkpoint.h"
 
 static inline pd_status checkpoint_move(pd_ctx *ctx, pd_model *model, pd_store *store)
 {
-    pd_status status = pdi_checkpoint_model(ctx, model, &store->archive);
+    pd_status status = pdi_checkpoint_store_model(ctx, model, &store->archive);
     if (status == PD_OK) return pd_store_close(ctx, store);
-    pdi_store_abandon(store);
+    pdi_archive_file_abandon(store);
     return status;
 }
 

@@ -1,7 +1,7 @@
 /* finite_case: materials of large strains. */
 #ifndef FINITE_CASE_H
 #define FINITE_CASE_H
-#include "solid/finite.h"
+#include "solid/finite_strain.h"
 #include "solid_case.h"
 
 #define E 45e9
@@ -28,12 +28,12 @@ static inline pd_finite_desc desc_of(int way)
     return d;
 }
 
-static inline pdi_finite_moduli moduli(const pd_finite_desc *d)
+static inline pdi_constitutive_law_params moduli(const pd_finite_desc *d)
 {
     pd_ctx ctx;
-    pdi_finite_moduli m;
+    pdi_constitutive_law_params m;
     pd_ctx_init(&ctx);
-    CHECK_OK(&ctx, pdi_finite_law_make(&ctx, &d->law, &m));
+    CHECK_OK(&ctx, pdi_constitutive_law_init(&ctx, &d->law, &m));
     return m;
 }
 

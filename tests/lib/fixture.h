@@ -12,7 +12,7 @@
  */
 #ifndef FIXTURE_H
 #define FIXTURE_H
-#include "couple/couple.h"
+#include "couple/time_loop.h"
 #include "flow/quasi_steady.h"
 #include "metal/dissolve.h"
 #include "random.h"

@@ -3,7 +3,7 @@
 #define GAS_SCENE_H
 #include "test.h"
 #include "flow/gas.h"
-#include "io/store.h"
+#include "io/archive_file.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

@@ -1,7 +1,7 @@
 /* Scenes of the tests of bond-based corrosion: metal of the 304 pencil electrode in a box. */
 #ifndef METAL_SCENE_H
 #define METAL_SCENE_H
-#include "couple/couple.h"
+#include "couple/time_loop.h"
 #include "metal/content.h"
 #include "metal/dissolve.h"
 #include "test.h"
@@ -196,7 +196,7 @@ static inline scene *lump(pd_drive drive, int threads, const double *factor)
     s->transport_desc.initial = 100.0;
     if (!scene_lattice(s)) return NULL;
     for (int32_t i = 0; i < s->grid.total; i++)
-        if (s->grid.kind[i] == PD_SOLID && next_random(&seed) % 12 == 0) pdi_grid_dissolve(&s->grid, i);
+        if (s->grid.kind[i] == PD_SOLID && next_random(&seed) % 12 == 0) pdi_grid_set_fluid(&s->grid, i);
     return scene_metal(s) ? s : NULL;
 }
 

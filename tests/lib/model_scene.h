@@ -41,7 +41,7 @@ static inline int run_to(double t)
     CHECK_LE(model.cell.result.imbalance, 1e-12);
     if (model.attack.polarise.setup) {
         CHECK_LE(pd_reactive_neutrality(&model.reactive), 1e-12);
-        pdi_polarise_current(&model.attack.polarise, &off);
+        pdi_species_electrodes_compute_total_current(&model.attack.polarise, &off);
         CHECK_LE(off, 1e-12);
     }
     return done;

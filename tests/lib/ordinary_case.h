@@ -3,7 +3,7 @@
 #ifndef ORDINARY_CASE_H
 #define ORDINARY_CASE_H
 #include "random.h"
-#include "solid/solid.h"
+#include "solid/material_interface.h"
 #include "test.h"
 
 enum { MOST = PD_DIM == 3 ? 12000 : 4000 }; /* points */

@@ -402,7 +402,7 @@ TEST(everything_dissolves)
         scene_solid_box(&s->shapes[0], lo, hi);
         if (!metal_grid(s, H, 1.0 + round % 3)) return;
         for (int32_t i = 0; i < s->grid.total; i++)
-            if (s->grid.kind[i] == PD_SOLID && next_random(&seed) % 3 == 0) pdi_grid_dissolve(&s->grid, i);
+            if (s->grid.kind[i] == PD_SOLID && next_random(&seed) % 3 == 0) pdi_grid_set_fluid(&s->grid, i);
         if (!metal_rest(s) || !run_to(s, 60.0 * H / SPEED)) return;
         CHECK_INT(s->grid.solid_count, 0);
         CHECK_REL(s->couple.ledger[0].dissolved + s->couple.ledger[0].carry, s->couple.ledger[0].start, 1e-13);
@@ -506,7 +506,7 @@ TEST(wall_is_tight)
             s->grid_desc.wall = &s->shapes[1];
             if (!metal_grid(s, H, m)) return;
             for (int32_t i = 0; i < s->grid.total; i++)
-                if (s->grid.kind[i] == PD_SOLID && next_random(&seed) % 4 == 0) pdi_grid_dissolve(&s->grid, i);
+                if (s->grid.kind[i] == PD_SOLID && next_random(&seed) % 4 == 0) pdi_grid_set_fluid(&s->grid, i);
             if (!metal_rest(s)) return;
             double below = amount_below(s, 7.5 * H);
             for (int k = 1; k <= 30; k++) {
@@ -531,7 +531,7 @@ TEST(random_walls)
         for (int32_t i = 0; i < s->grid.total; i++) {
             if (s->grid.kind[i] != PD_SOLID) continue;
             uint32_t pick = next_random(&seed) % 6;
-            if (pick < 2) pdi_grid_dissolve(&s->grid, i);
+            if (pick < 2) pdi_grid_set_fluid(&s->grid, i);
             if (pick != 2) continue;
             s->grid.kind[i] = PD_WALL;
             s->grid.solid_count--;

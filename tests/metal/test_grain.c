@@ -336,7 +336,7 @@ TEST(fraction_and_dissolution)
     if (sample_grid(&s, origin, unit_edge, PD_DIM == 2 ? 40 : 16, 1.0, 4, 3.0) && sample_grains(&s, &desc)) {
         float *later = (float *)calloc((size_t)s.grid.total, sizeof *later);
         for (int32_t node = 0; node < s.grid.total; node += 3)
-            if (s.grid.kind[node] == PD_SOLID) pdi_grid_dissolve(&s.grid, node);
+            if (s.grid.kind[node] == PD_SOLID) pdi_grid_set_fluid(&s.grid, node);
         CHECK_OK(&s.ctx, pd_grain_fraction(&s.ctx, &s.stencil, &s.grid, &s.grain, later));
         for (int32_t node = 0; node < s.grid.total; node++)
             CHECK(later[node] == (s.grid.kind[node] == PD_SOLID ? s.fraction[node] : 0.0f));

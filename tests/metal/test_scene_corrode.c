@@ -69,7 +69,7 @@ TEST(every_key)
     CHECK(u.drive == PD_DRIVE_DIFFERENCE && u.kernel == PD_KERNEL_INVERSE && u.weights == PD_WEIGHTS_PRINTED);
     CHECK(u.passive >= 0 && u.side[0].kind == PD_SIDE_WALL && u.side[0].holds && u.side[1].kind == PD_SIDE_MIRROR);
     const double origin[PD_DIM] = {0.0};
-    CHECK_REL(pdi_setup_eval(&u.side[0].held, origin, 0.0), 10.0, 1e-15);
+    CHECK_REL(pdi_setup_eval_expr(&u.side[0].held, origin, 0.0), 10.0, 1e-15);
     CHECK_REL(u.max_step, 0.25, 1e-15);
     leave(&ctx, &u);
 }

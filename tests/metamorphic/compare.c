@@ -1,5 +1,5 @@
-/* compare: see compare.h */
-#include "compare.h"
+/* compare: see compare_measured.h */
+#include "compare_measured.h"
 #include "generate.h"
 #include "lattice/grid.h"
 #include "scene/units.h"

@@ -87,7 +87,8 @@ static void collect_vector(const pd_instant *at, const char *name, const char *l
         memset(v, 0, sizeof v);
         if (of_current && m->grid.kind[i] == PD_FLUID) pdi_cell_current(&m->cell, i, v);
         if (!of_current && m->grid.kind[i] == PD_SOLID && m->structure.point[i] >= 0)
-            memcpy(v, pdi_structure_u(&m->structure) + (int64_t)m->structure.point[i] * PD_DIM, sizeof v);
+            memcpy(v, pdi_solid_coupling_displacements(&m->structure) + (int64_t)m->structure.point[i] * PD_DIM,
+                   sizeof v);
         for (int d = 0; d < PD_DIM; d++) f->data[d * r->cells + k] = v[d];
         for (int d = 0; d < PD_DIM && ++x[d] == m->grid.n[d]; d++) x[d] = 0;
     }
@@ -99,7 +100,7 @@ static void collect_fields(pd_ctx *ctx, const pd_instant *at, record *r)
     for (int k = 0; k < PD_FIELD_COUNT; k++) {
         const pd_setup *u = at->model->setup;
         const char *name = pdi_setup_field_name(u, (pd_field)k);
-        if (name && name[0] && !pdi_setup_field_needs(u, (pd_field)k)) collect_field(ctx, at, name, r);
+        if (name && name[0] && !pdi_setup_field_lacks(u, (pd_field)k)) collect_field(ctx, at, name, r);
     }
     if (at->model->setup->has_solid) collect_vector(at, "u(vector)", "u [m]", 0, r);
     if (at->model->setup->has_potential && !at->model->setup->migrates)

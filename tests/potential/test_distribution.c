@@ -181,7 +181,7 @@ TEST(areas_of_dissolution)
             pd_stencil_desc wd = S.stencil_desc;
             wd.m = 3.0;
             if (!CHECK_OK(&S.ctx, pd_stencil_build(&S.ctx, &wd, &wide))) return;
-            if (!CHECK_OK(&S.ctx, pdi_path_build(&S.ctx, &wide, &S.grid, &paths))) return;
+            if (!CHECK_OK(&S.ctx, pdi_bond_path_build(&S.ctx, &wide, &S.grid, &paths))) return;
             for (int32_t j = 0; j < S.grid.total; j++)
                 for (int k = 0; k < wide.count && S.grid.kind[j] == PD_SOLID; k++) {
                     pdi_entry entry;
@@ -195,7 +195,7 @@ TEST(areas_of_dissolution)
             CHECK_REL(area, 2.0 * PI * r, 0.004);
             CHECK_REL(area, dissolves, 0.01);
             pdi_contact_free(&S.ctx, &contacts);
-            pdi_path_free(&S.ctx, &paths);
+            pdi_bond_path_free(&S.ctx, &paths);
             pd_stencil_free(&S.ctx, &wide);
             scene_free(&S);
         }

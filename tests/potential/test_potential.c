@@ -344,10 +344,10 @@ TEST(receding)
             int at[PD_DIM];
             pd_grid_position(&S.grid, i, x);
             pdi_grid_index(&S.grid, i, at);
-            if (at[0] == 5 && pdi_grid_inside(&S.grid, at)) turned[count++] = i;
+            if (at[0] == 5 && pdi_grid_is_inside(&S.grid, at)) turned[count++] = i;
             if (is_right(x)) left[i] = 1.0;
         }
-        for (int k = 0; k < count; k++) pdi_grid_dissolve(&S.grid, turned[k]);
+        for (int k = 0; k < count; k++) pdi_grid_set_fluid(&S.grid, turned[k]);
         CHECK_OK(&S.ctx, pd_bonds_update(&S.ctx, turned, count, &S.bonds));
         if (!CHECK_OK(&S.ctx, pd_potential_update(&S.ctx, &X.p)) || !solve()) return;
         CHECK_REL(X.r.anodic / plate_area(), 0.7 / (3e-4 + 9.2 * h / kappa), 1e-9);

@@ -27,7 +27,7 @@
 static double mean_of(int k)
 {
     pd_surfaces_figures f;
-    pdi_surfaces_figures(model.surfaces, k, &f);
+    pdi_surface_states_compute_statistics(model.surfaces, k, &f);
     CHECK_LE(f.least - f.mean, 1e-12 * fabs(f.mean));
     CHECK_LE(f.mean - f.most, 1e-12 * fabs(f.mean));
     return f.mean;
@@ -35,7 +35,7 @@ static double mean_of(int k)
 
 static double mean_concentration(const char *species)
 {
-    const double *c = pd_reactive_field(&model.reactive, pdi_electrolyte_find(&setup.electrolyte, species));
+    const double *c = pd_reactive_field(&model.reactive, pdi_electrolyte_find_species(&setup.electrolyte, species));
     double sum = 0.0;
     for (int32_t i = 0; i < model.grid.total; i++)
         if (model.grid.kind[i] == PD_FLUID) sum += c[i];
@@ -320,20 +320,20 @@ TEST(seen)
     char unit[PD_UNITS_TEXT];
     if (!open_model(COUPLE("1e-9 m2/s", "0", "0"), NULL, 0)) return;
     if (run_to(100.0)) {
-        int l = pdi_setup_field_find(&setup, "l");
+        int l = pdi_setup_find_field(&setup, "l");
         double x[PD_DIM];
         CHECK_STR(pdi_setup_field_label(&setup, (pd_field)l), "l [m]");
-        pdi_setup_field_unit(&setup, (pd_field)pdi_setup_field_find(&setup, "theta"), unit);
+        pdi_setup_field_unit(&setup, (pd_field)pdi_setup_find_field(&setup, "theta"), unit);
         CHECK_STR(unit, "");
-        CHECK_INT(pdi_setup_field_species(&setup, l), -1);
-        CHECK_INT(pdi_setup_field_state(&setup, l), 2);
+        CHECK_INT(pdi_setup_field_species_index(&setup, l), -1);
+        CHECK_INT(pdi_setup_field_state_index(&setup, l), 2);
         for (int d = 0; d < PD_DIM; d++) x[d] = 0.2e-3;
         x[0] = 1e-3; /* the surface of magnesium; a cell of fluid */
-        CHECK_REL(pdi_sample_point(&model, (pd_field)l, 0, x), mean_of(2), 1e-12);
+        CHECK_REL(pdi_sample_get_point(&model, (pd_field)l, 0, x), mean_of(2), 1e-12);
         x[0] = 2e-3;
-        CHECK(isnan(pdi_sample_point(&model, (pd_field)l, 0, x)));
+        CHECK(isnan(pdi_sample_get_point(&model, (pd_field)l, 0, x)));
         x[0] = 3e-3; /* the aluminium carries none */
-        CHECK(isnan(pdi_sample_point(&model, (pd_field)l, 0, x)));
+        CHECK(isnan(pdi_sample_get_point(&model, (pd_field)l, 0, x)));
         CHECK_INT(setup.monitors, 5);
         CHECK_STR(setup.monitor[4].name, "l");
     }

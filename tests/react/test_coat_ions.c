@@ -23,14 +23,14 @@
 static double mean_of(int k)
 {
     pd_surfaces_figures f;
-    pdi_surfaces_figures(model.surfaces, k, &f);
+    pdi_surface_states_compute_statistics(model.surfaces, k, &f);
     return f.mean;
 }
 
 static double level_of(int electrode)
 {
     pd_cell_electrode e;
-    pdi_polarise_electrode(&model.attack.polarise, electrode, &e);
+    pdi_species_electrodes_get_electrode(&model.attack.polarise, electrode, &e);
     return e.potential;
 }
 
@@ -148,7 +148,7 @@ TEST(metal_that_goes)
         }
         NOTE("rusts: E %.7f V (%.7f), theta %.7f, %g m", level_of(0), u, mean_of(0), receded);
         pd_cell_electrode e;
-        pdi_polarise_electrode(&model.attack.polarise, 0, &e);
+        pdi_species_electrodes_get_electrode(&model.attack.polarise, 0, &e);
         CHECK_REL(e.anodic / e.area, 0.01 * theta * pow(10.0, (u + 0.6) / 0.06), 2e-4); /* it has receded by 1.8e-3 */
         CHECK_NEAR(level_of(0), u, 26e-3 * 0.43 / 500.0); /* the diffusion potential of 0.43 mol/m3 of Fe2+ in salt */
         CHECK_NEAR(mean_of(0), theta, 0.0);

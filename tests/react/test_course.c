@@ -3,7 +3,7 @@
  * dims: 1 2 */
 #include "run/model.h"
 #include "run/sample.h"
-#include "run/view.h"
+#include "run/field_view.h"
 #include "scene/scene.h"
 #include "checkpoint_model.h"
 #include "test.h"
@@ -78,7 +78,7 @@ static pd_reactive_balance balances(const char *name)
 
 static const double *species(const char *name)
 {
-    return pd_reactive_field(&test_model.reactive, pdi_electrolyte_find(&test_setup.electrolyte, name));
+    return pd_reactive_field(&test_model.reactive, pdi_electrolyte_find_species(&test_setup.electrolyte, name));
 }
 
 /* ---- metal ---- */
@@ -100,7 +100,7 @@ TEST(titration)
         if (!k) CHECK_OK(&test_ctx, pd_couple_start(&test_ctx, &test_model.couple));
         for (int32_t i = 0; i < test_model.grid.total; i++)
             if (test_model.grid.kind[i] == PD_FLUID)
-                worst = fmax(worst, fabs(pdi_sample_node(&test_model, PD_FIELD_PH, i) - table[k][1]));
+                worst = fmax(worst, fabs(pdi_sample_get_node(&test_model, PD_FIELD_PH, i) - table[k][1]));
     }
     CHECK_LE(worst, 2e-3);
     pd_reactive_balance mg = balances("Mg");
@@ -269,7 +269,7 @@ TEST(solutions)
     if (!open_model(text)) return;
     int low[PD_DIM];
     memset(low, 0, sizeof low);
-    CHECK_NEAR(pdi_sample_node(&test_model, PD_FIELD_PH, pd_grid_node(&test_model.grid, low)), 3.0, 1e-6);
+    CHECK_NEAR(pdi_sample_get_node(&test_model, PD_FIELD_PH, pd_grid_node(&test_model.grid, low)), 3.0, 1e-6);
     if (!run_to(20.0)) return;
     const double *k = species("K+");
     double worst = 0.0, pi = 3.14159265358979324, x[PD_DIM];
@@ -614,16 +614,16 @@ TEST(fields)
     memset(&views, 0, sizeof views);
     if (!open_model(text)) return;
     if (!run_to(1.0)) return;
-    pd_field field = (pd_field)pdi_setup_field_find(&test_setup, "HCO3-");
+    pd_field field = (pd_field)pdi_setup_find_field(&test_setup, "HCO3-");
     CHECK_STR(pdi_setup_field_label(&test_setup, field), "HCO3- [mol/m3]");
-    CHECK_OK(&test_ctx, pdi_view_field(&test_ctx, &test_model, &views, "pH", &v));
+    CHECK_OK(&test_ctx, pdi_field_view_get(&test_ctx, &test_model, &views, "pH", &v));
     CHECK_NEAR(v.data[0], 7.4, 1e-6);
-    CHECK_NEAR(pdi_sample_point(&test_model, PD_FIELD_PH, 0, x), 7.4, 1e-6);
-    CHECK_OK(&test_ctx, pdi_view_field(&test_ctx, &test_model, &views, "HCO3-", &v));
+    CHECK_NEAR(pdi_sample_get_point(&test_model, PD_FIELD_PH, 0, x), 7.4, 1e-6);
+    CHECK_OK(&test_ctx, pdi_field_view_get(&test_ctx, &test_model, &views, "HCO3-", &v));
     CHECK_NEAR(v.data[0], 4.17, 1e-12);
-    CHECK_NEAR(pdi_sample_point(&test_model, field, 0, x), v.data[0], 1e-12);
-    CHECK(pdi_view_field(&test_ctx, &test_model, &views, "H2O", &v) == PD_ERR_ARGUMENT);
-    pdi_views_free(&test_ctx, &views);
+    CHECK_NEAR(pdi_sample_get_point(&test_model, field, 0, x), v.data[0], 1e-12);
+    CHECK(pdi_field_view_get(&test_ctx, &test_model, &views, "H2O", &v) == PD_ERR_ARGUMENT);
+    pdi_field_view_free(&test_ctx, &views);
     close_model();
 }
 

@@ -47,7 +47,7 @@ static double half_of(int total)
     const pd_reactive *r = &model.reactive;
     double c[PD_SPECIES_MOST], sum[PD_SPECIES_MOST];
     for (int k = 0; k < r->components.solutes; k++) c[k] = r->c[k * r->grid->total + model.attack.etch.node[0]];
-    pdi_components_totals(&r->components, c, sum);
+    pdi_components_compute_totals(&r->components, c, sum);
     return fabs(sum[total]) > 0.0 ? 0.5 * fabs(sum[total]) : 1e-2;
 }
 
@@ -62,7 +62,7 @@ static void moved(int total, double change, double *speed, double *flow)
     for (int k = 0; k < r->components.solutes; k++) held[k] = c[k] = r->c[k * n + node];
     if (total < 0) r->migration.psi[node] += change;
     else {
-        pdi_components_totals(&r->components, c, sum);
+        pdi_components_compute_totals(&r->components, c, sum);
         sum[total] += change;
         CHECK_OK(&ctx, pdi_components_solve(&r->components, sum, c));
         for (int k = 0; k < r->components.solutes; k++) r->c[k * n + node] = c[k];

@@ -82,7 +82,7 @@ static int stream(scene *s, int x, int y)
         return CHECK_OK(&s->ctx, pd_steady_solve(&s->ctx, &s->steady, &result));
     }
     for (int32_t i = 0; i < s->grid.total; i++) s->flow.u[i] = 1e-3;
-    pdi_flow_prepare(&s->ctx, &s->flow);
+    pdi_flow_update_derived_fields(&s->ctx, &s->flow);
     return 1;
 }
 

@@ -34,7 +34,7 @@ TEST(what_is_there_at_most)
     double held = 0.0, in = r->in[mg];
     CHECK(mg >= 0 && cl >= 0);
     shed[mg] = 1.0;
-    pdi_components_totals(&r->components, shed, gain);
+    pdi_components_compute_totals(&r->components, shed, gain);
     for (int32_t i = 0; i < total; i++) {
         if (r->grid->kind[i] != PD_FLUID) continue;
         r->c[mg * total + i] = 2.0 + i % 9;

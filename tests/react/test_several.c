@@ -20,14 +20,14 @@
 static double level_of(int electrode)
 {
     pd_cell_electrode now;
-    pdi_polarise_electrode(&model.attack.polarise, electrode, &now);
+    pdi_species_electrodes_get_electrode(&model.attack.polarise, electrode, &now);
     return now.potential;
 }
 
 static double anodic_of(int electrode)
 {
     pd_cell_electrode now;
-    pdi_polarise_electrode(&model.attack.polarise, electrode, &now);
+    pdi_species_electrodes_get_electrode(&model.attack.polarise, electrode, &now);
     return now.anodic;
 }
 
@@ -44,7 +44,7 @@ static double solid_of(int metal)
 static double ions_of(const char *name)
 {
     const pd_reactive *r = &model.reactive;
-    int place = r->components.place[pdi_electrolyte_find(&setup.electrolyte, name)], own = -1;
+    int place = r->components.place[pdi_electrolyte_find_species(&setup.electrolyte, name)], own = -1;
     double sum = 0.0;
     for (int k = 0; k < r->components.count; k++)
         if (r->components.master[k] == place) own = k;

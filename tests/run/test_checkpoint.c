@@ -4,10 +4,10 @@
  * dims: 2 3 */
 #define _XOPEN_SOURCE 700
 #include "checkpoint_scene.h"
-#include "io/store.h"
+#include "io/archive_file.h"
 #include "checkpoint_model.h"
 #include "run/monitor.h"
-#include "run/observe.h"
+#include "run/step_diagnostics.h"
 #include "io/zlib.h"
 #include <signal.h>
 #include <sys/resource.h>
@@ -216,7 +216,7 @@ typedef struct watcher {
 static int watch(void *user, const pd_couple *couple)
 {
     watcher *w = (watcher *)user;
-    pdi_observe(w->ctx, w->model, &w->observables);
+    pdi_step_diagnostics_update(w->ctx, w->model, &w->observables);
     CHECK_OK(w->ctx, pdi_monitors_step(w->ctx, &w->monitors));
     return couple->time < 0.0;
 }
@@ -244,7 +244,7 @@ static void observed(int k)
     if (!grow(&ctx, &u, &a, kinds[k].text) || !CHECK_OK(&ctx, pdi_model_build(&ctx, &u, &b))) return;
     int before = test_now.failures;
     if (CHECK_OK(&ctx, pdi_monitors_build(&ctx, &b, &w.monitors)) &&
-        CHECK_OK(&ctx, pdi_observe_build(&ctx, &b, &w.observables))) {
+        CHECK_OK(&ctx, pdi_step_diagnostics_build(&ctx, &b, &w.observables))) {
         CHECK_OK(&ctx, pd_couple_run(&ctx, &a.couple, u.until, u.every, NULL, NULL));
         CHECK_OK(&ctx, pd_couple_run(&ctx, &b.couple, u.until, u.every, watch, &w));
         CHECK(a.couple.steps > 2);
@@ -256,7 +256,7 @@ static void observed(int k)
         CHECK_INT(memcmp(&a.couple.ledger, &b.couple.ledger, sizeof a.couple.ledger), 0);
     }
     if (test_now.failures > before) NOTE("of %s", kinds[k].name);
-    pdi_observe_free(&ctx, &w.observables);
+    pdi_step_diagnostics_free(&ctx, &w.observables);
     pdi_monitors_free(&ctx, &w.monitors);
     pdi_model_free(&ctx, &a);
     pdi_model_free(&ctx, &b);
@@ -277,7 +277,7 @@ static pd_status refusal(pd_ctx *ctx, const char *bytes, size_t size)
     pd_store store;
     put("bad", bytes, size);
     pd_status status = pd_store_open(ctx, path_of("bad"), &store);
-    pdi_store_abandon(&store);
+    pdi_archive_file_abandon(&store);
     return status;
 }
 
@@ -323,7 +323,7 @@ TEST(damage)
 static void forge(char *bytes, size_t at, const void *value, size_t size)
 {
     memcpy(bytes + at, value, size);
-    uint32_t crc = pdi_zlib_crc(0, (const uint8_t *)bytes, 60);
+    uint32_t crc = pdi_zlib_crc32(0, (const uint8_t *)bytes, 60);
     memcpy(bytes + 60, &crc, 4);
 }
 

@@ -100,7 +100,7 @@ TEST(residual_of_a_flow)
     int64_t total = m.grid.total, split = PD_DIM * total;
     double *of = (double *)calloc((size_t)(split + total), sizeof *of);
     if (!CHECK(of != NULL)) return;
-    pdi_flow_residual(&ctx, &m.flow, of, of + split);
+    pdi_flow_assemble_residual(&ctx, &m.flow, of, of + split);
     for (int64_t k = 0; k < split + total; k++) most[k >= split] = fmax(most[k >= split], fabs(of[k]));
     free(of);
     double speed = m.flow.reference_speed, length = m.flow.reference_length;

@@ -3,7 +3,7 @@
 #define _XOPEN_SOURCE 700
 #include "run/monitor.h"
 #include "run/sample.h"
-#include "lattice/quadratic.h"
+#include "lattice/quadratic_fit.h"
 #include "random.h"
 #include "scene_file.h"
 #include "transport/settle.h"
@@ -76,10 +76,10 @@ static void check_plates(const char *h, int m, const char *sides, double lid)
         double x[PD_DIM];
         place(&state, x);
         double exact = lid * x[1] + 4.0 * x[1] * (1.0 - x[1]);
-        double error = fabs(pdi_sample_point(&model, PD_FIELD_V, 0, x) - exact);
+        double error = fabs(pdi_sample_get_point(&model, PD_FIELD_V, 0, x) - exact);
         worst = fmax(worst, error);
         if (!(x[1] > 0.0) || !(x[1] < 1.0)) wall = fmax(wall, error);
-        for (int d = 1; d < PD_DIM; d++) CHECK_NEAR(pdi_sample_point(&model, PD_FIELD_V, d, x), 0.0, 1e-12);
+        for (int d = 1; d < PD_DIM; d++) CHECK_NEAR(pdi_sample_get_point(&model, PD_FIELD_V, d, x), 0.0, 1e-12);
     }
     CHECK_LE(worst, 2e-9);
     CHECK_LE(wall, 1e-11);
@@ -131,8 +131,9 @@ static double ball_error(int n, double m, double shift, double *on)
         if (!(length > 0.1)) continue;
         r = k % 2 ? 0.43 : 0.43 + (4.0 / n) * draw(&state);
         for (int d = 0; d < PD_DIM; d++) x[d] *= r / length;
-        double exact = k % 2 ? 0.0 : 2.0 * log(radius(x) / 0.43), value = pdi_sample_point(&model, PD_FIELD_V, 0, x);
-        CHECK(pdi_sample_inside(&model, x));
+        double exact = k % 2 ? 0.0 : 2.0 * log(radius(x) / 0.43),
+               value = pdi_sample_get_point(&model, PD_FIELD_V, 0, x);
+        CHECK(pdi_sample_is_inside(&model, x));
         if (k % 2) *on = fmax(*on, fabs(value - exact));
         else worst = fmax(worst, fabs(value - exact));
         CHECK(value == value);
@@ -172,7 +173,7 @@ static void press(double (*p)(const double *x))
         pd_grid_position(&model.grid, i, x);
         if (model.grid.kind[i] == PD_FLUID) model.flow.p[i] = p(x) / 2.0;
     }
-    pdi_flow_prepare(&ctx, &model.flow);
+    pdi_flow_update_derived_fields(&ctx, &model.flow);
 }
 
 static double straight(const double *x) { return 3.0 + 5.0 * (2.0 - x[0]); }
@@ -204,13 +205,13 @@ TEST(pressure_on_walls)
         place(&state, x);
         for (int d = 0; d < PD_DIM; d++) r += pow(x[d] - (d == 0 ? 0.97 : 0.5), 2.0);
         if (sqrt(r) < 0.23) continue;
-        CHECK_NEAR(pdi_sample_point(&model, PD_FIELD_P, 0, x), straight(x), 1e-9);
+        CHECK_NEAR(pdi_sample_get_point(&model, PD_FIELD_P, 0, x), straight(x), 1e-9);
     }
     for (int side = 0; side < 2; side++) { /* front and back of the ball */
         double x[PD_DIM];
         for (int d = 0; d < PD_DIM; d++) x[d] = d == 0 ? 0.97 + (side ? 0.23 : -0.23) : 0.5;
-        CHECK(pdi_sample_inside(&model, x));
-        CHECK_NEAR(pdi_sample_point(&model, PD_FIELD_P, 0, x), straight(x), 1e-9);
+        CHECK(pdi_sample_is_inside(&model, x));
+        CHECK_NEAR(pdi_sample_get_point(&model, PD_FIELD_P, 0, x), straight(x), 1e-9);
     }
     stop();
 }
@@ -239,7 +240,7 @@ TEST(bent_pressure_on_walls)
         r = sqrt(r);
         if (!(r > 0.05)) continue;
         for (int d = 0; d < PD_DIM && (k % 2 || r < 0.23); d++) x[d] = middle[d] + (x[d] - middle[d]) * 0.23 / r;
-        CHECK_NEAR(pdi_sample_point(&model, PD_FIELD_P, 0, x), bent(x), 1e-8);
+        CHECK_NEAR(pdi_sample_get_point(&model, PD_FIELD_P, 0, x), bent(x), 1e-8);
         served++;
     }
     CHECK(served > PLACES / 2);
@@ -260,10 +261,10 @@ TEST(dissolving_metal)
     deep[1] = 0.15;
     for (int32_t i = 0; i < model.grid.total; i++)
         if (model.grid.kind[i] == PD_FLUID) model.flow.u[i] = 1.0;
-    pdi_flow_prepare(&ctx, &model.flow);
-    CHECK_NEAR(pdi_sample_point(&model, PD_FIELD_V, 0, on), 0.0, 1e-8);
-    CHECK(pdi_sample_inside(&model, deep));
-    double value = pdi_sample_point(&model, PD_FIELD_V, 0, deep);
+    pdi_flow_update_derived_fields(&ctx, &model.flow);
+    CHECK_NEAR(pdi_sample_get_point(&model, PD_FIELD_V, 0, on), 0.0, 1e-8);
+    CHECK(pdi_sample_is_inside(&model, deep));
+    double value = pdi_sample_get_point(&model, PD_FIELD_V, 0, deep);
     CHECK(value != value);
     int32_t changed[4000], count = 0;
     for (int32_t i = 0; i < model.grid.total; i++) {
@@ -271,15 +272,15 @@ TEST(dissolving_metal)
         int at[PD_DIM];
         pd_grid_position(&model.grid, i, x);
         pdi_grid_index(&model.grid, i, at);
-        if (pdi_grid_inside(&model.grid, at) && model.grid.kind[i] == PD_SOLID && x[1] > 0.3) changed[count++] = i;
+        if (pdi_grid_is_inside(&model.grid, at) && model.grid.kind[i] == PD_SOLID && x[1] > 0.3) changed[count++] = i;
     }
-    for (int32_t n = 0; n < count; n++) pdi_grid_dissolve(&model.grid, changed[n]);
+    for (int32_t n = 0; n < count; n++) pdi_grid_set_fluid(&model.grid, changed[n]);
     CHECK_OK(&ctx, pd_bonds_update(&ctx, changed, count, &model.bonds));
     CHECK_OK(&ctx, pd_flow_update(&ctx, changed, count, &model.flow));
     for (int32_t n = 0; n < count; n++) model.flow.u[changed[n]] = 1.0;
-    pdi_flow_prepare(&ctx, &model.flow);
-    CHECK_NEAR(pdi_sample_point(&model, PD_FIELD_V, 0, above), 0.0, 1e-8);
-    CHECK_LE(0.9, pdi_sample_point(&model, PD_FIELD_V, 0, on));
+    pdi_flow_update_derived_fields(&ctx, &model.flow);
+    CHECK_NEAR(pdi_sample_get_point(&model, PD_FIELD_V, 0, above), 0.0, 1e-8);
+    CHECK_LE(0.9, pdi_sample_get_point(&model, PD_FIELD_V, 0, on));
     stop();
 }
 #endif
@@ -295,8 +296,8 @@ TEST(tube)
     for (int k = 0; k < PLACES; k++) {
         double x[2];
         place(&state, x);
-        CHECK_NEAR(pdi_sample_point(&model, PD_FIELD_V, 0, x), 1.0 - x[1] * x[1], 1e-9);
-        CHECK_NEAR(pdi_sample_point(&model, PD_FIELD_V, 1, x), 0.0, 1e-12);
+        CHECK_NEAR(pdi_sample_get_point(&model, PD_FIELD_V, 0, x), 1.0 - x[1] * x[1], 1e-9);
+        CHECK_NEAR(pdi_sample_get_point(&model, PD_FIELD_V, 1, x), 0.0, 1e-12);
     }
     stop();
 }
@@ -317,7 +318,7 @@ static void check_linear(int m, int closed)
         double x[PD_DIM];
         place(&state, x);
         double exact = 1.0 + 3.0 * x[0] - (closed ? 1.5 * x[0] * x[0] : 0.0);
-        CHECK_NEAR(pdi_sample_point(&model, PD_FIELD_C, 0, x), exact, 1e-9);
+        CHECK_NEAR(pdi_sample_get_point(&model, PD_FIELD_C, 0, x), exact, 1e-9);
     }
     stop();
 }
@@ -351,7 +352,7 @@ TEST(concentration_in_layers)
             double x[PD_DIM], s = n / 200.0;
             for (int d = 0; d < PD_DIM; d++) x[d] = d == 0 ? s : 0.17;
             double exact = 1.0 - flux * (fmin(s, place) + fmax(s - place, 0.0) / 0.01);
-            CHECK_NEAR(pdi_sample_point(&model, PD_FIELD_C, 0, x), exact, 1e-7);
+            CHECK_NEAR(pdi_sample_get_point(&model, PD_FIELD_C, 0, x), exact, 1e-7);
         }
         stop();
     }
@@ -388,21 +389,21 @@ TEST(what_no_datum_gives)
     uint32_t state = 3;
     double worst = 0.0, h[PD_DIM];
     for (int k = 0; k < PLACES; k++) {
-        pdi_quadratic fit;
+        pdi_quadratic_fit fit;
         double x[PD_DIM], at[PD_DIM], miss = 3.0 * draw(&state), scale = 1e-9 * (1.0 + draw(&state));
         for (int d = 0; d < PD_DIM; d++) {
             h[d] = scale;
             x[d] = (0.1 + 0.3 * draw(&state)) * scale;
         }
-        pdi_quadratic_start(&fit, x, h);
+        pdi_quadratic_fit_init(&fit, x, h);
         for (int i = -1; i <= 1; i++) {
             for (int d = 0; d < PD_DIM; d++) at[d] = d ? 0.0 : i * scale;
             double exact = 50.0 + 7.0 * i - 2.0 * i * i;
-            pdi_quadratic_value(&fit, at, exact + miss);
-            pdi_quadratic_value(&fit, at, exact - miss);
+            pdi_quadratic_fit_add_value(&fit, at, exact + miss);
+            pdi_quadratic_fit_add_value(&fit, at, exact - miss);
         }
         double z = x[0] / scale, exact = 50.0 + 7.0 * z - 2.0 * z * z;
-        worst = fmax(worst, fabs(pdi_quadratic_solve(&fit) - exact));
+        worst = fmax(worst, fabs(pdi_quadratic_fit_solve(&fit) - exact));
     }
     CHECK_LE(worst, 1e-9);
 }

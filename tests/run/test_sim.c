@@ -53,7 +53,7 @@ static void against_run(const char *text, const char *const *names)
         for (int64_t cell = 0; cell < v.part; cell++) {
             int64_t place_of = 0;
             int32_t i = pd_grid_node(&model.grid, at);
-            double square = 0.0, value = pdi_sample_node(&model, (pd_field)field, i);
+            double square = 0.0, value = pdi_sample_get_node(&model, (pd_field)field, i);
             for (int d = 0; d < PD_DIM; d++) place_of += at[d] * v.stride[d];
             for (int d = 0; d < v.components; d++) {
                 double part = v.data[d * v.part + place_of];
@@ -331,7 +331,7 @@ TEST(functions_tell_their_breaks)
 /* C, t, x, y, z, grain */
 static double law_of_grain(void *user, const double *vars)
 {
-    int odd = (int)vars[PDI_SETUP_GRAIN] % 2;
+    int odd = (int)vars[PDI_SETUP_RATE_GRAIN] % 2;
     *(int *)user |= odd ? 2 : 1;
     return (odd ? 3e-6 : 1e-6) / 3600.0;
 }
@@ -354,7 +354,7 @@ TEST(a_law_of_grains)
     if (!CHECK_OK(&ctx, pd_sim_open(&ctx, PIN_SCENE, changes, 2, &sim))) return;
     if (!CHECK_OK(&other, pd_scene_parse(&other, "pin", PIN_SCENE, changes + 1, 1, &called.setup))) return;
     CHECK_OK(&other, pd_setup_function(&other, &called.setup, "rate", law_of_grain, &seen_grains,
-                                       1u << (PDI_SETUP_GRAIN)));
+                                       1u << (PDI_SETUP_RATE_GRAIN)));
     if (!CHECK_OK(&other, pd_sim_start(&other, &called))) return;
     for (int k = 0; k < 2; k++) {
         CHECK_OK(&ctx, pd_sim_step(&ctx, &sim, 7200.0));
@@ -370,7 +370,7 @@ TEST(a_law_of_grains)
     CHECK_INT(pd_scene_parse(&ctx, "pin", plain, coarse, 1, &setup), PD_ERR_ARGUMENT);
     CHECK(strstr(ctx.message, "expected grains = SIZE in a solid [shape ...]") != NULL);
     if (!CHECK_OK(&ctx, pd_scene_parse(&ctx, "pin", plain, NULL, 0, &setup))) return;
-    CHECK_INT(pd_setup_function(&ctx, &setup, "rate", law_of_grain, &seen_grains, 1u << (PDI_SETUP_GRAIN)),
+    CHECK_INT(pd_setup_function(&ctx, &setup, "rate", law_of_grain, &seen_grains, 1u << (PDI_SETUP_RATE_GRAIN)),
               PD_ERR_ARGUMENT);
     pd_setup_free(&ctx, &setup);
     CHECK_INT(ctx.in_use, 0);
@@ -389,9 +389,9 @@ TEST(functions_of_an_inlet)
     CHECK_OK(&ctx, pd_setup_function(&ctx, &sim.setup, "x-.C", entering, NULL, 2));
     if (!CHECK_OK(&ctx, pd_sim_start(&ctx, &sim))) return;
     CHECK(sim.model.inlet.timed);
-    CHECK_NEAR(pdi_inlet_mean(&sim.model.inlet, 0), 0.01, 0.0);
+    CHECK_NEAR(pdi_inlet_get_mean_velocity(&sim.model.inlet, 0), 0.01, 0.0);
     sim.model.inlet.time = 7200.0;
-    CHECK_NEAR(pdi_inlet_mean(&sim.model.inlet, 0), 0.02, 0.0);
+    CHECK_NEAR(pdi_inlet_get_mean_velocity(&sim.model.inlet, 0), 0.02, 0.0);
     sim.model.inlet.time = 0.0;
     while (sim.time < 0.05)
         if (!CHECK_OK(&ctx, pd_sim_step(&ctx, &sim, 0.05))) break;

@@ -131,7 +131,7 @@ static int profiles(const char *text, const char *fields, int axis, int from_hig
         for (int k = 0; k < CELLS; k++) {
             int cell[3] = {1, 1, 1};
             cell[axis] = (int)along_of(k + 0.5, from_high);
-            value[count][k] = pdi_sample_node(&sim.model, (pd_field)field, pd_grid_node(&sim.model.grid, cell));
+            value[count][k] = pdi_sample_get_node(&sim.model, (pd_field)field, pd_grid_node(&sim.model.grid, cell));
         }
         count++;
     }

@@ -1,7 +1,7 @@
 /* drawing, scene: keys of pictures, what is refused of them, and what depends on time in a scene without time.
  * dims: 2 */
 #define _XOPEN_SOURCE 700
-#include "io/picture.h"
+#include "io/field_plot.h"
 #include "scene_file.h"
 
 #define CHANNEL "[grid] h = 10 um  box = 0 .. 200 um, 0 .. 100 um\n[side x+] flow = outlet\n" \

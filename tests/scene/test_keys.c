@@ -1,5 +1,5 @@
 /* The table of keys: it is that of the guide, and the parser takes every key of it. With PD_DEBUG every look-up of a
- * reader is held against its units and defaults, so that each scene of each test checks them (pdi_text_find).
+ * reader is held against its units and defaults, so that each scene of each test checks them (pdi_text_find_value).
  * dims: 2 3 */
 #define _XOPEN_SOURCE 700
 #include "scene_file.h"
@@ -46,7 +46,7 @@ TEST(guide)
     int count, rows = 0;
     const pd_key_section *s = pd_keys(&count);
     pd_ctx_init(&ctx);
-    if (!CHECK_OK(&ctx, pdi_file_read(&ctx, "docs/guide.md", 1 << 20, &guide, &size))) return;
+    if (!CHECK_OK(&ctx, pdi_file_read_all(&ctx, "docs/guide.md", 1 << 20, &guide, &size))) return;
     char *from = strstr(guide, "\n## 2 "), *to = strstr(guide, "\n## 3 ");
     if (CHECK(from && to && from < to)) {
         to[1] = '\0';
@@ -285,16 +285,16 @@ TEST(others)
     refused("[grid] h = 1 um  spacing = 1 um\n",
             "found the unknown key 'spacing' in [grid], expected one of h, m, box");
     refused("[gird] h = 1 um\n", "expected one of constants, grid, shape");
-    CHECK_INT(pdi_keys_agree("flow", "rho", "kg/m3", NULL), 1);
-    CHECK_INT(pdi_keys_agree("flow", "rho", "kg", NULL), 0);
-    CHECK_INT(pdi_keys_agree("flow", "rho", "", NULL), 0);
-    CHECK_INT(pdi_keys_agree("flow", "rh", "kg/m3", NULL), 0);
-    CHECK_INT(pdi_keys_agree("flow", "steady", "", "1e-6"), 1);
-    CHECK_INT(pdi_keys_agree("flow", "steady", "", "1e-7"), 0);
-    CHECK_INT(pdi_keys_agree("flow", "steady", "", "1e"), 0);
-    CHECK_INT(pdi_keys_agree("solid", "m", "", "3"), 1);
-    CHECK_INT(pdi_keys_agree("output", "fields", "", "C, v, p, kind, grain"), 1);
-    CHECK_INT(pdi_keys_agree("constants", "anything", NULL, NULL), 1);
+    CHECK_INT(pdi_keys_is_consistent("flow", "rho", "kg/m3", NULL), 1);
+    CHECK_INT(pdi_keys_is_consistent("flow", "rho", "kg", NULL), 0);
+    CHECK_INT(pdi_keys_is_consistent("flow", "rho", "", NULL), 0);
+    CHECK_INT(pdi_keys_is_consistent("flow", "rh", "kg/m3", NULL), 0);
+    CHECK_INT(pdi_keys_is_consistent("flow", "steady", "", "1e-6"), 1);
+    CHECK_INT(pdi_keys_is_consistent("flow", "steady", "", "1e-7"), 0);
+    CHECK_INT(pdi_keys_is_consistent("flow", "steady", "", "1e"), 0);
+    CHECK_INT(pdi_keys_is_consistent("solid", "m", "", "3"), 1);
+    CHECK_INT(pdi_keys_is_consistent("output", "fields", "", "C, v, p, kind, grain"), 1);
+    CHECK_INT(pdi_keys_is_consistent("constants", "anything", NULL, NULL), 1);
 }
 
 /* ---- templates ---- */

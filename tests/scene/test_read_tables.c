@@ -28,7 +28,7 @@ TEST(crevice_data)
     pd_ctx ctx;
     pd_setup u;
     pd_ctx_init(&ctx);
-    if (!CHECK_OK(&ctx, pdi_file_read(&ctx, "examples/scenes/crevice_625.csv", 1 << 16, &bytes, &size))) return;
+    if (!CHECK_OK(&ctx, pdi_file_read_all(&ctx, "examples/scenes/crevice_625.csv", 1 << 16, &bytes, &size))) return;
     put("crevice.csv", bytes, size);
     PDI_DELETE(&ctx, size + 1, bytes);
     if (!CHECK_OK(&ctx, load(&ctx, "[table iC] file = crevice.csv  x = C_mol_per_L in mol/L  y = i_A_per_m2 in A/m2\n"

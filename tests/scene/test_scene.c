@@ -185,7 +185,7 @@ TEST(parabola_between_walls)
     for (int k = 0; k < 7; k++) {
         x[1] = 35e-6 + k * 10e-6;
         double s = (x[1] - 66.5e-6) / 33.5e-6;
-        pdi_inlet_velocity(&m.inlet, x, v);
+        pdi_inlet_get_velocity(&m.inlet, x, v);
         CHECK_NEAR(v[0], 0.45 * (1.0 - s * s), 1e-9);
         CHECK_NEAR(v[1], 0.0, 0.0);
     }
@@ -203,7 +203,7 @@ TEST(flow_rate_and_direction)
     if (!build(&ctx, "[grid] h = 10 um  box = 0 .. 200 um, 0 .. 100 um\n[flow] rho = 1 g/cm3  mu = 1 mPa s\n"
                      "[side x+] flow = inlet  profile = uniform  flow_rate = 1 uL/min\n[side x-] flow = outlet\n",
                &u, &m)) return;
-    pdi_inlet_velocity(&m.inlet, x, v);
+    pdi_inlet_get_velocity(&m.inlet, x, v);
     CHECK_REL(v[0], -1e-9 / 60.0 / (3.14159265358979323846 * 50e-6 * 50e-6), 1e-12);
     pdi_model_free(&ctx, &m);
     leave(&ctx, &u);
@@ -235,7 +235,7 @@ TEST(expression_profile)
     double x[2] = {-25e-6, 20e-6}, v[2];
     if (!build(&ctx, CHANNEL "[side x-] flow = inlet  profile = expression  vx = 10 1/s * y  vy = 1 mm/s\n", &u,
                &m)) return;
-    pdi_inlet_velocity(&m.inlet, x, v);
+    pdi_inlet_get_velocity(&m.inlet, x, v);
     CHECK_REL(v[0], 2e-4, 1e-14);
     CHECK_REL(v[1], 1e-3, 1e-14);
     CHECK_REL(m.flow.reference_speed, 5e-4, 1e-12); /* the mean of 10/s y over the side */
@@ -262,10 +262,10 @@ TEST(sides_and_motion)
         CHECK_INT(u.motion, PD_MOTION_IMPLICIT);
         CHECK_NEAR(m.implicit.desc.rtol, 1e-3, 0.0);
         CHECK_NEAR(m.flow.u[pd_grid_node(&m.grid, at)], 0.9e-3, 1e-18);
-        pdi_wall_velocity(&m.inlet, x, v);
+        pdi_wall_bc_get_velocity(&m.inlet, x, v);
         CHECK_NEAR(v[0], 3e-3, 0.0);
-        CHECK_NEAR(pdi_wall_held(&m.inlet, x), 5.0, 0.0);
-        CHECK(!(pdi_wall_held(&m.inlet, inside) >= 0.0));
+        CHECK_NEAR(pdi_wall_bc_get_concentration(&m.inlet, x), 5.0, 0.0);
+        CHECK(!(pdi_wall_bc_get_concentration(&m.inlet, inside) >= 0.0));
         CHECK(m.couple.process[0].self == &m.implicit && m.quasi.steady == NULL && m.unsteady.density == NULL);
         pdi_model_free(&ctx, &m);
         leave(&ctx, &u);
@@ -418,8 +418,8 @@ TEST(files_of_a_run)
     memset(&table, 0, sizeof table);
     if (CHECK_OK(&ctx, pdi_table_read(&ctx, path_of("made/here/diagnostics.csv"), &table)) && table.rows < 1000) {
         CHECK_INT(table.rows, r.steps + 1);
-        CHECK_OK(&ctx, pdi_table_column(&ctx, &table, "volume_loss", loss));
-        CHECK_OK(&ctx, pdi_table_column(&ctx, &table, "time", time));
+        CHECK_OK(&ctx, pdi_table_parse_column(&ctx, &table, "volume_loss", loss));
+        CHECK_OK(&ctx, pdi_table_parse_column(&ctx, &table, "time", time));
         CHECK_NEAR(loss[table.rows - 1], r.volume_loss, 0.0);
         CHECK_NEAR(loss[0], 0.0, 0.0);
         for (int k = 1; k < table.rows; k++) CHECK(time[k] > time[k - 1] && loss[k] > loss[k - 1]);
@@ -427,7 +427,7 @@ TEST(files_of_a_run)
     pdi_table_free(&ctx, &table);
     memset(&table, 0, sizeof table);
     if (CHECK_OK(&ctx, pdi_table_read(&ctx, path_of("made/here/probes.csv"), &table)))
-        CHECK_INT(pdi_table_find(&table, "a_C"), 1);
+        CHECK_INT(pdi_table_find_column(&table, "a_C"), 1);
     pdi_table_free(&ctx, &table);
     leave(&ctx, &u);
 }
@@ -491,11 +491,11 @@ TEST(walls_and_media)
         return;
     memset(&inlet, 0, sizeof inlet);
     inlet.setup = &u;
-    CHECK_NEAR(pdi_wall_held(&inlet, on_side), 7.0, 0.0);
-    CHECK_NEAR(pdi_wall_held(&inlet, on_a), 2.0, 0.0);
-    CHECK_NEAR(pdi_wall_held(&inlet, on_b), 3.0, 0.0);
-    CHECK(isnan(pdi_wall_held(&inlet, on_c)));
-    CHECK(isnan(pdi_wall_held(&inlet, on_metal)));
+    CHECK_NEAR(pdi_wall_bc_get_concentration(&inlet, on_side), 7.0, 0.0);
+    CHECK_NEAR(pdi_wall_bc_get_concentration(&inlet, on_a), 2.0, 0.0);
+    CHECK_NEAR(pdi_wall_bc_get_concentration(&inlet, on_b), 3.0, 0.0);
+    CHECK(isnan(pdi_wall_bc_get_concentration(&inlet, on_c)));
+    CHECK(isnan(pdi_wall_bc_get_concentration(&inlet, on_metal)));
     CHECK_NEAR(m.transport.desc.field(m.transport.desc.user, inside), 3e-9, 0.0);
     CHECK_NEAR(m.transport.desc.field(m.transport.desc.user, outside), 1e-9, 0.0);
     CHECK_REL(m.transport.desc.level(m.transport.desc.user, inside), -10e-6, 1e-9);
@@ -661,7 +661,7 @@ TEST(parabola_of_a_tube)
     if (CHECK_OK(&ctx, pdi_model_build(&ctx, &u, &m))) {
         CHECK_REL(m.flow.reference_speed, mean, 1e-12);
         CHECK_REL(m.flow.reference_length, 74e-6, 1e-12);
-        pdi_inlet_velocity(&m.inlet, x, v);
+        pdi_inlet_get_velocity(&m.inlet, x, v);
         CHECK_REL(v[0], 2.0 * mean * (1.0 - 500.0 / 1369.0), 1e-12);
         CHECK_NEAR(fabs(v[1]) + fabs(v[2]), 0.0, 0.0);
         pdi_model_free(&ctx, &m);
@@ -685,16 +685,16 @@ TEST(parabola_of_a_square)
             x[0] = -5e-6;
             x[1] = -35e-6 + 10e-6 * (k % 8);
             x[2] = -35e-6 + 10e-6 * (k / 8);
-            pdi_inlet_velocity(&m.inlet, x, v);
+            pdi_inlet_get_velocity(&m.inlet, x, v);
             sum += v[0] / 64.0;
             x[1] = -x[1];
-            pdi_inlet_velocity(&m.inlet, x, w);
+            pdi_inlet_get_velocity(&m.inlet, x, w);
             CHECK_NEAR(w[0], v[0], 1e-9);
             x[0] = x[2];
             x[2] = x[1];
             x[1] = x[0];
             x[0] = -15e-6;
-            pdi_inlet_velocity(&m.inlet, x, w);
+            pdi_inlet_get_velocity(&m.inlet, x, w);
             CHECK_NEAR(w[0], v[0], 1e-9);
         }
         CHECK_NEAR(sum, 1.0, 1e-9);
@@ -781,7 +781,7 @@ TEST(diffusion_in_one_dimension)
     pdi_image_free(&ctx, &image);
     if (CHECK_OK(&ctx, pdi_table_read(&ctx, path_of("line/probes.csv"), &table)) && table.rows < 100) {
         CHECK_INT(table.rows, 61);
-        CHECK_OK(&ctx, pdi_table_column(&ctx, &table, "end_C", c));
+        CHECK_OK(&ctx, pdi_table_parse_column(&ctx, &table, "end_C", c));
         CHECK_NEAR(c[0], 0.0, 0.0);
         CHECK_REL(c[60], 2.0, 1e-6);
     }

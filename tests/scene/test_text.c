@@ -41,7 +41,7 @@ static void leave(pd_ctx *ctx, pd_text *text)
 
 static int at(pd_ctx *ctx, pd_text *text, const char *name, const char *label)
 {
-    return pdi_text_section(ctx, text, name, label);
+    return pdi_text_get_section(ctx, text, name, label);
 }
 
 /* Every pair of the sample, in order. */
@@ -82,7 +82,7 @@ TEST(pairs_of_the_sample)
     pd_text text;
     if (!CHECK_OK(&ctx, load(&ctx, sample, &text))) return;
     CHECK_INT(text.entry_count, count);
-    CHECK(!pdi_text_flat(&text));
+    CHECK(!pdi_text_is_flat(&text));
     for (int k = 0; k < count && k < text.entry_count; k++) {
         const pd_text_entry *e = &text.entry[k];
         CHECK_STR(text.section[e->section].name, expected[k][0]);
@@ -111,46 +111,46 @@ TEST(values_of_the_sample)
     text.consts = consts;
     text.const_count = 1;
     int grid = at(&ctx, &text, "grid", NULL), pin = at(&ctx, &text, "shape", "pin");
-    CHECK_OK(&ctx, pdi_text_number(&ctx, &text, grid, "h", "m", NULL, &value));
+    CHECK_OK(&ctx, pdi_text_get_number(&ctx, &text, grid, "h", "m", NULL, &value));
     CHECK_NEAR(value, 5e-6, 0);
-    CHECK_OK(&ctx, pdi_text_integer(&ctx, &text, grid, "m", 1, 6, NULL, &count));
+    CHECK_OK(&ctx, pdi_text_get_integer(&ctx, &text, grid, "m", 1, 6, NULL, &count));
     CHECK_INT(count, 3);
-    CHECK_OK(&ctx, pdi_text_ranges(&ctx, &text, grid, "box", "m", NULL, 3, low, high, &count));
+    CHECK_OK(&ctx, pdi_text_get_ranges(&ctx, &text, grid, "box", "m", NULL, 3, low, high, &count));
     CHECK_INT(count, 2);
     CHECK_NEAR(low[0], -500e-6, 0);
     CHECK_NEAR(high[0], 900e-6, 0);
     CHECK_NEAR(low[1], -150e-6, 0);
     CHECK_NEAR(high[1], 150e-6, 0);
-    CHECK_OK(&ctx, pdi_text_ranges(&ctx, &text, pin, "box", "m", NULL, 3, low, high, &count));
+    CHECK_OK(&ctx, pdi_text_get_ranges(&ctx, &text, pin, "box", "m", NULL, 3, low, high, &count));
     CHECK_NEAR(low[0], 0, 0);
     CHECK_NEAR(high[0], 400e-6, 0);
-    CHECK_OK(&ctx, pdi_text_choice(&ctx, &text, pin, "kind", kinds, NULL, &index));
+    CHECK_OK(&ctx, pdi_text_get_choice(&ctx, &text, pin, "kind", kinds, NULL, &index));
     CHECK_INT(index, 1);
-    CHECK_OK(&ctx, pdi_text_string(&ctx, &text, pin, "material", NULL, &material));
+    CHECK_OK(&ctx, pdi_text_get_string(&ctx, &text, pin, "material", NULL, &material));
     CHECK_STR(material, "mg4ag");
-    CHECK_OK(&ctx, pdi_text_number(&ctx, &text, at(&ctx, &text, "side", "x-"), "C", "mol/m3", NULL, &value));
+    CHECK_OK(&ctx, pdi_text_get_number(&ctx, &text, at(&ctx, &text, "side", "x-"), "C", "mol/m3", NULL, &value));
     CHECK_NEAR(value, 0, 0);
-    CHECK_OK(&ctx, pdi_text_number(&ctx, &text, at(&ctx, &text, "run", NULL), "until", "s", NULL, &value));
+    CHECK_OK(&ctx, pdi_text_get_number(&ctx, &text, at(&ctx, &text, "run", NULL), "until", "s", NULL, &value));
     CHECK_NEAR(value, 32400, 0);
-    CHECK_OK(&ctx, pdi_text_words(&ctx, &text, at(&ctx, &text, "output", NULL), "fields", NULL, &words));
+    CHECK_OK(&ctx, pdi_text_get_words(&ctx, &text, at(&ctx, &text, "output", NULL), "fields", NULL, &words));
     CHECK_INT(words.count, 5);
     CHECK_STR(words.word[0], "C");
     CHECK_STR(words.word[4], "grain");
-    CHECK_OK(&ctx, pdi_text_numbers(&ctx, &text, at(&ctx, &text, "probe", "a"), "at", "m", NULL, 3, where, &count));
+    CHECK_OK(&ctx, pdi_text_get_numbers(&ctx, &text, at(&ctx, &text, "probe", "a"), "at", "m", NULL, 3, where, &count));
     CHECK_INT(count, 2);
     CHECK_NEAR(where[1], 60e-6, 0);
-    CHECK_OK(&ctx, pdi_text_expr(&ctx, &text, at(&ctx, &text, "dissolve", NULL), "law", NULL, vars, 1, NULL, &law));
+    CHECK_OK(&ctx, pdi_text_get_expr(&ctx, &text, at(&ctx, &text, "dissolve", NULL), "law", NULL, vars, 1, NULL, &law));
     value = 500;
     CHECK_REL(pdi_expr_eval(&law, &value), 0.75e-3, 1e-15);
     pdi_expr_free(&ctx, &law);
     /* defaults are text too */
-    CHECK_OK(&ctx, pdi_text_number(&ctx, &text, grid, "depth", "m", "2 mm", &value));
+    CHECK_OK(&ctx, pdi_text_get_number(&ctx, &text, grid, "depth", "m", "2 mm", &value));
     CHECK_NEAR(value, 2e-3, 0);
-    CHECK_OK(&ctx, pdi_text_bool(&ctx, &text, grid, "axisymmetric", "no", &yes));
+    CHECK_OK(&ctx, pdi_text_get_bool(&ctx, &text, grid, "axisymmetric", "no", &yes));
     CHECK_INT(yes, 0);
-    CHECK(pdi_text_has(&ctx, &text, grid, "h") && !pdi_text_has(&ctx, &text, grid, "q"));
-    CHECK(pdi_text_has(&ctx, &text, at(&ctx, &text, "flow", NULL), NULL));
-    CHECK(!pdi_text_has(&ctx, &text, at(&ctx, &text, "solid", NULL), NULL));
+    CHECK(pdi_text_has_key(&ctx, &text, grid, "h") && !pdi_text_has_key(&ctx, &text, grid, "q"));
+    CHECK(pdi_text_has_key(&ctx, &text, at(&ctx, &text, "flow", NULL), NULL));
+    CHECK(!pdi_text_has_key(&ctx, &text, at(&ctx, &text, "solid", NULL), NULL));
     leave(&ctx, &text);
 }
 
@@ -165,28 +165,28 @@ TEST(lists_and_words)
     CHECK_OK(&ctx, load(&ctx, "[a] v = 1 1/s*min(y, 1 m), 0, -2 m/s  on = on b1 = true b2 = off,b3=false\n"
                               "n = min(1, 2), max(3,4) w = x-, y+,z_1.vti\n", &text));
     int a = at(&ctx, &text, "a", NULL);
-    CHECK_OK(&ctx, pdi_text_exprs(&ctx, &text, a, "v", "m/s", vars, 1, NULL, 3, v, &count));
+    CHECK_OK(&ctx, pdi_text_get_exprs(&ctx, &text, a, "v", "m/s", vars, 1, NULL, 3, v, &count));
     CHECK_INT(count, 3);
     CHECK_NEAR(pdi_expr_eval(&v[0], &y), 1, 0);
     CHECK_NEAR(pdi_expr_eval(&v[2], &y), -2, 0);
     for (int k = 0; k < count; k++) pdi_expr_free(&ctx, &v[k]);
-    CHECK_INT(pdi_text_exprs(&ctx, &text, a, "v", "m/s", vars, 1, NULL, 2, v, &count), PD_ERR_PARSE);
+    CHECK_INT(pdi_text_get_exprs(&ctx, &text, a, "v", "m/s", vars, 1, NULL, 2, v, &count), PD_ERR_PARSE);
     check_message(&ctx, "pin.scene:1: column 29: found ','", "at most 2 items");
     CHECK_INT(count, 0);
-    CHECK_OK(&ctx, pdi_text_bool(&ctx, &text, a, "on", NULL, &yes));
+    CHECK_OK(&ctx, pdi_text_get_bool(&ctx, &text, a, "on", NULL, &yes));
     CHECK_INT(yes, 1);
-    CHECK_OK(&ctx, pdi_text_bool(&ctx, &text, a, "b1", NULL, &yes));
+    CHECK_OK(&ctx, pdi_text_get_bool(&ctx, &text, a, "b1", NULL, &yes));
     CHECK_INT(yes, 1);
-    CHECK_OK(&ctx, pdi_text_bool(&ctx, &text, a, "b2", NULL, &yes));
+    CHECK_OK(&ctx, pdi_text_get_bool(&ctx, &text, a, "b2", NULL, &yes));
     CHECK_INT(yes, 0);
-    CHECK_OK(&ctx, pdi_text_bool(&ctx, &text, a, "b3", NULL, &yes));
+    CHECK_OK(&ctx, pdi_text_get_bool(&ctx, &text, a, "b3", NULL, &yes));
     CHECK_INT(yes, 0);
-    CHECK_OK(&ctx, pdi_text_numbers(&ctx, &text, a, "n", "", NULL, 4, number, &count));
+    CHECK_OK(&ctx, pdi_text_get_numbers(&ctx, &text, a, "n", "", NULL, 4, number, &count));
     CHECK_INT(count, 2);
     CHECK_NEAR(number[0], 1, 0);
     CHECK_NEAR(number[1], 4, 0);
     pd_word_list words;
-    CHECK_OK(&ctx, pdi_text_words(&ctx, &text, a, "w", NULL, &words));
+    CHECK_OK(&ctx, pdi_text_get_words(&ctx, &text, a, "w", NULL, &words));
     CHECK_INT(words.count, 3);
     CHECK_STR(words.word[0], "x-");
     CHECK_STR(words.word[2], "z_1.vti");
@@ -213,22 +213,22 @@ TEST(flat_files)
     const char *dir;
     CHECK_OK(&ctx, load(&ctx, "\xEF\xBB\xBF# pin\ndx = 5e-6\nQ_flow = 1.667e-8 # 1 mL/min\noutput_dir = out/a b\n"
                               "R_wire = 40 um\nT_final = 9 m", &text));
-    CHECK(pdi_text_flat(&text));
-    CHECK_OK(&ctx, pdi_text_number(&ctx, &text, 0, "dx", "m", NULL, &value));
+    CHECK(pdi_text_is_flat(&text));
+    CHECK_OK(&ctx, pdi_text_get_number(&ctx, &text, 0, "dx", "m", NULL, &value));
     CHECK_NEAR(value, 5e-6, 0);
-    CHECK_OK(&ctx, pdi_text_number(&ctx, &text, 0, "Q_flow", "m3/s", NULL, &value));
+    CHECK_OK(&ctx, pdi_text_get_number(&ctx, &text, 0, "Q_flow", "m3/s", NULL, &value));
     CHECK_NEAR(value, 1.667e-8, 0);
-    CHECK_OK(&ctx, pdi_text_number(&ctx, &text, 0, "R_wire", "m", NULL, &value));
+    CHECK_OK(&ctx, pdi_text_get_number(&ctx, &text, 0, "R_wire", "m", NULL, &value));
     CHECK_NEAR(value, 40e-6, 0);
-    CHECK_OK(&ctx, pdi_text_string(&ctx, &text, 0, "output_dir", NULL, &dir));
+    CHECK_OK(&ctx, pdi_text_get_string(&ctx, &text, 0, "output_dir", NULL, &dir));
     CHECK_STR(dir, "out/a b");
-    CHECK_INT(pdi_text_number(&ctx, &text, 0, "T_final", "s", NULL, &value), PD_ERR_PARSE);
+    CHECK_INT(pdi_text_get_number(&ctx, &text, 0, "T_final", "s", NULL, &value), PD_ERR_PARSE);
     check_message(&ctx, "pin.scene:6: column 11", "found a length [m], expected a time [s]");
-    CHECK_INT(pdi_text_number(&ctx, &text, 0, "L_wire", "m", NULL, &value), PD_ERR_PARSE);
+    CHECK_INT(pdi_text_get_number(&ctx, &text, 0, "L_wire", "m", NULL, &value), PD_ERR_PARSE);
     check_message(&ctx, "pin.scene:1: found no 'L_wire' in the file", "expected L_wire = a length [m]");
     leave(&ctx, &text);
     CHECK_OK(&ctx, load(&ctx, "", &text));
-    CHECK(pdi_text_flat(&text));
+    CHECK(pdi_text_is_flat(&text));
     leave(&ctx, &text);
 }
 
@@ -270,7 +270,7 @@ static void check_number(const char *bytes, const char *unit, const char *part, 
     pd_text text;
     double value;
     CHECK_OK(&ctx, load(&ctx, bytes, &text));
-    CHECK_INT(pdi_text_number(&ctx, &text, at(&ctx, &text, "grid", NULL), "h", unit, NULL, &value), PD_ERR_PARSE);
+    CHECK_INT(pdi_text_get_number(&ctx, &text, at(&ctx, &text, "grid", NULL), "h", unit, NULL, &value), PD_ERR_PARSE);
     check_message(&ctx, part, part2);
     leave(&ctx, &text);
 }
@@ -292,29 +292,30 @@ TEST(value_errors)
     CHECK_OK(&ctx, load(&ctx, "[a] i = 2.5 j = 9 k = inlte b = maybe r = 1 um .. 0 q = 1 um - 2 um t = 1...2 w = a b\n"
                               "u = 0 .. 1 um, 0 .. 1 um, 0 .. 1 um d = 1e-3 um, z = 40 .. 80 um", &text));
     int a = at(&ctx, &text, "a", NULL);
-    CHECK_INT(pdi_text_integer(&ctx, &text, a, "i", 1, 6, NULL, &n), PD_ERR_PARSE);
+    CHECK_INT(pdi_text_get_integer(&ctx, &text, a, "i", 1, 6, NULL, &n), PD_ERR_PARSE);
     check_message(&ctx, "column 9: found 2.5", "a whole number from 1 to 6");
-    CHECK_INT(pdi_text_integer(&ctx, &text, a, "j", 1, 6, NULL, &n), PD_ERR_PARSE);
+    CHECK_INT(pdi_text_get_integer(&ctx, &text, a, "j", 1, 6, NULL, &n), PD_ERR_PARSE);
     check_message(&ctx, "found 9", "a whole number from 1 to 6");
-    CHECK_INT(pdi_text_choice(&ctx, &text, a, "k", kinds, NULL, &n), PD_ERR_PARSE);
+    CHECK_INT(pdi_text_get_choice(&ctx, &text, a, "k", kinds, NULL, &n), PD_ERR_PARSE);
     check_message(&ctx, "found 'inlte'", "expected one of inlet, outlet, noslip: did you mean 'inlet'?");
-    CHECK_INT(pdi_text_bool(&ctx, &text, a, "b", NULL, &n), PD_ERR_PARSE);
+    CHECK_INT(pdi_text_get_bool(&ctx, &text, a, "b", NULL, &n), PD_ERR_PARSE);
     check_message(&ctx, "found 'maybe'", "expected one of no, yes");
-    CHECK_INT(pdi_text_ranges(&ctx, &text, a, "r", "m", NULL, 2, low, high, &n), PD_ERR_PARSE);
+    CHECK_INT(pdi_text_get_ranges(&ctx, &text, a, "r", "m", NULL, 2, low, high, &n), PD_ERR_PARSE);
     check_message(&ctx, "found a range from 1e-06 to 0", "expected its start below its end");
-    CHECK_INT(pdi_text_ranges(&ctx, &text, a, "q", "m", NULL, 2, low, high, &n), PD_ERR_PARSE);
+    CHECK_INT(pdi_text_get_ranges(&ctx, &text, a, "q", "m", NULL, 2, low, high, &n), PD_ERR_PARSE);
     check_message(&ctx, "found the end", "expected '..'");
-    CHECK_INT(pdi_text_ranges(&ctx, &text, a, "t", "", NULL, 2, low, high, &n), PD_ERR_PARSE);
+    CHECK_INT(pdi_text_get_ranges(&ctx, &text, a, "t", "", NULL, 2, low, high, &n), PD_ERR_PARSE);
     check_message(&ctx, "pin.scene:1: column", "two dots with blanks");
-    CHECK_INT(pdi_text_ranges(&ctx, &text, a, "u", "m", NULL, 2, low, high, &n), PD_ERR_PARSE);
+    CHECK_INT(pdi_text_get_ranges(&ctx, &text, a, "u", "m", NULL, 2, low, high, &n), PD_ERR_PARSE);
     check_message(&ctx, "pin.scene:2: column 25: found ','", "at most 2 items");
-    CHECK_INT(pdi_text_ranges(&ctx, &text, a, "z", "m", NULL, 2, low, high, &n), PD_ERR_PARSE);
+    CHECK_INT(pdi_text_get_ranges(&ctx, &text, a, "z", "m", NULL, 2, low, high, &n), PD_ERR_PARSE);
     check_message(&ctx, "found a number without unit", "expected a length [m]");
     pd_word_list words;
-    CHECK_INT(pdi_text_words(&ctx, &text, a, "w", NULL, &words), PD_ERR_PARSE);
+    CHECK_INT(pdi_text_get_words(&ctx, &text, a, "w", NULL, &words), PD_ERR_PARSE);
     check_message(&ctx, "found 'b'", "expected ',' or the end");
-    CHECK_INT(pdi_text_integer(&ctx, &text, -1, "i", 1, 6, NULL, &n), PD_ERR_ARGUMENT);
-    CHECK_INT(pdi_text_refuse(&ctx, &text, a, "d", "found %g m, expected at least %g m", 1e-9, 1e-6), PD_ERR_ARGUMENT);
+    CHECK_INT(pdi_text_get_integer(&ctx, &text, -1, "i", 1, 6, NULL, &n), PD_ERR_ARGUMENT);
+    CHECK_INT(pdi_text_fail_key(&ctx, &text, a, "d", "found %g m, expected at least %g m", 1e-9, 1e-6),
+              PD_ERR_ARGUMENT);
     CHECK_STR(ctx.message, "pin.scene:2: d: found 1e-09 m, expected at least 1e-06 m");
     leave(&ctx, &text);
 }
@@ -328,35 +329,35 @@ TEST(unused_keys_and_sections)
                               "[gird]\n[flwo] mu = 1 Pa s", &text));
     int grid = at(&ctx, &text, "grid", NULL), n;
     static const char *const kinds[] = {"inlet", NULL};
-    CHECK_OK(&ctx, pdi_text_number(&ctx, &text, grid, "h", "m", NULL, &value));
-    CHECK_OK(&ctx, pdi_text_number(&ctx, &text, grid, "h2", "m", "1 m", &value));
-    CHECK_INT(pdi_text_unused(&ctx, &text), PD_ERR_PARSE);
+    CHECK_OK(&ctx, pdi_text_get_number(&ctx, &text, grid, "h", "m", NULL, &value));
+    CHECK_OK(&ctx, pdi_text_get_number(&ctx, &text, grid, "h2", "m", "1 m", &value));
+    CHECK_INT(pdi_text_check_unused(&ctx, &text), PD_ERR_PARSE);
     check_message(&ctx, "pin.scene:2: found the unknown key 'hh' in [grid]", "expected one of h, h2: did you mean 'h");
-    CHECK_OK(&ctx, pdi_text_number(&ctx, &text, grid, "hh", "m", NULL, &value));
-    CHECK_OK(&ctx, pdi_text_choice(&ctx, &text, at(&ctx, &text, "side", "x-"), "flow", kinds, NULL, &n));
-    CHECK_OK(&ctx, pdi_text_number(&ctx, &text, at(&ctx, &text, "side", "x-"), "mean", "m/s", "1 m/s", &value));
-    CHECK_INT(pdi_text_unused(&ctx, &text), PD_ERR_PARSE);
+    CHECK_OK(&ctx, pdi_text_get_number(&ctx, &text, grid, "hh", "m", NULL, &value));
+    CHECK_OK(&ctx, pdi_text_get_choice(&ctx, &text, at(&ctx, &text, "side", "x-"), "flow", kinds, NULL, &n));
+    CHECK_OK(&ctx, pdi_text_get_number(&ctx, &text, at(&ctx, &text, "side", "x-"), "mean", "m/s", "1 m/s", &value));
+    CHECK_INT(pdi_text_check_unused(&ctx, &text), PD_ERR_PARSE);
     check_message(&ctx, "pin.scene:4: found 'mean' in [side x+]", "no effect");
-    CHECK_OK(&ctx, pdi_text_number(&ctx, &text, at(&ctx, &text, "side", "x+"), "mean", "m/s", NULL, &value));
+    CHECK_OK(&ctx, pdi_text_get_number(&ctx, &text, at(&ctx, &text, "side", "x+"), "mean", "m/s", NULL, &value));
     CHECK(at(&ctx, &text, "flow", NULL) >= 0);
-    CHECK_INT(pdi_text_unused(&ctx, &text), PD_ERR_PARSE);
+    CHECK_INT(pdi_text_check_unused(&ctx, &text), PD_ERR_PARSE);
     check_message(&ctx, "pin.scene:6: found the section [flwo]",
                   "expected one of grid, side, flow: did you mean 'flow'?");
-    CHECK_OK(&ctx, pdi_text_number(&ctx, &text, at(&ctx, &text, "flwo", NULL), "mu", "Pa s", NULL, &value));
-    CHECK_INT(pdi_text_unused(&ctx, &text), PD_ERR_PARSE);
+    CHECK_OK(&ctx, pdi_text_get_number(&ctx, &text, at(&ctx, &text, "flwo", NULL), "mu", "Pa s", NULL, &value));
+    CHECK_INT(pdi_text_check_unused(&ctx, &text), PD_ERR_PARSE);
     check_message(&ctx, "pin.scene:5: found the section [gird]", "did you mean 'grid'?");
-    CHECK(pdi_text_next(&ctx, &text, "gird", -1) >= 0);
-    CHECK_OK(&ctx, pdi_text_unused(&ctx, &text));
+    CHECK(pdi_text_next_section(&ctx, &text, "gird", -1) >= 0);
+    CHECK_OK(&ctx, pdi_text_check_unused(&ctx, &text));
     leave(&ctx, &text);
     CHECK_OK(&ctx, load(&ctx, "k = 1\n[grid]", &text));
     CHECK(at(&ctx, &text, "grid", NULL) >= 0);
-    CHECK_INT(pdi_text_unused(&ctx, &text), PD_ERR_PARSE);
+    CHECK_INT(pdi_text_check_unused(&ctx, &text), PD_ERR_PARSE);
     check_message(&ctx, "pin.scene:1: found the unknown key 'k' in the lines before the first section", "no key there");
     leave(&ctx, &text);
     /* a name of one letter is a name */
     CHECK_OK(&ctx, load(&ctx, "[grid] y = 1", &text));
-    CHECK_OK(&ctx, pdi_text_number(&ctx, &text, at(&ctx, &text, "grid", NULL), "x", "m", "1 m", &value));
-    CHECK_INT(pdi_text_unused(&ctx, &text), PD_ERR_PARSE);
+    CHECK_OK(&ctx, pdi_text_get_number(&ctx, &text, at(&ctx, &text, "grid", NULL), "x", "m", "1 m", &value));
+    CHECK_INT(pdi_text_check_unused(&ctx, &text), PD_ERR_PARSE);
     check_message(&ctx, "pin.scene:1: found the unknown key 'y' in [grid]", "expected one of x");
     leave(&ctx, &text);
 }
@@ -366,15 +367,15 @@ TEST(sections_in_order)
     pd_ctx ctx;
     pd_text text;
     CHECK_OK(&ctx, load(&ctx, "[shape b] r = 1 um\n[grid]\n[shape a] r = 2 um\n[shape b] k = 3\n", &text));
-    int s = pdi_text_next(&ctx, &text, "shape", -1);
+    int s = pdi_text_next_section(&ctx, &text, "shape", -1);
     if (!CHECK(s >= 0)) return;
     CHECK_STR(text.section[s].label, "b");
-    CHECK(pdi_text_has(&ctx, &text, s, "r") && pdi_text_has(&ctx, &text, s, "k"));
-    s = pdi_text_next(&ctx, &text, "shape", s);
+    CHECK(pdi_text_has_key(&ctx, &text, s, "r") && pdi_text_has_key(&ctx, &text, s, "k"));
+    s = pdi_text_next_section(&ctx, &text, "shape", s);
     if (!CHECK(s >= 0)) return;
     CHECK_STR(text.section[s].label, "a");
-    CHECK_INT(pdi_text_next(&ctx, &text, "shape", s), -1);
-    CHECK_INT(pdi_text_next(&ctx, &text, "probe", -1), -1);
+    CHECK_INT(pdi_text_next_section(&ctx, &text, "shape", s), -1);
+    CHECK_INT(pdi_text_next_section(&ctx, &text, "probe", -1), -1);
     leave(&ctx, &text);
 }
 
@@ -386,22 +387,22 @@ TEST(overrides)
     CHECK_OK(&ctx, load(&ctx, sample, &text));
     int grid = at(&ctx, &text, "grid", NULL), run = at(&ctx, &text, "run", NULL);
     CHECK_OK(&ctx, pdi_override_apply(&ctx, &text, "h=2 um"));
-    CHECK_OK(&ctx, pdi_text_number(&ctx, &text, grid, "h", "m", NULL, &value));
+    CHECK_OK(&ctx, pdi_text_get_number(&ctx, &text, grid, "h", "m", NULL, &value));
     CHECK_NEAR(value, 2e-6, 0);
     CHECK_OK(&ctx, pdi_override_apply(&ctx, &text, " grid.h = 3um "));
-    CHECK_OK(&ctx, pdi_text_number(&ctx, &text, grid, "h", "m", NULL, &value));
+    CHECK_OK(&ctx, pdi_text_get_number(&ctx, &text, grid, "h", "m", NULL, &value));
     CHECK_NEAR(value, 3e-6, 0);
     CHECK_OK(&ctx, pdi_override_apply(&ctx, &text, "side.x-.mean=1 m/s"));
-    CHECK_OK(&ctx, pdi_text_number(&ctx, &text, at(&ctx, &text, "side", "x-"), "mean", "m/s", NULL, &value));
+    CHECK_OK(&ctx, pdi_text_get_number(&ctx, &text, at(&ctx, &text, "side", "x-"), "mean", "m/s", NULL, &value));
     CHECK_NEAR(value, 1, 0);
     CHECK_OK(&ctx, pdi_override_apply(&ctx, &text, "shape.grains=20 um")); /* the only labelled shape */
-    CHECK_OK(&ctx, pdi_text_number(&ctx, &text, at(&ctx, &text, "shape", "pin"), "grains", "m", NULL, &value));
+    CHECK_OK(&ctx, pdi_text_get_number(&ctx, &text, at(&ctx, &text, "shape", "pin"), "grains", "m", NULL, &value));
     CHECK_NEAR(value, 20e-6, 0);
     CHECK_OK(&ctx, pdi_override_apply(&ctx, &text, "run.first=1 s")); /* not in the file */
-    CHECK_OK(&ctx, pdi_text_number(&ctx, &text, run, "first", "s", NULL, &value));
+    CHECK_OK(&ctx, pdi_text_get_number(&ctx, &text, run, "first", "s", NULL, &value));
     CHECK_NEAR(value, 1, 0);
     CHECK_OK(&ctx, pdi_override_apply(&ctx, &text, "grid.h=x"));
-    CHECK_INT(pdi_text_number(&ctx, &text, grid, "h", "m", NULL, &value), PD_ERR_PARSE);
+    CHECK_INT(pdi_text_get_number(&ctx, &text, grid, "h", "m", NULL, &value), PD_ERR_PARSE);
     check_message(&ctx, "command line: h: column 8: found 'x'", "expected a constant");
     CHECK_INT(pdi_override_apply(&ctx, &text, "untli=3 s"), PD_ERR_PARSE);
     check_message(&ctx, "command line: found the key 'untli', which no section of pin.scene has",
@@ -419,17 +420,17 @@ TEST(overrides)
     CHECK_INT(pdi_override_apply(&ctx, &text, "a.b.c.d=3"), PD_ERR_PARSE);
     CHECK_INT(pdi_override_apply(&ctx, &text, "a..c=3"), PD_ERR_PARSE);
     CHECK_INT(pdi_override_apply(&ctx, &text, ""), PD_ERR_PARSE);
-    CHECK_OK(&ctx, pdi_override_apply(&ctx, &text, "gird.h=3 um")); /* found by pdi_text_unused */
+    CHECK_OK(&ctx, pdi_override_apply(&ctx, &text, "gird.h=3 um")); /* found by pdi_text_check_unused */
     for (int k = 0; k < text.entry_count - 1; k++) text.entry[k].used = 1;
-    CHECK_INT(pdi_text_unused(&ctx, &text), PD_ERR_PARSE);
+    CHECK_INT(pdi_text_check_unused(&ctx, &text), PD_ERR_PARSE);
     check_message(&ctx, "command line: found the section [gird]", "did you mean 'grid'?");
     leave(&ctx, &text);
     CHECK_OK(&ctx, load(&ctx, "dx = 5e-6\n", &text));
     CHECK_OK(&ctx, pdi_override_apply(&ctx, &text, "dx=1e-6"));
     CHECK_OK(&ctx, pdi_override_apply(&ctx, &text, "dy=2e-6"));
-    CHECK_OK(&ctx, pdi_text_number(&ctx, &text, 0, "dx", "m", NULL, &value));
+    CHECK_OK(&ctx, pdi_text_get_number(&ctx, &text, 0, "dx", "m", NULL, &value));
     CHECK_NEAR(value, 1e-6, 0);
-    CHECK_INT(pdi_text_unused(&ctx, &text), PD_ERR_PARSE);
+    CHECK_INT(pdi_text_check_unused(&ctx, &text), PD_ERR_PARSE);
     check_message(&ctx, "command line: found the unknown key 'dy' in the file", "did you mean 'dx'?");
     leave(&ctx, &text);
 }
@@ -470,7 +471,7 @@ TEST(limits)
     memset(bytes + 4, '1', size - 4);
     double value;
     CHECK_OK(&ctx, pdi_text_build(&ctx, "big", bytes, size - 1, &text));
-    CHECK_INT(pdi_text_number(&ctx, &text, 0, "k", "", NULL, &value), PD_ERR_PARSE);
+    CHECK_INT(pdi_text_get_number(&ctx, &text, 0, "k", "", NULL, &value), PD_ERR_PARSE);
     check_message(&ctx, "big:1: column 5: found an expression of more than 4096", "shorter");
     leave(&ctx, &text);
     for (int k = 0; k <= PD_TEXT_ENTRIES; k++) used += (size_t)sprintf(bytes + used, "[s a%d]\n", k);
@@ -496,16 +497,16 @@ static int read_all(pd_ctx *ctx, pd_text *text)
         for (int k = 0; k < text->entry_count; k++) {
             if (text->entry[k].section != s) continue;
             const char *key = text->entry[k].key;
-            good += pdi_text_number(ctx, text, s, key, "m", NULL, &value) == PD_OK;
-            good += pdi_text_ranges(ctx, text, s, key, "m", NULL, 3, low, high, &count) == PD_OK;
-            good += pdi_text_words(ctx, text, s, key, NULL, &words) == PD_OK;
-            good += pdi_text_bool(ctx, text, s, key, NULL, &count) == PD_OK;
-            if (pdi_text_exprs(ctx, text, s, key, NULL, vars, 2, NULL, 3, expr, &count) == PD_OK) {
+            good += pdi_text_get_number(ctx, text, s, key, "m", NULL, &value) == PD_OK;
+            good += pdi_text_get_ranges(ctx, text, s, key, "m", NULL, 3, low, high, &count) == PD_OK;
+            good += pdi_text_get_words(ctx, text, s, key, NULL, &words) == PD_OK;
+            good += pdi_text_get_bool(ctx, text, s, key, NULL, &count) == PD_OK;
+            if (pdi_text_get_exprs(ctx, text, s, key, NULL, vars, 2, NULL, 3, expr, &count) == PD_OK) {
                 good++;
                 while (count > 0) pdi_expr_free(ctx, &expr[--count]);
             }
         }
-    good += pdi_text_unused(ctx, text) == PD_OK;
+    good += pdi_text_check_unused(ctx, text) == PD_OK;
     return good;
 }
 
@@ -586,8 +587,9 @@ static pd_status read_words(pd_ctx *ctx, void *user)
     pd_status status = pdi_text_build(ctx, "pin", sample, sizeof sample - 1, &text);
     if (status == PD_OK) status = pdi_override_apply(ctx, &text, "new.key=3");
     if (status == PD_OK) {
-        int s = pdi_text_section(ctx, &text, "output", NULL), extra = pdi_text_section(ctx, &text, "none", NULL);
-        status = s < 0 || extra < 0 ? PD_ERR_MEMORY : pdi_text_words(ctx, &text, s, "fields", NULL, &words);
+        int s = pdi_text_get_section(ctx, &text, "output", NULL),
+            extra = pdi_text_get_section(ctx, &text, "none", NULL);
+        status = s < 0 || extra < 0 ? PD_ERR_MEMORY : pdi_text_get_words(ctx, &text, s, "fields", NULL, &words);
     }
     pdi_text_free(ctx, &text);
     return status;

@@ -3,7 +3,7 @@
  * dims: 1 2 3 */
 #define _XOPEN_SOURCE 700
 #include "scene_file.h"
-#include "run/footprint.h"
+#include "run/memory_estimate.h"
 #include "run/model.h"
 
 #if PD_DIM == 1
@@ -39,7 +39,7 @@ static int attempt(const char *bytes, size_t size, int build)
     int accepted = status == PD_OK;
     if (accepted) {
         pd_footprint_estimate(&u, &b);
-        CHECK(b.all > 0.0 && pdi_file_below(u.folder));
+        CHECK(b.all > 0.0 && pdi_file_is_subpath(u.folder));
         if (build && b.all - b.files < 1e6) {
             model = (pd_model *)calloc(1, sizeof *model);
             if (CHECK(model != NULL)) status = pdi_model_build(&ctx, &u, model);
@@ -179,7 +179,7 @@ TEST(folders)
     static const char *const inside[] = {"out", "out/a..b", "a/b/c", "./out", "...", ".hidden/x"};
     char text[600];
     for (size_t k = 0; k < sizeof outside / sizeof outside[0]; k++) {
-        CHECK(!pdi_file_below(outside[k]));
+        CHECK(!pdi_file_is_subpath(outside[k]));
         snprintf(text, sizeof text, SMALL "[run] until = 1 s\n[output] folder = %s\n", outside[k]);
         refused(text, "a.scene:4: folder: found '");
         refused(text, "expected a folder below the current one, without '..'");

@@ -61,7 +61,7 @@ static int write_all(pd_ctx *ctx)
     picture.map = PD_MAP_DIVERGING;
     picture.title = "title";
     picture.label = "v_x [m/s]";
-    if (pdi_picture_draw(ctx, &picture, &drawn) != PD_OK) return fail(ctx);
+    if (pdi_field_plot_draw_image(ctx, &picture, &drawn) != PD_OK) return fail(ctx);
     if (save(ctx, "picture", &drawn)) return 1;
     pdi_image_free(ctx, &drawn);
     pd_plot plot;
@@ -72,7 +72,7 @@ static int write_all(pd_ctx *ctx)
     plot.series[0].x = x;
     plot.series[0].y = y;
     plot.series[0].count = 50;
-    if (pdi_plot_draw(ctx, &plot, &drawn) != PD_OK) return fail(ctx);
+    if (pdi_plot_draw_image(ctx, &plot, &drawn) != PD_OK) return fail(ctx);
     if (save(ctx, "plot", &drawn)) return 1;
     pdi_image_free(ctx, &drawn);
     return ctx->in_use != 0;

@@ -137,7 +137,7 @@ check "modules that are small where programs are sent" tool
 check "says so to clang" [ "$(grep -c '^#pragma clang attribute push' one.h)" = 2 ]
 check "ends what it says" [ "$(grep -c '^#pragma clang attribute pop' one.h)" = 2 ]
 check "beside a level and without one" \
-    [ "$(grep -c '^#elif defined(PDI_SMALL)$' one.h) $(grep -c '^#ifdef PDI_SMALL$' one.h)" = '2 2' ]
+    [ "$(grep -c '^#elif defined(PDI_OPTIMISE_SIZE)$' one.h) $(grep -c '^#ifdef PDI_OPTIMISE_SIZE$' one.h)" = '2 2' ]
 fresh
 printf 'cold 7: attic\n' >> src/MODULES
 check "no such level" refuses 'cold/7:.h: not found'

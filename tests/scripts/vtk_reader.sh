@@ -60,10 +60,10 @@ int main(void)
             grain[node] = inside ? -i[0] - 1000 * i[1] - 1000000 * i[2] : 99;
             for (int d = 0; d < PD_DIM; d++) v[d * grid.total + node] = inside ? (d + 1) * value : NAN;
         }
-        if (pdi_file_frame_name(&ctx, "corr", frame, 6.1 * frame, "vti", name) != PD_OK) goto failed;
+        if (pdi_file_format_frame_name(&ctx, "corr", frame, 6.1 * frame, "vti", name) != PD_OK) goto failed;
         if (pd_file_join(&ctx, "out", name, path) != PD_OK) goto failed;
         if (pd_vti_write(&ctx, path, &grid, 6.1 * frame, fields, 5) != PD_OK) goto failed;
-        if (pdi_pvd_add(&ctx, &pvd, 6.1 * frame, path) != PD_OK) goto failed;
+        if (pdi_pvd_add_file(&ctx, &pvd, 6.1 * frame, path) != PD_OK) goto failed;
     }
     pdi_pvd_free(&ctx, &pvd);
     return ctx.in_use != 0;

@@ -1,10 +1,10 @@
 /* test_body: families of a lattice by one table, against those that a search stores; which bonds are broken.
  * dims: 1 2 3 */
 #include "random.h"
-#include "solid/cut.h"
-#include "solid/finite.h"
+#include "solid/precrack.h"
+#include "solid/finite_strain.h"
 #include "solid/microelastic.h"
-#include "solid/ordinary.h"
+#include "solid/ordinary_state.h"
 #include "test.h"
 #include <math.h>
 
@@ -142,17 +142,17 @@ TEST(bonds_that_leave)
             int32_t n = pd_body_family(&c->body[0], i, to, NULL);
             lost += n < c->body[0].kinds;
             for (int32_t k = 0; k < n; k++) CHECK(beside(c, i, to[k], NULL));
-            for (pd_walk f = pdi_walk_from(&c->body[0], i); pdi_walk_next(&f);) {
-                pd_walk back = pdi_walk_from(&c->body[0], f.to);
-                int32_t b = pdi_body_back(&c->body[0], i, f.to);
-                while (back.n < b) pdi_walk_next(&back);
+            for (pd_walk f = pdi_body_bonds_begin(&c->body[0], i); pdi_body_bonds_next(&f);) {
+                pd_walk back = pdi_body_bonds_begin(&c->body[0], f.to);
+                int32_t b = pdi_body_find_bond(&c->body[0], i, f.to);
+                while (back.n < b) pdi_body_bonds_next(&back);
                 if (b < 0 || back.to != i) split = i;
             }
         }
         CHECK(lost > 0);
         CHECK_INT(split, -1);
         for (int k = 0; k < 2; k++)
-            for (int32_t i = 0; i < c->body[k].count; i += 3) pdi_body_release(&c->body[k], i);
+            for (int32_t i = 0; i < c->body[k].count; i += 3) pdi_body_break_all_bonds(&c->body[k], i);
         same(c);
         end(c);
     }
@@ -183,7 +183,7 @@ TEST(bytes)
         size_t before = c->ctx.in_use;
         pd_bond_weights weights;
         CHECK_OK(&c->ctx, pdi_bond_weights_build(&c->ctx, body, &weights));
-        CHECK_OK(&c->ctx, pdi_bond_weights_plain(&c->ctx, &weights, PD_INFLUENCE_LINEAR));
+        CHECK_OK(&c->ctx, pdi_bond_weights_compute_influence(&c->ctx, &weights, PD_INFLUENCE_LINEAR));
         CHECK_LE((double)(c->ctx.in_use - before), 4.0 * body->kinds + 16.0);
         pdi_bond_weights_free(&c->ctx, &weights);
         pd_body_free(&c->ctx, body);
@@ -219,19 +219,19 @@ TEST(bits)
 {
     pair_case *c = make(1e-3, 3.0, PD_RIM_LINEAR, 1, 0);
     if (!c) return;
-    CHECK(pdi_body_whole(&c->body[0]));
+    CHECK(pdi_body_is_intact(&c->body[0]));
     int32_t middle = c->body[0].count / 2, to[MOST], n = pd_body_family(&c->body[0], middle, to, NULL);
     for (int k = 0; k < 2; k++) {
         CHECK_INT(pd_body_break(&c->body[k], middle, to[n / 2]), 1);
         CHECK_INT(pd_body_break(&c->body[k], to[n / 2], middle), 0);
         CHECK_INT(pd_body_break(&c->body[k], middle, middle), 0);
-        CHECK_INT(pdi_body_intact(&c->body[k], middle), n - 1);
-        CHECK_INT(pdi_body_release(&c->body[k], middle), n - 1);
-        CHECK_INT(pdi_body_intact(&c->body[k], middle), 0);
+        CHECK_INT(pdi_body_count_intact(&c->body[k], middle), n - 1);
+        CHECK_INT(pdi_body_break_all_bonds(&c->body[k], middle), n - 1);
+        CHECK_INT(pdi_body_count_intact(&c->body[k], middle), 0);
         for (int32_t i = 0; i < n; i++)
-            CHECK_INT(pdi_body_intact(&c->body[k], to[i]), c->body[k].row[to[i] + 1] - c->body[k].row[to[i]] - 1);
+            CHECK_INT(pdi_body_count_intact(&c->body[k], to[i]), c->body[k].row[to[i] + 1] - c->body[k].row[to[i]] - 1);
     }
-    CHECK(!pdi_body_whole(&c->body[0]));
+    CHECK(!pdi_body_is_intact(&c->body[0]));
     same(c);
     end(c);
 }
@@ -336,7 +336,7 @@ TEST(materials)
                 int32_t to[MOST], all = pd_body_family(&c->body[k], 9, to, NULL);
                 if (state == 1)
                     for (int32_t b = 0; b < all / 3; b++) pd_body_break(&c->body[k], 9, to[b]);
-                if (state == 2) pdi_body_release(&c->body[k], c->body[0].count / 3);
+                if (state == 2) pdi_body_break_all_bonds(&c->body[k], c->body[0].count / 3);
                 if (state) CHECK_OK(&c->ctx, solid[k].update(&c->ctx, solid[k].self));
                 n[k] = look(c, &solid[k], found[k]);
             }
@@ -369,14 +369,14 @@ TEST(weights_of_the_inside)
     const pd_body *body = &c->body[0];
     CHECK(body->lattice);
     CHECK_OK(&c->ctx, pdi_bond_weights_build(&c->ctx, body, &weights));
-    CHECK_OK(&c->ctx, pdi_bond_weights_find(&c->ctx, &weights, by_families, body));
+    CHECK_OK(&c->ctx, pdi_bond_weights_compute(&c->ctx, &weights, by_families, body));
     for (int32_t i = 0; i < body->count; i++)
         if (body->row[i + 1] - body->row[i] > longest) longest = body->row[i + 1] - body->row[i];
     for (int32_t i = 0; i < body->count; i++) {
         int whole = 1;
-        for (pd_walk f = pdi_walk_from(body, i); pdi_walk_next(&f);) {
+        for (pd_walk f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
             double weight = by_families(body, i, &f);
-            CHECK_NEAR(pdi_bond_weights_of(&weights, i, &f), weight, 0.0);
+            CHECK_NEAR(pdi_bond_weights_get(&weights, i, &f), weight, 0.0);
             whole = whole && weight >= 2.0 * (double)longest;
         }
         inside += whole;

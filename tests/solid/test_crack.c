@@ -1,7 +1,7 @@
 /* test_crack: J integral and tip of cracks against closed forms of fracture mechanics.
  * dims: 2 3 */
 #include "solid/crack.h"
-#include "solid/elastic.h"
+#include "solid/correspondence.h"
 #include "solid/equilibrium.h"
 #include "solid/microelastic.h"
 #include "test.h"
@@ -65,15 +65,15 @@ static int64_t cut(plate_case *c, double length)
 {
     int64_t broken = 0;
     for (int32_t i = 0; i < c->body.count; i++)
-        for (pd_walk b = pdi_walk_from(&c->body, i); pdi_walk_next(&b);) {
+        for (pd_walk b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
             double p[2], q[2];
             local(c, c->position + i * PD_DIM, p);
             local(c, c->position + b.to * PD_DIM, q);
             if ((p[1] < 0.0) == (q[1] < 0.0)) continue;
             double at = p[0] - p[1] * (q[0] - p[0]) / (q[1] - p[1]);
             if (at > 0.0 || at < -length) continue;
-            broken += !pdi_walk_broken(&b);
-            pdi_body_mark(&c->body, i, b.n);
+            broken += !pdi_body_bond_is_broken(&b);
+            pdi_body_mark_broken(&c->body, i, b.n);
         }
     return broken;
 }

@@ -1,7 +1,7 @@
 /* test_equilibrium: bodies at rest against closed forms: uniform stress, Lame's cylinder and sphere, Kirsch's hole.
  * dims: 2 3 */
 #include "random.h"
-#include "solid/elastic.h"
+#include "solid/correspondence.h"
 #include "solid/equilibrium.h"
 #include "test.h"
 #include "cases/elasticity.h"
@@ -200,9 +200,9 @@ TEST(no_rest)
         ring_case *c = cells(in_box, 1.0, 0.2, 1.0);
         if (!c) return;
         for (int32_t i = 0; i < c->body.count && way == 2; i++)
-            for (pd_walk b = pdi_walk_from(&c->body, i); pdi_walk_next(&b);)
+            for (pd_walk b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);)
                 if ((c->position[i * PD_DIM] < 0.0) != (c->position[b.to * PD_DIM] < 0.0))
-                    pdi_body_mark(&c->body, i, b.n);
+                    pdi_body_mark_broken(&c->body, i, b.n);
         if (!elastic(c, 0.3, PD_PLANE_STRAIN)) return;
         memset(&desc, 0, sizeof desc);
         desc.held = c->held;
@@ -246,9 +246,9 @@ static ring_case *pulled(int way, double h, double m, double *stiff)
     for (int32_t i = 0; i < c->body.count; i++) {
         const double *x = c->position + i * PD_DIM;
         stiff[i] = way == WEAK && radius(x) < 0.6 ? 1e-3 : 1.0;
-        for (pd_walk b = pdi_walk_from(&c->body, i); way == CRACK && pdi_walk_next(&b);) {
+        for (pd_walk b = pdi_body_bonds_begin(&c->body, i); way == CRACK && pdi_body_bonds_next(&b);) {
             const double *y = c->position + b.to * PD_DIM;
-            if ((x[0] < 0.0) != (y[0] < 0.0) && x[1] + y[1] > 0.0) pdi_body_mark(&c->body, i, b.n);
+            if ((x[0] < 0.0) != (y[0] < 0.0) && x[1] + y[1] > 0.0) pdi_body_mark_broken(&c->body, i, b.n);
         }
     }
     memset(&desc, 0, sizeof desc);

@@ -1,6 +1,6 @@
 /* test_microelastic: bonds as springs: moduli and cracks of the lattice, waves, energies, a crack that runs.
  * dims: 1 2 3 */
-#include "io/store.h"
+#include "io/archive_file.h"
 #include "random.h"
 #include "solid/microelastic.h"
 #include "solid/verlet.h"
@@ -78,13 +78,13 @@ static double density(const bar_case *c, const double *e)
     const pd_body *body = &c->body;
     int32_t i = middle(c);
     double sum = 0.0;
-    for (pd_walk b = pdi_walk_from(body, i); pdi_walk_next(&b);) {
+    for (pd_walk b = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&b);) {
         double xi[PD_DIM], square = 0.0, s = 0.0;
-        pdi_body_bond(body, i, b.to, xi);
+        pdi_body_compute_offset(body, i, b.to, xi);
         for (int d = 0; d < PD_DIM; d++) square += xi[d] * xi[d];
         for (int k = 0; k < PD_DIM * PD_DIM; k++) s += e[k] * xi[k / PD_DIM] * xi[k % PD_DIM];
         s /= square;
-        sum += pdi_bond_weights_intact(&c->material.weights, i, &b) * s * s * sqrt(square) * c->volume[b.to];
+        sum += pdi_bond_weights_get_intact(&c->material.weights, i, &b) * s * s * sqrt(square) * c->volume[b.to];
     }
     return 0.25 * c->material.modulus * sum;
 }
@@ -127,7 +127,7 @@ TEST(cracks)
             double p = 6.28318530717958647692 * (k / 20 + 0.5) / 20.0;
             double way[3] = {cos(t), sin(t) * cos(p), sin(t) * sin(p)}, share = PD_DIM == 3 ? sin(t) : 1.0;
             if (PD_DIM == 2) way[1] = sin(t);
-            mean += share * pdi_microelastic_crack(&c->material, way);
+            mean += share * pdi_microelastic_crack_energy(&c->material, way);
             weight += share;
         }
         NOTE("m = %d: a = %.3f, mean energy %.5f of 3.8 J/m2, most over least %.3f, critical stretch %.3e", m,
@@ -167,13 +167,13 @@ static double off_by(const bar_case *c, const double *u, const double *force)
     double off = 0.0, most = 0.0;
     for (int32_t i = 0; i < body->count; i++) {
         double sum[PD_DIM] = {0.0};
-        for (pd_walk b = pdi_walk_from(body, i); pdi_walk_next(&b);) {
+        for (pd_walk b = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&b);) {
             double xi[PD_DIM], eta[PD_DIM], y[PD_DIM], r, length;
             int32_t j = b.to;
-            pdi_body_bond(body, i, b.to, xi);
+            pdi_body_compute_offset(body, i, b.to, xi);
             for (int d = 0; d < PD_DIM; d++) eta[d] = u[j * PD_DIM + d] - u[i * PD_DIM + d];
-            double share = pdi_body_strain(xi, eta, y, &r, &length) / length;
-            share *= c->material.modulus * pdi_bond_weights_intact(&c->material.weights, i, &b) * body->volume[j];
+            double share = pdi_body_compute_stretch(xi, eta, y, &r, &length) / length;
+            share *= c->material.modulus * pdi_bond_weights_get_intact(&c->material.weights, i, &b) * body->volume[j];
             for (int d = 0; d < PD_DIM; d++) sum[d] += share * y[d];
         }
         for (int d = 0; d < PD_DIM; d++) {
@@ -223,12 +223,13 @@ TEST(vectors)
         broken = pd_microelastic_force(&c->ctx, &c->material, u[1], 1, force[1]);
         worst = fmax(worst, off_by(c, u[1], force[1]));
         for (int32_t i = 0; i < all; i++)
-            for (pd_walk b = pdi_walk_from(&c->body, i); pdi_walk_next(&b);) {
-                CHECK(pdi_walk_broken(&b) == (pdi_bond_weights_intact(&c->material.weights, i, &b) > 0.0 ? 0 : 1));
-                pd_walk back = pdi_walk_from(&c->body, b.to);
-                while (pdi_walk_next(&back) && back.to != i) continue;
-                CHECK(pdi_walk_broken(&b) == pdi_walk_broken(&back));
-                found += pdi_walk_broken(&b);
+            for (pd_walk b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
+                CHECK(pdi_body_bond_is_broken(&b) ==
+                      (pdi_bond_weights_get_intact(&c->material.weights, i, &b) > 0.0 ? 0 : 1));
+                pd_walk back = pdi_body_bonds_begin(&c->body, b.to);
+                while (pdi_body_bonds_next(&back) && back.to != i) continue;
+                CHECK(pdi_body_bond_is_broken(&b) == pdi_body_bond_is_broken(&back));
+                found += pdi_body_bond_is_broken(&b);
             }
         CHECK(broken > 0 && found == 2 * broken);
         if (way == 0) memcpy(force[0], force[1], sizeof force[0]);
@@ -296,7 +297,7 @@ TEST(dispersion)
             for (int32_t i = 0; i < c->body.count; i++) u[i] = 1e-9 * cos(k * c->position[i]);
             pd_microelastic_force(&c->ctx, &c->material, u, 0, force);
             CHECK_REL(sqrt(-force[middle(c)] / (72e9 * 1e-9)) / k, elasticity_dispersion[r].phase[j], 2e-7);
-            CHECK_REL(pdi_microelastic_limit(&c->material, 72e9), elasticity_dispersion[r].step, 1e-7);
+            CHECK_REL(pdi_microelastic_stable_step(&c->material, 72e9), elasticity_dispersion[r].step, 1e-7);
             end(c);
         }
 }
@@ -388,8 +389,8 @@ TEST(table)
     bar_case *c = box(n, 1e-4, 2.0);
     if (!c) return;
     for (int32_t i = 0; i < c->body.count; i++)
-        for (pd_walk b = pdi_walk_from(&c->body, i); pdi_walk_next(&b);)
-            if (PD_DIM > 1 && (i + b.to) % 5 == 0) pdi_body_mark(&c->body, i, b.n);
+        for (pd_walk b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);)
+            if (PD_DIM > 1 && (i + b.to) % 5 == 0) pdi_body_mark_broken(&c->body, i, b.n);
     if (!springs(c, 0.0, PD_PLANE_STRESS, PD_INFLUENCE_CONSTANT)) return;
     pd_solid solid = pd_microelastic_solid(&c->material);
     for (int way = 0; way < 2; way++) {
@@ -421,7 +422,7 @@ TEST(table)
         CHECK_REL(energy, solid.energy(&c->ctx, solid.self, u), 1e-13);
         memset(moved, 0, sizeof moved);
         for (int32_t i = 0; i < c->body.count; i++)
-            for (pd_walk b = pdi_walk_from(&c->body, i); pdi_walk_next(&b);) {
+            for (pd_walk b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
                 double pull[PD_DIM];
                 int32_t j = b.to;
                 solid.pull(solid.self, u, i, &b, pull);
@@ -544,10 +545,10 @@ TEST(plate)
     int64_t cut = 0;
     if (!c) return;
     for (int32_t i = 0; i < c->body.count; i++)
-        for (pd_walk b = pdi_walk_from(&c->body, i); pdi_walk_next(&b);) {
+        for (pd_walk b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
             const double *p = c->position + i * 2, *q = c->position + b.to * 2;
             if ((p[1] < 0.0) == (q[1] < 0.0) || p[0] - p[1] * (q[0] - p[0]) / (q[1] - p[1]) > 0.0) continue;
-            pdi_body_mark(&c->body, i, b.n);
+            pdi_body_mark_broken(&c->body, i, b.n);
             cut++;
         }
     memset(&desc, 0, sizeof desc);
@@ -564,7 +565,8 @@ TEST(plate)
         tip = 0.0;
         for (int32_t i = 0; i < c->body.count; i++) {
             int gone = 0;
-            for (pd_walk b = pdi_walk_from(&c->body, i); pdi_walk_next(&b);) gone += pdi_walk_broken(&b);
+            for (pd_walk b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);)
+                gone += pdi_body_bond_is_broken(&b);
             double share = (double)gone / (double)(c->body.row[i + 1] - c->body.row[i]);
             if (share < 0.35) continue;
             tip = fmax(tip, c->position[i * 2]);

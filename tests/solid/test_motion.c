@@ -1,7 +1,7 @@
 /* Metal of scenes in motion, and metal of springs: waves, oscillations and energies against closed forms, a crack that
  * branches.
  * dims: 1 2 3 */
-#include "run/grip_force.h"
+#include "run/reaction_force.h"
 #include "run/model.h"
 #include "scene/scene.h"
 #include "test.h"
@@ -143,7 +143,7 @@ TEST(driven)
             const pd_structure *s = &c->model.structure;
             double left = pd_verlet_kinetic(&s->motion) + s->solid.energy(&c->ctx, s->solid.self, s->motion.u);
             off[fine] = fabs(s->motion.work / left - 1.0);
-            CHECK(pdi_grip_force(&c->ctx, &c->model.grips, 0, c->model.couple.time, force) == PD_OK);
+            CHECK(pdi_reaction_force_compute(&c->ctx, &c->model.grips, 0, c->model.couple.time, force) == PD_OK);
             CHECK_REL(force[0], DENSITY * SPEED * velocity * AREA, 0.02);
             end(c);
         }
@@ -165,7 +165,7 @@ TEST(springs_in_balance)
              materials[1], planes[1]);
     scene_case *c = run(text);
     if (!c) return;
-    CHECK(pdi_grip_force(&c->ctx, &c->model.grips, 1, c->model.couple.time, force) == PD_OK);
+    CHECK(pdi_reaction_force_compute(&c->ctx, &c->model.grips, 1, c->model.couple.time, force) == PD_OK);
     /* the first and last bonds see points that move with the grips */
     double strain = 1e-6 / (LENGTH - 6e-3 + 1e-3);
     NOTE("force %.4f of E strain", fabs(force[0]) / (YOUNG * strain * AREA));
@@ -199,7 +199,7 @@ TEST(branches)
             s->motion.u[2 * i + 1] < -s->motion.u[2 * mirror + 1] ||
             s->motion.u[2 * i + 1] > -s->motion.u[2 * mirror + 1])
             off += 1.0;
-        if (pdi_structure_broken(s, i) < 0.3) continue;
+        if (pdi_solid_coupling_damage(s, i) < 0.3) continue;
         far = fmax(far, x[0] > 60e-3 ? fabs(x[1] - 20e-3) : 0.0);
         CHECK_LE(x[0], 50e-3 + 40e-6 * 3100.0); /* Rayleigh's speed */
     }

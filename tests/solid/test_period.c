@@ -1,10 +1,10 @@
 /* test_period: bodies whose points repeat along the last axis, against the middle one of many copies.
  * dims: 1 2 3 */
 #include "random.h"
-#include "solid/cut.h"
-#include "solid/elastic.h"
+#include "solid/precrack.h"
+#include "solid/correspondence.h"
 #include "solid/microelastic.h"
-#include "solid/ordinary.h"
+#include "solid/ordinary_state.h"
 #include "test.h"
 #include <math.h>
 
@@ -120,19 +120,19 @@ static void compare(void)
     }
     for (int32_t i = 0; i < count; i++) {
         CHECK_INT(one.body.row[i + 1] - one.body.row[i], many.body.row[middle + i + 1] - many.body.row[middle + i]);
-        CHECK_INT(pdi_body_intact(&one.body, i), pdi_body_intact(&many.body, middle + i));
-        pd_walk far = pdi_walk_from(&many.body, middle + i);
-        for (pd_walk b = pdi_walk_from(&one.body, i); pdi_walk_next(&b) && pdi_walk_next(&far);) {
+        CHECK_INT(pdi_body_count_intact(&one.body, i), pdi_body_count_intact(&many.body, middle + i));
+        pd_walk far = pdi_body_bonds_begin(&many.body, middle + i);
+        for (pd_walk b = pdi_body_bonds_begin(&one.body, i); pdi_body_bonds_next(&b) && pdi_body_bonds_next(&far);) {
             double xi[PD_DIM], back[PD_DIM], copy[PD_DIM];
-            pd_walk other = pdi_walk_from(&one.body, b.to);
-            while (pdi_walk_next(&other) && other.n < pdi_walk_back(&one.body, i, &b)) continue;
+            pd_walk other = pdi_body_bonds_begin(&one.body, b.to);
+            while (pdi_body_bonds_next(&other) && other.n < pdi_body_find_reverse_bond(&one.body, i, &b)) continue;
             CHECK_INT(b.to, far.to % count);
             CHECK_INT(other.to, i);
-            CHECK_INT(pdi_walk_broken(&b), pdi_walk_broken(&other));
-            CHECK_INT(pdi_walk_broken(&b), pdi_walk_broken(&far));
-            pdi_walk_vector(&one.body, i, &b, xi);
-            pdi_walk_vector(&one.body, b.to, &other, back);
-            pdi_walk_vector(&many.body, middle + i, &far, copy);
+            CHECK_INT(pdi_body_bond_is_broken(&b), pdi_body_bond_is_broken(&other));
+            CHECK_INT(pdi_body_bond_is_broken(&b), pdi_body_bond_is_broken(&far));
+            pdi_body_bond_vector(&one.body, i, &b, xi);
+            pdi_body_bond_vector(&one.body, b.to, &other, back);
+            pdi_body_bond_vector(&many.body, middle + i, &far, copy);
             for (int d = 0; d < PD_DIM; d++) {
                 CHECK_NEAR(xi[d], -back[d], 0.0);
                 CHECK_NEAR(xi[d], copy[d], 1e-15);

@@ -4,7 +4,7 @@
 #include "core/par.h"
 #include "solid/bone.h"
 #include "solid/equilibrium.h"
-#include "solid/finite.h"
+#include "solid/finite_strain.h"
 #include "solid/tensor.h"
 #include "solid_case.h"
 
@@ -85,14 +85,14 @@ TEST(bonds)
     if (!c) return;
     material(c, &f);
     for (int32_t i = 0; i < c->body.count; i++)
-        for (pd_walk b = pdi_walk_from(&c->body, i); pdi_walk_next(&b);) {
+        for (pd_walk b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
             double xi[PD_DIM], other[PD_DIM];
             int32_t j = b.to;
-            pd_walk back = pdi_walk_from(&c->body, j);
-            while (pdi_walk_next(&back) && back.n < f.back[pdi_walk_bond(&b)]) continue;
+            pd_walk back = pdi_body_bonds_begin(&c->body, j);
+            while (pdi_body_bonds_next(&back) && back.n < f.back[pdi_body_bond_number(&b)]) continue;
             CHECK_INT(back.to, i);
-            pdi_body_bond(&c->body, i, b.to, xi);
-            pdi_body_bond(&c->body, j, back.to, other);
+            pdi_body_compute_offset(&c->body, i, b.to, xi);
+            pdi_body_compute_offset(&c->body, j, back.to, other);
             CHECK_LE(pdi_tensor_dot(xi, xi), 4.0);
             for (int d = 0; d < PD_DIM; d++) {
                 CHECK_NEAR(xi[d], c->position[j * PD_DIM + d] - c->position[i * PD_DIM + d], 0.0);
@@ -115,7 +115,7 @@ TEST(shape_tensor)
         const double *k = f.shape + i * T;
         double turned[T], minor = k[0] * k[PD_DIM + 1] - k[1] * k[PD_DIM];
         for (int p = 0; p < T; p++) CHECK_NEAR(k[p], k[p % PD_DIM * PD_DIM + p / PD_DIM], 1e-16);
-        CHECK(k[0] > 0.0 && minor > 0.0 && pdi_tensor_cofactor(k, turned) > 0.0);
+        CHECK(k[0] > 0.0 && minor > 0.0 && pdi_tensor_compute_cofactor(k, turned) > 0.0);
     }
     const double *k = f.shape + c->body.count / 2 * T;
     for (int p = 0; p < T; p++) CHECK_NEAR(k[p], p % (PD_DIM + 1) ? 0.0 : k[0], 1e-16);

@@ -1,7 +1,7 @@
 /* test_verlet: bodies of any material in motion: dispersion, waves in bars, energies, metal that flows.
  * dims: 1 2 3 */
 #include "random.h"
-#include "solid/elastic.h"
+#include "solid/correspondence.h"
 #include "solid/verlet.h"
 #include "test.h"
 #include <math.h>

@@ -14,12 +14,12 @@ static void begin(pd_ctx *ctx, int n, pd_anderson *a)
     pd_ctx_init(ctx);
     memset(a, 0, sizeof *a);
     a->n = n;
-    CHECK_OK(ctx, pdi_owner_build(ctx, pdi_anderson_list, a));
+    CHECK_OK(ctx, pdi_array_registry_build(ctx, pdi_anderson_list, a));
 }
 
 static void end(pd_ctx *ctx, pd_anderson *a)
 {
-    pdi_owner_free(ctx, pdi_anderson_list, a);
+    pdi_array_registry_free(ctx, pdi_anderson_list, a);
     CHECK_INT(ctx->in_use, 0);
 }
 
@@ -140,7 +140,7 @@ TEST(as_gmres)
             ask(n, x, first);
             for (int k = 0; k <= n; k++) {
                 ask(n, x, step);
-                pdi_anderson_next(&a, x, step);
+                pdi_anderson_update(&a, x, step);
                 if (k) gmres_next(&g);
                 for (int i = 0; i < n; i++) next[i] = g.x[i] + g.rest[i];
                 worst = fmax(worst, apart(n, x, next) / away);
@@ -176,7 +176,7 @@ TEST(more_than_is_kept)
         if (k > 1 && k <= PD_ANDERSON_KEPT + 1) CHECK_LE(size, q * 2.0 * pow(rate, k - 1) * first);
         last = size;
         CHECK(a.count <= PD_ANDERSON_KEPT);
-        pdi_anderson_next(&a, x, step);
+        pdi_anderson_update(&a, x, step);
     }
     NOTE("off by %.1e after 100 steps", apart(MOST, x, answer));
     CHECK_LE(apart(MOST, x, answer), 1e-10); /* q^100 = 3e-5 */
@@ -195,7 +195,7 @@ TEST(secant)
         double step = cos(x) - x, at = x, here = step, next = x + step;
         if (fabs(step) < 1e-12) break;
         if (k) next = x - step * (x - was) / (step - step_was);
-        pdi_anderson_next(&a, &x, &step);
+        pdi_anderson_update(&a, &x, &step);
         CHECK_NEAR(x, next, 1e-15 + 1e-3 * fabs(x - at) * fabs(x - at));
         CHECK_NEAR(x, next, 1e-12);
         was = at;
@@ -204,7 +204,7 @@ TEST(secant)
     CHECK_NEAR(x, 0.73908513321516064, 1e-12); /* cos x = x */
     for (int k = 0; k < 3; k++) {
         double step = 0.0, at = x;
-        pdi_anderson_next(&a, &x, &step);
+        pdi_anderson_update(&a, &x, &step);
         CHECK_NEAR(x, at, 0.0);
     }
     end(&ctx, &a);
@@ -227,7 +227,7 @@ TEST(bent_map)
         for (int k = 0; k < N; k++) plain[k] += step[k];
     begin(&ctx, N, &a);
     for (bent(N, x, step); size_of(N, step) > 1e-12 && steps[1] < 1000; bent(N, x, step), steps[1]++)
-        pdi_anderson_next(&a, x, step);
+        pdi_anderson_update(&a, x, step);
     NOTE("%d steps of %d", steps[1], steps[0]);
     CHECK(2 * steps[1] < steps[0] && steps[0] < 1000);
     for (int k = 0; k < N; k++) CHECK_NEAR(x[k], plain[k], 1e-11);
@@ -250,19 +250,19 @@ TEST(forgets)
         for (int k = 0; k < STEPS; k++) {
             ask(N, x, step);
             double first = x[0] + step[0];
-            pdi_anderson_next(&a, x, step);
+            pdi_anderson_update(&a, x, step);
             if (k == 0) CHECK_NEAR(x[0], first, 0.0);
             if (run) CHECK(memcmp(x, kept[k], sizeof x) == 0);
             memcpy(kept[k], x, sizeof x);
         }
         if (run) continue;
-        pdi_anderson_forget(&a);
+        pdi_anderson_reset(&a);
         for (int k = 0; k < 8; k++) { /* another map, which leads astray and comes nearer */
             for (int d = 0; d < N; d++) step[d] = (k < 4 ? k + 1.0 : 0.1 / k) * (2.0 + random_share(&seed));
-            pdi_anderson_next(&a, x, step);
+            pdi_anderson_update(&a, x, step);
         }
         CHECK(a.count > 0 && a.part < 1.0);
-        pdi_anderson_forget(&a);
+        pdi_anderson_reset(&a);
     }
     end(&ctx, &a);
 }
@@ -285,7 +285,7 @@ TEST(stays)
         begin(&ctx, n, &a);
         for (int k = 0; k < 40; k++) {
             ask(n, x, step);
-            pdi_anderson_next(&a, x, step);
+            pdi_anderson_update(&a, x, step);
             if (k > 1) CHECK_LE(apart(n, x, answer), 1e-13 * (1.0 + size_of(n, answer)));
         }
         end(&ctx, &a);
@@ -302,7 +302,7 @@ TEST(same_step)
     begin(&ctx, 2, &a);
     for (int k = 0; k < 50; k++) {
         for (int d = 0; d < 2; d++) step[d] = x[d] + 0.1 - x[d];
-        pdi_anderson_next(&a, x, step);
+        pdi_anderson_update(&a, x, step);
         CHECK_NEAR(x[0], 100.0 + 0.1 * (k + 1), 1e-11);
         CHECK_NEAR(x[1], 1.0 + 0.1 * (k + 1), 1e-11);
     }
@@ -313,7 +313,7 @@ TEST(same_step)
 static int goes_back(pd_anderson *a, double size, const double *best, double part, double *x)
 {
     double step[2] = {0.6 * size, a->size > 2.5 ? -0.8 * size : 0.8 * size};
-    pdi_anderson_next(a, x, step);
+    pdi_anderson_update(a, x, step);
     return x[0] == best[0] + part && x[1] == best[1] && a->count == 0;
 }
 
@@ -326,7 +326,7 @@ TEST(comes_back)
     double x[2] = {1.0, 2.0}, best[2], step[2] = {1.0, 0.0};
     begin(&ctx, 2, &a);
     memcpy(best, x, sizeof x);
-    pdi_anderson_next(&a, x, step);
+    pdi_anderson_update(&a, x, step);
     CHECK(x[0] == 2.0 && x[1] == 2.0);
     CHECK(!goes_back(&a, 3.0, best, 0.5, x)); /* once */
     CHECK(!goes_back(&a, 2.0, best, 0.5, x)); /* none */

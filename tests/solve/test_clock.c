@@ -2,7 +2,7 @@
  * steps see them.
  * dims: 2 */
 #include "flow/implicit.h"
-#include "flow/unsteady.h"
+#include "flow/weakly_compressible.h"
 #include "fixture.h"
 #include <complex.h>
 

@@ -52,7 +52,7 @@ TEST(other_masses)
             p.mass[c] = c % 3 ? (float)pow(10.0, 6.0 * uniform() - 3.0) : 0.0f;
             p.wall[c] *= 3.0f;
         }
-        CHECK_OK(&p.ctx, pdi_multigrid_mass(&p.ctx, &p.mg, p.active, p.wall, p.mass));
+        CHECK_OK(&p.ctx, pdi_multigrid_update_mass(&p.ctx, &p.mg, p.active, p.wall, p.mass));
         cycle(&p, b, x);
         CHECK(norm_difference(&p, x, fresh) > 1e-3 * norm_difference(&p, fresh, b));
         CHECK_OK(&p.ctx, setup(&p));
@@ -60,12 +60,12 @@ TEST(other_masses)
         CHECK(memcmp(x, fresh, (size_t)p.nodes * sizeof *x) == 0);
         p.mass[5] = 3e38f;
         p.active[5] = 1;
-        CHECK_OK(&p.ctx, pdi_multigrid_mass(&p.ctx, &p.mg, p.active, p.wall, p.mass));
+        CHECK_OK(&p.ctx, pdi_multigrid_update_mass(&p.ctx, &p.mg, p.active, p.wall, p.mass));
         cycle(&p, b, x);
         for (int c = 0; c < p.cells; c++) CHECK(fabs(x[node(&p, c)]) < 1e6);
         CHECK_LE(fabs(x[node(&p, 5)]), 1e-25);
         p.mass[5] = -1.0f;
-        CHECK_INT(pdi_multigrid_mass(&p.ctx, &p.mg, p.active, p.wall, p.mass), PD_ERR_ARGUMENT);
+        CHECK_INT(pdi_multigrid_update_mass(&p.ctx, &p.mg, p.active, p.wall, p.mass), PD_ERR_ARGUMENT);
         free(b);
         free(x);
         free(fresh);
@@ -199,11 +199,11 @@ TEST(bad_input)
             field[f][3] = keep;
         }
     CHECK_OK(&p.ctx, setup(&p));
-    CHECK_INT(pdi_multigrid_mass(&p.ctx, &p.mg, p.active, p.wall, p.mass), PD_ERR_ARGUMENT); /* not symmetric */
+    CHECK_INT(pdi_multigrid_update_mass(&p.ctx, &p.mg, p.active, p.wall, p.mass), PD_ERR_ARGUMENT); /* not symmetric */
     pdi_multigrid_free(&p.ctx, &p.mg);
     p.flow = 0;
     CHECK_OK(&p.ctx, build(&p));
-    CHECK_INT(pdi_multigrid_mass(&p.ctx, &p.mg, p.active, p.wall, p.mass), PD_ERR_ARGUMENT); /* not set up */
+    CHECK_INT(pdi_multigrid_update_mass(&p.ctx, &p.mg, p.active, p.wall, p.mass), PD_ERR_ARGUMENT); /* not set up */
     p.flow = 1;
     CHECK_INT(setup(&p), PD_ERR_ARGUMENT); /* flux for a symmetric one */
     pdi_multigrid_free(&p.ctx, &p.mg);

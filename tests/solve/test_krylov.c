@@ -210,7 +210,7 @@ TEST(gmres_growth)
         CHECK(!refused || strstr(ctx.message, "stagnation") != NULL);
         if (!refused) CHECK_NEAR(x[1], 1.0, 1e-6);
         CHECK(ctx.in_use > built);
-        pdi_krylov_trim(&ctx, &k);
+        pdi_krylov_free_growth(&ctx, &k);
         CHECK_INT(c.wrong, 0);
         if (!refused) CHECK_INT((int)ctx.in_use, (int)built);
         c.fail_at = 0;
@@ -249,7 +249,7 @@ TEST(gmres_growth_lent)
             d.max_iterations = 1000;
             d.flexible = flexible;
             if (lends) d.arena = &arena;
-            CHECK_OK(&ctx, pdi_arena_fit(&ctx, &arena, LENT * chunk));
+            CHECK_OK(&ctx, pdi_arena_reserve(&ctx, &arena, LENT * chunk));
             CHECK_OK(&ctx, pdi_krylov_build(&ctx, &d, &k));
             size_t built = ctx.in_use;
             for (int pass = 0; pass < 2; pass++) {
@@ -260,7 +260,7 @@ TEST(gmres_growth_lent)
                 CHECK_INT((int)arena.used, 0);
             }
             grown[lends] = ctx.in_use - built;
-            pdi_krylov_trim(&ctx, &k);
+            pdi_krylov_free_growth(&ctx, &k);
             CHECK_INT((int)ctx.in_use, (int)built);
             pdi_krylov_free(&ctx, &k);
             pd_arena_free(&ctx, &arena);

@@ -173,9 +173,9 @@ TEST(student)
     static const double t[][2] = {{1, 12.706}, {2, 4.303}, {3, 3.182}, {4, 2.776}, {7, 2.365},
                                   {10, 2.228}, {30, 2.042}, {60, 2.000}, {120, 1.980}};
     for (size_t k = 0; k < sizeof t / sizeof t[0]; k++)
-        CHECK_NEAR(pdi_least_squares_quantile((int)t[k][0]), t[k][1], 5.1e-4);
-    CHECK_NEAR(pdi_least_squares_quantile(0), 1.960, 5e-4);
-    CHECK_NEAR(pdi_least_squares_quantile(100000), pdi_least_squares_quantile(0), 1e-4);
+        CHECK_NEAR(pdi_least_squares_student_quantile((int)t[k][0]), t[k][1], 5.1e-4);
+    CHECK_NEAR(pdi_least_squares_student_quantile(0), 1.960, 5e-4);
+    CHECK_NEAR(pdi_least_squares_student_quantile(100000), pdi_least_squares_student_quantile(0), 1e-4);
 }
 
 TEST_MAIN(ENTRY(misra1a) ENTRY(box_bod) ENTRY(line) ENTRY(bound) ENTRY(refused) ENTRY(student))

@@ -1,6 +1,6 @@
 /* stiff: a few ordinary differential equations, against closed forms: order, stiffness, bounds, what cannot be done.
  * dims: 2 */
-#include "solve/stiff.h"
+#include "solve/stiff_ode.h"
 #include "test.h"
 #include <math.h>
 
@@ -24,7 +24,7 @@ static pd_stiff_end solve(pd_stiff_fn rate, int count, double low, double high, 
     s.size = size;
     s.tolerance = tolerance;
     asked = 0;
-    pd_stiff_end end = pdi_stiff_solve(&s, 0.0, to, y, &which);
+    pd_stiff_end end = pdi_stiff_ode_solve(&s, 0.0, to, y, &which);
     if (end == PD_STIFF_NOT_FINITE) CHECK(which >= 0 && which < count);
     else CHECK_INT(which, -7);
     return end;

@@ -46,7 +46,7 @@ TEST(conductances_are_symmetric)
         if (s->grid.kind[i] != PD_FLUID) continue;
         for (int k = 0; k < s->stencil.count; k++) {
             int32_t j = i + s->bonds.paths.shift[k];
-            if (r >= 0 && !pdi_bond_open(&s->bonds, r, k)) continue;
+            if (r >= 0 && !pdi_bond_is_open(&s->bonds, r, k)) continue;
             if (s->grid.kind[j] != PD_FLUID) continue;
             double there, back;
             pdi_diffusion_bond(&s->transport.diffusion, i, k, 1, r >= 0, &there);

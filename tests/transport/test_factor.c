@@ -113,7 +113,7 @@ static int factor_error(scene *s, double *error)
     CHECK_OK(&s->ctx, pdi_flux_refresh(&s->ctx, &t.flux));
     t.size = 1.0;
     pdi_transport_anti(&s->ctx, &t, t.c, t.anti);
-    pdi_krylov_pair(&t.krylov, 0);
+    pdi_krylov_set_flexible(&t.krylov, 0);
     pdi_factor_lend(&s->ctx, &t.own, &t.krylov, &t.factors);
     if (!CHECK(t.factors.entry != NULL)) return 0;
     pdi_factor_make(&s->ctx, &t.factors, t.c, rate, least);
@@ -132,7 +132,7 @@ static int factor_error(scene *s, double *error)
             *to = fmax(*to, fabs(along[i] - x[i]) / 1.5);
         }
     CHECK_OK(&s->ctx, pdi_factor_return(&s->ctx, &t.own, PD_OK, &t.krylov, &t.factors));
-    pdi_krylov_pair(&t.krylov, 1);
+    pdi_krylov_set_flexible(&t.krylov, 1);
     CHECK_OK(&s->ctx, pdi_transport_release(&s->ctx, &t, PD_OK));
     pd_transport_free(&s->ctx, &t);
     free(x);
@@ -201,7 +201,7 @@ TEST(no_pivot_no_factors)
     CHECK_OK(&s->ctx, pdi_flux_refresh(&s->ctx, &t.flux));
     t.size = 1.0;
     pdi_transport_anti(&s->ctx, &t, t.c, t.anti);
-    pdi_krylov_pair(&t.krylov, 0);
+    pdi_krylov_set_flexible(&t.krylov, 0);
     pdi_factor_lend(&s->ctx, &t.own, &t.krylov, &t.factors);
     CHECK(t.factors.entry != NULL);
     pdi_factor_make(&s->ctx, &t.factors, t.c, 1.0, 1e-4);
@@ -211,7 +211,7 @@ TEST(no_pivot_no_factors)
     pdi_factor_make(&s->ctx, &t.factors, t.c, 1e300, 1e-4);
     CHECK_INT(t.factors.good, 0);
     CHECK_OK(&s->ctx, pdi_factor_return(&s->ctx, &t.own, PD_OK, &t.krylov, &t.factors));
-    pdi_krylov_pair(&t.krylov, 1);
+    pdi_krylov_set_flexible(&t.krylov, 1);
     CHECK_OK(&s->ctx, pdi_transport_release(&s->ctx, &t, PD_OK));
     pd_transport_free(&s->ctx, &t);
     scene_free(s);

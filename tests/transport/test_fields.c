@@ -30,7 +30,7 @@ static scene *start(double m, int wide, int rows)
     for (int32_t i = 0; i < s->grid.total; i++)
         for (int d = 0; d < PD_DIM && s->grid.kind[i] == PD_FLUID; d++)
             s->flow.u[(int64_t)d * s->grid.total + i] = 3.0 * random_real(&seed);
-    pdi_flow_prepare(&s->ctx, &s->flow);
+    pdi_flow_update_derived_fields(&s->ctx, &s->flow);
     return s;
 }
 

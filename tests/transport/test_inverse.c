@@ -49,7 +49,7 @@ TEST(waves)
         desc.m = m;
         for (int d = 0; d < PD_DIM; d++) desc.h[d] = 1e-5;
         if (!CHECK_OK(&ctx, pd_stencil_build(&ctx, &desc, &s))) return;
-        double excess = pdi_compact_excess(&s), low = 1e-3 / (s.h[0] * s.h[0]);
+        double excess = pdi_compact_operator_inverse_excess(&s), low = 1e-3 / (s.h[0] * s.h[0]);
         NOTE("m = %g: %.2f, with the excess %.2f", m, spread(&s, 0.0, low), spread(&s, excess, low));
         CHECK(excess >= 0.0);
         for (double mu = 1e-6; mu < 1e7; mu *= 10.0) {

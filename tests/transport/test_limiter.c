@@ -22,7 +22,7 @@ static int stream_build(scene *s, int cells, double m, const double *k, const do
         }
         s->transport.c[i] = exp(sum);
     }
-    pdi_flow_prepare(&s->ctx, &s->flow);
+    pdi_flow_update_derived_fields(&s->ctx, &s->flow);
     return 1;
 }
 
@@ -129,7 +129,7 @@ static int ball_build(scene *s, double m, double (*field)(const double *x))
         pd_grid_position(&s->grid, i, x);
         s->transport.c[i] = field(x);
     }
-    pdi_flow_prepare(&s->ctx, &s->flow);
+    pdi_flow_update_derived_fields(&s->ctx, &s->flow);
     return CHECK_OK(&s->ctx, pdi_transport_hold(&s->ctx, &s->transport)) &&
            CHECK_OK(&s->ctx, pdi_flux_refresh(&s->ctx, &s->transport.flux));
 }

@@ -31,7 +31,7 @@ static int stairs_build(scene *s, double speed, int shift)
         s->flow.u[i] = speed;
         if (s->grid.kind[i] == PD_FLUID) s->transport.c[i] = stairs((at[0] + shift) % CELLS);
     }
-    pdi_flow_prepare(&s->ctx, &s->flow);
+    pdi_flow_update_derived_fields(&s->ctx, &s->flow);
     return 1;
 }
 
@@ -128,7 +128,7 @@ TEST(stairs_beside_mirrors)
             int row = at[1] < 4 ? at[1] : 7 - at[1];
             if (s->grid.kind[i] == PD_FLUID) s->transport.c[i] = stairs((at[0] + 5 * row) % CELLS);
         }
-        pdi_flow_prepare(&s->ctx, &s->flow);
+        pdi_flow_update_derived_fields(&s->ctx, &s->flow);
         for (int k = 0; k < 12; k++)
             CHECK_OK(&s->ctx, pd_transport_explicit(&s->ctx, &s->transport, 0.2 / (CELLS * SPEED)));
         for (int j = 0; j < 4; j++)

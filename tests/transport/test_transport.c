@@ -30,7 +30,7 @@ static scene *scene_start(int x, int y, int z)
 static void uniform_flow(scene *s, int axis, double speed)
 {
     for (int32_t i = 0; i < s->grid.total; i++) s->flow.u[(int64_t)axis * s->grid.total + i] = speed;
-    pdi_flow_prepare(&s->ctx, &s->flow);
+    pdi_flow_update_derived_fields(&s->ctx, &s->flow);
 }
 
 static void channel(scene *s, int axis)

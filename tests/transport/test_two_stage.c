@@ -33,7 +33,7 @@ static int two_stage_build(scene *s)
     if (!scene_build(s)) return 0;
     for (int32_t i = 0; i < s->grid.total && flowing; i++)
         if (s->grid.kind[i] == PD_FLUID) s->flow.u[i] = 1.0;
-    if (flowing) pdi_flow_prepare(&s->ctx, &s->flow);
+    if (flowing) pdi_flow_update_derived_fields(&s->ctx, &s->flow);
     return CHECK_OK(&s->ctx, pd_transport_update(&s->ctx, &s->transport)) &&
            CHECK_OK(&s->ctx, pd_two_stage_build(&s->ctx, &s->transport, &two_stage_desc, &two_stage));
 }

@@ -1,0 +1,123 @@
+/* thread_contention: see thread_contention.h */
+#include "core/thread_contention.h"
+#include <math.h>
+
+/* [s] Times are compared over windows of this length: several time slices, which are 1 to 24 ms long. */
+#define PDI_THREAD_CONTENTION_WINDOW 0.05
+/* [-] Factor of the exponential weighting from one window to the next: the average covers a quarter of a second, since
+ * one lost time slice in a window says little. */
+#define PDI_THREAD_CONTENTION_MEMORY 0.8
+/* [s] Times are ignored for this long after a change of the thread count: idle threads spin for up to 14 ms first. */
+#define PDI_THREAD_CONTENTION_SKIP 0.015
+/* [-] Tolerated fraction of the loop time that is lost: 1/6 makes loops 1.2 times as long. */
+#define PDI_THREAD_CONTENTION_MAX_LOSS (1.0 / 6.0)
+/* [s] One thread needs less than this for a scalar operation of a loop: 0.02e-9 to 1.6e-9 are measured. A loop that
+ * takes longer is late. A machine that is slower than this makes a trial now and then. */
+#define PDI_THREAD_CONTENTION_MAX_OP_TIME 2e-9
+/* [-] After a trial comes a pause of this many times its length, so that trials take 1/20 of the time at most. */
+#define PDI_THREAD_CONTENTION_PAUSE_FACTOR 20.0
+/* [-] Fraction of that pause before the first trial of all threads: contention is mostly short. It doubles. */
+#define PDI_THREAD_CONTENTION_FIRST_PAUSE 0.2
+/* [s] After this time without a trial there is one even if no loop is late, since all may be: 0.3 % of the time. */
+#define PDI_THREAD_CONTENTION_TRIAL_INTERVAL 10.0
+/* [s] Longest pause: it doubles after each unsuccessful trial. */
+#define PDI_THREAD_CONTENTION_MAX_PAUSE 30.0
+
+/* Entry of a key in the hash table; an entry of another key is replaced by an empty one. */
+static pd_pace_loop *pdi_thread_contention_find_entry(pd_pace *pace, uint64_t key)
+{
+    pd_pace_loop *loop = &pace->loop[(key * UINT64_C(0x9e3779b97f4a7c15)) >> 58];
+    if (loop->key == key) return loop;
+    loop->key = key;
+    loop->best = 0.0;
+    for (int one = 0; one < 2; one++) loop->sum[one] = loop->count[one] = 0.0;
+    return loop;
+}
+
+/* Start a new window at `now` [s] on one thread (1) or all (0); old timings are discounted, or dropped for a trial. */
+static void pdi_thread_contention_begin_window(pd_pace *pace, int one, int trying, double now)
+{
+    pace->one = one;
+    pace->trying = trying;
+    pace->since = now;
+    pace->spent = pace->lost = 0.0;
+    for (int k = 0; k < PD_PACE_LOOPS; k++) {
+        pace->loop[k].sum[one] *= trying ? 0.0 : PDI_THREAD_CONTENTION_MEMORY;
+        pace->loop[k].count[one] *= trying ? 0.0 : PDI_THREAD_CONTENTION_MEMORY;
+    }
+}
+
+/* Ratio of the time on one thread to that on all threads, for the mix of loops of the present choice. 0: unknown. */
+static double pdi_thread_contention_time_ratio(const pd_pace *pace)
+{
+    double all = 0.0, alone = 0.0;
+    for (int k = 0; k < PD_PACE_LOOPS; k++) {
+        const pd_pace_loop *loop = &pace->loop[k];
+        if (!(loop->count[0] > 0.0) || !(loop->count[1] > 0.0)) continue;
+        double calls = loop->count[pace->one];
+        all += calls * loop->sum[0] / loop->count[0];
+        alone += calls * loop->sum[1] / loop->count[1];
+    }
+    return all > 0.0 ? alone / all : 0.0;
+}
+
+/* End a trial: choose the faster of one thread and all, and set the pause before the next trial. Without comparable
+ * loops the next trial comes soon. */
+static void pdi_thread_contention_end_trial(pd_pace *pace, double now)
+{
+    double ratio = pdi_thread_contention_time_ratio(pace),
+           rest = PDI_THREAD_CONTENTION_PAUSE_FACTOR * (now - pace->since);
+    int one = ratio > 0.0 && ratio < 1.0, failed = pace->one && !one;
+    if (!(ratio > 0.0)) rest *= 0.25;
+    else if (failed)
+        rest = pace->pause = pace->pause > 0.0 ? pdi_min(2.0 * pace->pause, PDI_THREAD_CONTENTION_MAX_PAUSE) : rest;
+    else if (one)
+        rest = pace->pause = pace->one ? PDI_THREAD_CONTENTION_FIRST_PAUSE * rest : pdi_min(2.0 * pace->pause, rest);
+    else pace->pause = 0.0;
+    pace->until = failed || one ? now + rest : now;
+    pdi_thread_contention_begin_window(pace, one, 0, now);
+}
+
+/* End a window without a trial: start a trial of the other choice where it is due, else a new window. */
+static void pdi_thread_contention_end_window(pd_pace *pace, double now)
+{
+    int late = pace->lost > PDI_THREAD_CONTENTION_MAX_LOSS * pace->spent ||
+               now - pace->until > PDI_THREAD_CONTENTION_TRIAL_INTERVAL;
+    if (now < pace->until || (!pace->one && !late)) pdi_thread_contention_begin_window(pace, pace->one, 0, now);
+    else pdi_thread_contention_begin_window(pace, !pace->one, 1, now);
+}
+
+PDI_FN void pdi_thread_contention_record(pd_pace *pace, uint64_t key, int threads, double work, double start,
+                                         double end)
+{
+    double elapsed = end - start, slowest = PDI_THREAD_CONTENTION_MAX_OP_TIME * work;
+    if (pace->since <= 0.0) {
+        pace->until = start;
+        pdi_thread_contention_begin_window(pace, 0, 0, start);
+    }
+    if (elapsed > 0.0 && (!pace->trying || start - pace->since > PDI_THREAD_CONTENTION_SKIP)) {
+        pd_pace_loop *loop = pdi_thread_contention_find_entry(pace, key);
+        loop->sum[pace->one] += elapsed;
+        loop->count[pace->one] += 1.0;
+        if (!pace->one) {
+            if (loop->best <= 0.0 || elapsed < loop->best) loop->best = elapsed;
+            /* one thread takes at most the smaller of threads * best and slowest */
+            if (elapsed > pdi_min(threads * loop->best, slowest))
+                pace->lost += elapsed - pdi_min(loop->best, slowest);
+            pace->spent += elapsed;
+        }
+    }
+    if (end - pace->since < PDI_THREAD_CONTENTION_WINDOW + (pace->trying ? PDI_THREAD_CONTENTION_SKIP : 0.0)) return;
+    if (pace->trying) pdi_thread_contention_end_trial(pace, end);
+    else pdi_thread_contention_end_window(pace, end);
+}
+
+#undef PDI_THREAD_CONTENTION_WINDOW
+#undef PDI_THREAD_CONTENTION_MEMORY
+#undef PDI_THREAD_CONTENTION_SKIP
+#undef PDI_THREAD_CONTENTION_MAX_LOSS
+#undef PDI_THREAD_CONTENTION_MAX_OP_TIME
+#undef PDI_THREAD_CONTENTION_PAUSE_FACTOR
+#undef PDI_THREAD_CONTENTION_FIRST_PAUSE
+#undef PDI_THREAD_CONTENTION_TRIAL_INTERVAL
+#undef PDI_THREAD_CONTENTION_MAX_PAUSE

@@ -1,0 +1,40 @@
+/* thread_contention: detects contention of threads with other programs, and decides between one thread and all.
+ *
+ * Threads of a parallel loop wait for the last one. Where another program occupies a core, all wait for its time slice,
+ * which may be a thousand times the loop. Loops of known work are timed: one that takes longer than a single thread
+ * would is late. When late loops lose a relevant fraction of the time, a trial runs the same loops on one thread, which
+ * is kept as long as it is faster; from time to time a trial runs on all threads again.
+ */
+#ifndef PD_THREAD_CONTENTION_H
+#define PD_THREAD_CONTENTION_H
+#include "core/config.h"
+
+enum { PD_PACE_LOOPS = 64 };
+
+/* Timings of loops of one kind and size, on all threads [0] and on one thread [1]. */
+typedef struct pd_pace_loop {
+    uint64_t key;
+    double best;     /* [s] shortest time on all threads; 0: not measured */
+    double sum[2];   /* [s] time, exponentially weighted over the last windows */
+    double count[2]; /* [-] number of loops, weighted likewise */
+} pd_pace_loop;
+
+/* State of the detector. Zero-initialise. */
+typedef struct pd_pace {
+    int one;       /* 1: loops run on one thread */
+    int trying;    /* 1: the present choice is a trial */
+    double since;  /* [s] start of the present window */
+    double until;  /* [s] when the next trial may begin */
+    double pause;  /* [s] between unsuccessful trials */
+    double spent, lost; /* [s] in this window, loops on all threads: total time, and excess over the expected time */
+    pd_pace_loop loop[PD_PACE_LOOPS];
+} pd_pace;
+
+#ifdef PDI_INTERNAL
+/* Record one timed loop of `work` scalar operations, worth `threads` threads, that ran from start to end [s, monotonic
+ * clock], and update the choice between one thread and all. Loops of one key take the same time on one machine. */
+PDI_FN void pdi_thread_contention_record(pd_pace *pace, uint64_t key, int threads, double work, double start,
+                                         double end);
+#endif
+
+#endif

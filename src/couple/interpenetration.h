@@ -1,0 +1,41 @@
+/* interpenetration: interpenetration of surfaces of a body, a diagnostic: no contact is computed between points without
+ * bonds.
+ *
+ * Adjacent points without a bond are on two surfaces. These interpenetrate by the shortening of their distance less the
+ * initial gap between them. Other points interpenetrate when they come nearer than a cell. Shortening that intact bonds
+ * show as well is no interpenetration. Points that have lost all bonds are skipped.
+ */
+#ifndef PD_INTERPENETRATION_H
+#define PD_INTERPENETRATION_H
+#include "lattice/grid.h"
+#include "solid/body.h"
+
+typedef struct pd_overlap {
+    const pd_grid *grid;  /* borrowed, as all below */
+    const pd_body *body;
+    const int32_t *node;  /* [count] of the points */
+    const int32_t *point; /* [total] of the nodes; -1: none */
+    const double *stiff;  /* [count] [-] stiffness factor; 0: dissolved */
+    int32_t count;        /* points; further ones of the body are images */
+    int32_t parts;        /* pieces of the body as it was built */
+    int32_t *part;        /* [count] the piece of each point; empty with one piece */
+    int32_t bins;         /* size of the hash table, a power of two; 0: not prepared */
+    int32_t *bin;         /* [bins] the last point that came to it, -1: none */
+    int32_t *next;        /* [count with bins] the one before it */
+    double crack;         /* [m] largest overlap within one component (crack faces), at the last check; 0: none */
+    double most;          /* [m] the same of all checks */
+    double pieces;        /* [m] largest overlap of two components that were apart at the start; 0: none */
+    int32_t first, other; /* points of these */
+} pd_overlap;
+
+#ifdef PDI_INTERNAL
+/* Finds the components that unbroken bonds connect now; grid to count are set before. */
+PDI_FN pd_status pdi_interpenetration_build(pd_ctx *ctx, pd_overlap *overlap);
+/* Allocates the hash table for checks. */
+PDI_FN pd_status pdi_interpenetration_prepare(pd_ctx *ctx, pd_overlap *overlap);
+/* Computes the overlaps at displacements u [count][PD_DIM] [m]: crack, most, pieces, first, other. */
+PDI_FN void pdi_interpenetration_compute(pd_overlap *overlap, const double *u);
+PDI_FN void pdi_interpenetration_free(pd_ctx *ctx, pd_overlap *overlap);
+#endif
+
+#endif

@@ -1,0 +1,321 @@
+/* point_cells: see point_cells.h */
+#include "couple/point_cells.h"
+#include "core/par.h"
+#include "core/vec.h"
+#include "lattice/node_visibility.h"
+#include <math.h>
+
+/* Stiffness factor of points that have just dissolved: they still count as metal until it is their turn to lose
+ * bonds. */
+#define PDI_POINT_CELLS_PENDING 1e-300
+
+/* ---- planes of symmetry ---- */
+
+/* Layers of image cells behind a side along axis d: three horizons, but with one plane alone no more than the box
+ * has. */
+static int pdi_point_cells_count_behind(const pd_sites *s, int d, int upper)
+{
+    int depth = 3 * (int)floor(s->m + 0.5), n = s->grid->n[d];
+    if (!(s->mirrors >> (2 * d + upper) & 1)) return 0;
+    return (s->mirrors >> (2 * d) & 3) == 3 || depth < n ? depth : n;
+}
+
+/* Maps a cell of the extended box to the one it mirrors, in place. Returns a bit mask of the reflected axes. */
+static int pdi_point_cells_fold_cell(const pd_sites *s, int *at)
+{
+    int flip = 0;
+    for (int d = 0; d < PD_DIM; d++) {
+        int n = s->grid->n[d], both = (s->mirrors >> (2 * d) & 3) == 3;
+        if (at[d] >= 0 && at[d] < n) continue;
+        int place = both ? (at[d] % (2 * n) + 2 * n) % (2 * n) : at[d];
+        if (place >= 0 && place < n) at[d] = place;
+        else {
+            at[d] = place < 0 ? -1 - place : 2 * n - 1 - place;
+            flip |= 1 << d;
+        }
+    }
+    return flip;
+}
+
+/* Cell number k of the extended box: its index at, the metal node that it is or mirrors (returned; -1: none), and
+ * *flip: reflected axes, -1: within the box. */
+static int32_t pdi_point_cells_find_image(const pd_sites *s, int64_t k, int *at, int *flip)
+{
+    int folded[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++, k /= s->wide[d - 1]) folded[d] = at[d] = (int)(k % s->wide[d]) - s->below[d];
+    int inside = pdi_grid_is_inside(s->grid, at);
+    *flip = pdi_point_cells_fold_cell(s, folded);
+    if (inside) *flip = -1;
+    int32_t node = pd_grid_node(s->grid, folded);
+    return s->grid->kind[node] == PD_SOLID ? node : -1;
+}
+
+/* Cells of the extended box. */
+static int64_t pdi_point_cells_count_cells(const pd_sites *s)
+{
+    int64_t cells = 1;
+    for (int d = 0; d < PD_DIM; d++) cells *= s->wide[d];
+    return cells;
+}
+
+/* How many images there are. */
+PDI_FN void pdi_point_cells_count_images(pd_sites *s)
+{
+    int at[PD_DIM], flip;
+    for (int d = 0; d < PD_DIM; d++) {
+        s->below[d] = pdi_point_cells_count_behind(s, d, 0);
+        s->wide[d] = s->grid->n[d] + s->below[d] + pdi_point_cells_count_behind(s, d, 1);
+    }
+    for (int64_t k = 0; k < pdi_point_cells_count_cells(s) && s->mirrors; k++)
+        s->images += pdi_point_cells_find_image(s, k, at, &flip) >= 0 && flip >= 0;
+}
+
+/* The images, behind the points. */
+PDI_FN void pdi_point_cells_add_images(pd_sites *s)
+{
+    int at[PD_DIM], flip;
+    int32_t g = 0;
+    for (int32_t i = 0; i < s->count + s->images && s->images; i++) s->chain[i] = -1;
+    for (int64_t k = 0; k < pdi_point_cells_count_cells(s) && s->images; k++) {
+        int32_t node = pdi_point_cells_find_image(s, k, at, &flip);
+        s->chart[k] = node >= 0 ? s->point[node] : -1;
+        if (node < 0 || flip < 0) continue;
+        s->chart[k] = s->count + g;
+        s->of[g] = s->point[node];
+        s->flip[g] = (uint8_t)flip;
+        for (int d = 0; d < PD_DIM; d++) s->cell[g * PD_DIM + d] = at[d];
+        s->chain[s->count + g] = s->chain[s->point[node]];
+        s->chain[s->point[node]] = s->count + g++;
+    }
+    for (int32_t i = s->count; i < s->count + s->images; i++) s->stiff[i] = 1.0;
+}
+
+/* The real point that i is or mirrors. */
+static int32_t pdi_point_cells_real_point(const pd_sites *s, int32_t i)
+{
+    return i < s->count ? i : s->of[i - s->count];
+}
+
+/* Cell index of a point or image. */
+static void pdi_point_cells_get_cell(const pd_sites *s, int32_t i, int *at)
+{
+    if (i < s->count) pdi_grid_index(s->grid, s->node[i], at);
+    else
+        for (int d = 0; d < PD_DIM; d++) at[d] = s->cell[(i - s->count) * PD_DIM + d];
+}
+
+PDI_FN void pdi_point_cells_position(const pd_sites *s, int32_t i, double *x)
+{
+    int at[PD_DIM];
+    pdi_point_cells_get_cell(s, i, at);
+    for (int d = 0; d < PD_DIM; d++) x[d] = s->grid->lo[d] + ((double)at[d] + 0.5) * s->grid->h[d];
+}
+
+/* The point or image in a cell; -1: none. */
+static int32_t pdi_point_cells_find_point(const pd_sites *s, const int *at)
+{
+    int64_t k = 0;
+    if (!s->images) return pdi_grid_is_inside(s->grid, at) ? s->point[pd_grid_node(s->grid, at)] : -1;
+    for (int d = PD_DIM - 1; d >= 0; d--) {
+        int place = at[d] + s->below[d];
+        if (place < 0 || place >= s->wide[d]) return -1;
+        k = k * s->wide[d] + place;
+    }
+    return s->chart[k];
+}
+
+/* ---- bonds that leave the metal ---- */
+
+/* 1: a cell is metal, or has dissolved in this step and still counts as metal. */
+static int pdi_point_cells_is_metal(const void *self, const int *at)
+{
+    const pd_sites *s = (const pd_sites *)self;
+    int32_t i = pdi_point_cells_find_point(s, at);
+    return i >= 0 && (s->grid->kind[s->node[pdi_point_cells_real_point(s, i)]] == PD_SOLID || s->stiff[i] > 0.0);
+}
+
+/* Offset in cells from point i to point j. */
+static void pdi_point_cells_cell_offset(const pd_sites *s, int32_t i, int32_t j, int *step)
+{
+    int from[PD_DIM];
+    pdi_point_cells_get_cell(s, i, from);
+    pdi_point_cells_get_cell(s, j, step);
+    for (int d = 0; d < PD_DIM; d++) step[d] -= from[d];
+}
+
+/* 1: one of the staircase paths of cells from point i by step[] is metal throughout. */
+static int pdi_point_cells_is_connected(const pd_sites *s, int32_t i, const int *step)
+{
+    int from[PD_DIM];
+    pdi_point_cells_get_cell(s, i, from);
+    return pdi_node_visibility_has_staircase(from, step, pdi_point_cells_is_metal, s);
+}
+
+/* Parameter t > after where the line x + t xi crosses the next side of the box or of its mirror images; at most 1. */
+static double pdi_point_cells_next_side(const pd_sites *s, const double *x, const double *xi, double after)
+{
+    double best = 1.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        double length = s->grid->hi[d] - s->grid->lo[d], from = (x[d] - s->grid->lo[d]) / length, by = xi[d] / length;
+        if (!(s->mirrors >> (2 * d) & 3) || !(fabs(by) > 0.0)) continue;
+        double last = pdi_max(from, from + by);
+        for (double k = ceil(pdi_min(from, from + by)); k <= last; k += 1.0) {
+            double t = (k - from) / by;
+            if (t > after && t < best) best = t;
+        }
+    }
+    return best;
+}
+
+/* 1: the line from x along xi, folded into the box segment by segment, stays within the smooth metal. */
+static int pdi_point_cells_is_within(const pd_sites *s, const double *x, const double *xi)
+{
+    const pd_grid *grid = s->grid;
+    for (double from = 0.0; from < 1.0;) {
+        double to = pdi_point_cells_next_side(s, x, xi, from), a[PD_DIM], way[PD_DIM];
+        for (int d = 0; d < PD_DIM; d++) {
+            double length = grid->hi[d] - grid->lo[d], middle = x[d] + 0.5 * (from + to) * xi[d] - grid->lo[d];
+            double box = s->mirrors >> (2 * d) & 3 ? floor(middle / length) : 0.0;
+            int even = fabs(2.0 * floor(0.5 * box) - box) < 0.5;
+            a[d] = x[d] + from * xi[d] - box * length;
+            way[d] = (to - from) * xi[d];
+            if (even) continue;
+            a[d] = grid->lo[d] + grid->hi[d] - a[d];
+            way[d] = -way[d];
+        }
+        if (!pdi_node_visibility_is_visible(grid, a, way)) return 0;
+        from = to;
+    }
+    return 1;
+}
+
+/* A pd_joined_fn: by the metal cells between two points. */
+static int pdi_point_cells_joined_by_cells(void *user, int32_t i, int32_t j, const double *xi)
+{
+    const pd_sites *s = (const pd_sites *)user;
+    int step[PD_DIM];
+    (void)xi;
+    pdi_point_cells_cell_offset(s, i, j, step);
+    return pdi_point_cells_is_connected(s, i, step);
+}
+
+/* A pd_joined_fn: by the smooth surface. Where the depths of both ends cover the line, it needs no test. */
+static int pdi_point_cells_joined_by_surface(void *user, int32_t i, int32_t j, const double *xi)
+{
+    const pd_sites *s = (const pd_sites *)user;
+    double from[PD_DIM], deep = pdi_max(s->depth[i], 0.0) + pdi_max(s->depth[j], 0.0);
+    if (deep * deep >= pdi_vec_dot(xi, xi)) return 1;
+    pdi_point_cells_position(s, i, from);
+    return pdi_point_cells_is_within(s, from, xi);
+}
+
+/* Which bonds leave the metal of the start is to be asked of these. */
+PDI_FN void pdi_point_cells_set_joined(pd_ctx *ctx, pd_sites *s, pd_body_desc *desc)
+{
+    int nt = pdi_par_threads(ctx, (int64_t)s->count * 100);
+    (void)nt;
+    if (pdi_node_visibility_is_convex(s->grid)) return;
+    desc->user = s;
+    desc->joined = pdi_point_cells_joined_by_cells;
+    if (!pdi_node_visibility_is_smooth(s->grid)) return;
+    desc->joined = pdi_point_cells_joined_by_surface;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < s->count; i++) {
+        double x[PD_DIM];
+        pd_grid_position(s->grid, s->node[i], x);
+        s->depth[i] = -pdi_node_visibility_metal_distance(s->grid, x);
+    }
+    for (int32_t g = 0; g < s->images; g++) s->depth[s->count + g] = s->depth[s->of[g]];
+}
+
+/* ---- metal that goes ---- */
+
+/* 1: a cell at offset off[] from the start of a line of step[] cells may belong to one of its staircase paths. */
+static int pdi_point_cells_may_cross(const int *off, const int *step)
+{
+    int length = 0;
+    for (int d = 0; d < PD_DIM; d++) {
+        if (off[d] < (step[d] < 0 ? step[d] : 0) || off[d] > (step[d] > 0 ? step[d] : 0)) return 0;
+        length = step[d] > length ? step[d] : -step[d] > length ? -step[d] : length;
+    }
+    for (int d = 0; d < PD_DIM; d++)
+        for (int e = 0; e < d; e++) { /* it is two cells off the line along an axis, at most */
+            int across = off[d] * step[e] - off[e] * step[d];
+            if (across > 4 * length || -across > 4 * length) return 0;
+        }
+    return 1;
+}
+
+/* 1: the line of step[] cells passes the cell at offset off[], and not only an edge of it. */
+static int pdi_point_cells_is_crossed(const int *off, const int *step)
+{
+    double from = 0.0, to = 1.0;
+    for (int d = 0; d < PD_DIM; d++) {
+        double low = ((double)off[d] - 0.5) / (step[d] ? step[d] : 1);
+        double high = ((double)off[d] + 0.5) / (step[d] ? step[d] : 1);
+        if (!step[d] && off[d]) return 0;
+        if (!step[d]) continue;
+        from = pdi_max(from, pdi_min(low, high));
+        to = pdi_min(to, pdi_max(low, high));
+    }
+    return to > from + 1e-9;
+}
+
+/* Breaks the bonds of point i that led through the dissolved point `gone` alone. A bond that no staircase connected
+ * before, as in a thin part with smooth faces, breaks where its line passes the cell. */
+static void pdi_point_cells_break_through(const pd_sites *s, pd_body *body, int32_t gone, int32_t i)
+{
+    double stiff = s->stiff[gone];
+    for (pd_walk f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
+        int off[PD_DIM], step[PD_DIM];
+        if (f.to < i || pdi_body_bond_is_broken(&f)) continue;
+        pdi_point_cells_cell_offset(s, i, gone, off);
+        pdi_point_cells_cell_offset(s, i, f.to, step);
+        if (!pdi_point_cells_may_cross(off, step)) continue;
+        int before = pdi_point_cells_is_connected(s, i, step);
+        s->stiff[gone] = 0.0;
+        int after = pdi_point_cells_is_connected(s, i, step);
+        s->stiff[gone] = stiff;
+        if (before ? !after : pdi_point_cells_is_crossed(off, step)) pdi_body_break_bond(body, i, &f);
+    }
+}
+
+/* Point `gone` has dissolved: breaks its bonds, and those of all points nearby that led through it. */
+static void pdi_point_cells_dissolve_point(const pd_sites *s, pd_body *body, int32_t gone)
+{
+    int reach = (int)ceil(s->m + 0.5), wide = 2 * reach + 1, all = pdi_grid_count_cube(reach), cell[PD_DIM];
+    pdi_body_break_all_bonds(body, gone);
+    pdi_point_cells_get_cell(s, gone, cell);
+    for (int k = 0; k < all; k++) {
+        int at[PD_DIM];
+        for (int d = 0, rest = k; d < PD_DIM; d++, rest /= wide) at[d] = cell[d] + rest % wide - reach;
+        int32_t i = pdi_point_cells_find_point(s, at);
+        if (i >= 0 && i != gone) pdi_point_cells_break_through(s, body, gone, i);
+    }
+    s->stiff[gone] = 0.0;
+}
+
+/* Points and their images, one after another: each sees the others as metal until it is its turn. */
+PDI_FN int pdi_point_cells_dissolve_nodes(const pd_sites *s, pd_body *body, const int32_t *turned, int32_t count)
+{
+    int gone = 0;
+    for (int way = 0; way < 2; way++)
+        for (int32_t k = 0; k < count; k++)
+            for (int32_t i = s->point[turned[k]]; i >= 0; i = s->images ? s->chain[i] : -1) {
+                gone = 1;
+                if (way) pdi_point_cells_dissolve_point(s, body, i);
+                else s->stiff[i] = pdi_max(s->stiff[i], PDI_POINT_CELLS_PENDING);
+            }
+    return gone;
+}
+
+PDI_FN void pdi_point_cells_list(pdi_array_visitor *owner, void *object)
+{
+    pd_sites *sites = (pd_sites *)object;
+    int64_t all = (int64_t)sites->count + sites->images;
+    PDI_ARRAY(owner, sites, cell, sites->images * PD_DIM, "1");
+    PDI_ARRAY(owner, sites, chain, all, "1");
+    PDI_ARRAY(owner, sites, chart, pdi_point_cells_count_cells(sites), "1");
+}
+
+#undef PDI_POINT_CELLS_PENDING

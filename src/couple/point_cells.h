@@ -1,0 +1,45 @@
+/* point_cells: grid cells of the material points of a body, and of their mirror images behind planes of symmetry; which
+ * bonds lie within the metal, and which break as cells dissolve.
+ */
+#ifndef PD_POINT_CELLS_H
+#define PD_POINT_CELLS_H
+#include "lattice/grid.h"
+#include "solid/body.h"
+
+typedef struct pd_sites {
+    const pd_grid *grid;  /* borrowed, as all down to flip */
+    const int32_t *node;  /* [count] of the points */
+    const int32_t *point; /* [total] of the nodes; -1: none */
+    double *stiff;        /* [count + images] [-] stiffness factor; 0: dissolved */
+    double *depth;        /* [count + images] [m] below the surface, while the body is built */
+    int32_t *of;          /* [images] as of pd_mirrored */
+    uint8_t *flip;        /* [images] */
+    double m;             /* [-] horizon over the spacing */
+    int mirrors;          /* bit s: side s of the box is a plane of symmetry */
+    int32_t count;        /* points */
+    int32_t images;       /* of them, which come last */
+    int32_t *cell;        /* [images][PD_DIM] cells of images, in the box as it goes on behind its sides */
+    int32_t *chain;       /* [count + images with images] the next image of the same point, -1: none */
+    int32_t *chart;       /* [wide[0] ..] with images: the point of each cell of the extended box, -1: none */
+    int32_t wide[PD_DIM]; /* cells of the extended box along each axis */
+    int below[PD_DIM];    /* of these below the lower side of the box */
+} pd_sites;
+
+#ifdef PDI_INTERNAL
+/* Describes the arrays of mirror images. */
+PDI_FN void pdi_point_cells_list(pdi_array_visitor *owner, void *sites);
+/* Counts the mirror images by grid, horizon and planes of symmetry, and sizes the extended box. */
+PDI_FN void pdi_point_cells_count_images(pd_sites *sites);
+/* Fills in the mirror images, numbered behind the points, and the map of cells. */
+PDI_FN void pdi_point_cells_add_images(pd_sites *sites);
+/* Position x [m] of a point or image. */
+PDI_FN void pdi_point_cells_position(const pd_sites *sites, int32_t i, double *x);
+/* Sets the callback of desc that decides which bonds lie within the initial metal: none for convex metal, by smooth
+ * surfaces, or by cells. */
+PDI_FN void pdi_point_cells_set_joined(pd_ctx *ctx, pd_sites *sites, pd_body_desc *desc);
+/* Nodes turned [count] have become fluid: breaks their bonds, and those of other points that led through them alone.
+ * Returns 1: one of them was a point of the body. */
+PDI_FN int pdi_point_cells_dissolve_nodes(const pd_sites *sites, pd_body *body, const int32_t *turned, int32_t count);
+#endif
+
+#endif

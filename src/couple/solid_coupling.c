@@ -1,0 +1,671 @@
+/* solid_coupling: see solid_coupling.h */
+#include "couple/solid_coupling.h"
+#include "core/par.h"
+#include "core/vec.h"
+#include "lattice/node_visibility.h"
+#include <math.h>
+#include <string.h>
+
+/* Elastic strain that is no longer small: Green's strain differs by half of the strain, a tenth. Plastic strain that is
+ * no longer small: the metal has doubled its length. */
+#define PDI_SOLID_COUPLING_MAX_STRAIN 0.2
+#define PDI_SOLID_COUPLING_MAX_PLASTIC_STRAIN 1.0
+/* Time steps in dynamics between interpenetration checks: a wave passes one cell in a step, and parts are slower. */
+#define PDI_SOLID_COUPLING_CHECK_INTERVAL 16
+
+enum { PDI_SOLID_COUPLING_TENSOR = PD_DIM * PD_DIM };
+
+PDI_FN void pdi_solid_coupling_list(pdi_array_visitor *owner, void *object)
+{
+    pd_structure *structure = (pd_structure *)object;
+    int64_t all = (int64_t)structure->count + structure->sites.images;
+    PDI_ARRAY(owner, structure, node, structure->count, "1");
+    PDI_ARRAY(owner, structure, point, structure->total, "1");
+    PDI_ARRAY(owner, structure, held, all * PD_DIM, "1");
+    PDI_ARRAY_STATE(owner, structure, stiff, all, "1");
+    PDI_ARRAY(owner, structure, stress, all * PDI_SOLID_COUPLING_TENSOR, "Pa");
+    PDI_ARRAY(owner, structure, pressure, structure->count, "Pa");
+    PDI_ARRAY(owner, structure, mises, structure->count, "Pa");
+    PDI_ARRAY(owner, structure, slip, pdi_solid_coupling_is_plastic(structure) ? all : 0, "1");
+    PDI_ARRAY(owner, structure, across, PD_DIM == 2 ? structure->count : 0, "Pa");
+    PDI_ARRAY(owner, structure, density, all, "J/m3");
+    PDI_ARRAY(owner, structure, factor, structure->desc.pace ? structure->total : 0, "1");
+    PDI_SCALAR_STATE(owner, structure, overlap.most, "m");
+    if (!pdi_solid_coupling_is_dynamic(structure)) return;
+    PDI_ARRAY_STATE(owner, structure, load, all * PD_DIM, "N/m3");
+    PDI_ARRAY(owner, structure, target, all * PD_DIM, "m");
+}
+
+PDI_FN double pdi_solid_coupling_damage(const pd_structure *s, int32_t point)
+{
+    int64_t all = s->body.row[point + 1] - s->body.row[point];
+    return all ? 1.0 - (double)pdi_body_count_intact(&s->body, point) / (double)all : 0.0;
+}
+
+/* ---- build ---- */
+
+/* 1: the description has a failure criterion of bonds. */
+static int pdi_solid_coupling_has_failure(const pd_structure_desc *desc)
+{
+    return desc->breaks.critical > 0.0 || desc->breaks.fracture > 0.0;
+}
+
+PDI_FN int pdi_solid_coupling_can_interpenetrate(const pd_structure *s)
+{
+    return s->overlap.parts > 1 || s->body.places > s->body.charted || !pdi_body_is_intact(&s->body) ||
+           pdi_solid_coupling_has_failure(&s->desc) || s->desc.fracture > 0.0;
+}
+
+/* Material points at the solid nodes, their mirror images, and the body with its bonds. */
+static pd_status pdi_solid_coupling_build_body(pd_ctx *ctx, pd_structure *s)
+{
+    const pd_grid *grid = s->grid;
+    double *position = NULL, *volume = NULL, cell = 1.0;
+    pd_body_desc desc;
+    memset(&desc, 0, sizeof desc);
+    for (int d = 0; d < PD_DIM; d++) cell *= grid->h[d];
+    int32_t all = s->count + s->sites.images;
+    pd_status status = PDI_NEW(ctx, "structure", (int64_t)all * PD_DIM, position);
+    if (status == PD_OK) status = PDI_NEW(ctx, "structure", all, volume);
+    for (int32_t i = 0, k = 0; i < grid->total && status == PD_OK; i++) {
+        int at[PD_DIM];
+        pdi_grid_index(grid, i, at);
+        s->point[i] = -1;
+        if (grid->kind[i] != PD_SOLID || !pdi_grid_is_inside(grid, at)) continue;
+        s->node[k] = i;
+        s->point[i] = k;
+        pd_grid_position(grid, i, position + (int64_t)k * PD_DIM);
+        s->stiff[k] = 1.0;
+        volume[k++] = cell;
+    }
+    s->sites.node = s->node;
+    s->sites.point = s->point;
+    s->sites.stiff = s->stiff;
+    s->sites.depth = s->density;
+    s->sites.of = s->mirrored.of;
+    s->sites.flip = s->mirrored.flip;
+    if (status == PD_OK) pdi_point_cells_add_images(&s->sites);
+    for (int64_t k = (int64_t)s->count * PD_DIM; k < (int64_t)all * PD_DIM; k++) s->held[k] = 1;
+    for (int32_t i = s->count; i < all && status == PD_OK; i++) {
+        pdi_point_cells_position(&s->sites, i, position + (int64_t)i * PD_DIM);
+        volume[i] = cell;
+    }
+    desc.count = all;
+    desc.position = position;
+    desc.volume = volume;
+    desc.spacing = grid->h[0];
+    desc.horizon = s->desc.m * grid->h[0];
+    if (status == PD_OK) pdi_point_cells_set_joined(ctx, &s->sites, &desc);
+    if (status == PD_OK) status = pd_body_build(ctx, &desc, &s->body);
+    s->body.own = s->count;
+    s->body.of = s->mirrored.of;
+    s->body.flip = s->mirrored.flip;
+    memset(s->density, 0, (size_t)all * sizeof *s->density);
+    PDI_DELETE(ctx, all, volume);
+    PDI_DELETE(ctx, (int64_t)all * PD_DIM, position);
+    return status;
+}
+
+/* Counts the solid nodes and their images. PD_ERR_ARGUMENT, PD_ERR_GEOMETRY: a lattice or metal that does not suit. */
+static pd_status pdi_solid_coupling_count_points(pd_ctx *ctx, pd_structure *s)
+{
+    const pd_grid *grid = s->grid;
+    for (int d = 1; d < PD_DIM; d++)
+        if (fabs(grid->h[d] - grid->h[0]) > 1e-9 * grid->h[0])
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "spacings of %g and %g m, expected one spacing along all"
+                            " axes", grid->h[0], grid->h[d]);
+    if (grid->circumference)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "an axisymmetric lattice, expected a planar one");
+    for (int32_t i = 0; i < grid->total; i++) {
+        int at[PD_DIM];
+        pdi_grid_index(grid, i, at);
+        s->count += grid->kind[i] == PD_SOLID && pdi_grid_is_inside(grid, at);
+    }
+    if (!s->count) return pdi_fail(ctx, PD_ERR_GEOMETRY, "structure", "no metal, expected a solid that bears loads");
+    s->sites.grid = grid;
+    s->sites.m = s->desc.m;
+    s->sites.mirrors = s->desc.mirrors;
+    s->sites.count = s->count;
+    pdi_point_cells_count_images(&s->sites);
+    if ((double)s->count + (double)s->sites.images < 2e9) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_SIZE, "structure", "%g nodes of metal and as many as %g images of them: too many",
+                    (double)s->count, (double)s->sites.images);
+}
+
+/* Breaks the bonds that cross a pre-crack, segment by segment of a polyline. PD_ERR_GEOMETRY: it crosses none. */
+static pd_status pdi_solid_coupling_apply_precrack(pd_ctx *ctx, pd_structure *s, const pd_structure_cut *cut)
+{
+    int pieces = PD_DIM == 2 && cut->corners > 2 ? cut->corners - 1 : 1;
+    int64_t broken, all = 0;
+    for (int k = 0; k < pieces; k++) {
+        char message[PD_MESSAGE_SIZE];
+        pd_cut piece;
+        piece.corners = PD_DIM == 2 && cut->corners > 2 ? 2 : cut->corners;
+        piece.corner = cut->corner + k * PD_DIM;
+        pd_status status = pd_body_cut(ctx, &s->body, &piece, 1, &broken);
+        memcpy(message, ctx->message, sizeof message);
+        if (status < 0) return pdi_fail(ctx, status, "structure", "'%.60s': %.400s", cut->name, message);
+        all += broken;
+    }
+    if (all) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_GEOMETRY, "structure", "the cut '%.60s' crosses no bond of the metal", cut->name);
+}
+
+/* Sets up the interpenetration check with the initial components. */
+static pd_status pdi_solid_coupling_init_interpenetration(pd_ctx *ctx, pd_structure *s)
+{
+    s->overlap.grid = s->grid;
+    s->overlap.body = &s->body;
+    s->overlap.node = s->node;
+    s->overlap.point = s->point;
+    s->overlap.stiff = s->stiff;
+    s->overlap.count = s->count;
+    return pdi_node_visibility_is_convex(s->grid) ? PD_OK : pdi_interpenetration_build(ctx, &s->overlap);
+}
+
+/* 1: a point has an unbroken bond. */
+static int pdi_solid_coupling_has_bonds(const pd_structure *s)
+{
+    for (int32_t i = 0; i < s->count; i++)
+        if (pdi_body_count_intact(&s->body, i)) return 1;
+    return 0;
+}
+
+/* Description of the bond-based material. */
+static pd_microelastic_desc pdi_solid_coupling_microelastic_desc(const pd_structure *s)
+{
+    pd_microelastic_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.young = s->desc.elastic.young;
+    desc.plane = s->desc.elastic.plane;
+    desc.influence = s->desc.elastic.influence;
+    desc.fracture = s->desc.fracture;
+    return desc;
+}
+
+/* Description of the ordinary state-based material. */
+static pd_ordinary_desc pdi_solid_coupling_ordinary_desc(const pd_structure *s)
+{
+    pd_ordinary_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.young = s->desc.elastic.young;
+    desc.poisson = s->desc.elastic.poisson;
+    desc.plane = s->desc.elastic.plane;
+    desc.influence = s->desc.elastic.influence;
+    desc.stiff = s->stiff;
+    desc.linear = 1;
+    desc.loose = 1;
+    return desc;
+}
+
+/* Description of the large-strain material. */
+static pd_finite_desc pdi_solid_coupling_finite_strain_desc(const pd_structure *s)
+{
+    pd_finite_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.law.kind = s->desc.material == PD_STRUCTURE_NEO_HOOKEAN ? PD_FINITE_NEO_HOOKEAN
+                    : pdi_solid_coupling_is_plastic(s)           ? PD_FINITE_J2
+                                                                 : PD_FINITE_HENCKY;
+    desc.law.young = s->desc.elastic.young;
+    desc.law.poisson = s->desc.elastic.poisson;
+    desc.law.plane = s->desc.elastic.plane;
+    desc.law.yield = s->desc.elastic.yield;
+    desc.law.hardening = s->desc.elastic.hardening;
+    desc.influence = s->desc.elastic.influence;
+    desc.stiff = s->stiff;
+    desc.keep = 1;
+    desc.loose = 1;
+    return desc;
+}
+
+PDI_FN void pdi_solid_coupling_attach_material(pd_structure *s)
+{
+    switch (s->desc.material) {
+    case PD_STRUCTURE_SPRINGS: s->springs.body = &s->body; break;
+    case PD_STRUCTURE_ORDINARY: s->ordinary.body = &s->body; break;
+    case PD_STRUCTURE_NEO_HOOKEAN:
+    case PD_STRUCTURE_HENCKY:
+        s->finite.body = &s->body;
+        s->finite.desc = pdi_solid_coupling_finite_strain_desc(s);
+        break;
+    case PD_STRUCTURE_CORRESPONDENCE:
+        s->elastic.body = &s->body;
+        s->elastic.plastic.count = pdi_solid_coupling_is_plastic(s) ? s->count : 0;
+    }
+}
+
+PDI_FN pd_solid pdi_solid_coupling_material_interface(pd_structure *s)
+{
+    switch (s->desc.material) {
+    case PD_STRUCTURE_SPRINGS: return pd_microelastic_solid(&s->springs);
+    case PD_STRUCTURE_ORDINARY: return pd_ordinary_solid(&s->ordinary);
+    case PD_STRUCTURE_NEO_HOOKEAN:
+    case PD_STRUCTURE_HENCKY: return pd_finite_solid(&s->finite);
+    case PD_STRUCTURE_CORRESPONDENCE: break;
+    }
+    return pd_elastic_solid(&s->elastic);
+}
+
+/* Builds the chosen material. */
+static pd_status pdi_solid_coupling_build_material(pd_ctx *ctx, pd_structure *s)
+{
+    pd_microelastic_desc springs = pdi_solid_coupling_microelastic_desc(s);
+    pd_ordinary_desc ordinary = pdi_solid_coupling_ordinary_desc(s);
+    pd_finite_desc finite = pdi_solid_coupling_finite_strain_desc(s);
+    switch (s->desc.material) {
+    case PD_STRUCTURE_SPRINGS: return pd_microelastic_build(ctx, &s->body, &springs, &s->springs);
+    case PD_STRUCTURE_ORDINARY: return pd_ordinary_build(ctx, &s->body, &ordinary, &s->ordinary);
+    case PD_STRUCTURE_NEO_HOOKEAN:
+    case PD_STRUCTURE_HENCKY: return pd_finite_build(ctx, &s->body, &finite, &s->finite);
+    case PD_STRUCTURE_CORRESPONDENCE: break;
+    }
+    s->desc.elastic.stiff = s->stiff;
+    s->desc.elastic.loose = 1;
+    return pd_elastic_build(ctx, &s->body, &s->desc.elastic, &s->elastic);
+}
+
+/* Replaces the fracture energy of a criterion by the critical bond energy of a growing crack, in 2D and 3D. In 1D a
+ * chain breaks at once. */
+static pd_status pdi_solid_coupling_calibrate_fracture(pd_ctx *ctx, const pd_structure *s, pd_criterion_desc *criterion)
+{
+#if PD_DIM > 1
+    if (!(criterion->fracture > 0.0)) return PD_OK;
+    PDI_TRY(pdi_fracture_calibration_compute_critical(ctx, &s->body, &s->desc.elastic, criterion->fracture,
+                                                      &criterion->critical));
+    criterion->fracture = 0.0;
+#endif
+    (void)ctx;
+    (void)s;
+    (void)criterion;
+    return PD_OK;
+}
+
+/* Builds the quasi-static solver. */
+static pd_status pdi_solid_coupling_build_static(pd_ctx *ctx, pd_structure *s)
+{
+    pd_quasi_static_desc rest;
+    memset(&rest, 0, sizeof rest);
+    rest.held = s->held;
+    rest.load = s->desc.load;
+    rest.user = s->desc.user;
+    rest.criterion = s->desc.breaks;
+    if (s->desc.material == PD_STRUCTURE_SPRINGS) rest.criterion.critical = s->springs.critical;
+    PDI_TRY(pdi_solid_coupling_calibrate_fracture(ctx, s, &rest.criterion));
+    rest.eager = -1.0;
+    rest.rtol = s->desc.rtol;
+    return pd_quasi_static_build(ctx, &s->solid, &rest, &s->rest);
+}
+
+/* Builds the Verlet integrator. */
+static pd_status pdi_solid_coupling_build_dynamic(pd_ctx *ctx, pd_structure *s)
+{
+    pd_verlet_desc motion;
+    memset(&motion, 0, sizeof motion);
+    motion.density = s->desc.density;
+    motion.load = s->load;
+    motion.held = s->held;
+    return pd_verlet_build(ctx, &s->solid, &motion, &s->motion);
+}
+
+/* PD_ERR_ARGUMENT: values or combinations of material, failure, plasticity and dynamics that do not exist. */
+static pd_status pdi_solid_coupling_check(pd_ctx *ctx, const pd_structure_desc *desc)
+{
+    int springs = desc->material == PD_STRUCTURE_SPRINGS, flows = desc->elastic.yield > 0.0;
+    if ((int)desc->material < 0 || desc->material > PD_STRUCTURE_HENCKY || !(desc->density >= 0.0) ||
+        !(desc->fracture >= 0.0))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "material %d, a density of %g kg/m3 and %g J/m2, expected 0 "
+                        "to %d and numbers that are not negative", (int)desc->material, desc->density, desc->fracture,
+                        (int)PD_STRUCTURE_HENCKY);
+    if (springs && (pdi_solid_coupling_has_failure(desc) || flows || desc->pace))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "springs with a criterion, a yield stress or a pace, "
+                        "expected an energy of cracks alone");
+    if (!springs && (desc->fracture > 0.0 || (desc->density > 0.0 && (pdi_solid_coupling_has_failure(desc) || flows))))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "metal other than springs with an energy of cracks, or that "
+                        "breaks or flows in motion, expected a balance with a criterion, or springs");
+    if (desc->breaks.fracture > 0.0 && desc->material != PD_STRUCTURE_CORRESPONDENCE)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "an energy of cracks of material %d, expected small strains "
+                        "by correspondence, springs, or a critical value of bonds", (int)desc->material);
+    if (flows && desc->material != PD_STRUCTURE_CORRESPONDENCE && desc->material != PD_STRUCTURE_HENCKY)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "a yield stress of material %d, expected one of small "
+                        "strains or Hencky's", (int)desc->material);
+    return PD_OK;
+}
+
+/* PD_ERR_ARGUMENT: planes of symmetry with cracks or breaking bonds, which are not reflected. */
+static pd_status pdi_solid_coupling_check_images(pd_ctx *ctx, const pd_structure *s, const pd_structure_desc *desc)
+{
+    if (!s->sites.images || !(desc->cut_count || pdi_solid_coupling_has_failure(desc) || desc->fracture > 0.0))
+        return PD_OK;
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "metal with a crack, or whose bonds break, meets a plane of "
+                    "symmetry (flow = mirror): expected all of the body, or a side that holds it there (ux = 0)");
+}
+
+/* Inner part of the build; after an error the caller frees. */
+static pd_status pdi_solid_coupling_build_inner(pd_ctx *ctx, const pd_grid *grid, const pd_structure_desc *desc,
+                                                pd_structure *s)
+{
+    memset(s, 0, sizeof *s);
+    PDI_TRY(pdi_solid_coupling_check(ctx, desc));
+    s->desc = *desc;
+    s->grid = grid;
+    s->total = grid->total;
+    s->desc.cuts = NULL;
+    PDI_TRY(pdi_solid_coupling_count_points(ctx, s));
+    PDI_TRY(pdi_solid_coupling_check_images(ctx, s, desc));
+    s->mirrored.count = s->count;
+    s->mirrored.images = s->sites.images;
+    if (s->sites.images) PDI_TRY(pdi_mirror_symmetry_build(ctx, &s->mirrored));
+    if (s->sites.images) PDI_TRY(pdi_array_registry_build(ctx, pdi_point_cells_list, &s->sites));
+    PDI_TRY(pdi_array_registry_build(ctx, pdi_solid_coupling_list, s));
+    PDI_TRY(pdi_solid_coupling_build_body(ctx, s));
+    PDI_TRY(pdi_solid_coupling_init_interpenetration(ctx, s));
+    for (int k = 0; k < desc->cut_count; k++) PDI_TRY(pdi_solid_coupling_apply_precrack(ctx, s, &desc->cuts[k]));
+    PDI_TRY(pdi_solid_coupling_build_material(ctx, s));
+    s->solid = pdi_solid_coupling_material_interface(s);
+    if (s->sites.images) {
+        pd_solid inner = s->solid;
+        s->solid = pdi_mirror_symmetry_build_interface(&s->mirrored, &inner);
+    }
+    if (!pdi_solid_coupling_has_bonds(s))
+        return pdi_fail(ctx, PD_ERR_GEOMETRY, "structure", "the metal is too thin to bear loads: no node has bonds "
+                        "along all directions; choose a smaller h");
+    if (pdi_solid_coupling_can_interpenetrate(s)) PDI_TRY(pdi_interpenetration_prepare(ctx, &s->overlap));
+    for (int32_t i = 0; i < s->total && desc->pace; i++) s->factor[i] = desc->factor ? desc->factor[i] : 1.0;
+    return pdi_solid_coupling_is_dynamic(s) ? pdi_solid_coupling_build_dynamic(ctx, s)
+                                            : pdi_solid_coupling_build_static(ctx, s);
+}
+
+pd_status pd_structure_build(pd_ctx *ctx, const pd_grid *grid, const pd_structure_desc *desc, pd_structure *s)
+{
+    pd_status status = pdi_solid_coupling_build_inner(ctx, grid, desc, s);
+    if (status < 0) pd_structure_free(ctx, s);
+    return status;
+}
+
+void pd_structure_free(pd_ctx *ctx, pd_structure *s)
+{
+    pd_verlet_free(ctx, &s->motion);
+    pd_quasi_static_free(ctx, &s->rest);
+    pd_finite_free(ctx, &s->finite);
+    pd_ordinary_free(ctx, &s->ordinary);
+    pd_microelastic_free(ctx, &s->springs);
+    pd_elastic_free(ctx, &s->elastic);
+    pdi_interpenetration_free(ctx, &s->overlap);
+    pdi_array_registry_free(ctx, pdi_point_cells_list, &s->sites);
+    pdi_mirror_symmetry_free(ctx, &s->mirrored);
+    pd_body_free(ctx, &s->body);
+    pdi_array_registry_free(ctx, pdi_solid_coupling_list, s);
+    memset(s, 0, sizeof *s);
+}
+
+/* ---- stress ---- */
+
+/* Stress of the remaining metal: stress tensors, pressure, von Mises and plastic strain of all points. Bond-based
+ * materials have none. */
+static void pdi_solid_coupling_compute_stress(pd_ctx *ctx, pd_structure *s)
+{
+    const pd_solid *solid = &s->solid;
+    s->seen = s->rest.solves;
+    if (solid->slip) solid->slip(ctx, solid->self, s->slip);
+    if (!solid->stress) return;
+    solid->stress(ctx, solid->self, pdi_solid_coupling_displacements(s), s->stress);
+    for (int32_t i = 0; i < s->count; i++) {
+        double *p = s->stress + (int64_t)i * PDI_SOLID_COUPLING_TENSOR;
+        double over = s->stiff[i] > 0.0 ? 1.0 / s->stiff[i] : 0.0;
+        double normal = solid->normal ? over * solid->normal(solid->self, i, p) : 0.0;
+        for (int k = 0; k < PDI_SOLID_COUPLING_TENSOR; k++) p[k] *= over;
+        s->mises[i] = pdi_material_interface_von_mises(p, normal, &s->pressure[i]);
+        if (PD_DIM == 2) s->across[i] = normal;
+    }
+}
+
+/* PD_ERR_STATE: strains of a small-strain material are too large. */
+static pd_status pdi_solid_coupling_check_small_strains(pd_ctx *ctx, const pd_structure *s)
+{
+    double young = s->desc.elastic.young, x[PD_DIM];
+    if (s->desc.material != PD_STRUCTURE_CORRESPONDENCE && s->desc.material != PD_STRUCTURE_ORDINARY) return PD_OK;
+    for (int32_t i = 0; i < s->count; i++) {
+        double strain = pdi_max(s->mises[i], fabs(s->pressure[i])) / young;
+        double slip = s->solid.slip ? s->slip[i] : 0.0;
+        if (strain < PDI_SOLID_COUPLING_MAX_STRAIN && slip < PDI_SOLID_COUPLING_MAX_PLASTIC_STRAIN) continue;
+        pd_grid_position(s->grid, s->node[i], x);
+        return pdi_fail(ctx, PD_ERR_STATE, "structure", "the metal at x = %g m has a stress of %g of E and a plastic "
+                        "strain of %g at t = %g s: expected small strains", x[0], strain, slip, s->rest.time);
+    }
+    return PD_OK;
+}
+
+/* PD_ERR_STATE: components that were apart at the start interpenetrate, as contact is not computed. */
+static pd_status pdi_solid_coupling_check_interpenetration(pd_ctx *ctx, pd_structure *s, double t)
+{
+    pd_overlap *o = &s->overlap;
+    char place[2][PDI_GRID_POSITION_LENGTH];
+    if (!o->bins) return PD_OK;
+    pdi_interpenetration_compute(o, pdi_solid_coupling_displacements(s));
+    if (!(o->pieces > 0.0)) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_STATE, "structure",
+                    "two parts of the metal that were apart at the start meet at t = "
+                    "%g s: what was at %s m and what was at %s m overlap by %g m; they would pass through each other, "
+                    "since contact is not computed",
+                    t, pdi_grid_format_position(s->grid, s->node[o->first], place[0]),
+                    pdi_grid_format_position(s->grid, s->node[o->other], place[1]), o->pieces);
+}
+
+/* Factors of the dissolution rate at all solid nodes, by stress and plastic strain. PD_ERR_STATE: one is negative or
+ * not finite. */
+static pd_status pdi_solid_coupling_update_rate_factors(pd_ctx *ctx, pd_structure *s)
+{
+    pd_structure_at at;
+    for (int32_t i = 0; i < s->count && s->desc.pace; i++) {
+        int32_t node = s->node[i];
+        if (s->grid->kind[node] != PD_SOLID) continue;
+        pd_grid_position(s->grid, node, at.x);
+        at.t = s->rest.time;
+        at.pressure = s->pressure[i];
+        at.mises = s->mises[i];
+        at.slip = s->solid.slip ? s->slip[i] : 0.0;
+        double pace = s->desc.pace(s->desc.pace_user, &at);
+        if (!(pace >= 0.0) || !(pace < 1e100))
+            return pdi_fail(ctx, PD_ERR_STATE, "structure", "the factor of the speed is %g where the mean stress is %g "
+                            "Pa, at x = %g m: expected a finite one of at least 0", pace, at.pressure, at.x[0]);
+        s->factor[node] = pace * (s->desc.factor ? s->desc.factor[node] : 1.0);
+    }
+    if (s->desc.pace && s->dissolve) s->dissolve->reached = 0; /* what it knows of factors */
+    return PD_OK;
+}
+
+/* ---- a process ---- */
+
+/* PD_ERR_ARGUMENT: a body in dynamics, or a bond-based one, is to dissolve. */
+static pd_status pdi_solid_coupling_check_no_dissolution(pd_ctx *ctx, const pd_structure *s)
+{
+    if (!s->dissolve || (!pdi_solid_coupling_is_dynamic(s) && s->desc.material != PD_STRUCTURE_SPRINGS)) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure",
+                    "a body %s is to dissolve, expected one in balance that is none "
+                    "of springs",
+                    pdi_solid_coupling_is_dynamic(s) ? "in motion" : "of springs");
+}
+
+/* Stiffness factors from the remaining metal; marks the equilibrium as stale where one has changed. */
+static void pdi_solid_coupling_update_stiffness(pd_structure *s)
+{
+    const pd_dissolve *d = s->dissolve;
+    for (int32_t i = 0; i < s->count; i++) {
+        if (s->grid->kind[s->node[i]] != PD_SOLID) continue;
+        double left = d->transport->c[s->node[i]] / pdi_metal_solid(d, s->node[i]);
+        if (!(fabs(left - s->stiff[i]) > 0.0)) continue;
+        s->stiff[i] = left;
+        for (int32_t g = s->sites.images ? s->sites.chain[i] : -1; g >= 0; g = s->sites.chain[g]) s->stiff[g] = left;
+        s->rest.stale = 1;
+    }
+}
+
+/* Equilibrium at time t [s], then stress, checks and rate factors where it is new. */
+static pd_status pdi_solid_coupling_solve_at(pd_ctx *ctx, pd_structure *s, double t)
+{
+    if (s->dissolve) pdi_solid_coupling_update_stiffness(s);
+    pd_status status = pd_quasi_static_to(ctx, &s->rest, t);
+    if (status < 0) return status;
+    if (s->seen != s->rest.solves) {
+        pdi_solid_coupling_compute_stress(ctx, s);
+        PDI_TRY(pdi_solid_coupling_check_small_strains(ctx, s));
+        PDI_TRY(pdi_solid_coupling_check_interpenetration(ctx, s, t));
+        PDI_TRY(pdi_solid_coupling_update_rate_factors(ctx, s));
+    }
+    return status;
+}
+
+/* Process callback, statics: without dissolution the body follows to any time asked for; with it, it stays that of the
+ * last step. */
+static pd_status pdi_solid_coupling_process_solve_at(pd_ctx *ctx, void *self, double t)
+{
+    pd_structure *s = (pd_structure *)self;
+    PDI_TRY(pdi_solid_coupling_check_no_dissolution(ctx, s));
+    return s->dissolve && s->rest.known ? PD_OK : pdi_solid_coupling_solve_at(ctx, s, t);
+}
+
+/* Process callback, statics: equilibrium at the end of a step. */
+static pd_status pdi_solid_coupling_process_finish(pd_ctx *ctx, void *self, double t)
+{
+    return pdi_solid_coupling_solve_at(ctx, (pd_structure *)self, t);
+}
+
+/* Process callback: nodes turned [count] have become fluid and lose their bonds. */
+static pd_status pdi_solid_coupling_process_changed(pd_ctx *ctx, void *self, const int32_t *turned, int32_t count)
+{
+    pd_structure *s = (pd_structure *)self;
+    (void)ctx;
+    if (pdi_point_cells_dissolve_nodes(&s->sites, &s->body, turned, count)) s->rest.stale = 1;
+    return PD_OK;
+}
+
+/* Process callback, statics: checkpoint. */
+static pd_status pdi_solid_coupling_process_store(pd_ctx *ctx, void *self, pd_archive *archive)
+{
+    pd_structure *s = (pd_structure *)self;
+    pd_process rest = pd_quasi_static_process(&s->rest);
+    PDI_TRY(pdi_array_registry_store(ctx, pdi_solid_coupling_list, s, archive));
+    PDI_TRY(rest.store(ctx, rest.self, archive));
+    if (!archive->reading || !s->rest.known) return PD_OK;
+    pdi_solid_coupling_compute_stress(ctx, s);
+    return pdi_solid_coupling_update_rate_factors(ctx, s);
+}
+
+/* ---- motion ---- */
+
+/* Loads at time t, and prescribed displacements at that time into s->target. */
+static pd_status pdi_solid_coupling_set_loads(pd_ctx *ctx, pd_structure *s, double t)
+{
+    int64_t n = (int64_t)s->count * PD_DIM;
+    for (int64_t k = 0; k < n; k++) s->load[k] = 0.0;
+    memcpy(s->target, s->motion.u, (size_t)n * sizeof *s->target);
+    return s->desc.load(ctx, s->desc.user, t, s->target, s->load);
+}
+
+/* Process callback, dynamics: initial loads and prescribed displacements. */
+static pd_status pdi_solid_coupling_dynamic_start(pd_ctx *ctx, void *self, double t)
+{
+    pd_structure *s = (pd_structure *)self;
+    PDI_TRY(pdi_solid_coupling_check_no_dissolution(ctx, s));
+    PDI_TRY(pdi_solid_coupling_set_loads(ctx, s, t));
+    memcpy(s->motion.u, s->target, (size_t)s->count * PD_DIM * sizeof *s->target);
+    s->motion.time = t;
+    pdi_solid_coupling_compute_stress(ctx, s);
+    return PD_OK;
+}
+
+/* Velocities of prescribed components: uniform motion to s->target in the step dt; adds the work of changing them. */
+static void pdi_solid_coupling_prescribe_velocities(pd_structure *s, double dt)
+{
+    pdi_compensated_sum work = {0.0, 0.0};
+    for (int64_t k = 0; k < (int64_t)s->count * PD_DIM; k++) {
+        double *v = &s->motion.v[k], next = (s->target[k] - s->motion.u[k]) / dt;
+        if (!s->held[k]) continue;
+        pdi_compensated_sum_add(&work, 0.5 * s->desc.density * s->body.volume[k / PD_DIM] * (next - *v) * (next + *v));
+        *v = next;
+    }
+    s->motion.work += pdi_compensated_sum_total(&work);
+}
+
+/* Process callback, dynamics: one step with the loads of its middle. */
+static pd_status pdi_solid_coupling_dynamic_attempt(pd_ctx *ctx, void *self, pd_step *step)
+{
+    pd_structure *s = (pd_structure *)self;
+    pd_process motion = pd_verlet_process(&s->motion);
+    if (s->desc.timed) {
+        PDI_TRY(pdi_solid_coupling_set_loads(ctx, s, step->time + step->dt));
+        pdi_solid_coupling_prescribe_velocities(s, step->dt);
+        PDI_TRY(pdi_solid_coupling_set_loads(ctx, s, step->time + 0.5 * step->dt));
+    }
+    return motion.attempt(ctx, motion.self, step);
+}
+
+/* Process callback, dynamics: stable time step. */
+static pd_status pdi_solid_coupling_dynamic_limit(pd_ctx *ctx, void *self, pd_step *step)
+{
+    pd_process motion = pd_verlet_process(&((pd_structure *)self)->motion);
+    return motion.limit(ctx, motion.self, step);
+}
+
+/* Process callback, dynamics: accepts the step; checks interpenetration now and then. */
+static pd_status pdi_solid_coupling_dynamic_accept(pd_ctx *ctx, void *self, pd_step *step)
+{
+    pd_structure *s = (pd_structure *)self;
+    pd_process motion = pd_verlet_process(&s->motion);
+    PDI_TRY(motion.accept(ctx, motion.self, step));
+    int look = s->overlap.bins && s->motion.steps % PDI_SOLID_COUPLING_CHECK_INTERVAL == 0;
+    return look ? pdi_solid_coupling_check_interpenetration(ctx, s, step->end) : PD_OK;
+}
+
+/* Process callback, dynamics: stress and interpenetration at the end of a step of the run. */
+static pd_status pdi_solid_coupling_dynamic_finish(pd_ctx *ctx, void *self, double t)
+{
+    pdi_solid_coupling_compute_stress(ctx, (pd_structure *)self);
+    return pdi_solid_coupling_check_interpenetration(ctx, (pd_structure *)self, t);
+}
+
+/* Process callback, dynamics: checkpoint. */
+static pd_status pdi_solid_coupling_dynamic_store(pd_ctx *ctx, void *self, pd_archive *archive)
+{
+    pd_structure *s = (pd_structure *)self;
+    pd_process motion = pd_verlet_process(&s->motion);
+    PDI_TRY(pdi_array_registry_store(ctx, pdi_solid_coupling_list, s, archive));
+    PDI_TRY(motion.store(ctx, motion.self, archive));
+    if (archive->reading) pdi_solid_coupling_compute_stress(ctx, s);
+    return PD_OK;
+}
+
+/* The process table of dynamics. */
+static pd_process pdi_solid_coupling_dynamic_process(pd_structure *s)
+{
+    pd_process p = pd_verlet_process(&s->motion);
+    p.name = "structure";
+    p.self = s;
+    p.inner = 1;
+    p.start = pdi_solid_coupling_dynamic_start;
+    p.limit = pdi_solid_coupling_dynamic_limit;
+    p.attempt = pdi_solid_coupling_dynamic_attempt;
+    p.accept = pdi_solid_coupling_dynamic_accept;
+    p.finish = pdi_solid_coupling_dynamic_finish;
+    p.store = pdi_solid_coupling_dynamic_store;
+    return p;
+}
+
+pd_process pd_structure_process(pd_structure *s, pd_dissolve *dissolve)
+{
+    pd_process p = pd_quasi_static_process(&s->rest);
+    s->dissolve = dissolve;
+    if (pdi_solid_coupling_is_dynamic(s)) return pdi_solid_coupling_dynamic_process(s);
+    p.name = "structure";
+    p.self = s;
+    p.start = pdi_solid_coupling_process_solve_at;
+    p.at = pdi_solid_coupling_process_solve_at;
+    p.finish = pdi_solid_coupling_process_finish;
+    p.changed = pdi_solid_coupling_process_changed;
+    p.store = pdi_solid_coupling_process_store;
+    return p;
+}
+
+#undef PDI_SOLID_COUPLING_MAX_STRAIN
+#undef PDI_SOLID_COUPLING_MAX_PLASTIC_STRAIN
+#undef PDI_SOLID_COUPLING_CHECK_INTERVAL

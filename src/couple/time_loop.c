@@ -1,0 +1,418 @@
+/* time_loop: see time_loop.h */
+#include "couple/time_loop.h"
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+/* Default of rtol (error in time of the lost metal) is `fraction` over this number. */
+#define PDI_TIME_LOOP_RTOL_RATIO 25.0
+
+pd_status pd_couple_build(pd_ctx *ctx, const pd_couple_desc *desc, pd_grid *grid, pd_bonds *bonds, pd_couple *c)
+{
+    memset(c, 0, sizeof *c);
+    if (!(desc->fraction >= 0.0) || desc->fraction > 1.0 || !(desc->rtol >= 0.0) || desc->rtol > 1.0 ||
+        !(desc->max_step >= 0.0) || !(desc->ledger_tolerance >= 0.0))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "couple",
+                        "fraction %g and rtol %g must lie in [0, 1], max_step %g s be at least 0", desc->fraction,
+                        desc->rtol, desc->max_step);
+    c->desc = *desc;
+    if (!(c->desc.fraction > 0.0)) c->desc.fraction = 0.1;
+    if (!(c->desc.rtol > 0.0)) c->desc.rtol = c->desc.fraction / PDI_TIME_LOOP_RTOL_RATIO;
+    if (!(c->desc.ledger_tolerance > 0.0)) c->desc.ledger_tolerance = 1e-10;
+    c->grid = grid;
+    c->bonds = bonds;
+    c->solid_nodes_start = grid->solid_count;
+    return PD_OK;
+}
+
+/* Index of the ledger of an element; c->elements: there is none yet. */
+static int pdi_time_loop_find_ledger(const pd_couple *c, const pd_element *element)
+{
+    int e = 0;
+    while (e < c->elements && strcmp(c->element[e].name, element->name) != 0) e++;
+    return e;
+}
+
+pd_status pd_couple_add(pd_ctx *ctx, pd_couple *c, pd_process process)
+{
+    if (c->count == PD_COUPLE_PROCESSES)
+        return pdi_fail(ctx, PD_ERR_SIZE, "couple", "more than %d processes", PD_COUPLE_PROCESSES);
+    for (int k = 0; k < process.elements; k++) {
+        int e = pdi_time_loop_find_ledger(c, &process.element[k]);
+        if (e == PD_COUPLE_ELEMENTS)
+            return pdi_fail(ctx, PD_ERR_SIZE, "couple", "more than %d elements", PD_COUPLE_ELEMENTS);
+        c->element[e] = process.element[k];
+        if (e == c->elements) c->elements++;
+    }
+    c->process[c->count++] = process;
+    return PD_OK;
+}
+
+/* ---- ledger ---- */
+
+/* Sums the amounts of all processes into the ledgers; at step 0 the initial amounts, too. */
+static void pdi_time_loop_sum_amounts(pd_ctx *ctx, pd_couple *c)
+{
+    pd_amounts sum[PD_COUPLE_ELEMENTS];
+    memset(sum, 0, sizeof sum);
+    for (int n = 0; n < c->count; n++) {
+        const pd_process *p = &c->process[n];
+        for (int k = 0; k < p->elements; k++)
+            p->balance(ctx, p->self, k, &sum[pdi_time_loop_find_ledger(c, &p->element[k])]);
+    }
+    for (int e = 0; e < c->elements; e++) {
+        pd_ledger *l = &c->ledger[e];
+        l->solid = sum[e].solid;
+        l->volume = sum[e].volume;
+        l->dissolved = sum[e].dissolved;
+        l->carry = sum[e].carry;
+        l->out = sum[e].out;
+        l->in = sum[e].in;
+        if (c->steps) continue;
+        l->start = l->solid + l->dissolved;
+        l->solid_start = l->solid;
+        l->volume_start = l->volume;
+    }
+}
+
+/* Largest imbalance of processes that keep balances of their own. PD_ERR_LEDGER: above the tolerance. */
+static pd_status pdi_time_loop_check_own_balances(pd_ctx *ctx, pd_couple *c)
+{
+    c->apart = 0.0;
+    for (int n = 0; n < c->count; n++) {
+        const pd_process *p = &c->process[n];
+        if (p->imbalance) c->apart = pdi_max(c->apart, p->imbalance(ctx, p->self));
+        if (c->apart <= c->desc.ledger_tolerance) continue;
+        return pdi_fail(ctx, PD_ERR_LEDGER, "couple", "at t = %g s the balances of %s miss by %.3g of what they have, "
+                        "expected at most %g", c->time, p->name, c->apart, c->desc.ledger_tolerance);
+    }
+    return PD_OK;
+}
+
+/* Updates the ledgers and their imbalances. PD_ERR_LEDGER: amounts are not conserved within the tolerance. */
+static pd_status pdi_time_loop_check_balance(pd_ctx *ctx, pd_couple *c)
+{
+    pdi_time_loop_sum_amounts(ctx, c);
+    for (int e = 0; e < c->elements; e++) {
+        pd_ledger *l = &c->ledger[e];
+        l->imbalance = (l->solid + l->dissolved + l->carry - l->start) + (l->out - l->in);
+        /* what has passed may be many times the metal, and its sums are solved to a share of it */
+        double scale = pdi_max(l->solid_start > 0.0 ? l->solid_start : l->start, pdi_max(fabs(l->in), fabs(l->out)));
+        /* below DBL_MIN numbers have lost their digits */
+        l->relative = fabs(l->imbalance) > DBL_MIN ? fabs(l->imbalance) / scale : 0.0;
+        double rounding = DBL_EPSILON * (double)(c->steps + 8) * (fabs(l->in) + fabs(l->out) + fabs(l->dissolved)) +
+                          DBL_MIN;
+        if (!(fabs(l->imbalance) <= c->desc.ledger_tolerance * scale + rounding))
+            return pdi_fail(ctx, PD_ERR_LEDGER, "couple",
+                            "at t = %g s solid %.9g + dissolved %.9g + out %.9g - in %.9g %s of %s misses the start "
+                            "%.9g %s by %.3g", c->time, l->solid, l->dissolved, l->out, l->in, c->element[e].unit,
+                            c->element[e].name, l->start, c->element[e].unit, l->imbalance);
+    }
+    return pdi_time_loop_check_own_balances(ctx, c);
+}
+
+/* ---- steps ---- */
+
+/* Solid lost since the start by the elements of a process [unit]. */
+static double pdi_time_loop_lost_solid(const pd_couple *c, const pd_process *p)
+{
+    double lost = 0.0;
+    for (int k = 0; k < p->elements; k++) {
+        const pd_ledger *l = &c->ledger[pdi_time_loop_find_ledger(c, &p->element[k])];
+        lost += l->solid_start - l->solid;
+    }
+    return lost;
+}
+
+/* Notes that process n is solved at time t [s], for progress messages. */
+static void pdi_time_loop_set_current(pd_couple *c, int n, double t)
+{
+    memset(&c->now, 0, sizeof c->now);
+    c->now.name = c->process[n].name;
+    c->now.time = t;
+}
+
+/* Solves all quasi-steady processes at time t [s]: the callback pd_step.at. */
+static pd_status pdi_time_loop_solve_quasi_steady(pd_ctx *ctx, void *user, double t)
+{
+    pd_couple *c = (pd_couple *)user;
+    pd_attempt around = c->now;
+    for (int n = 0; n < c->count; n++) {
+        if (!c->process[n].at) continue;
+        pdi_time_loop_set_current(c, n, t);
+        PDI_TRY(c->process[n].at(ctx, c->process[n].self, t));
+    }
+    c->now = around;
+    return PD_OK;
+}
+
+pd_status pd_couple_start(pd_ctx *ctx, pd_couple *c)
+{
+    for (int n = 0; n < c->count; n++) {
+        pdi_time_loop_set_current(c, n, c->time);
+        if (c->process[n].start) PDI_TRY(c->process[n].start(ctx, c->process[n].self, c->time));
+    }
+    memset(&c->now, 0, sizeof c->now);
+    c->started = 1;
+    return pdi_time_loop_check_balance(ctx, c);
+}
+
+/* Process n has made a step: clears its bits of nodes that have become fluid. */
+static void pdi_time_loop_clear_new_fluid(pd_couple *c, int n)
+{
+    int left = 0;
+    for (int32_t i = 0; i < c->grid->total && c->freshened; i++) left |= c->fresh[i] &= (uint8_t)~(1 << n);
+    c->freshened = left != 0;
+}
+
+/* Nodes turned [count] have become fluid: updates bond data and all processes. */
+static pd_status pdi_time_loop_update_geometry(pd_ctx *ctx, pd_couple *c, const int32_t *turned, int32_t count)
+{
+    if (!count) return PD_OK;
+    if (c->bonds) PDI_TRY(pd_bonds_update(ctx, turned, count, c->bonds));
+    for (int n = 0; n < c->count; n++)
+        for (int32_t k = 0; k < count && c->fresh && c->process[n].attempt; k++)
+            c->fresh[turned[k]] |= (uint8_t)(1 << n);
+    c->freshened = c->fresh != NULL;
+    for (int n = 0; n < c->count; n++)
+        if (c->process[n].changed) PDI_TRY(c->process[n].changed(ctx, c->process[n].self, turned, count));
+    return PD_OK;
+}
+
+/* Step of the run where the first process takes several steps of its own in it: the longest that suits all, into
+ * s->limit and s->dt. PD_ERR_STATE: it is below rounding. */
+static pd_status pdi_time_loop_choose_step(pd_ctx *ctx, const pd_couple *c, pd_step *s)
+{
+    double left = s->limit - s->time;
+    s->dt = left;
+    for (int n = 0; n < c->count; n++) {
+        if (!c->process[n].longest) continue;
+        s->lost = pdi_time_loop_lost_solid(c, &c->process[n]);
+        PDI_TRY(c->process[n].longest(ctx, c->process[n].self, s));
+    }
+    if (!(s->dt < left)) return PD_OK;
+    s->dt = pdi_physics_equal_steps(left, s->dt);
+    if (pdi_is_step_underflow(s->time, left, s->dt))
+        return pdi_fail(ctx, PD_ERR_STATE, "couple",
+                        "steps of %g s do not lead on from t = %g s to %g s: max_step (%g s) is too small", s->dt,
+                        s->time, s->limit, c->desc.max_step);
+    if (s->dt < left) s->limit = s->time + s->dt;
+    return PD_OK;
+}
+
+/* Advances a process to s->limit, or until those behind it have to follow (s->ends), or by one step (once 1). Returns
+ * the worst status. */
+static pd_status pdi_time_loop_advance_process(pd_ctx *ctx, pd_couple *c, const pd_process *p, int once, pd_step *s)
+{
+    pd_status worst = PD_OK;
+    pdi_physics_progress pace = {s->time, 0};
+    double limit = s->limit;
+    do {
+        s->limit = limit;
+        pd_status status = pdi_physics_step(ctx, p, s);
+        if (status < 0) return status;
+        if (status > 0) worst = status;
+        pdi_time_loop_clear_new_fluid(c, (int)(p - c->process));
+        PDI_TRY(pdi_time_loop_update_geometry(ctx, c, s->turned, s->turned_count));
+        s->time = s->end;
+        if (!once) PDI_TRY(pdi_physics_check_progress(ctx, p->name, &pace, s->time, limit));
+    } while (!once && !s->ends && s->time < limit);
+    if (p->finish) PDI_TRY(p->finish(ctx, p->self, s->end));
+    return worst;
+}
+
+/* Advances the processes from number n on from time `from` [s] to `end` [s]. */
+static pd_status pdi_time_loop_advance_followers(pd_ctx *ctx, pd_couple *c, int n, double from, double end, pd_step *s)
+{
+    pd_status worst = PD_OK;
+    for (; n < c->count; n++) {
+        const pd_process *p = &c->process[n];
+        double reached = from;
+        if (!p->attempt) continue;
+        for (;;) {
+            s->time = reached;
+            s->limit = end;
+            s->lost = pdi_time_loop_lost_solid(c, p);
+            pd_status status = pdi_time_loop_advance_process(ctx, c, p, 0, s);
+            reached = s->end;
+            if (status >= 0 && reached < end) {
+                worst = status > 0 ? status : worst;
+                status = pdi_time_loop_advance_followers(ctx, c, n + 1, from, reached, s);
+                from = reached;
+            }
+            if (status < 0) return status;
+            if (status > 0) worst = status;
+            if (!(reached < end)) break;
+        }
+    }
+    return worst;
+}
+
+/* One step of all processes in their order. *end, *dt [s]: end and length of the step; on entry the limit. */
+static pd_status pdi_time_loop_advance_all(pd_ctx *ctx, pd_couple *c, double *end, double *dt)
+{
+    pd_step s;
+    int n = 0;
+    memset(&s, 0, sizeof s);
+    s.fraction = c->desc.fraction;
+    s.rtol = c->desc.rtol;
+    s.max_step = c->desc.max_step;
+    s.at = pdi_time_loop_solve_quasi_steady;
+    s.at_user = c;
+    s.until = c->desc.until;
+    s.until_user = c->desc.until_user;
+    s.now = &c->now;
+    while (n < c->count && !c->process[n].attempt) n++;
+    if (n < c->count) {
+        const pd_process *p = &c->process[n];
+        s.time = c->time;
+        s.limit = *end;
+        if (p->inner) PDI_TRY(pdi_time_loop_choose_step(ctx, c, &s));
+        s.lost = pdi_time_loop_lost_solid(c, p);
+        pd_status worst = pdi_time_loop_advance_process(ctx, c, p, !p->inner, &s);
+        if (worst < 0) return worst;
+        *end = s.end;
+        *dt = p->inner ? *end - c->time : s.dt;
+        pd_status status = pdi_time_loop_advance_followers(ctx, c, n + 1, c->time, *end, &s);
+        return status ? status : worst;
+    }
+    if (c->desc.max_step > 0.0 && c->desc.max_step < *dt) {
+        *dt = pdi_physics_equal_steps(*dt, c->desc.max_step);
+        if (*dt < *end - c->time) *end = c->time + *dt;
+    }
+    return pdi_time_loop_solve_quasi_steady(ctx, c, *end);
+}
+
+pd_status pd_couple_step(pd_ctx *ctx, pd_couple *c, double t_limit)
+{
+    double end = t_limit, dt = t_limit - c->time;
+    if (!(t_limit > c->time))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "couple", "a step from %g s cannot end at %g s", c->time, t_limit);
+    pd_status status = pdi_time_loop_advance_all(ctx, c, &end, &dt);
+    memset(&c->now, 0, sizeof c->now);
+    if (status < 0) return status;
+    c->unsolved += status > 0;
+    c->dt = dt;
+    c->time = end;
+    c->steps++;
+    PDI_TRY(pdi_time_loop_check_balance(ctx, c));
+    for (int n = 0; n < c->count; n++)
+        if (c->process[n].at && c->process[n].finish) PDI_TRY(c->process[n].finish(ctx, c->process[n].self, c->time));
+    return status;
+}
+
+pd_status pd_couple_run(pd_ctx *ctx, pd_couple *c, double t_end, double every, pd_observer_fn observer, void *user)
+{
+    if (!(t_end >= c->time) || !(every >= 0.0))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "couple", "the run from %g s to %g s with output every %g s", c->time,
+                        t_end, every);
+    if (!c->started) {
+        PDI_TRY(pd_couple_start(ctx, c));
+        if (observer && observer(user, c)) return PD_OK;
+    }
+    pdi_physics_progress pace = {c->time, 0};
+    int n = 0; /* the process whose steps the run makes */
+    while (n + 1 < c->count && !c->process[n].attempt) n++;
+    while (c->time < t_end) {
+        double limit = t_end;
+        if (every > 0.0) {
+            limit = (floor(c->time / every * (1.0 + 1e-12)) + 1.0) * every;
+            if (limit > t_end * (1.0 - 1e-12)) limit = t_end;
+        }
+        PDI_TRY(pd_couple_step(ctx, c, limit));
+        PDI_TRY(pdi_physics_check_progress(ctx, c->count ? c->process[n].name : "couple", &pace, c->time, t_end));
+        if (observer && observer(user, c)) break;
+    }
+    return c->unsolved ? PD_NOT_CONVERGED : PD_OK;
+}
+
+double pd_couple_volume_loss(const pd_couple *c)
+{
+    double start = 0.0, left = 0.0;
+    for (int e = 0; e < c->elements; e++) {
+        start += c->ledger[e].volume_start;
+        left += c->ledger[e].volume;
+    }
+    return start > 0.0 ? 1.0 - left / start : 0.0;
+}
+
+double pd_couple_imbalance(const pd_couple *c)
+{
+    double worst = c->apart;
+    for (int e = 0; e < c->elements; e++) worst = pdi_max(worst, c->ledger[e].relative);
+    return worst;
+}
+
+/* ---- state ---- */
+
+/* Checks that a checkpoint has the same lattice and processes. */
+static pd_status pdi_time_loop_check_compatible(pd_ctx *ctx, const pd_couple *c, pd_archive *archive)
+{
+    const pd_grid *grid = c->grid;
+    static const char *const cells[] = {"cells along x", "cells along y", "cells along z"};
+    static const char *const spacing[] = {"h along x [m]", "h along y [m]", "h along z [m]"};
+    static const char *const low[] = {"low end along x [m]", "low end along y [m]", "low end along z [m]"};
+    for (int d = 0; d < PD_DIM; d++) {
+        PDI_TRY(PDI_ARCHIVE_VERIFY(ctx, archive, cells[d], grid->n[d]));
+        PDI_TRY(PDI_ARCHIVE_VERIFY(ctx, archive, spacing[d], grid->h[d]));
+        PDI_TRY(PDI_ARCHIVE_VERIFY(ctx, archive, low[d], grid->lo[d]));
+    }
+    PDI_TRY(PDI_ARCHIVE_VERIFY(ctx, archive, "ghost layers", grid->ghost));
+    PDI_TRY(PDI_ARCHIVE_VERIFY(ctx, archive, "metal nodes at the start", (double)c->solid_nodes_start));
+    PDI_TRY(PDI_ARCHIVE_VERIFY(ctx, archive, "processes", c->count));
+    for (int n = 0; n < c->count; n++) PDI_TRY(PDI_ARCHIVE_VERIFY(ctx, archive, c->process[n].name, 1));
+    return PD_OK;
+}
+
+/* Converts the metal nodes that `kind` [total] says are fluid. turned: work. PD_ERR_GEOMETRY: kinds differ
+ * otherwise. */
+static pd_status pdi_time_loop_restore_fluid(pd_ctx *ctx, pd_couple *c, const uint8_t *kind, int32_t *turned)
+{
+    int32_t count = 0;
+    for (int32_t i = 0; i < c->grid->total; i++) {
+        int at[PD_DIM];
+        pdi_grid_index(c->grid, i, at);
+        if (kind[i] == PD_FLUID && c->grid->kind[i] == PD_SOLID && pdi_grid_is_inside(c->grid, at)) turned[count++] = i;
+    }
+    for (int32_t n = 0; n < count; n++) pdi_grid_set_fluid(c->grid, turned[n]);
+    for (int32_t i = 0; i < c->grid->total; i++)
+        if (kind[i] != c->grid->kind[i])
+            return pdi_fail(ctx, PD_ERR_GEOMETRY, "couple", "node %d is of kind %d in the file, expected %d", (int)i,
+                            kind[i], c->grid->kind[i]);
+    return pdi_time_loop_update_geometry(ctx, c, turned, count);
+}
+
+/* Writes or restores the node kinds of the grid. */
+static pd_status pdi_time_loop_store_kinds(pd_ctx *ctx, pd_couple *c, pd_archive *archive)
+{
+    uint8_t *kind = NULL;
+    int32_t *turned = NULL, total = c->grid->total;
+    int64_t most = c->solid_nodes_start;
+    if (!archive->reading) return PDI_ARCHIVE_ARRAY(ctx, archive, "grid.kind", c->grid->kind, total);
+    pd_status status = PDI_NEW(ctx, "couple", total, kind);
+    if (status == PD_OK) status = PDI_NEW(ctx, "couple", most, turned);
+    if (status == PD_OK) status = PDI_ARCHIVE_ARRAY(ctx, archive, "grid.kind", kind, total);
+    if (status == PD_OK) status = pdi_time_loop_restore_fluid(ctx, c, kind, turned);
+    PDI_DELETE(ctx, total, kind);
+    PDI_DELETE(ctx, most, turned);
+    return status;
+}
+
+pd_status pd_couple_store(pd_ctx *ctx, pd_couple *c, pd_archive *archive)
+{
+    PDI_TRY(pdi_time_loop_check_compatible(ctx, c, archive));
+    PDI_TRY(pdi_time_loop_store_kinds(ctx, c, archive));
+    if (c->fresh) PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "fresh nodes", c->fresh, c->grid->total));
+    if (c->fresh && archive->reading) c->freshened = 1; /* or none: the next step looks */
+    for (int n = 0; n < c->count; n++)
+        if (c->process[n].store) PDI_TRY(c->process[n].store(ctx, c->process[n].self, archive));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "time", &c->time, 1));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "dt", &c->dt, 1));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "started", &c->started, 1));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "steps", &c->steps, 1));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "unsolved", &c->unsolved, 1));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "imbalance apart", &c->apart, 1));
+    return PDI_ARCHIVE_ARRAY(ctx, archive, "ledger", c->ledger, c->elements);
+}
+
+#undef PDI_TIME_LOOP_RTOL_RATIO

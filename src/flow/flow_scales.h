@@ -1,0 +1,19 @@
+/* flow_scales: velocity and length scale of a flow from its lattice and boundary data (theory: eq. 4.5b). */
+#ifndef PD_FLOW_SCALES_H
+#define PD_FLOW_SCALES_H
+#include "lattice/grid.h"
+
+#ifdef PDI_INTERNAL
+
+/* Largest mean inlet speed [m/s] over the sides, from the inlet ghosts next to the box. u [PD_DIM][total]. */
+PDI_FN double pdi_flow_scales_compute_inlet_speed(const pd_grid *grid, const double *u);
+/* Length scale L [m] (eq. 4.5b): smallest extent of the fluid between walls; without walls, between the sides of the
+ * box. An extent that ends at a mirror counts twice. */
+PDI_FN double pdi_flow_scales_compute_length(const pd_grid *grid);
+/* Mean speed U [m/s] of a plane channel of width L = length [m] driven by `force` [m/s2], with the kinematic viscosity
+ * nu [m2/s]: 12 nu U/L^2 + U^2/L = force (eq. 4.5b). */
+PDI_FN double pdi_flow_scales_compute_forced_speed(double nu, double length, double force);
+
+#endif
+
+#endif

@@ -1,0 +1,77 @@
+/* fourth_order: the flow of fourth order on the nearest neighbours: corrections of advecting velocity, pressure
+ * gradient, convection and friction by second differences along the axes. Node by node for the advecting velocity and
+ * the pressure gradient, face by face for momentum. At walls a cubic through the wall and three nodes gives the second
+ * difference. Nodes beside smooth surfaces stay of second order (theory: eq. 4.6b to 4.6g). */
+#ifndef PD_FOURTH_ORDER_H
+#define PD_FOURTH_ORDER_H
+#include "core/array_registry.h"
+#include "lattice/bond.h"
+
+typedef struct pd_sharp {
+    const pd_bonds *bonds;        /* NULL: second order */
+    double third[PD_DIM][PD_DIM]; /* [-] third moments sum g_d xi_d n_b^2 of the gradient */
+    int facing[PD_DIM][2 * PD_DIM - 1]; /* bonds through the upper face along axis d: the one along d, and for each
+                                         * other axis the two diagonals, down and up along it; -1: none */
+    uint8_t *calm;                /* [total] 1: the node is corrected: fluid beside no smooth surface, and its ghosts */
+    double *bend, *bend_step;     /* [PD_DIM axes][PD_DIM][total] [m/s] second differences of the velocity, and of the
+                                   * step of a solver */
+    double *work;                 /* [PD_DIM+1][total] velocity behind inlets [m/s]; of the pressure [m2/s2]; momentum
+                                   * [m/s2] and volume [1/s] of faces */
+} pd_sharp;
+
+#ifdef PDI_INTERNAL
+/* A velocity field in the momentum sums, with what derives from it. Ghosts are filled. */
+typedef struct pdi_fourth_order_field {
+    const double *advecting; /* [PD_DIM][total] [m/s] velocity that makes the bond fluxes (eq. 4.6c) */
+    const double *v, *second; /* [m/s] node velocity and its second differences (eq. 4.6b) */
+} pdi_fourth_order_field;
+
+/* 1: no side of the box is an inlet or outlet, and there are walls across two axes or more, which meet in edges. side
+ * [2 PD_DIM]. */
+PDI_FN int pdi_fourth_order_has_closed_sides(const pd_side *side);
+/* 1: such a closed box that holds fluid alone, no walls or metal inside. */
+PDI_FN int pdi_fourth_order_is_fluid_box(const pd_grid *grid);
+/* 1: fourth order is known to be more accurate for the same time: a closed box on nearest neighbours with slow flow
+ * (eq. 4.6h). rate: U/nu [1/m], length [m]: that of the flow. */
+PDI_FN int pdi_fourth_order_is_efficient(const pd_bonds *bonds, double rate, double length);
+/* Prepares the corrections for these bonds. PD_ERR_ARGUMENT: the family reaches beyond the nearest neighbours, or the
+ * lattice is axisymmetric. */
+PDI_FN pd_status pdi_fourth_order_build(pd_ctx *ctx, const pd_bonds *bonds, pd_sharp *sharp);
+/* Lists the arrays of a pd_sharp (`object`). */
+PDI_FN void pdi_fourth_order_list(pdi_array_visitor *owner, void *object);
+/* Marks the nodes that get the correction (fluid beside no smooth surface, and their ghosts) after a change of
+ * geometry. */
+PDI_FN void pdi_fourth_order_mark_regular_nodes(const pd_sharp *sharp);
+/* second [PD_DIM axes][PD_DIM][total] = second differences of v [PD_DIM][total] along all axes (eq. 4.6b), not divided
+ * by h^2. wall: velocity of the walls; NULL: at rest. */
+PDI_FN void pdi_fourth_order_compute_second_differences(const pd_ctx *ctx, const pd_sharp *sharp, pd_velocity_fn wall,
+                                                        void *user, const double *v, double *second);
+/* corrected [PD_DIM][total] [m/s] = advecting velocity of fourth order: v less the third-derivative error of the bond
+ * fluxes, at fluid nodes and inlet ghosts (eq. 4.6c). Holds v on entry. The tensor of (4.2b) is applied after it. */
+PDI_FN void pdi_fourth_order_compute_advecting_velocity(const pd_ctx *ctx, const pd_sharp *sharp, const double *v,
+                                                        const double *second, double *corrected);
+/* grad [PD_DIM][total] = pressure gradient of fourth order, at marked nodes alone (eq. 4.6d). */
+PDI_FN void pdi_fourth_order_compute_pressure_gradient(const pd_ctx *ctx, const pd_sharp *sharp, const double *p,
+                                                       double *grad);
+/* ru += fourth-order correction of convection of u by w and of friction nu of u, face by face (eq. 4.6e, 4.6f). nu
+ * [m2/s], 0: convection alone. */
+PDI_FN void pdi_fourth_order_add_momentum(const pd_ctx *ctx, const pd_sharp *sharp, const pdi_fourth_order_field *w,
+                                          const pdi_fourth_order_field *u, double nu, double *ru);
+/* Terms by which (3.3) and (3.4) take the wall friction that is replaced. NULL: none. */
+typedef struct pdi_fourth_order_wall_terms {
+    const double *grad;        /* [PD_DIM][total] [m/s2] of the pressure */
+    const double *force, *body; /* [PD_DIM], [PD_DIM][total] [m/s2] */
+    const double *wall_motion;  /* [PD_DIM][total] [1/m/s] of moving walls */
+} pdi_fourth_order_wall_terms;
+/* ru += friction nu of flat walls by the cubic (4.6g), in place of that by the parabola of (3.3) and (3.4). */
+PDI_FN void pdi_fourth_order_add_wall_friction(const pd_ctx *ctx, const pd_sharp *sharp,
+                                               const pdi_fourth_order_field *u,
+                                               const pdi_fourth_order_wall_terms *drive, double nu, double *ru);
+/* lap [PD_DIM] [1/m/s] = wall part of the Laplacian of v at row r (eq. 4.6g). Returns 1 when the row is beside a flat
+ * wall and has one. */
+PDI_FN int pdi_fourth_order_compute_wall_laplacian(const pd_sharp *sharp, int32_t r, const double *v,
+                                                   const double *second, double *lap);
+PDI_FN void pdi_fourth_order_free(pd_ctx *ctx, pd_sharp *sharp);
+#endif
+
+#endif

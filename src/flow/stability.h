@@ -1,0 +1,39 @@
+/* stability: stability limit of explicit steps of weakly compressible flow. Without surfaces by von Neumann analysis:
+ * all plane waves of the linear flow about a uniform stream, from the symbols of gradient and Laplacian, computed once
+ * per stencil (theory: eq. 4.14); a step is stable when their eigenvalues, times the step, lie in the region of the
+ * three-stage Runge-Kutta method. With cut families norms of the operators bound them (eq. 4.14b). */
+#ifndef PD_STABILITY_H
+#define PD_STABILITY_H
+#include "flow/flow.h"
+
+typedef struct pd_spectrum {
+    const pd_stencil *stencil;
+    int waves;        /* sampled wave vectors of the first octant */
+    int along;        /* wave numbers along an axis */
+    double *slope;    /* [waves][PD_DIM] [1/m] size of the symbol of the gradient */
+    double *spread;   /* [waves] [1/m2] symbol of -Laplacian */
+    double *stabilisation; /* [waves] [1/m2] symbol of the pressure flux over its weight (eq. 4.4) */
+    int cut;          /* 1: some families are cut by walls, or the lattice is axisymmetric: norms are used */
+    double laplacian; /* [1/m2] largest eigenvalue of -Laplacian without walls */
+    double wall;      /* [1/m2] by which walls raise it at most */
+    double gradient;  /* [1/m] norm of the gradient; 0: not needed, no cut families */
+} pd_spectrum;
+
+#ifdef PDI_INTERNAL
+/* Coefficients of the linearised flow: waves in a stream within a box of velocities. */
+typedef struct pdi_stability_state {
+    double sound_speed;   /* [m/s] */
+    double viscosity;     /* [m2/s] */
+    double stabilisation; /* [m2/s] weight of the density diffusion */
+    double max_velocity[PD_DIM]; /* [m/s] largest components */
+} pdi_stability_state;
+
+/* Symbols of gradient, Laplacian and density diffusion for all sampled waves, and with cut families the operator norms.
+ * Bonds and grid of the flow must not change afterwards. */
+PDI_FN pd_status pdi_stability_build(pd_ctx *ctx, const pd_flow *flow, pd_spectrum *spectrum);
+/* Longest stable step [s] of the three-stage Runge-Kutta method for a state (eq. 4.14, 4.14b). */
+PDI_FN double pdi_stability_compute_limit(const pd_spectrum *spectrum, const pdi_stability_state *state);
+PDI_FN void pdi_stability_free(pd_ctx *ctx, pd_spectrum *spectrum);
+#endif
+
+#endif

@@ -1,0 +1,62 @@
+/* weakly_compressible: time-dependent weakly compressible flow, explicit.
+ *
+ * d rho/dt + div(rho v) = fourth-order density diffusion,  rho dv/dt + rho v.grad v = -grad p + mu lap v + rho f,  with
+ * an equation of state p(rho), on the sums of flow.h, in time by the three-stage Runge-Kutta method of Shu and Osher
+ * 1988 (theory: eq. 4.11 to 4.14). At rest in time it has the steady solution of steady.h up to O(Mach^2).
+ */
+#ifndef PD_WEAKLY_COMPRESSIBLE_H
+#define PD_WEAKLY_COMPRESSIBLE_H
+#include "flow/stability.h"
+#include "solve/physics.h"
+
+typedef enum pd_eos {
+    PD_EOS_TAIT = 0,  /* p = rho0 c0^2/gamma ((rho/rho0)^gamma - 1); Monaghan 1994 */
+    PD_EOS_LINEAR = 1 /* p = c0^2 (rho - rho0) */
+} pd_eos;
+
+typedef struct pd_unsteady_desc {
+    pd_eos eos;
+    double sound;     /* [m/s] c0, positive; about ten times the largest speed or more */
+    double gamma;     /* [-] of Tait; 0: 7 */
+    double diffusion; /* [-] eta of the density diffusion eta c0 delta; 0: 0.1 */
+    double cfl;       /* [-] share of the stability limit; 0: 0.8 */
+} pd_unsteady_desc;
+
+typedef struct pd_unsteady {
+    pd_unsteady_desc desc; /* defaults filled in */
+    pd_flow *flow;         /* its u and p are the state; its tau becomes that of the density diffusion */
+    double *density;       /* [total] [-] rho/rho0 */
+    double *mass;          /* [PD_DIM][total] [m/s] rho v/rho0, work */
+    double *start;         /* [PD_DIM+1][total] [m/s], [-] state at the start of the step: v, then density */
+    double *rate;          /* [PD_DIM+1][total] [m/s2], [1/s] time derivatives of the stage */
+    pd_spectrum spectrum;  /* of the linear flow, for the limit */
+    double key[PD_DIM + 2], limit; /* [-] [s] the last stability limit, and the rounded state that it belongs to */
+    double time;           /* [s] */
+    int64_t steps;
+} pd_unsteady;
+
+#define pd_unsteady_build PD_NAME(pd_unsteady_build)
+#define pd_unsteady_limit PD_NAME(pd_unsteady_limit)
+#define pd_unsteady_step PD_NAME(pd_unsteady_step)
+#define pd_unsteady_process PD_NAME(pd_unsteady_process)
+#define pd_unsteady_free PD_NAME(pd_unsteady_free)
+
+/* Starts from the velocity and pressure in flow (borrowed). PD_ERR_ARGUMENT: sound not positive, gamma below 1,
+ * negative diffusion or cfl. */
+PD_API pd_status pd_unsteady_build(pd_ctx *ctx, pd_flow *flow, const pd_unsteady_desc *desc, pd_unsteady *unsteady);
+/* Stability limit [s] of the present state (cfl not applied): sound, stream, viscosity and density diffusion of one
+ * wave, the worst; beside walls of the norms of all of them (eq. 4.14). */
+PD_API double pd_unsteady_limit(pd_ctx *ctx, pd_unsteady *unsteady);
+/* One step of dt [s]. PD_RETRY, state unchanged: a density became non-positive or a value not finite. */
+PD_API pd_status pd_unsteady_step(pd_ctx *ctx, pd_unsteady *unsteady, double dt);
+/* The flow as a process; it prepares the flow. Steps of cfl times the limit; rejected steps are halved. PD_ERR_STATE:
+ * 20 halvings did not help. */
+PD_API pd_process pd_unsteady_process(pd_unsteady *unsteady);
+PD_API void pd_unsteady_free(pd_ctx *ctx, pd_unsteady *unsteady);
+
+#ifdef PDI_INTERNAL
+/* Lists the arrays of a pd_unsteady. */
+PDI_FN void pdi_weakly_compressible_list(pdi_array_visitor *owner, void *object);
+#endif
+
+#endif

@@ -1,0 +1,31 @@
+/* axis_ticks: tick positions and tick labels of a linear or logarithmic axis. */
+#ifndef PD_AXIS_TICKS_H
+#define PD_AXIS_TICKS_H
+#include "core/config.h"
+
+#ifdef PDI_INTERNAL
+#define PDI_AXIS_TICKS_MAX_COUNT 96 /* maximum number of ticks */
+
+/* An axis: its range and ticks. */
+typedef struct pdi_axis_ticks {
+    double lo, hi; /* [-] range */
+    int log;      /* 1: logarithmic, with lo > 0 */
+    int exponent; /* labels show value / 10^exponent (linear axes) */
+    int count;    /* number of ticks */
+    double value[PDI_AXIS_TICKS_MAX_COUNT];   /* [-] values at the ticks */
+    char label[PDI_AXIS_TICKS_MAX_COUNT][32]; /* UTF-8; empty: a minor tick */
+} pdi_axis_ticks;
+
+/* Compute ticks inside lo..hi with about `max_labels` labels at most: multiples of 1, 2 or 5 times a power of ten, or
+ * decades. */
+PDI_FN void pdi_axis_ticks_compute(int max_labels, pdi_axis_ticks *axis);
+/* Format 10^exponent as "10" with superscript digits, into text[32]. */
+PDI_FN void pdi_axis_ticks_format_power(int exponent, char *text);
+/* Position of a value along the axis: 0 at lo, 1 at hi, linear or logarithmic. */
+PDI_FN double pdi_axis_ticks_value_to_fraction(const pdi_axis_ticks *axis, double value);
+/* Widen a range that is practically empty (hi - lo below 1e-9 of its size; zero alone: 0 .. 1), then extend it on both
+ * sides by `margin_fraction` times its length; a linear range is not extended across zero. */
+PDI_FN void pdi_axis_ticks_widen_range(double margin_fraction, pdi_axis_ticks *axis);
+#endif
+
+#endif

@@ -1,0 +1,47 @@
+/* boundary_faces: boundary of a mesh: the faces that belong to one cell only, and their areas distributed to the
+ * points.
+ *
+ * Cells share a face where they share its nodes. Both sides of a crack or joint with duplicated nodes are boundary;
+ * coincident nodes are counted. Pieces of a VTU file have separate nodes: there cells share a face where its corners
+ * coincide.
+ *
+ * The area of a face is distributed to its cell and the cells that share a node with it, with weights w, sum w = 1,
+ * whose centroid sum w x lies on the normal through the centroid of the face. So a pressure has the same moment on the
+ * points as on the faces; with the area given to its own cell alone it would turn the body. Among these the weights
+ * nearest to the cell alone are taken (constrained least squares; theory: 8.6).
+ */
+#ifndef PD_BOUNDARY_FACES_H
+#define PD_BOUNDARY_FACES_H
+#include "io/points.h"
+
+#ifdef PDI_INTERNAL
+enum { PDI_BOUNDARY_FACES_MAX_CORNERS = PD_DIM == 3 ? 4 : PD_DIM }; /* maximum corners of a face */
+
+/* A face of a cell. */
+typedef struct pdi_boundary_faces_face {
+    int64_t node[4];     /* its nodes, ascending; INT64_MAX behind the last one */
+    double x[PDI_BOUNDARY_FACES_MAX_CORNERS][PD_DIM]; /* [the file's unit] corners in turn */
+    int32_t cell;        /* index of the point of its cell */
+    int32_t piece;       /* number of the piece of the file */
+    int8_t corners;      /* number of corners */
+    int8_t orientation;  /* 1: the area vector by its corners points outward, -1: inward */
+} pdi_boundary_faces_face;
+
+/* All faces of a mesh. Zero it at the start. */
+typedef struct pdi_boundary_faces {
+    int64_t count, capacity;       /* number of faces, and capacity */
+    int32_t piece;                 /* piece of the file that the next faces belong to */
+    pdi_boundary_faces_face *face; /* [room] */
+} pdi_boundary_faces;
+
+/* Add the faces of a cell. node: ids of its corners; corner[][3]: their coordinates; cell: index of its point. */
+PDI_FN pd_status pdi_boundary_faces_add_cell(pd_ctx *ctx, pdi_boundary_faces *skin, pdi_points_cell_type form,
+                                             const int64_t *node, const double *const *corner, int32_t cell);
+/* Find the boundary faces and set surface, faces, seams and twins of the points; lengths times scale are in metres.
+ * Sorts the faces. */
+PDI_FN pd_status pdi_boundary_faces_finish(pd_ctx *ctx, pdi_boundary_faces *skin, double scale, pd_points *points);
+/* Free the faces. A zeroed object is allowed. */
+PDI_FN void pdi_boundary_faces_free(pd_ctx *ctx, pdi_boundary_faces *skin);
+#endif
+
+#endif

@@ -1,0 +1,311 @@
+/* compare_measured: see compare_measured.h */
+#include "run/compare_measured.h"
+#include "io/plot.h"
+#include "scene/read_measured.h"
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#define PDI_COMPARE_MEASURED_TIME_TOLERANCE 1e-9 /* [-] relative tolerance by which two times are the same */
+
+/* Name of an output, as "volume_loss" or "plane.up.flow". */
+static void pdi_compare_measured_format_output_name(const pd_figure *f, char *text, size_t size)
+{
+    if (strcmp(f->section, "scene") == 0) snprintf(text, size, "%s", f->key);
+    else snprintf(text, size, "%s.%s.%s", f->section, f->name, f->key);
+}
+
+/* Value of the output with that name, summed with weights over planes of a coarser lattice, and its unit [16] (or
+ * NULL). Returns 1; 0: there is no such output. */
+static int pdi_compare_measured_get_output(const pd_compare *c, const char *figure, double *value, char *unit)
+{
+    char name[2 * PD_SETUP_NAME];
+    int found = 0;
+    *value = 0.0;
+    for (int k = 0; k < c->figures.count; k++) {
+        const pd_figure *f = &c->figures.list[k];
+        pdi_compare_measured_format_output_name(f, name, sizeof name);
+        if (strcmp(name, figure) != 0) continue;
+        *value += (c->share && f->monitor >= 0 ? c->share[f->monitor] : 1.0) * f->value;
+        if (unit) memcpy(unit, f->unit, sizeof f->unit);
+        found = 1;
+    }
+    return found;
+}
+
+/* Error message with a list of all outputs. Returns PD_ERR_ARGUMENT. */
+static pd_status pdi_compare_measured_reject_output(pd_ctx *ctx, const pd_compare *c, const pd_setup_record *r)
+{
+    char list[320] = "", name[2 * PD_SETUP_NAME];
+    for (int k = 0; k < c->figures.count; k++) {
+        size_t used = strlen(list);
+        pdi_compare_measured_format_output_name(&c->figures.list[k], name, sizeof name);
+        if (strstr(list, name)) continue;
+        snprintf(list + used, sizeof list - used, "%s%s", k ? ", " : "", name);
+    }
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, "measured", "found of = %.80s, expected a figure that the run watches: %s",
+                    r->figure, list[0] ? list : "it watches none");
+}
+
+/* Check that a measured set names an output of the run, with the same physical dimension. */
+static pd_status pdi_compare_measured_check_figure(pd_ctx *ctx, const pd_compare *c, const pd_setup_record *r)
+{
+    char unit[16], found[PD_UNITS_TEXT], wanted[PD_UNITS_TEXT];
+    double value;
+    pd_dims dims;
+    if (!pdi_compare_measured_get_output(c, r->figure, &value, unit))
+        return pdi_compare_measured_reject_output(ctx, c, r);
+    if (strcmp(unit, "-") == 0) unit[0] = '\0';
+    PDI_TRY(pd_units_parse(ctx, unit, NULL, &dims));
+    if (pdi_units_is_same(&dims, &r->dims)) return PD_OK;
+    pdi_units_describe(&r->dims, found);
+    pdi_units_describe(&dims, wanted);
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, "measured", "the values of %.60s are %s, expected %s as %.80s is: write the"
+                    " unit of the column behind 'in'", r->name, found, wanted, r->figure);
+}
+
+/* Inner part of the build. */
+static pd_status pdi_compare_measured_build_inner(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors,
+                                                  const double *share, int curves, pd_compare *c)
+{
+    memset(c, 0, sizeof *c);
+    c->model = model;
+    c->monitors = monitors;
+    c->share = share;
+    c->curves = curves;
+    if (model->setup->records) PDI_TRY(pdi_scalar_outputs_collect(ctx, model, monitors, 0, &c->figures));
+    for (int k = 0; k < model->setup->records; k++) {
+        pd_compared *d = &c->list[k];
+        d->record = &model->setup->record[k];
+        c->line = d->record->line;
+        PDI_TRY(pdi_compare_measured_check_figure(ctx, c, d->record));
+        PDI_TRY(PDI_NEW(ctx, "compare", d->record->points, d->computed));
+        for (int p = 0; p < d->record->points; p++) d->computed[p] = (double)NAN;
+    }
+    return PD_OK;
+}
+
+PDI_FN void pdi_compare_measured_free(pd_ctx *ctx, pd_compare *c)
+{
+    for (int k = 0; k < PD_SETUP_RECORDS; k++) {
+        pd_compared *d = &c->list[k];
+        if (d->record) PDI_DELETE(ctx, d->record->points, d->computed);
+        PDI_DELETE(ctx, d->time_room, d->time);
+        PDI_DELETE(ctx, d->value_room, d->value);
+    }
+    pd_figures_free(ctx, &c->figures);
+    memset(c, 0, sizeof *c);
+}
+
+PDI_FN pd_status pdi_compare_measured_build(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors,
+                                            const double *share, int curves, pd_compare *c)
+{
+    pd_status status = pdi_compare_measured_build_inner(ctx, model, monitors, share, curves, c);
+    int line = c->line; /* of the scene: what is refused */
+    if (status < 0) {
+        pdi_compare_measured_free(ctx, c);
+        c->line = line;
+    }
+    return status;
+}
+
+PDI_FN double pdi_compare_measured_find_next_time(const pd_compare *c, double time, double t_end)
+{
+    double next = t_end;
+    int records = c->model ? c->model->setup->records : 0;
+    for (int k = 0; k < records; k++)
+        for (int p = 0; p < c->list[k].record->points; p++) {
+            double t = c->list[k].record->time[p];
+            if (t > time * (1.0 + PDI_COMPARE_MEASURED_TIME_TOLERANCE) && t > 0.0 && t < next) next = t;
+        }
+    return next;
+}
+
+/* 1: `time` [s] is that of a measured point. */
+static int pdi_compare_measured_is_at_point(const pd_setup_record *r, int point, double time)
+{
+    return time > 0.0 && fabs(r->time[point] - time) <= PDI_COMPARE_MEASURED_TIME_TOLERANCE * time;
+}
+
+PDI_FN int pdi_compare_measured_needs_output(const pd_compare *c, double time)
+{
+    int records = c->model ? c->model->setup->records : 0;
+    for (int k = 0; k < records; k++)
+        for (int p = 0; p < c->list[k].record->points; p++)
+            if (c->curves || pdi_compare_measured_is_at_point(c->list[k].record, p, time)) return 1;
+    return 0;
+}
+
+/* Make room for `rows` values of a curve. */
+static pd_status pdi_compare_measured_grow_series(pd_ctx *ctx, pd_compared *d, int64_t rows)
+{
+    if (rows > d->time_room) {
+        PDI_TRY(PDI_GROW(ctx, "compare", d->time_room, 2 * rows + 256, d->time));
+        d->time_room = 2 * rows + 256;
+    }
+    if (rows > d->value_room) {
+        PDI_TRY(PDI_GROW(ctx, "compare", d->value_room, 2 * rows + 256, d->value));
+        d->value_room = 2 * rows + 256;
+    }
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_compare_measured_step(pd_ctx *ctx, pd_compare *c)
+{
+    double time = c->model->couple.time;
+    if (!c->model->setup->records) return PD_OK;
+    c->figures.count = 0;
+    PDI_TRY(pdi_scalar_outputs_collect(ctx, c->model, c->monitors, 0, &c->figures));
+    for (int k = 0; k < c->model->setup->records; k++) {
+        pd_compared *d = &c->list[k];
+        double value;
+        pdi_compare_measured_get_output(c, d->record->figure, &value, NULL);
+        for (int p = 0; p < d->record->points; p++)
+            if (pdi_compare_measured_is_at_point(d->record, p, time)) d->computed[p] = value;
+        if (!c->curves) continue;
+        PDI_TRY(pdi_compare_measured_grow_series(ctx, d, d->rows + 1));
+        d->time[d->rows] = time;
+        d->value[d->rows++] = value;
+    }
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_compare_measured_store(pd_ctx *ctx, pd_compare *c, pd_archive *archive)
+{
+    for (int k = 0; k < c->model->setup->records; k++) {
+        pd_compared *d = &c->list[k];
+        PDI_TRY(PDI_ARCHIVE_VERIFY(ctx, archive, "measured points", d->record->points));
+        PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "computed at measured points", d->computed, d->record->points));
+        PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "rows of a watched figure", &d->rows, 1));
+        PDI_TRY(pdi_compare_measured_grow_series(ctx, d, d->rows));
+        PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "times of a watched figure", d->time, d->rows));
+        PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "values of a watched figure", d->value, d->rows));
+    }
+    return PD_OK;
+}
+
+/* ---- what it says ---- */
+
+PDI_FN void pdi_compare_measured_compute_error(const pd_compared *d, pd_compare_result *result)
+{
+    const pd_setup_record *r = d->record;
+    double square = 0.0;
+    memset(result, 0, sizeof *result);
+    for (int p = 0; p < r->points; p++) {
+        double off = fabs(d->computed[p] - r->value[p]) / r->scale;
+        if (isnan(d->computed[p])) continue;
+        result->points++;
+        square += off * off;
+        if (r->spread) result->within += off * r->scale <= r->spread[p];
+        if (result->points > 1 && !(off > result->largest)) continue;
+        result->largest = off;
+        result->at = r->time[p];
+    }
+    result->rms = result->points ? sqrt(square / result->points) : (double)NAN;
+    if (!result->points) result->largest = result->at = (double)NAN;
+}
+
+PDI_FN void pdi_compare_measured_print(const pd_compare *c, pd_print_fn print, void *user)
+{
+    char text[640], unit[PD_UNITS_TEXT];
+    int records = c->model ? c->model->setup->records : 0;
+    for (int k = 0; print && k < records; k++) {
+        const pd_setup_record *r = c->list[k].record;
+        pd_compare_result result;
+        pdi_compare_measured_compute_error(&c->list[k], &result);
+        memcpy(unit, r->unit[0] ? r->unit : "-", strlen(r->unit[0] ? r->unit : "-") + 1);
+        for (char *u = unit; *u; u++)
+            if (*u == ' ') *u = '*'; /* one word of the line */
+        snprintf(text, sizeof text, "result case=%s measured=%s of=%.127s unit=%s", c->model->setup->name, r->name,
+                 r->figure, unit);
+        char *figures = text + strlen(text);
+        pdi_append(text, sizeof text, " points=%d rms=%.4g largest=%.4g at=%.9g", result.points, result.rms,
+                   result.largest, result.at);
+        if (r->spread) pdi_append(text, sizeof text, " within_spread=%d", result.within);
+        pdi_remove_nonfinite(figures);
+        print(user, PD_PRINT_RESULT, text);
+    }
+}
+
+/* ---- files ---- */
+
+/* Write the table of one set: time, measured, spread, computed, difference. */
+static pd_status pdi_compare_measured_write_table(pd_ctx *ctx, const pd_compared *d, pd_folder *folder)
+{
+    const pd_setup_record *r = d->record;
+    char names[5][PD_UNITS_TEXT + 32], file[2 * PD_SETUP_NAME], path[PD_PATH_SIZE];
+    static const char *const heads[] = {"time [s]", "measured", "spread", "computed", "difference"};
+    const char *list[5], *unit = r->unit[0] ? r->unit : "-";
+    double *rows = NULL;
+    for (int k = 0; k < 5; k++) {
+        snprintf(names[k], sizeof names[k], k ? "%s [%s]" : "%s", heads[k], unit);
+        list[k] = names[k];
+    }
+    snprintf(file, sizeof file, "measured_%s.csv", r->name);
+    PDI_TRY(pdi_output_folder_add_file(ctx, folder, file, path));
+    PDI_TRY(PDI_NEW(ctx, "compare", 5 * r->points, rows));
+    for (int p = 0; p < r->points; p++) {
+        double *row = rows + 5 * p;
+        row[0] = r->time[p];
+        row[1] = r->value[p] / r->scale;
+        row[2] = r->spread ? r->spread[p] / r->scale : (double)NAN;
+        row[3] = d->computed[p] / r->scale;
+        row[4] = row[3] - row[1];
+    }
+    pd_status status = pdi_csv_write_table(ctx, path, list, 5, rows, r->points);
+    PDI_DELETE(ctx, 5 * r->points, rows);
+    return status;
+}
+
+/* Plot the computed curve and the measured points into a file; work [2 rows + 3 points]. */
+static pd_status pdi_compare_measured_draw_curve(pd_ctx *ctx, const pd_compare *c, const pd_compared *d,
+                                                 const char *path, double *work)
+{
+    const pd_setup_record *r = d->record;
+    char label[4 * PD_SETUP_NAME];
+    double last = d->time[d->rows - 1], unit = last < 3600.0 ? 1.0 : 3600.0;
+    pd_plot plot;
+    memset(&plot, 0, sizeof plot);
+    for (int64_t k = 0; k < d->rows; k++) {
+        work[k] = d->time[k] / unit;
+        work[d->rows + k] = d->value[k] / r->scale;
+    }
+    snprintf(label, sizeof label, "%.127s [%s]", r->figure, r->unit[0] ? r->unit : "-");
+    plot.title = c->model->setup->name;
+    plot.x_label = unit > 1.0 ? "t [h]" : "t [s]";
+    plot.y_label = label;
+    plot.count = 2;
+    plot.series[0].name = "computed";
+    plot.series[0].x = work;
+    plot.series[0].y = work + d->rows;
+    plot.series[0].count = (int)d->rows;
+    pdi_read_measured_build_series(r, unit, r->scale, last, work + 2 * d->rows, &plot.series[1]);
+    return pd_plot_write(ctx, path, &plot);
+}
+
+/* Write the plot of one set; the volume loss has a plot of its own elsewhere. */
+static pd_status pdi_compare_measured_write_plot(pd_ctx *ctx, const pd_compare *c, const pd_compared *d,
+                                                 pd_folder *folder)
+{
+    char file[2 * PD_SETUP_NAME], path[PD_PATH_SIZE];
+    double *work = NULL;
+    int64_t size = 2 * d->rows + 3 * (int64_t)d->record->points;
+    if (strcmp(d->record->figure, "volume_loss") == 0 || d->rows < 2) return PD_OK;
+    snprintf(file, sizeof file, "measured_%s.png", d->record->name);
+    PDI_TRY(pdi_output_folder_add_file(ctx, folder, file, path));
+    PDI_TRY(PDI_NEW(ctx, "compare", size, work));
+    pd_status status = pdi_compare_measured_draw_curve(ctx, c, d, path, work);
+    PDI_DELETE(ctx, size, work);
+    return status;
+}
+
+PDI_FN pd_status pdi_compare_measured_write(pd_ctx *ctx, const pd_compare *c, pd_folder *folder)
+{
+    for (int k = 0; k < c->model->setup->records; k++) {
+        PDI_TRY(pdi_compare_measured_write_table(ctx, &c->list[k], folder));
+        PDI_TRY(pdi_compare_measured_write_plot(ctx, c, &c->list[k], folder));
+    }
+    return PD_OK;
+}
+
+#undef PDI_COMPARE_MEASURED_TIME_TOLERANCE

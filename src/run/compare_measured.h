@@ -1,0 +1,64 @@
+/* compare_measured: a run against the measured points of its scene: what it computes at their times, differences,
+ * plots.
+ *
+ *   measured_wire.csv   points, what was computed there, differences; at the end
+ *   measured_wire.png   points and the curve of their figure; those of the volume loss stand in volume_loss.png
+ *
+ * Steps end on the times of the points, so nothing is interpolated. A point counts that lies behind the start: there
+ * the run has nothing to compute.
+ */
+#ifndef PD_COMPARE_MEASURED_H
+#define PD_COMPARE_MEASURED_H
+#include "io/output_folder.h"
+#include "run/scalar_outputs.h"
+
+/* One set of measured points, and the computed values. */
+typedef struct pd_compared {
+    const pd_setup_record *record;
+    double *computed;     /* [points] [unit of the column in SI]; NaN: not reached, or not behind the start */
+    double *time, *value; /* [rows] [s] SI: the output after every step */
+    int64_t rows, time_room, value_room;
+} pd_compared;
+
+/* All measured sets of a setup. */
+typedef struct pd_compare {
+    pd_model *model;
+    const pd_monitors *monitors;
+    const double *share;  /* [-] of each monitor in the figures of its section; NULL: 1 */
+    int curves;           /* 1: outputs are kept after every step, for plots */
+    int line;             /* line of the scene that an error is about */
+    pd_figures figures;   /* work */
+    pd_compared list[PD_SETUP_RECORDS]; /* setup->records of them */
+} pd_compare;
+
+/* How a run and its points differ. */
+typedef struct pd_compare_result {
+    int points, within;   /* points that count; those of them whose difference is at most their spread */
+    double rms, largest;  /* [unit of the column] */
+    double at;            /* [s] time of the largest difference */
+} pd_compare_result;
+
+#ifdef PDI_INTERNAL
+/* model and monitors are borrowed, and built. PD_ERR_ARGUMENT: a figure that the run does not watch, or of another
+ * dimension than the points. */
+PDI_FN pd_status pdi_compare_measured_build(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors,
+                                            const double *share, int curves, pd_compare *compare);
+PDI_FN void pdi_compare_measured_free(pd_ctx *ctx, pd_compare *compare);
+/* Time [s] of the next measured point after `time` [s], at most t_end [s]. */
+PDI_FN double pdi_compare_measured_find_next_time(const pd_compare *compare, double time, double t_end);
+/* 1 when pdi_compare_measured_step will need the scalar outputs at `time` [s]. */
+PDI_FN int pdi_compare_measured_needs_output(const pd_compare *compare, double time);
+/* Record the present outputs, which the monitors hold, at the measured points of this time. */
+PDI_FN pd_status pdi_compare_measured_step(pd_ctx *ctx, pd_compare *compare);
+/* Root mean square and largest difference of computed and measured values of one set. */
+PDI_FN void pdi_compare_measured_compute_error(const pd_compared *compared, pd_compare_result *result);
+/* Write a table and a plot for each set. PD_ERR_FILE. */
+PDI_FN pd_status pdi_compare_measured_write(pd_ctx *ctx, const pd_compare *compare, pd_folder *folder);
+/* A line "result case=... measured=wire of=volume_loss unit=% points=9 rms=... largest=..." for each section. */
+PDI_FN void pdi_compare_measured_print(const pd_compare *compare, pd_print_fn print, void *user);
+
+/* Store or load the values so far in a checkpoint. */
+PDI_FN pd_status pdi_compare_measured_store(pd_ctx *ctx, pd_compare *compare, pd_archive *archive);
+#endif
+
+#endif

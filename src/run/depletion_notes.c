@@ -1,0 +1,115 @@
+/* depletion_notes: see depletion_notes.h */
+#include "run/depletion_notes.h"
+#include <stdio.h>
+#include <string.h>
+
+/* A node that belongs to no shape. */
+#define PDI_DEPLETION_NOTES_NO_SHAPE 255
+
+/* The last metal shape that x lies in. */
+static uint8_t pdi_depletion_notes_find_shape(const pd_setup *setup, const double *x)
+{
+    for (int k = setup->pieces; k-- > 0;)
+        if (pdi_shape_contains(setup->shape, setup->piece[k].shape, setup->h, x)) return (uint8_t)k;
+    return PDI_DEPLETION_NOTES_NO_SHAPE;
+}
+
+/* Count the solid nodes of each shape, into left. */
+static void pdi_depletion_notes_count_nodes(const pd_depletion *d, int32_t *left)
+{
+    const pd_grid *grid = &d->model->grid;
+    for (int k = 0; k < d->model->setup->pieces; k++) left[k] = 0;
+    for (int32_t i = 0; i < grid->total; i++)
+        if (grid->kind[i] == PD_SOLID && d->piece[i] != PDI_DEPLETION_NOTES_NO_SHAPE) left[d->piece[i]]++;
+}
+
+/* 1: fluid touches the electrode, and it carries no current. */
+static int pdi_depletion_notes_is_electrode_idle(const pd_model *m, int electrode)
+{
+    pd_cell_electrode now;
+    if (!m->setup->has_potential || !(m->cell.potential.contacts.idle || m->attack.etch.idle)) return 0;
+    if (m->attack.polarise.setup) pdi_species_electrodes_get_electrode(&m->attack.polarise, electrode, &now);
+    else pd_cell_electrode_of(&m->cell, electrode, &now);
+    return now.touches == PD_CELL_IDLE;
+}
+
+PDI_FN pd_status pdi_depletion_notes_build(pd_ctx *ctx, pd_model *model, pd_depletion *d)
+{
+    double x[PD_DIM];
+    memset(d, 0, sizeof *d);
+    if (!model->setup->has_dissolve) return PD_OK;
+    PDI_TRY(PDI_NEW(ctx, "depletion", model->grid.total, d->piece));
+    d->model = model;
+    d->solid = model->grid.solid_count;
+    for (int32_t i = 0; i < model->grid.total; i++) {
+        d->piece[i] = PDI_DEPLETION_NOTES_NO_SHAPE;
+        if (model->grid.kind[i] != PD_SOLID || pdi_grid_find_source(&model->grid, i, NULL) != i) continue;
+        pd_grid_position(&model->grid, i, x);
+        d->piece[i] = pdi_depletion_notes_find_shape(model->setup, x);
+    }
+    pdi_depletion_notes_count_nodes(d, d->left);
+    return PD_OK;
+}
+
+/* Write a time such as "13.2 day"; returns text. */
+static const char *pdi_depletion_notes_format_time(double time, char *text)
+{
+    pdi_setup_format_value(time, "s", text);
+    return text;
+}
+
+/* Print a note for each shape whose metal has dissolved since the last update. */
+static void pdi_depletion_notes_print_consumed_shapes(pd_depletion *d, pd_print_fn print, void *user)
+{
+    const pd_setup *u = d->model->setup;
+    int32_t left[PD_SETUP_SHAPES];
+    char text[256], time[PD_UNITS_TEXT];
+    pdi_depletion_notes_count_nodes(d, left);
+    for (int k = 0; k < u->pieces; k++) {
+        if (print && d->left[k] && !left[k]) {
+            snprintf(text, sizeof text, "the metal of shape %s (%s) is used up at t = %s", u->piece[k].name,
+                     u->metal[u->piece[k].metal].material.name,
+                     pdi_depletion_notes_format_time(d->model->couple.time, time));
+            print(user, PD_PRINT_NOTE, text);
+        }
+        d->left[k] = left[k];
+    }
+}
+
+/* Print a note for each electrode that has stopped to carry current. */
+static void pdi_depletion_notes_print_idle_electrodes(pd_depletion *d, pd_print_fn print, void *user)
+{
+    const pd_setup_potential *p = &d->model->setup->potential;
+    char text[320], time[PD_UNITS_TEXT];
+    /* among ions it is known with the step after */
+    double from = d->model->attack.polarise.setup ? d->time : d->model->couple.time;
+    for (int e = 0; e < p->electrodes && d->model->setup->has_potential; e++) {
+        int idle = pdi_depletion_notes_is_electrode_idle(d->model, e);
+        if (print && idle && !d->idle[e]) {
+            snprintf(text, sizeof text,
+                     "electrode %s carries no current from t = %s on: curves of metal around its "
+                     "fluid carry current one way only, and nothing else closes the circuit. Its potential is not "
+                     "known",
+                     p->electrode[e].name, pdi_depletion_notes_format_time(from, time));
+            print(user, PD_PRINT_NOTE, text);
+        }
+        d->idle[e] = idle;
+    }
+}
+
+PDI_FN void pdi_depletion_notes_update(pd_depletion *d, pd_print_fn print, void *user)
+{
+    if (!d->model) return;
+    if (d->solid != d->model->grid.solid_count) pdi_depletion_notes_print_consumed_shapes(d, print, user);
+    d->solid = d->model->grid.solid_count;
+    pdi_depletion_notes_print_idle_electrodes(d, print, user);
+    d->time = d->model->couple.time;
+}
+
+PDI_FN void pdi_depletion_notes_free(pd_ctx *ctx, pd_depletion *d)
+{
+    if (d->model) PDI_DELETE(ctx, d->model->grid.total, d->piece);
+    memset(d, 0, sizeof *d);
+}
+
+#undef PDI_DEPLETION_NOTES_NO_SHAPE

@@ -1,0 +1,58 @@
+/* field_view: see field_view.h */
+#include "run/field_view.h"
+#include "run/sample.h"
+#include <string.h>
+
+/* Components of a field: PD_DIM of the velocity, else 1. */
+static int pdi_field_view_count_components(int field) { return field == PD_FIELD_V ? PD_DIM : 1; }
+
+/* Copy a field over the cells of the box into out [components][cells]. */
+static void pdi_field_view_copy_values(const pd_model *m, pd_field field, int64_t cells, double *out)
+{
+    const pd_grid *g = &m->grid;
+    const double *v = field == PD_FIELD_V ? pdi_model_velocity(m) : NULL;
+    int at[PD_DIM];
+    memset(at, 0, sizeof at);
+    for (int64_t cell = 0; cell < cells; cell++) {
+        int32_t i = pd_grid_node(g, at);
+        if (!v) out[cell] = pdi_sample_get_node(m, field, i);
+        for (int d = 0; d < PD_DIM && v; d++)
+            out[d * cells + cell] = g->kind[i] == PD_FLUID ? v[(int64_t)d * g->total + i] : 0.0;
+        for (int d = 0; d < PD_DIM && ++at[d] == g->n[d]; d++) at[d] = 0;
+    }
+}
+
+PDI_FN pd_status pdi_field_view_get(pd_ctx *ctx, pd_model *model, pd_views *views, const char *name, pd_view *view)
+{
+    const pd_grid *g = &model->grid;
+    int field = pdi_setup_find_field(model->setup, name);
+    memset(view, 0, sizeof *view);
+    if (field == PD_FIELD_COUNT)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "view",
+                        "no field has the name %.40s, expected C, v, p, kind, grain, phase, D, rate, density, damage, "
+                        "u, mises, phi, j, i, pH, a species, or another one of 'fields' in [output]", name);
+    const char *needs = pdi_setup_field_lacks(model->setup, (pd_field)field);
+    if (needs) return pdi_fail(ctx, PD_ERR_ARGUMENT, "view", "the field %s needs %s", name, needs);
+    views->cells = 1;
+    for (int d = 0; d < PD_DIM; d++) views->cells *= g->n[d];
+    if (!views->field[field])
+        PDI_TRY(PDI_NEW(ctx, "view", pdi_field_view_count_components(field) * views->cells, views->field[field]));
+    pdi_sample_prepare(ctx, model, pdi_setup_field_bit(field));
+    pdi_field_view_copy_values(model, (pd_field)field, views->cells, views->field[field]);
+    view->data = views->field[field];
+    view->label = pdi_setup_field_label(model->setup, (pd_field)field);
+    view->components = pdi_field_view_count_components(field);
+    view->part = views->cells;
+    for (int d = 0; d < PD_DIM; d++) {
+        view->n[d] = g->n[d];
+        view->stride[d] = d ? view->stride[d - 1] * view->n[d - 1] : 1;
+    }
+    return PD_OK;
+}
+
+PDI_FN void pdi_field_view_free(pd_ctx *ctx, pd_views *views)
+{
+    for (int k = 0; k < PD_FIELD_COUNT; k++)
+        PDI_DELETE(ctx, pdi_field_view_count_components(k) * views->cells, views->field[k]);
+    memset(views, 0, sizeof *views);
+}

@@ -1,0 +1,38 @@
+/* input_step_limit: time step limit from boundary values and loads of a scene that depend on time, so that no peak,
+ * pulse or jump is stepped over.
+ *
+ * A step samples such a value at its start, middle and end. Bounds by interval arithmetic say whether the value leaves
+ * the range between start and end, or jumps. Where it does, the step ends there.
+ */
+#ifndef PD_INPUT_STEP_LIMIT_H
+#define PD_INPUT_STEP_LIMIT_H
+#include "core/array_registry.h"
+#include "scene/interval.h"
+#include "scene/setup.h"
+
+/* A time-dependent expression at one sample place. */
+typedef struct pd_vary_value {
+    const pd_expr *expr;
+    double x[PD_DIM]; /* [m] */
+    int middle;       /* 1: the solver takes the value at the midpoint of a step */
+    double fold;      /* [V] with `middle`: change by which the current grows e-fold; HUGE_VAL: it is linear */
+} pd_vary_value;
+
+/* All time-dependent inputs; zero: there are none. */
+typedef struct pd_vary {
+    pd_vary_value *value; /* [capacity] */
+    int32_t count, capacity;
+    double last; /* [s] end time of the run */
+    double rtol; /* [-] */
+} pd_vary;
+
+#ifdef PDI_INTERNAL
+/* List the time-dependent expressions of a setup, which is borrowed: boundary values of sides and walls, inflow, body
+ * forces, potentials and currents, prescribed displacements and loads. */
+PDI_FN pd_status pdi_input_step_limit_build(pd_ctx *ctx, const pd_setup *setup, pd_vary *vary);
+/* Latest end [s] of a step from t that is to end at `end` [s]. The `until` callback of pd_couple; user: a pd_vary. */
+PDI_FN double pdi_input_step_limit_compute(void *user, double t, double end);
+PDI_FN void pdi_input_step_limit_free(pd_ctx *ctx, pd_vary *vary);
+#endif
+
+#endif

@@ -1,0 +1,39 @@
+/* memory_estimate: estimate of the memory of a run from its setup alone, before anything is built.
+ *
+ * Sizes of arrays times numbers of nodes, which are counted in a sample of the geometry.
+ * tests/run/test_memory_estimate.c compares it with measured peaks.
+ */
+#ifndef PD_MEMORY_ESTIMATE_H
+#define PD_MEMORY_ESTIMATE_H
+#include "scene/setup.h"
+
+/* Relative error that the estimate may have. */
+#define PD_FOOTPRINT_ERROR 0.2
+
+/* Numbers of nodes, and the estimated memory. */
+typedef struct pd_footprint {
+    double nodes;                 /* [-] of the padded lattice */
+    double cells;                 /* [-] of the box */
+    double fluid, solid, cut;     /* [-] nodes; cut: fluid ones with a truncated family */
+    double near;                  /* [-] nodes within one bond of the surface of a medium */
+    double bonds;                 /* [-] bonds of a complete family */
+    double bytes[PD_PART_COUNT];  /* [byte] */
+    double working;               /* [byte] multigrid levels and Krylov vectors, allocated during the run */
+    double files;                 /* [byte] copies of fields for files, and the largest picture */
+    double balance;               /* [byte] work of the mechanical equilibrium solver; not at the same time as files */
+    double all;                   /* [byte] total */
+} pd_footprint;
+
+#define pd_footprint_estimate PD_NAME(pd_footprint_estimate)
+
+/* Estimate the peak memory of a run of the setup; numbers of nodes come from some thousand sample points of the shapes.
+ */
+PD_API void pd_footprint_estimate(const pd_setup *setup, pd_footprint *footprint);
+
+#ifdef PDI_INTERNAL
+/* Check the estimate before a run. dry: a run that writes nothing. PD_ERR_LIMIT: it exceeds ctx->alloc.limit by more
+ * than its error; PD_ERR_SIZE: the lattice has more nodes than an int32 counts. */
+PDI_FN pd_status pdi_memory_estimate_check_limit(pd_ctx *ctx, const pd_setup *setup, int dry);
+#endif
+
+#endif

@@ -1,0 +1,14 @@
+/* monitor_report: result lines of all monitors at the end of a run, and notes on outputs that are doubtful (too few
+ * cells in a boundary layer, numerical diffusion, extrapolated curves or activities).
+ */
+#ifndef PD_MONITOR_REPORT_H
+#define PD_MONITOR_REPORT_H
+#include "run/monitor.h"
+
+#ifdef PDI_INTERNAL
+/* Print a line "result case=... monitor=..." with the last outputs of each monitor, and notes where they are doubtful.
+ */
+PDI_FN void pdi_monitor_report_print(const pd_monitors *monitors, pd_print_fn print, void *user);
+#endif
+
+#endif

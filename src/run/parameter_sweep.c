@@ -1,0 +1,536 @@
+/* parameter_sweep: see parameter_sweep.h */
+#include "run/parameter_sweep.h"
+#include "io/plot.h"
+#include "io/csv.h"
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* What a run leaves in its folder: how it ended, and its result line or message. */
+#define PDI_PARAMETER_SWEEP_STATUS_FILE "sweep_run.txt"
+#define PDI_PARAMETER_SWEEP_MAX_COLUMNS 64         /* figures of result lines */
+#define PDI_PARAMETER_SWEEP_NAME_BYTES 32          /* [byte] of one's name */
+#define PDI_PARAMETER_SWEEP_MAX_RESULT_BYTES 65536 /* [byte] of a run's result */
+
+/* ---- axes ---- */
+
+/* Number of blanks at the start of text. */
+static size_t pdi_parameter_sweep_count_blanks(const char *text) { return strspn(text, " \t"); }
+
+/* Length of the value at text, up to a comma outside of parentheses, without trailing blanks. *next: behind the comma,
+ * or the end. */
+static size_t pdi_parameter_sweep_find_value_length(const char *text, const char **next)
+{
+    size_t at = 0, length;
+    for (int depth = 0; text[at] && (depth > 0 || text[at] != ','); at++)
+        depth += (text[at] == '(') - (text[at] == ')');
+    *next = text[at] ? text + at + 1 : text + at;
+    for (length = at; length > 0 && pdi_parameter_sweep_count_blanks(text + length - 1) > 0; length--) continue;
+    return length;
+}
+
+/* Number of digits at the start of text. */
+static size_t pdi_parameter_sweep_count_digits(const char *text, size_t length)
+{
+    size_t at = 0;
+    while (at < length && text[at] >= '0' && text[at] <= '9') at++;
+    return at;
+}
+
+/* Length of the number that text[0..length) begins with, whatever the locale; 0: there is none. */
+static size_t pdi_parameter_sweep_find_number_length(const char *text, size_t length)
+{
+    size_t at = length > 0 && (*text == '-' || *text == '+'),
+           digits = pdi_parameter_sweep_count_digits(text + at, length - at), more;
+    at += digits;
+    if (at < length && text[at] == '.') {
+        more = pdi_parameter_sweep_count_digits(text + at + 1, length - at - 1);
+        digits += more;
+        at += 1 + more;
+    }
+    if (digits == 0) return 0;
+    if (at + 1 >= length || (text[at] != 'e' && text[at] != 'E')) return at;
+    size_t sign = text[at + 1] == '-' || text[at + 1] == '+';
+    more = pdi_parameter_sweep_count_digits(text + at + 1 + sign, length - at - 1 - sign);
+    return more > 0 ? at + 1 + sign + more : at;
+}
+
+/* Error message for an axis that cannot be read. Returns PD_ERR_ARGUMENT. */
+static pd_status pdi_parameter_sweep_reject_axis(pd_ctx *ctx, const char *axis, const char *why)
+{
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, "--sweep", "found '%.200s', expected %s, such as mean=0.01,0.05,0.2 m/s",
+                    axis, why);
+}
+
+/* Number of values of an axis. unit [PD_SWEEP_VALUE]: the unit behind the last one when all are numbers and none before
+ * has a unit; else "". */
+static int pdi_parameter_sweep_count_values(const char *values, char *unit)
+{
+    int count = 0, plain = 1, more = 1;
+    *unit = '\0';
+    for (const char *at = values, *next; more; at = next, count++) {
+        at += pdi_parameter_sweep_count_blanks(at);
+        size_t length = pdi_parameter_sweep_find_value_length(at, &next),
+               number = pdi_parameter_sweep_find_number_length(at, length);
+        more = next > at && next[-1] == ',';
+        plain = plain && number > 0 && (number == length || !more);
+        while (number < length && pdi_parameter_sweep_count_blanks(at + number) > 0) number++;
+        if (!more && plain && length - number < PD_SWEEP_VALUE)
+            snprintf(unit, PD_SWEEP_VALUE, "%.*s", (int)(length - number), at + number);
+    }
+    return count;
+}
+
+/* Append `length` characters of part to text [PD_SWEEP_VALUE], as far as there is room. */
+static void pdi_parameter_sweep_append_text(char *text, const char *part, size_t length)
+{
+    size_t used = strlen(text);
+    if (length > PD_SWEEP_VALUE - 1 - used) length = PD_SWEEP_VALUE - 1 - used;
+    memcpy(text + used, part, length);
+    text[used + length] = '\0';
+}
+
+/* Parse "key=value, value, ..." into an axis. */
+static pd_status pdi_parameter_sweep_parse_axis(pd_ctx *ctx, const char *text, pd_sweep_axis *axis)
+{
+    char unit[PD_SWEEP_VALUE];
+    const char *equal = strchr(text, '='), *at, *next;
+    size_t key = equal ? (size_t)(equal - text) : 0, blanks;
+    while (key > 0 && pdi_parameter_sweep_count_blanks(text + key - 1) > 0) key--;
+    blanks = pdi_parameter_sweep_count_blanks(text);
+    if (key <= blanks) return pdi_parameter_sweep_reject_axis(ctx, text, "key = value, value, ...");
+    text += blanks;
+    key -= blanks;
+    axis->count = pdi_parameter_sweep_count_values(equal + 1, unit);
+    if (key + strlen(unit) + 4 > sizeof axis->name)
+        return pdi_parameter_sweep_reject_axis(ctx, text, "a shorter key and unit");
+    pdi_parameter_sweep_append_text(axis->name, text, key);
+    if (*unit) {
+        pdi_parameter_sweep_append_text(axis->name, " [", 2);
+        pdi_parameter_sweep_append_text(axis->name, unit, strlen(unit));
+        pdi_parameter_sweep_append_text(axis->name, "]", 1);
+    }
+    if (axis->count > PD_SWEEP_RUNS) return pdi_parameter_sweep_reject_axis(ctx, text, "fewer values");
+    axis->bare = (int)strlen(unit);
+    PDI_TRY(PDI_NEW(ctx, "sweep", axis->count * PD_SWEEP_VALUE, axis->text));
+    at = equal + 1;
+    for (int k = 0; k < axis->count; k++, at = next) {
+        at += pdi_parameter_sweep_count_blanks(at);
+        size_t length = pdi_parameter_sweep_find_value_length(at, &next),
+               number = pdi_parameter_sweep_find_number_length(at, length);
+        char *value = axis->text + (size_t)k * PD_SWEEP_VALUE;
+        if (length == 0) return pdi_parameter_sweep_reject_axis(ctx, text, "a value before and behind each comma");
+        if (key + length + strlen(unit) + 3 > PD_SWEEP_VALUE)
+            return pdi_parameter_sweep_reject_axis(ctx, text, "shorter values");
+        pdi_parameter_sweep_append_text(value, text, key);
+        pdi_parameter_sweep_append_text(value, "=", 1);
+        pdi_parameter_sweep_append_text(value, at, *unit ? number : length);
+        if (*unit) pdi_parameter_sweep_append_text(value, " ", 1);
+        pdi_parameter_sweep_append_text(value, unit, strlen(unit));
+    }
+    return PD_OK;
+}
+
+/* ---- runs ---- */
+
+/* "key=value" of an axis in run `index`; the last axis changes fastest. */
+static const char *pdi_parameter_sweep_get_axis_value(const pd_sweep *s, int index, int axis)
+{
+    for (int k = s->axes - 1; k > axis; k--) index /= s->axis[k].count;
+    return s->axis[axis].text + (size_t)(index % s->axis[axis].count) * PD_SWEEP_VALUE;
+}
+
+/* Read the scene of run `index` with its overrides. */
+static pd_status pdi_parameter_sweep_read_scene(pd_ctx *ctx, const pd_sweep *s, int index, pd_setup *setup)
+{
+    const char *overrides[PD_SWEEP_OVERRIDES + PD_SWEEP_AXES];
+    int count = 0;
+    for (; count < s->desc.count; count++) overrides[count] = s->desc.overrides[count];
+    for (int k = 0; k < s->axes; k++) overrides[count++] = pdi_parameter_sweep_get_axis_value(s, index, k);
+    return pd_scene_read(ctx, s->desc.scene, overrides, count, setup);
+}
+
+/* Parse all axes and count the runs. */
+static pd_status pdi_parameter_sweep_parse_axes(pd_ctx *ctx, const pd_sweep_desc *desc, pd_sweep *s)
+{
+    if (desc->axis_count < 1 || desc->axis_count > PD_SWEEP_AXES || desc->count > PD_SWEEP_OVERRIDES)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "--sweep",
+                        "found %d sweeps and %d overrides, expected 1 to %d and at most %d", desc->axis_count,
+                        desc->count, PD_SWEEP_AXES, PD_SWEEP_OVERRIDES);
+    s->runs = 1;
+    for (int k = 0; k < desc->axis_count; k++) {
+        s->axes++;
+        PDI_TRY(pdi_parameter_sweep_parse_axis(ctx, desc->axes[k], &s->axis[k]));
+        for (int before = 0; before < k; before++) {
+            size_t length = strcspn(s->axis[k].text, "=") + 1;
+            if (strncmp(s->axis[k].text, s->axis[before].text, length) == 0)
+                return pdi_parameter_sweep_reject_axis(ctx, desc->axes[k], "each key once");
+        }
+        s->runs *= s->axis[k].count;
+        if (s->runs > PD_SWEEP_RUNS)
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "--sweep", "found more than %d runs, expected fewer values",
+                            PD_SWEEP_RUNS);
+    }
+    return PD_OK;
+}
+
+/* Paths of the folder of a run and of its result file. PD_ERR_FILE: the folder is a link. */
+static pd_status pdi_parameter_sweep_format_paths(pd_ctx *ctx, const pd_sweep *s, int index, char *folder, char *result)
+{
+    char name[32];
+    snprintf(name, sizeof name, "run%03d", index + 1);
+    PDI_TRY(pd_file_join(ctx, s->folder, name, folder));
+    if (pdi_file_is_link(folder)) /* runs write below the folder that they were given */
+        return pdi_fail(ctx, PD_ERR_FILE, "sweep",
+                        "'%.300s' is a link, expected the folder of a run or none: remove it", folder);
+    return pd_file_join(ctx, folder, PDI_PARAMETER_SWEEP_STATUS_FILE, result);
+}
+
+/* Read the scenes of all runs to check them, and remove results of former sweeps. */
+static pd_status pdi_parameter_sweep_check_scenes(pd_ctx *ctx, pd_sweep *s)
+{
+    for (int index = 0; index < s->runs; index++) {
+        pd_setup setup;
+        PDI_TRY(pdi_parameter_sweep_read_scene(ctx, s, index, &setup));
+        memcpy(s->name, setup.name, sizeof s->name);
+        if (!s->desc.folder) memcpy(s->folder, setup.folder, sizeof s->folder);
+        s->loses = s->loses || setup.has_dissolve;
+        pd_setup_free(ctx, &setup);
+    }
+    for (int index = 0; index < s->runs; index++) {
+        char folder[PD_PATH_SIZE], path[PD_PATH_SIZE];
+        PDI_TRY(pdi_parameter_sweep_format_paths(ctx, s, index, folder, path));
+        pdi_file_remove(path);
+    }
+    return PD_OK;
+}
+
+pd_status pd_sweep_build(pd_ctx *ctx, const pd_sweep_desc *desc, pd_sweep *s)
+{
+    memset(s, 0, sizeof *s);
+    s->desc = *desc;
+    pd_status status = pdi_parameter_sweep_parse_axes(ctx, desc, s);
+    if (status == PD_OK && desc->folder) status = pd_file_join(ctx, "", desc->folder, s->folder);
+    if (status == PD_OK) status = pdi_parameter_sweep_check_scenes(ctx, s);
+    if (status < 0) pd_sweep_free(ctx, s);
+    return status;
+}
+
+void pd_sweep_label(const pd_sweep *s, int index, char *text, size_t size)
+{
+    if (size == 0) return;
+    snprintf(text, size, "run%03d", index + 1);
+    for (int k = 0; k < s->axes; k++) {
+        size_t used = strlen(text);
+        snprintf(text + used, size - used, " %s", pdi_parameter_sweep_get_axis_value(s, index, k));
+    }
+}
+
+/* Write the result file of a run: a line "done", "failed" or "stopped", and its result line or message. */
+static pd_status pdi_parameter_sweep_write_status(pd_ctx *ctx, const char *path, const char *ended, const char *text)
+{
+    pd_file file;
+    memset(&file, 0, sizeof file);
+    pd_status status = pdi_file_create(ctx, path, &file);
+    if (status == PD_OK) status = pdi_file_write_text(ctx, &file, ended);
+    if (status == PD_OK) status = pdi_file_write_text(ctx, &file, "\n");
+    if (status == PD_OK) status = pdi_file_write_text(ctx, &file, text);
+    if (status == PD_OK) status = pdi_file_write_text(ctx, &file, "\n");
+    if (status == PD_OK) return pdi_file_commit(ctx, &file);
+    pdi_file_abandon(&file);
+    return status;
+}
+
+pd_status pd_sweep_run(pd_ctx *ctx, const pd_sweep *s, int index, const pd_run_desc *desc)
+{
+    char folder[PD_PATH_SIZE], path[PD_PATH_SIZE], text[PD_MESSAGE_SIZE + 1024];
+    pd_setup setup;
+    pd_run_desc one = *desc;
+    pd_run_result result;
+    PDI_TRY(pdi_parameter_sweep_format_paths(ctx, s, index, folder, path));
+    PDI_TRY(pd_file_make_directory(ctx, folder));
+    /* as long as there is none */
+    PDI_TRY(pdi_parameter_sweep_write_status(ctx, path, "failed", "ended without a result"));
+    PDI_TRY(pdi_parameter_sweep_read_scene(ctx, s, index, &setup));
+    one.folder = folder;
+    pd_status status = pd_run(ctx, &setup, &one, &result);
+    pd_setup_free(ctx, &setup);
+    if (status < 0) {
+        pd_ctx copy = *ctx; /* the message is that of the run */
+        snprintf(text, sizeof text, "%s", ctx->message);
+        pdi_parameter_sweep_write_status(&copy, path, "failed", text);
+        return status;
+    }
+    pd_run_line(&result, text, sizeof text);
+    if (result.stopped) snprintf(text, sizeof text, "stopped at t = %g s", result.time);
+    PDI_TRY(pdi_parameter_sweep_write_status(ctx, path, result.stopped ? "stopped" : "done", text));
+    if (desc->print && !result.stopped) desc->print(desc->print_user, PD_PRINT_RESULT, text);
+    return result.stopped ? PD_RETRY : status;
+}
+
+/* ---- table ---- */
+
+/* Results of all runs, and the columns of the table. */
+typedef struct pdi_parameter_sweep_results {
+    char **text;      /* [runs] "done\nresult ...\n"; NULL: nothing */
+    size_t *size;     /* [runs] */
+    char name[PDI_PARAMETER_SWEEP_MAX_COLUMNS][PDI_PARAMETER_SWEEP_NAME_BYTES];
+    int columns;
+} pdi_parameter_sweep_results;
+
+static const char pdi_parameter_sweep_not_started[] = "stopped\nnot begun\n";
+
+/* Content of the result file of a run; a text for runs that were not started. */
+static const char *pdi_parameter_sweep_get_run_text(const pdi_parameter_sweep_results *rows, int index)
+{
+    return rows->text[index] ? rows->text[index] : pdi_parameter_sweep_not_started;
+}
+
+/* Length of the key of the next "key=value" at *at, which moves there; 0: there is none. */
+static size_t pdi_parameter_sweep_find_next_pair(const char **at)
+{
+    for (; **at; *at += strcspn(*at, " \n")) {
+        *at += strspn(*at, " \n");
+        size_t key = strcspn(*at, "= \n");
+        if (key > 0 && (*at)[key] == '=') return key;
+    }
+    return 0;
+}
+
+/* Collect the keys of a result line as columns, in the order of first appearance. */
+static void pdi_parameter_sweep_find_names(const char *text, pdi_parameter_sweep_results *rows)
+{
+    const char *at = text;
+    for (size_t key = pdi_parameter_sweep_find_next_pair(&at); key > 0;
+         at += strcspn(at, " \n"), key = pdi_parameter_sweep_find_next_pair(&at)) {
+        int known = key >= PDI_PARAMETER_SWEEP_NAME_BYTES || rows->columns == PDI_PARAMETER_SWEEP_MAX_COLUMNS ||
+                    strncmp(at, "case=", 5) == 0;
+        for (int k = 0; k < rows->columns && !known; k++)
+            known = strlen(rows->name[k]) == key && strncmp(rows->name[k], at, key) == 0;
+        if (known) continue;
+        memcpy(rows->name[rows->columns], at, key);
+        rows->name[rows->columns++][key] = '\0';
+    }
+}
+
+/* Read the result files of all runs, count how they ended, and collect the columns. */
+static pd_status pdi_parameter_sweep_read_results(pd_ctx *ctx, const pd_sweep *s, pdi_parameter_sweep_results *rows,
+                                                  pd_sweep_count *count)
+{
+    PDI_TRY(PDI_NEW(ctx, "sweep", s->runs, rows->text));
+    PDI_TRY(PDI_NEW(ctx, "sweep", s->runs, rows->size));
+    for (int index = 0; index < s->runs; index++) {
+        char folder[PD_PATH_SIZE], path[PD_PATH_SIZE];
+        PDI_TRY(pdi_parameter_sweep_format_paths(ctx, s, index, folder, path));
+        pd_ctx quiet = *ctx;
+        pd_status status = pdi_file_read_all(&quiet, path, PDI_PARAMETER_SWEEP_MAX_RESULT_BYTES, &rows->text[index],
+                                             &rows->size[index]);
+        if (pdi_is_fatal(status)) return pdi_fail(ctx, status, "sweep", "%s", quiet.message);
+        ctx->in_use = quiet.in_use;
+        const char *text = pdi_parameter_sweep_get_run_text(rows, index);
+        int done = strncmp(text, "done\n", 5) == 0, stopped = strncmp(text, "stopped\n", 8) == 0;
+        count->done += done;
+        count->stopped += stopped;
+        count->failed += !done && !stopped;
+        if (done) pdi_parameter_sweep_find_names(text + 5, rows);
+    }
+    return PD_OK;
+}
+
+/* Write a CSV field, in quotes where it needs them. */
+static pd_status pdi_parameter_sweep_write_csv_field(pd_ctx *ctx, pd_file *file, const char *text, size_t length)
+{
+    if (!memchr(text, ',', length) && !memchr(text, '"', length) && !memchr(text, '#', length))
+        return pdi_file_write(ctx, file, text, length);
+    PDI_TRY(pdi_file_write_text(ctx, file, "\""));
+    for (size_t k = 0; k < length; k++) {
+        if (text[k] == '"') PDI_TRY(pdi_file_write_text(ctx, file, "\""));
+        PDI_TRY(pdi_file_write(ctx, file, text + k, 1));
+    }
+    return pdi_file_write_text(ctx, file, "\"");
+}
+
+/* Value of key `name` in the result line of a run that is done; *length 0: it has none. */
+static const char *pdi_parameter_sweep_find_result_value(const char *text, const char *name, size_t *length)
+{
+    const char *at = strchr(text, '\n');
+    *length = 0;
+    if (!at || strncmp(text, "done\n", 5) != 0) return text;
+    for (size_t key = pdi_parameter_sweep_find_next_pair(&at); key > 0;
+         at += strcspn(at, " \n"), key = pdi_parameter_sweep_find_next_pair(&at)) {
+        if (strlen(name) != key || strncmp(at, name, key) != 0) continue;
+        *length = strcspn(at + key + 1, " \n");
+        return at + key + 1;
+    }
+    return text;
+}
+
+/* Write the row of a run: values, how it ended, results, message. */
+static pd_status pdi_parameter_sweep_write_row(pd_ctx *ctx, const pd_sweep *s, const pdi_parameter_sweep_results *rows,
+                                               int index, pd_file *file)
+{
+    char run[32];
+    const char *text = pdi_parameter_sweep_get_run_text(rows, index), *message = strchr(text, '\n');
+    size_t ended = strcspn(text, "\n"), length;
+    snprintf(run, sizeof run, "run%03d", index + 1);
+    PDI_TRY(pdi_file_write_text(ctx, file, run));
+    for (int k = 0; k < s->axes; k++) {
+        const char *value = strchr(pdi_parameter_sweep_get_axis_value(s, index, k), '=') + 1;
+        length = strlen(value) - (size_t)s->axis[k].bare;
+        while (s->axis[k].bare && length > 0 && value[length - 1] == ' ') length--;
+        PDI_TRY(pdi_file_write_text(ctx, file, ","));
+        PDI_TRY(pdi_parameter_sweep_write_csv_field(ctx, file, value, length));
+    }
+    PDI_TRY(pdi_file_write_text(ctx, file, ","));
+    PDI_TRY(pdi_file_write(ctx, file, text, ended));
+    for (int k = 0; k < rows->columns; k++) {
+        const char *value = pdi_parameter_sweep_find_result_value(text, rows->name[k], &length);
+        PDI_TRY(pdi_file_write_text(ctx, file, ","));
+        PDI_TRY(pdi_parameter_sweep_write_csv_field(ctx, file, value, length));
+    }
+    PDI_TRY(pdi_file_write_text(ctx, file, ","));
+    int failed = message && strncmp(text, "done\n", 5) != 0;
+    if (failed) PDI_TRY(pdi_parameter_sweep_write_csv_field(ctx, file, message + 1, strcspn(message + 1, "\n")));
+    return pdi_file_write_text(ctx, file, "\n");
+}
+
+/* Write the header and all rows of the table. */
+static pd_status pdi_parameter_sweep_write_lines(pd_ctx *ctx, const pd_sweep *s,
+                                                 const pdi_parameter_sweep_results *rows, pd_file *file)
+{
+    PDI_TRY(pdi_file_write_text(ctx, file, "run"));
+    for (int k = 0; k < s->axes; k++) {
+        PDI_TRY(pdi_file_write_text(ctx, file, ","));
+        PDI_TRY(pdi_parameter_sweep_write_csv_field(ctx, file, s->axis[k].name, strlen(s->axis[k].name)));
+    }
+    PDI_TRY(pdi_file_write_text(ctx, file, ",status"));
+    for (int k = 0; k < rows->columns; k++) {
+        /* a swept key may have the name of a figure */
+        PDI_TRY(pdi_file_write_text(ctx, file, ",result_"));
+        PDI_TRY(pdi_file_write_text(ctx, file, rows->name[k]));
+    }
+    PDI_TRY(pdi_file_write_text(ctx, file, ",message\n"));
+    for (int index = 0; index < s->runs; index++) PDI_TRY(pdi_parameter_sweep_write_row(ctx, s, rows, index, file));
+    return PD_OK;
+}
+
+/* Write sweep.csv. */
+static pd_status pdi_parameter_sweep_write_table(pd_ctx *ctx, const pd_sweep *s,
+                                                 const pdi_parameter_sweep_results *rows)
+{
+    char path[PD_PATH_SIZE];
+    pd_file file;
+    memset(&file, 0, sizeof file);
+    PDI_TRY(pd_file_join(ctx, s->folder, "sweep.csv", path));
+    PDI_TRY(pdi_file_create(ctx, path, &file));
+    pd_status status = pdi_parameter_sweep_write_lines(ctx, s, rows, &file);
+    if (status == PD_OK) return pdi_file_commit(ctx, &file);
+    pdi_file_abandon(&file);
+    return status;
+}
+
+/* ---- plot ---- */
+
+/* Loss curves of the plot: data[k] holds the times, then the losses. */
+typedef struct pdi_parameter_sweep_loss_curves {
+    pd_plot plot;
+    double *data[PD_PLOT_SERIES];
+    int rows[PD_PLOT_SERIES];
+    char label[PD_PLOT_SERIES][PD_SWEEP_AXES * PD_SWEEP_VALUE];
+} pdi_parameter_sweep_loss_curves;
+
+/* Add the volume loss [%] of a run over time [h] to the plot; none for a run without a table. */
+static pd_status pdi_parameter_sweep_add_curve(pd_ctx *ctx, const pd_sweep *s, int index,
+                                               pdi_parameter_sweep_loss_curves *c)
+{
+    char folder[PD_PATH_SIZE], path[PD_PATH_SIZE], label[PD_SWEEP_AXES * PD_SWEEP_VALUE];
+    pd_table table;
+    pd_ctx quiet;
+    int k = c->plot.count;
+    memset(&table, 0, sizeof table);
+    PDI_TRY(pdi_parameter_sweep_format_paths(ctx, s, index, folder, path));
+    PDI_TRY(pd_file_join(ctx, folder, "diagnostics.csv", path));
+    quiet = *ctx;
+    pd_status status = pdi_table_read(&quiet, path, &table);
+    ctx->in_use = quiet.in_use;
+    if (status < 0 || table.rows < 2) {
+        pdi_table_free(ctx, &table);
+        return PD_OK;
+    }
+    c->rows[k] = table.rows;
+    status = PDI_NEW(ctx, "sweep", 2 * table.rows, c->data[k]);
+    if (status == PD_OK) status = pdi_table_parse_column(ctx, &table, "time", c->data[k]);
+    if (status == PD_OK) status = pdi_table_parse_column(ctx, &table, "volume_loss", c->data[k] + table.rows);
+    pdi_table_free(ctx, &table);
+    PDI_TRY(status);
+    for (int row = 0; row < c->rows[k]; row++) {
+        c->data[k][row] /= 3600.0;
+        c->data[k][c->rows[k] + row] *= 100.0;
+    }
+    pd_sweep_label(s, index, label, sizeof label);
+    snprintf(c->label[k], sizeof c->label[k], "%s", label + strcspn(label, " ") + 1);
+    c->plot.series[k].name = c->label[k];
+    c->plot.series[k].x = c->data[k];
+    c->plot.series[k].y = c->data[k] + c->rows[k];
+    c->plot.series[k].count = c->rows[k];
+    c->plot.series[k].stroke = k < PD_PLOT_SERIES / 2 ? PD_STROKE_LINE : PD_STROKE_DASHED;
+    c->plot.count++;
+    return PD_OK;
+}
+
+/* Draw the loss curves; with too many runs, evenly chosen ones. */
+static pd_status pdi_parameter_sweep_draw_curves(pd_ctx *ctx, const pd_sweep *s, pdi_parameter_sweep_loss_curves *c)
+{
+    char path[PD_PATH_SIZE], title[PD_SETUP_NAME + 64];
+    int curves = s->runs < PD_PLOT_SERIES ? s->runs : PD_PLOT_SERIES;
+    for (int k = 0; k < curves; k++)
+        PDI_TRY(pdi_parameter_sweep_add_curve(ctx, s, curves > 1 ? k * (s->runs - 1) / (curves - 1) : 0, c));
+    if (c->plot.count == 0) return PD_OK;
+    snprintf(title, sizeof title, "%s", s->name);
+    if (c->plot.count < s->runs) snprintf(title, sizeof title, "%s: %d of %d runs", s->name, c->plot.count, s->runs);
+    c->plot.title = title;
+    c->plot.x_label = "t [h]";
+    c->plot.y_label = "volume loss [%]";
+    PDI_TRY(pd_file_join(ctx, s->folder, "sweep.png", path));
+    return pd_plot_write(ctx, path, &c->plot);
+}
+
+/* Write sweep.png, if metal dissolves. */
+static pd_status pdi_parameter_sweep_write_plot(pd_ctx *ctx, const pd_sweep *s)
+{
+    pdi_parameter_sweep_loss_curves *c = NULL;
+    if (!s->loses) return PD_OK;
+    PDI_TRY(PDI_NEW(ctx, "sweep", 1, c));
+    pd_status status = pdi_parameter_sweep_draw_curves(ctx, s, c);
+    for (int k = 0; k < PD_PLOT_SERIES; k++) PDI_DELETE(ctx, 2 * c->rows[k], c->data[k]);
+    PDI_DELETE(ctx, 1, c);
+    return status;
+}
+
+pd_status pd_sweep_write(pd_ctx *ctx, const pd_sweep *s, pd_sweep_count *count)
+{
+    pdi_parameter_sweep_results rows;
+    memset(&rows, 0, sizeof rows);
+    memset(count, 0, sizeof *count);
+    pd_status status = pd_file_make_directory(ctx, s->folder);
+    if (status == PD_OK) status = pdi_parameter_sweep_read_results(ctx, s, &rows, count);
+    if (status == PD_OK) status = pdi_parameter_sweep_write_table(ctx, s, &rows);
+    if (status == PD_OK) status = pdi_parameter_sweep_write_plot(ctx, s);
+    for (int k = 0; k < s->runs && rows.text; k++)
+        if (rows.text[k]) PDI_DELETE(ctx, rows.size[k] + 1, rows.text[k]);
+    PDI_DELETE(ctx, s->runs, rows.text);
+    PDI_DELETE(ctx, s->runs, rows.size);
+    return status;
+}
+
+void pd_sweep_free(pd_ctx *ctx, pd_sweep *s)
+{
+    for (int k = 0; k < s->axes; k++)
+        PDI_DELETE(ctx, s->axis[k].count * PD_SWEEP_VALUE, s->axis[k].text);
+    memset(s, 0, sizeof *s);
+}
+
+#undef PDI_PARAMETER_SWEEP_STATUS_FILE
+#undef PDI_PARAMETER_SWEEP_MAX_COLUMNS
+#undef PDI_PARAMETER_SWEEP_NAME_BYTES
+#undef PDI_PARAMETER_SWEEP_MAX_RESULT_BYTES

@@ -1,0 +1,799 @@
+/* pictures: see pictures.h */
+#include "run/pictures.h"
+#include "io/apng.h"
+#include "io/canvas.h"
+#include "io/unit_label.h"
+#include "io/plot.h"
+#include "io/axis_ticks.h"
+#include "io/deformed_plot.h"
+#include "run/sample.h"
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define PDI_PICTURES_MAX_FILE_BYTES 1073741824u /* [byte] largest picture file that is copied */
+#define PDI_PICTURES_FLOAT_CHUNK 1024           /* floats that are converted at a time */
+#define PDI_PICTURES_FRAME_MS 100               /* [ms] between frames of a film */
+
+/* Header of a frame in the file of frames. */
+typedef struct pdi_pictures_frame_header {
+    double field, frame, time; /* [-], [-], [s] */
+    pd_images_view view;       /* with which it was drawn */
+} pdi_pictures_frame_header;
+
+/* ---- what is drawn ---- */
+
+/* 1: the metal is drawn deformed, at its displaced place, in pictures of this field. */
+static int pdi_pictures_is_deformed(const pd_images *im, pd_field field)
+{
+    return im->move && field < PD_FIELD_COUNT && pdi_setup_is_metal_field(field);
+}
+
+/* 1: the scene asks for pictures of this field, or of the surface. */
+static int pdi_pictures_is_drawn(const pd_images *im, pd_field field)
+{
+    if (field == PD_IMAGES_SURFACE) return pdi_surface_view_is_requested(im->model->setup);
+    return (int)(im->model->setup->images >> field & 1u);
+}
+
+/* The field that gives the colours; PD_FIELD_COUNT: none does. */
+static pd_field pdi_pictures_get_colour_field(const pd_images *im, pd_field field)
+{
+    return field == PD_IMAGES_SURFACE ? pdi_surface_view_get_colour_field(im->model->setup) : field;
+}
+
+/* Name of the field in file names, such as "C". */
+static const char *pdi_pictures_get_field_name(const pd_images *im, pd_field field)
+{
+    return field == PD_IMAGES_SURFACE ? "surface" : pdi_setup_field_name(im->model->setup, field);
+}
+
+/* 1: streamlines or velocity vectors are drawn over the field. */
+static int pdi_pictures_has_flow_overlay(const pd_images *im, pd_field field)
+{
+    const pd_setup_drawing *drawing = &im->model->setup->drawing;
+    return field < PD_FIELD_COUNT && (drawing->streamlines[field] || drawing->vectors[field]);
+}
+
+/* 1: its colour scale is logarithmic. */
+static int pdi_pictures_is_log_scale(const pd_images *im, pd_field field)
+{
+    pd_field of = pdi_pictures_get_colour_field(im, field);
+    return of < PD_FIELD_COUNT && (int)(im->model->setup->drawing.log >> of & 1u);
+}
+
+/* How the cell of a node is painted: by the field's value, as wall, as solid, or blank. */
+static pd_paint pdi_pictures_get_cell_kind(const pd_model *m, pd_field field, int32_t node)
+{
+    uint8_t kind = m->grid.kind[node];
+    int solid = pdi_setup_is_metal_field(field);
+    if (field == PD_FIELD_KIND) return PD_PAINT_FIELD;
+    if (kind == PD_WALL || kind == PD_OUTSIDE) return PD_PAINT_WALL;
+    if (kind == PD_SOLID) return solid ? PD_PAINT_FIELD : PD_PAINT_SOLID;
+    if (pdi_model_is_undefined(m, field, node)) return PD_PAINT_OUTSIDE;
+    return field == PD_FIELD_GRAIN || pdi_setup_is_mechanics_field(field) ? PD_PAINT_OUTSIDE : PD_PAINT_FIELD;
+}
+
+/* Node that a cell of the drawn plane shows; rows below the axis of an axisymmetric scene are mirrored. */
+static int32_t pdi_pictures_get_node(const pd_images *im, int64_t cell)
+{
+    const pd_model *m = im->model;
+    int row = (int)(cell / im->nx), i[PD_DIM];
+    for (int d = 0; d < PD_DIM; d++) {
+        double slice = floor((m->setup->slice_at - m->grid.lo[d]) / m->grid.h[d] + PDI_SHAPE_TOLERANCE);
+        i[d] = (int)pdi_max(0.0, pdi_min(slice, m->grid.n[d] - 1.0));
+    }
+    i[im->up] = row < im->below ? im->below - 1 - row : row - im->below;
+    i[im->right] = (int)(cell % im->nx); /* 1D: one row */
+    return pd_grid_node(&m->grid, i);
+}
+
+/* Round to float, as the file of frames stores it, so that a frame drawn again is the same. */
+static double pdi_pictures_round_to_float(double value)
+{
+    if (value > (double)FLT_MAX) return (double)FLT_MAX;
+    if (value < -(double)FLT_MAX) return -(double)FLT_MAX;
+    return (double)(float)value;
+}
+
+/* 1: an unbroken bond joins the metal of two cells. */
+static int pdi_pictures_has_bond(const pd_images *im, int64_t cell, int64_t other)
+{
+    const pd_structure *s = &im->model->structure;
+    int32_t i = s->point[pdi_pictures_get_node(im, cell)], j = s->point[pdi_pictures_get_node(im, other)];
+    for (pd_walk f = pdi_body_bonds_begin(&s->body, i); pdi_body_bonds_next(&f);)
+        if (f.to == j) return !pdi_body_bond_is_broken(&f);
+    return 0;
+}
+
+/* Offsets (column, row) of the four neighbours to the right and above. */
+static const int pdi_pictures_neighbour_offset[4][2] = {{1, 0}, {0, 1}, {1, 1}, {-1, 1}};
+
+/* Set the bits of joined [cells]: neighbours that a cell has bonds to, so that cracks open in deformed pictures. */
+static void pdi_pictures_mark_bonded_neighbours(pd_images *im)
+{
+    int whole = pdi_body_is_intact(&im->model->structure.body);
+    for (int64_t k = 0; k < im->cells; k++) {
+        int x = (int)(k % im->nx), y = (int)(k / im->nx);
+        im->joined[k] = 0;
+        for (int b = 0; b < 4; b++) {
+            int column = x + pdi_pictures_neighbour_offset[b][0], row = y + pdi_pictures_neighbour_offset[b][1];
+            int64_t other = (int64_t)row * im->nx + column;
+            if (column < 0 || column >= im->nx || row >= im->ny || isnan(im->move[k]) || isnan(im->move[other]))
+                continue;
+            if (whole || pdi_pictures_has_bond(im, k, other)) im->joined[k] |= (uint8_t)(1 << b);
+        }
+    }
+}
+
+/* Fill move [2][cells] [m] with scaled displacements of the metal, NaN elsewhere, and the bonds between cells. */
+static void pdi_pictures_compute_displacements(pd_images *im)
+{
+    const pd_model *m = im->model;
+    for (int64_t k = 0; k < im->cells; k++) {
+        int32_t node = pdi_pictures_get_node(im, k), point = m->structure.point[node];
+        const double *u = pdi_solid_coupling_displacements(&m->structure) + (int64_t)(point < 0 ? 0 : point) * PD_DIM;
+        int metal = point >= 0 && m->grid.kind[node] == PD_SOLID;
+        im->move[k] = metal ? pdi_pictures_round_to_float(m->setup->deformed * u[im->right]) : (double)NAN;
+        im->move[im->cells + k] = metal ? pdi_pictures_round_to_float(m->setup->deformed * u[im->up]) : (double)NAN;
+    }
+    pdi_pictures_mark_bonded_neighbours(im);
+}
+
+/* 1: a cell and its neighbour are bonded and drawn as one piece. Callback of pdi_deformed_plot. */
+static int pdi_pictures_are_bonded(const void *user, int cell, int other)
+{
+    const pd_images *im = (const pd_images *)user;
+    int low = cell < other ? cell : other, high = cell < other ? other : cell;
+    int x = high % im->nx - low % im->nx, y = high / im->nx - low / im->nx;
+    for (int b = 0; b < 4; b++)
+        if (pdi_pictures_neighbour_offset[b][0] == x && pdi_pictures_neighbour_offset[b][1] == y)
+            return im->joined[low] >> b & 1;
+    return 0;
+}
+
+/* Fill velocity [2][cells] [m/s] with the components in the drawn plane, NaN outside the fluid. */
+static void pdi_pictures_compute_velocities(pd_images *im)
+{
+    const pd_model *m = im->model;
+    const double *right = pdi_model_velocity(m) + (int64_t)im->right * m->grid.total;
+    const double *up = pdi_model_velocity(m) + (int64_t)im->up * m->grid.total;
+    for (int64_t k = 0; k < im->cells; k++) {
+        int32_t node = pdi_pictures_get_node(im, k);
+        int fluid = m->grid.kind[node] == PD_FLUID, mirrored = k / im->nx < im->below;
+        im->velocity[k] = fluid ? pdi_pictures_round_to_float(right[node]) : (double)NAN;
+        im->velocity[im->cells + k] =
+            fluid ? pdi_pictures_round_to_float(mirrored ? -up[node] : up[node]) : (double)NAN;
+    }
+}
+
+/* Fill cell [cells] with the values of a field, and paint [cells]. */
+static void pdi_pictures_compute_cells(pd_images *im, pd_field field)
+{
+    int32_t node = 0, step = im->model->grid.stride[im->right];
+    for (int64_t k = 0; k < im->cells; k++, node += step) {
+        if (k % im->nx == 0) node = pdi_pictures_get_node(im, k);
+        im->cell[k] = pdi_pictures_round_to_float(pdi_sample_get_node(im->model, field, node));
+        im->paint[k] = (uint8_t)pdi_pictures_get_cell_kind(im->model, field, node);
+    }
+}
+
+/* ---- what frames have in common ---- */
+
+/* Comparison of two doubles for qsort. */
+static int pdi_pictures_compare_doubles(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* Value at fractional rank `at` of sorted [count], linear between two: a percentile. */
+static double pdi_pictures_interpolate_sorted(const double *sorted, int64_t count, double at)
+{
+    int64_t below = (int64_t)pdi_min(floor(at), (double)count - 1.0), above = below + 1 < count ? below + 1 : below;
+    return sorted[below] + (at - (double)below) * (sorted[above] - sorted[below]);
+}
+
+/* Number of values of a frame: cells, or pixels of the rendered surface. */
+static int64_t pdi_pictures_count_values(const pd_images *im, pd_field field)
+{
+    return field == PD_IMAGES_SURFACE ? (int64_t)im->sight.width * im->sight.height : im->cells;
+}
+
+/* Smallest and largest value of this frame, or percentiles, for colours, without masked and (log) non-positive ones. */
+static void pdi_pictures_find_range(pd_images *im, pd_field field, double *lo, double *hi)
+{
+    int64_t count = 0, values = pdi_pictures_count_values(im, field);
+    int surface = field == PD_IMAGES_SURFACE;
+    *lo = HUGE_VAL;
+    *hi = -HUGE_VAL;
+    for (int64_t k = 0; k < values; k++) {
+        double value = surface ? (double)im->sight.value[k] : im->cell[k];
+        if (!surface && im->paint[k] != PD_PAINT_FIELD) continue;
+        if (isnan(value) || (pdi_pictures_is_log_scale(im, field) && !(value > 0.0))) continue;
+        if (value < *lo) *lo = value;
+        if (value > *hi) *hi = value;
+        if (im->sorted) im->sorted[count] = value;
+        count++;
+    }
+    if (!im->sorted || count == 0) return;
+    double cut = 0.5 * (1.0 - im->model->setup->drawing.percentile) * (double)(count - 1);
+    qsort(im->sorted, (size_t)count, sizeof *im->sorted, pdi_pictures_compare_doubles);
+    *lo = pdi_pictures_interpolate_sorted(im->sorted, count, cut);
+    *hi = pdi_pictures_interpolate_sorted(im->sorted, count, (double)(count - 1) - cut);
+}
+
+/* 1: the colour range is fixed from the start: given, or that of a fraction or of kinds. */
+static int pdi_pictures_is_range_fixed(const pd_setup *setup, pd_field field)
+{
+    if (field == PD_FIELD_COUNT) return 1; /* nothing gives it colours */
+    const double *range = setup->drawing.range[field];
+    int shares = field == PD_FIELD_DAMAGE || field == PD_FIELD_BROKEN;
+    return range[0] < range[1] || (shares && !(setup->drawing.log >> field & 1u)) || field == PD_FIELD_KIND ||
+           field == PD_FIELD_PHASE;
+}
+
+/* Extend the colour range, the extent of deformed metal and the largest speed by this frame. */
+static pd_status pdi_pictures_update_range(pd_ctx *ctx, pd_images *im, pd_field field, const pdi_deformed_plot *warp)
+{
+    pd_images_view *view = &im->view[field];
+    double lo, hi;
+    if (pdi_pictures_is_deformed(im, field)) PDI_TRY(pdi_deformed_plot_extend_range(ctx, warp, view->low, view->high));
+    for (int64_t k = 0; pdi_pictures_has_flow_overlay(im, field) && k < im->cells; k++)
+        view->fastest = pdi_max(view->fastest, pdi_canvas_hypot(im->velocity[k], im->velocity[im->cells + k]));
+    if (pdi_pictures_is_range_fixed(im->model->setup, pdi_pictures_get_colour_field(im, field))) return PD_OK;
+    pdi_pictures_find_range(im, field, &lo, &hi);
+    view->lo = pdi_min(view->lo, lo);
+    view->hi = pdi_max(view->hi, hi);
+    return PD_OK;
+}
+
+/* ---- pictures ---- */
+
+/* Buffers of labels. */
+typedef struct pdi_pictures_labels {
+    char title[PD_SETUP_NAME + PD_UNITS_TEXT + 72], time[PDI_UNIT_LABEL_SIZE];
+} pdi_pictures_labels;
+
+/* Write "t = 3 h" into the buffers; returns it. */
+static const char *pdi_pictures_format_time(double time, pdi_pictures_labels *text)
+{
+    char value[PD_UNITS_TEXT], label[PDI_UNIT_LABEL_SIZE];
+    pdi_setup_format_value(time, "s", value);
+    snprintf(text->time, sizeof text->time, "t = %s", pdi_unit_label_format_value(value, label));
+    return text->time;
+}
+
+/* Write the title of a picture into the buffers; returns it. */
+static const char *pdi_pictures_format_title(const pd_images *im, pd_field field, pdi_pictures_labels *text)
+{
+    const pd_setup *u = im->model->setup;
+    char value[PD_UNITS_TEXT], place[PDI_UNIT_LABEL_SIZE];
+    const char *name = pdi_setup_field_name(u, field);
+    if (PD_DIM < 3) snprintf(text->title, sizeof text->title, "%s: %s", u->name, name);
+    else {
+        pdi_setup_format_value(u->slice_at, "m", value);
+        snprintf(text->title, sizeof text->title, "%s: %s at %c = %.*s", u->name, name, "xyz"[u->slice_axis],
+                 PD_UNITS_TEXT, pdi_unit_label_format_value(value, place));
+    }
+    size_t used = strlen(text->title);
+    if (pdi_pictures_is_deformed(im, field))
+        snprintf(text->title + used, sizeof text->title - used, ", displacements \xC3\x97 %g", u->deformed);
+    return text->title;
+}
+
+/* Colour map of a field: given, diverging for signed ones, sequential, or labels. */
+static pd_map pdi_pictures_get_colour_map(const pd_setup *setup, pd_field field)
+{
+    int sides = field == PD_FIELD_P || field == PD_FIELD_PRESSURE || pdi_setup_is_stress_field(field);
+    if (pdi_setup_is_categorical_field(field)) return PD_MAP_LABELS;
+    if (setup->drawing.map[field]) return (pd_map)(setup->drawing.map[field] - 1);
+    return sides && !(setup->drawing.log >> field & 1u) ? PD_MAP_DIVERGING : PD_MAP_SEQUENTIAL;
+}
+
+/* Colour range *lo, *hi: given, 0 to 1 for fractions, or that of all frames. */
+static void pdi_pictures_get_range(const pd_images *im, pd_field field, pd_map map, double *lo, double *hi)
+{
+    const pd_setup *u = im->model->setup;
+    pd_field of = pdi_pictures_get_colour_field(im, field);
+    *lo = of < PD_FIELD_COUNT ? u->drawing.range[of][0] : 0.0;
+    *hi = of < PD_FIELD_COUNT ? u->drawing.range[of][1] : 0.0;
+    if (*lo < *hi) return;
+    *lo = pdi_pictures_is_range_fixed(u, of) ? 0.0 : im->view[field].lo;
+    *hi = pdi_pictures_is_range_fixed(u, of) ? 1.0 : im->view[field].hi;
+    pdi_field_plot_adjust_range(map, pdi_pictures_is_log_scale(im, field), lo, hi);
+}
+
+/* Add streamlines or vectors to the picture, with the closed sides of the box. */
+static void pdi_pictures_set_flow_overlay(const pd_images *im, pd_field field, pd_picture *picture)
+{
+    const pd_grid *grid = &im->model->grid;
+    if (!pdi_pictures_has_flow_overlay(im, field)) return;
+    picture->streamlines = im->model->setup->drawing.streamlines[field];
+    picture->vectors = im->model->setup->drawing.vectors[field];
+    picture->velocity = im->velocity;
+    picture->fastest = im->view[field].fastest;
+    for (int k = 0; k < 4; k++) {
+        pd_side side = grid->side[2 * (k < 2 ? im->right : im->up) + (k == 2 && im->below ? 1 : k % 2)];
+        picture->closed[k] = side == PD_SIDE_WALL || side == PD_SIDE_MIRROR;
+    }
+}
+
+/* Legend names and colours of fields of kinds (kind, phase). */
+static void pdi_pictures_set_legend(pd_field field, pd_picture *picture)
+{
+    static const char *const kinds[] = {"outside", "fluid", "solid", "wall"};
+    static const char *const phases[] = {"fluid", "solid"};
+    static const uint32_t colours[] = {0xE8EAEDu, 0xC9DEF2u, 0x9A9DA1u, 0x3C4043u};
+    picture->names = field == PD_FIELD_KIND ? kinds : field == PD_FIELD_PHASE ? phases : NULL;
+    picture->colours = field == PD_FIELD_KIND ? colours : field == PD_FIELD_PHASE ? colours + 1 : NULL;
+    picture->name_count = field == PD_FIELD_KIND ? 4 : field == PD_FIELD_PHASE ? 2 : 0;
+}
+
+/* Describe the picture of the frame in memory at `time` [s]. */
+static void pdi_pictures_build_picture(const pd_images *im, pd_field field, double time, pdi_pictures_labels *text,
+                                       pd_picture *picture)
+{
+    static const char *const axes[3] = {"x", "y", "z"};
+    const pd_model *m = im->model;
+    const pd_setup_drawing *drawing = &m->setup->drawing;
+    memset(picture, 0, sizeof *picture);
+    picture->nx = im->nx;
+    picture->ny = im->ny;
+    picture->values = im->cell;
+    picture->paint = im->paint;
+    picture->lo[0] = m->grid.lo[im->right];
+    picture->lo[1] = im->below ? -m->grid.hi[im->up] : m->grid.lo[im->up];
+    picture->hi[0] = m->grid.hi[im->right];
+    picture->hi[1] = m->grid.hi[im->up];
+    picture->axes[0] = axes[im->right];
+    picture->axes[1] = m->setup->axisymmetric ? "r" : axes[im->up];
+    picture->mirrored = im->below > 0;
+    picture->map = pdi_pictures_get_colour_map(m->setup, field);
+    picture->log = pdi_pictures_is_log_scale(im, field);
+    picture->smooth = drawing->smooth;
+    picture->width = drawing->width;
+    picture->contour_count = drawing->contours[field];
+    picture->contours = drawing->levels[field] ? drawing->level[field] : NULL;
+    pdi_pictures_get_range(im, field, picture->map, &picture->range_lo, &picture->range_hi);
+    pdi_pictures_set_flow_overlay(im, field, picture);
+    pdi_pictures_set_legend(field, picture);
+    picture->title = pdi_pictures_format_title(im, field, text);
+    picture->stamp = pdi_pictures_format_time(time, text);
+    picture->widest = "t = 000.000 min";
+    /* the title names it */
+    picture->label = pdi_setup_is_categorical_field(field) ? NULL : pdi_setup_field_label(m->setup, field);
+}
+
+/* Describe the deformed picture: displacements and their extent. */
+static void pdi_pictures_build_deformed(const pd_images *im, pd_field field, const pd_picture *picture,
+                                        pdi_deformed_plot *warp)
+{
+    memset(warp, 0, sizeof *warp);
+    warp->undeformed = picture;
+    warp->displacement = im->move;
+    warp->is_connected = pdi_pictures_are_bonded;
+    warp->user = im;
+    for (int d = 0; d < 2 && im->view[field].low[0] < im->view[field].high[0]; d++) {
+        warp->lo[d] = im->view[field].low[d];
+        warp->hi[d] = im->view[field].high[d];
+    }
+}
+
+/* 1D: describe the plot of the field over x. x [cells] [um]: output. */
+static void pdi_pictures_build_plot(pd_images *im, pd_field field, double time, pdi_pictures_labels *text, double *x,
+                                    pd_plot *plot)
+{
+    const pd_model *m = im->model;
+    pdi_axis_ticks axis;
+    memset(plot, 0, sizeof *plot);
+    memset(&axis, 0, sizeof axis);
+    for (int k = 0; k < im->nx; k++) {
+        x[k] = (m->grid.lo[0] + (k + 0.5) * m->grid.h[0]) * 1e6;
+        if (im->paint[k] != PD_PAINT_FIELD) im->cell[k] = (double)NAN;
+    }
+    snprintf(text->title, sizeof text->title, "%s, %.60s", m->setup->name, pdi_pictures_format_time(time, text));
+    plot->title = text->title;
+    plot->x_label = "x [um]";
+    plot->y_label = pdi_setup_field_label(m->setup, field);
+    plot->x_lo = m->grid.lo[0] * 1e6;
+    plot->x_hi = m->grid.hi[0] * 1e6;
+    plot->y_log = axis.log = pdi_pictures_is_log_scale(im, field);
+    pdi_pictures_get_range(im, field, PD_MAP_SEQUENTIAL, &axis.lo, &axis.hi);
+    if (!(m->setup->drawing.range[field][0] < m->setup->drawing.range[field][1]))
+        pdi_axis_ticks_widen_range(0.03, &axis);
+    plot->y_lo = axis.lo;
+    plot->y_hi = axis.hi;
+    plot->count = 1;
+    plot->series[0].x = x;
+    plot->series[0].y = im->cell;
+    plot->series[0].count = im->nx;
+}
+
+/* 3D: draw the rendered metal surface into the image, or, without one, into a file. */
+static pd_status pdi_pictures_draw_surface(pd_ctx *ctx, const pd_images *im, double time, const char *path,
+                                           pd_image *image)
+{
+    const pd_setup *u = im->model->setup;
+    pd_field of = pdi_surface_view_get_colour_field(u);
+    pdi_pictures_labels text;
+    pdi_surface_plot relief;
+    pd_picture labels;
+    memset(&relief, 0, sizeof relief);
+    relief.rendering = &im->sight;
+    relief.use_values = of < PD_FIELD_COUNT;
+    snprintf(text.title, sizeof text.title, "%s: surface%s%s", u->name, relief.use_values ? ", " : "",
+             relief.use_values ? pdi_setup_field_name(im->model->setup, of) : "");
+    relief.title = text.title;
+    relief.stamp = pdi_pictures_format_time(time, &text);
+    relief.widest_stamp = "t = 000.000 min";
+    if (relief.use_values) {
+        relief.map = pdi_pictures_get_colour_map(u, of);
+        relief.log = pdi_pictures_is_log_scale(im, of);
+        relief.label = pdi_setup_field_label(im->model->setup, of);
+        pdi_pictures_set_legend(of, &labels);
+        relief.names = labels.names;
+        relief.colours = labels.colours;
+        relief.name_count = labels.name_count;
+        pdi_pictures_get_range(im, PD_IMAGES_SURFACE, relief.map, &relief.lo, &relief.hi);
+    }
+    return image || !path ? pdi_surface_plot_draw_image(ctx, &relief, image)
+                          : pdi_surface_plot_write(ctx, path, &relief);
+}
+
+/* Draw the frame in memory: into the image, or, where there is none, into a file. */
+static pd_status pdi_pictures_draw_frame(pd_ctx *ctx, pd_images *im, pd_field field, double time, const char *path,
+                                         pd_image *image)
+{
+    pdi_pictures_labels text;
+    pd_picture picture;
+    pdi_deformed_plot warp;
+    pd_plot plot;
+    double *x = NULL;
+    if (field == PD_IMAGES_SURFACE) return pdi_pictures_draw_surface(ctx, im, time, path, image);
+    if (PD_DIM > 1) {
+        pdi_pictures_build_picture(im, field, time, &text, &picture);
+        if (!pdi_pictures_is_deformed(im, field))
+            return image ? pdi_field_plot_draw_image(ctx, &picture, image) : pd_picture_write(ctx, path, &picture);
+        pdi_pictures_build_deformed(im, field, &picture, &warp);
+        return image ? pdi_deformed_plot_draw_image(ctx, &warp, image) : pdi_deformed_plot_write(ctx, path, &warp);
+    }
+    PDI_TRY(PDI_NEW(ctx, "images", im->cells, x));
+    pdi_pictures_build_plot(im, field, time, &text, x, &plot);
+    pd_status status = image ? pdi_plot_draw_image(ctx, &plot, image) : pd_plot_write(ctx, path, &plot);
+    PDI_DELETE(ctx, im->cells, x);
+    return status;
+}
+
+/* latest_C.png is a copy of the picture. */
+static pd_status pdi_pictures_copy_latest(pd_ctx *ctx, pd_images *im, pd_field field, const char *end,
+                                          const char *picture)
+{
+    char name[PD_SETUP_NAME], path[PD_PATH_SIZE], *data = NULL;
+    size_t size = 0;
+    pd_file file;
+    snprintf(name, sizeof name, "latest_%.40s.%s", pdi_pictures_get_field_name(im, field), end);
+    PDI_TRY(im->latest >> field & 1u ? pd_file_join(ctx, im->folder->path, name, path)
+                                     : pdi_output_folder_add_file(ctx, im->folder, name, path));
+    PDI_TRY(pdi_file_read_all(ctx, picture, PDI_PICTURES_MAX_FILE_BYTES, &data, &size));
+    pd_status status = pdi_file_create(ctx, path, &file);
+    if (status == PD_OK) {
+        status = pdi_file_write(ctx, &file, data, size);
+        if (status == PD_OK) status = pdi_file_commit(ctx, &file);
+        else pdi_file_abandon(&file);
+    }
+    PDI_DELETE(ctx, size + 1, data);
+    return status;
+}
+
+/* Write the picture files of a frame. fresh: 1: add them to the list of the folder. image: the drawn frame, or NULL. */
+static pd_status pdi_pictures_write_files(pd_ctx *ctx, pd_images *im, pd_field field, int frame, double time, int fresh,
+                                          const pd_image *image)
+{
+    static const char *const ends[2] = {"png", "svg"};
+    unsigned formats = im->model->setup->drawing.formats ? im->model->setup->drawing.formats : 1u;
+    char name[PD_PATH_SIZE], path[PD_PATH_SIZE];
+    for (int k = 0; k < 2; k++) {
+        if (!(formats >> k & 1u)) continue;
+        PDI_TRY(pdi_file_format_frame_name(ctx, pdi_pictures_get_field_name(im, field), frame, time, ends[k], name));
+        PDI_TRY(fresh ? pdi_output_folder_add_file(ctx, im->folder, name, path)
+                      : pd_file_join(ctx, im->folder->path, name, path));
+        PDI_TRY(image && k == 0 ? pdi_png_write(ctx, path, image)
+                                : pdi_pictures_draw_frame(ctx, im, field, time, path, NULL));
+        if (im->live && frame == im->last) PDI_TRY(pdi_pictures_copy_latest(ctx, im, field, ends[k], path));
+    }
+    if (im->live) im->latest |= pdi_setup_field_bit(field);
+    return PD_OK;
+}
+
+/* ---- frames in a file ---- */
+
+/* Write numbers to the file as floats, or read them (reading: 1). */
+static pd_status pdi_pictures_store_floats(pd_ctx *ctx, pd_file *file, int reading, double *values, int64_t count)
+{
+    float piece[PDI_PICTURES_FLOAT_CHUNK];
+    size_t got;
+    for (int64_t at = 0; at < count; at += PDI_PICTURES_FLOAT_CHUNK) {
+        size_t n = (size_t)(count - at < PDI_PICTURES_FLOAT_CHUNK ? count - at : PDI_PICTURES_FLOAT_CHUNK);
+        if (reading) {
+            PDI_TRY(pdi_file_read_bytes(ctx, file, piece, n * sizeof *piece, &got));
+            if (got != n * sizeof *piece) return pdi_fail(ctx, PD_ERR_FILE, "images", "'%s' ends early", file->path);
+            for (size_t k = 0; k < n; k++) values[(size_t)at + k] = (double)piece[k];
+        } else {
+            for (size_t k = 0; k < n; k++) piece[k] = (float)values[(size_t)at + k];
+            PDI_TRY(pdi_file_write(ctx, file, piece, n * sizeof *piece));
+        }
+    }
+    return PD_OK;
+}
+
+/* Write bytes to the file, or read them. PD_ERR_FILE: it ends early. */
+static pd_status pdi_pictures_store_bytes(pd_ctx *ctx, pd_file *file, int reading, void *data, size_t size)
+{
+    size_t got;
+    if (!reading) return pdi_file_write(ctx, file, data, size);
+    PDI_TRY(pdi_file_read_bytes(ctx, file, data, size, &got));
+    return got == size ? PD_OK : pdi_fail(ctx, PD_ERR_FILE, "images", "'%s' ends early", file->path);
+}
+
+/* Write or read the pixels of the rendered surface. */
+static pd_status pdi_pictures_store_surface(pd_ctx *ctx, pd_images *im, pd_file *file, int reading)
+{
+    size_t pixels = (size_t)im->sight.width * (size_t)im->sight.height;
+    PDI_TRY(pdi_pictures_store_bytes(ctx, file, reading, im->sight.value, pixels * sizeof *im->sight.value));
+    PDI_TRY(pdi_pictures_store_bytes(ctx, file, reading, im->sight.light, pixels));
+    PDI_TRY(pdi_pictures_store_bytes(ctx, file, reading, im->sight.cover, pixels));
+    return pdi_pictures_store_bytes(ctx, file, reading, im->sight.edge, pixels);
+}
+
+/* Write or read the data of a frame that follow its header; a newline ends them. */
+static pd_status pdi_pictures_store_frame_data(pd_ctx *ctx, pd_images *im, pd_field field, pd_file *file, int reading)
+{
+    char end = '\n';
+    if (field == PD_IMAGES_SURFACE) PDI_TRY(pdi_pictures_store_surface(ctx, im, file, reading));
+    else {
+        PDI_TRY(pdi_pictures_store_floats(ctx, file, reading, im->cell, im->cells));
+        PDI_TRY(pdi_pictures_store_bytes(ctx, file, reading, im->paint, (size_t)im->cells));
+    }
+    if (pdi_pictures_is_deformed(im, field)) {
+        PDI_TRY(pdi_pictures_store_floats(ctx, file, reading, im->move, 2 * im->cells));
+        PDI_TRY(pdi_pictures_store_bytes(ctx, file, reading, im->joined, (size_t)im->cells));
+    }
+    if (pdi_pictures_has_flow_overlay(im, field))
+        PDI_TRY(pdi_pictures_store_floats(ctx, file, reading, im->velocity, 2 * im->cells));
+    return pdi_pictures_store_bytes(ctx, file, reading, &end, 1);
+}
+
+/* [byte] Length of the data of a frame, without header. */
+static int64_t pdi_pictures_count_frame_bytes(const pd_images *im, pd_field field)
+{
+    if (field == PD_IMAGES_SURFACE) return 7 * (int64_t)im->sight.width * im->sight.height + 1;
+    int overlay = pdi_pictures_has_flow_overlay(im, field) ? 8 : 0;
+    return im->cells * ((pdi_pictures_is_deformed(im, field) ? 14 : 5) + overlay) + 1;
+}
+
+/* Append a frame to the file of frames. */
+static pd_status pdi_pictures_append_frame(pd_ctx *ctx, pd_images *im, pd_field field, int frame)
+{
+    pdi_pictures_frame_header head;
+    memset(&head, 0, sizeof head);
+    head.field = (double)field;
+    head.frame = frame;
+    head.time = im->model->couple.time;
+    head.view = im->view[field];
+    PDI_TRY(pdi_file_write(ctx, &im->kept, &head, sizeof head));
+    PDI_TRY(pdi_pictures_store_frame_data(ctx, im, field, &im->kept, 0));
+    return pdi_file_flush(ctx, &im->kept);
+}
+
+PDI_FN pd_status pdi_pictures_draw_frames(pd_ctx *ctx, pd_images *im, int frame)
+{
+    double time = im->model->couple.time;
+    pdi_pictures_labels text;
+    pd_picture picture;
+    pdi_deformed_plot warp;
+    memset(&warp, 0, sizeof warp);
+    im->last = frame;
+    if (im->move) pdi_pictures_compute_displacements(im);
+    if (im->velocity) pdi_pictures_compute_velocities(im);
+    for (int k = 0; k < PD_IMAGES_COUNT; k++) {
+        pd_field field = (pd_field)k;
+        if (!pdi_pictures_is_drawn(im, field)) continue;
+        PDI_TRY(pdi_check_cancel(ctx, "pictures", k));
+        if (field == PD_IMAGES_SURFACE) PDI_TRY(pdi_surface_view_draw(ctx, im->model, &im->sight));
+        else pdi_pictures_compute_cells(im, field);
+        if (pdi_pictures_is_deformed(im, field)) {
+            pdi_pictures_build_picture(im, field, time, &text, &picture);
+            pdi_pictures_build_deformed(im, field, &picture, &warp);
+        }
+        PDI_TRY(pdi_pictures_update_range(ctx, im, field, &warp));
+        if (im->keeps) PDI_TRY(pdi_pictures_append_frame(ctx, im, field, frame));
+        PDI_TRY(pdi_pictures_write_files(ctx, im, field, frame, time, 1, NULL));
+    }
+    im->frames++;
+    return PD_OK;
+}
+
+/* 1: two frames have the same range and extent. */
+static int pdi_pictures_is_same_view(const pd_images_view *a, const pd_images_view *b)
+{
+    return memcmp(a, b, sizeof *a) == 0;
+}
+
+/* Read the frames of a field from the file and draw those anew whose range has grown since, or, for a film, all. */
+static pd_status pdi_pictures_redraw_frames(pd_ctx *ctx, pd_images *im, pd_file *file, pd_field field, pdi_apng *film)
+{
+    pdi_pictures_frame_header head;
+    pd_image image;
+    size_t got;
+    memset(&image, 0, sizeof image);
+    for (;;) {
+        PDI_TRY(pdi_file_read_bytes(ctx, file, &head, sizeof head, &got));
+        if (got < sizeof head) return PD_OK;
+        pd_field of = (pd_field)(int)head.field;
+        if (of != field || (!film && pdi_pictures_is_same_view(&head.view, &im->view[field]))) {
+            if (fseek((FILE *)file->stream, (long)pdi_pictures_count_frame_bytes(im, of), SEEK_CUR) == 0) continue;
+            return pdi_fail(ctx, PD_ERR_FILE, "images", "'%s' ends early", file->path);
+        }
+        PDI_TRY(pdi_check_cancel(ctx, "pictures", (int64_t)head.frame));
+        PDI_TRY(pdi_pictures_store_frame_data(ctx, im, field, file, 1));
+        pd_status status = film ? pdi_pictures_draw_frame(ctx, im, field, head.time, NULL, &image) : PD_OK;
+        if (status == PD_OK && !pdi_pictures_is_same_view(&head.view, &im->view[field]))
+            status = pdi_pictures_write_files(ctx, im, field, (int)head.frame, head.time, 0, film ? &image : NULL);
+        if (status == PD_OK && film) status = pdi_apng_add_frame(ctx, film, &image);
+        pdi_image_free(ctx, &image);
+        PDI_TRY(status);
+    }
+}
+
+/* Begin the animated picture C_film.png. */
+static pd_status pdi_pictures_begin_film(pd_ctx *ctx, pd_images *im, pd_field field, pdi_apng *film)
+{
+    char name[PD_PATH_SIZE], path[PD_PATH_SIZE];
+    snprintf(name, sizeof name, "%s_film.png", pdi_pictures_get_field_name(im, field));
+    PDI_TRY(pdi_output_folder_add_file(ctx, im->folder, name, path));
+    return pdi_apng_create(ctx, path, (int)im->frames, PDI_PICTURES_FRAME_MS, film);
+}
+
+/* Finish the pictures of one field: redraw frames and make the film. */
+static pd_status pdi_pictures_redraw_field(pd_ctx *ctx, pd_images *im, pd_field field, const char *path)
+{
+    int filmed = im->model->setup->drawing.animate;
+    pd_file file;
+    pdi_apng film;
+    memset(&film, 0, sizeof film);
+    PDI_TRY(pdi_file_open_read(ctx, path, &file));
+    pd_status status = filmed ? pdi_pictures_begin_film(ctx, im, field, &film) : PD_OK;
+    if (status == PD_OK) status = pdi_pictures_redraw_frames(ctx, im, &file, field, filmed ? &film : NULL);
+    if (status == PD_OK && filmed) status = pdi_apng_commit(ctx, &film);
+    pdi_apng_abandon(&film);
+    pdi_file_abandon(&file);
+    return status;
+}
+
+PDI_FN pd_status pdi_pictures_finish(pd_ctx *ctx, pd_images *im)
+{
+    char path[PD_PATH_SIZE];
+    if (!im->keeps) return PD_OK;
+    PDI_TRY(pdi_file_commit(ctx, &im->kept));
+    PDI_TRY(pd_file_join(ctx, im->folder->path, PD_IMAGES_KEPT, path));
+    for (int k = 0; k < PD_IMAGES_COUNT; k++)
+        if (pdi_pictures_is_drawn(im, (pd_field)k)) PDI_TRY(pdi_pictures_redraw_field(ctx, im, (pd_field)k, path));
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_pictures_remove_frame_file(pd_ctx *ctx, pd_images *im)
+{
+    char path[PD_PATH_SIZE];
+    if (!im->keeps) return PD_OK;
+    PDI_TRY(pd_file_join(ctx, im->folder->path, PD_IMAGES_KEPT, path));
+    im->keeps = 0;
+    pdi_file_remove(path);
+    return PD_OK;
+}
+
+/* ---- life ---- */
+
+/* 1: frames have to be stored, as a colour range or extent may still grow. */
+static int pdi_pictures_has_growing_range(const pd_images *im)
+{
+    for (int k = 0; k < PD_IMAGES_COUNT; k++) {
+        pd_field field = (pd_field)k;
+        int known = pdi_pictures_is_range_fixed(im->model->setup, pdi_pictures_get_colour_field(im, field)) &&
+                    !pdi_pictures_is_deformed(im, field) &&
+                    !(field < PD_FIELD_COUNT && im->model->setup->drawing.vectors[field]);
+        if (pdi_pictures_is_drawn(im, field) && !known) return 1;
+    }
+    return 0;
+}
+
+/* Largest number of values that are sorted for percentiles. */
+static int64_t pdi_pictures_count_max_values(const pd_images *im)
+{
+    int64_t pixels = pdi_pictures_count_values(im, PD_IMAGES_SURFACE);
+    return pixels > im->cells ? pixels : im->cells;
+}
+
+/* Allocate the arrays that the requested pictures need. */
+static pd_status pdi_pictures_allocate(pd_ctx *ctx, pd_images *im)
+{
+    const pd_setup *u = im->model->setup;
+    if (pdi_surface_view_is_requested(u)) PDI_TRY(pdi_surface_view_build(ctx, u, &im->sight));
+    if (u->drawing.percentile > 0.0 && u->drawing.percentile < 1.0 && (u->images || pdi_surface_view_is_requested(u)))
+        PDI_TRY(PDI_NEW(ctx, "images", pdi_pictures_count_max_values(im), im->sorted));
+    if (!u->images) return PD_OK;
+    PDI_TRY(PDI_NEW(ctx, "images", im->cells, im->cell));
+    PDI_TRY(PDI_NEW(ctx, "images", im->cells, im->paint));
+    for (int k = 0; k < PD_FIELD_COUNT && !im->velocity; k++)
+        if (pdi_pictures_has_flow_overlay(im, (pd_field)k))
+            PDI_TRY(PDI_NEW(ctx, "images", 2 * im->cells, im->velocity));
+    if (!(u->deformed > 0.0)) return PD_OK;
+    PDI_TRY(PDI_NEW(ctx, "images", 2 * im->cells, im->move));
+    return PDI_NEW(ctx, "images", im->cells, im->joined);
+}
+
+PDI_FN pd_status pdi_pictures_build(pd_ctx *ctx, const pd_model *model, pd_folder *folder, pd_images *im)
+{
+    const pd_setup *u = model->setup;
+    memset(im, 0, sizeof *im);
+    im->model = model;
+    im->folder = folder;
+    if (!u->images && !pdi_surface_view_is_requested(u)) return PD_OK;
+    im->right = PD_DIM == 3 && u->slice_axis == 0 ? 1 : 0;
+    im->up = PD_DIM == 3 && u->slice_axis == 2 ? 1 : PD_DIM - 1;
+    im->below = u->axisymmetric && !(model->grid.lo[im->up] > 0.0) ? model->grid.n[im->up] : 0; /* drawn whole */
+    im->nx = model->grid.n[im->right];
+    im->ny = im->right == im->up ? 1 : model->grid.n[im->up] + im->below;
+    im->cells = (int64_t)im->nx * im->ny;
+    for (int k = 0; k < PD_IMAGES_COUNT; k++) {
+        pd_images_view *view = &im->view[k];
+        view->lo = view->low[0] = view->low[1] = HUGE_VAL;
+        view->hi = view->high[0] = view->high[1] = -HUGE_VAL;
+    }
+    PDI_TRY(pdi_pictures_allocate(ctx, im));
+    im->keeps = u->drawing.animate || pdi_pictures_has_growing_range(im);
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_pictures_begin_frame_file(pd_ctx *ctx, pd_images *im)
+{
+    char path[PD_PATH_SIZE];
+    if (!im->keeps) return PD_OK;
+    PDI_TRY(pdi_output_folder_add_file(ctx, im->folder, PD_IMAGES_KEPT, path));
+    PDI_TRY(pdi_file_create(ctx, path, &im->kept)); /* empty, also where a file of this name stands */
+    PDI_TRY(pdi_file_commit(ctx, &im->kept));
+    return pdi_file_open_append(ctx, path, &im->kept);
+}
+
+PDI_FN pd_status pdi_pictures_store(pd_ctx *ctx, pd_images *im, pd_archive *archive)
+{
+    char path[PD_PATH_SIZE];
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "views of pictures", im->view, PD_IMAGES_COUNT));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "frames of pictures", &im->frames, 1));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "last picture", &im->last, 1));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "listed last pictures", &im->latest, 1));
+    if (im->keeps && !archive->reading) PDI_TRY(pdi_file_get_length(ctx, &im->kept, &im->length));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "length of pictures", &im->length, 1));
+    if (!im->keeps || !archive->reading) return PD_OK;
+    PDI_TRY(pd_file_join(ctx, im->folder->path, PD_IMAGES_KEPT, path));
+    return pdi_file_resume(ctx, path, im->length, &im->kept);
+}
+
+PDI_FN void pdi_pictures_free(pd_ctx *ctx, pd_images *im)
+{
+    pdi_file_abandon(&im->kept); /* every frame has been flushed */
+    PDI_DELETE(ctx, im->cells, im->cell);
+    PDI_DELETE(ctx, im->cells, im->paint);
+    PDI_DELETE(ctx, 2 * im->cells, im->move);
+    PDI_DELETE(ctx, 2 * im->cells, im->velocity);
+    PDI_DELETE(ctx, im->cells, im->joined);
+    PDI_DELETE(ctx, pdi_pictures_count_max_values(im), im->sorted);
+    pdi_renderer_free(ctx, &im->sight);
+    memset(im, 0, sizeof *im);
+}
+
+#undef PDI_PICTURES_FLOAT_CHUNK
+#undef PDI_PICTURES_MAX_FILE_BYTES
+#undef PDI_PICTURES_FRAME_MS

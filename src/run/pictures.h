@@ -1,0 +1,63 @@
+/* pictures: pictures of fields and of the metal surface at output times, with one colour range and one size for
+ * all frames of a field.
+ *
+ * A frame is drawn at once, with the range of the frames so far. Its data are stored in a file, PD_IMAGES_KEPT. At the
+ * end frames whose range has grown since are drawn again, and films are made. That file is not needed where all ranges
+ * are given and there is no film.
+ */
+#ifndef PD_PICTURES_H
+#define PD_PICTURES_H
+#include "io/output_folder.h"
+#include "run/surface_view.h"
+
+#define PD_IMAGES_KEPT "pictures.bin"
+#define PD_IMAGES_SURFACE PD_FIELD_COUNT /* in place of a field: the surface of the metal */
+#define PD_IMAGES_COUNT (PD_FIELD_COUNT + 1)
+
+/* Colour range and extent of all frames of a field so far. */
+typedef struct pd_images_view {
+    double lo, hi;           /* [unit of the field] smallest and largest value; lo > hi: none */
+    double low[2], high[2];  /* [m] extent of deformed metal; low > high: none */
+    double fastest;          /* [m/s] largest speed in the plane */
+} pd_images_view;
+
+typedef struct pd_images {
+    const pd_model *model;
+    pd_folder *folder;
+    int right, up, below;    /* axes of the drawn plane; rows below the axis of an axisymmetric scene */
+    int nx, ny;
+    int64_t cells;
+    double *cell;            /* [cells] [unit of the field] */
+    uint8_t *paint;          /* [cells] pd_paint */
+    double *move;            /* [2][cells] [m] displacements as they are drawn, NaN: none; NULL: nothing is moved */
+    uint8_t *joined;         /* [cells] bit k: the cell and its neighbour k hold together */
+    double *velocity;        /* [2][cells] [m/s] along right and up, NaN: nothing flows; NULL: none is drawn */
+    double *sorted;          /* [unit of the field] values of a frame, for percentiles; NULL: all of them count */
+    pd_shade sight;          /* the surface of the metal, in 3D */
+    pd_images_view view[PD_IMAGES_COUNT];
+    int64_t frames;          /* so far */
+    int64_t last;            /* number of the last frame */
+    int live;                /* 1: the last picture of each field is there under a name of its own, too */
+    pd_fields latest;        /* those of which a picture stands in the list of the folder */
+    int keeps;               /* 1: frames are kept, in: */
+    pd_file kept;
+    int64_t length;          /* [byte] of it when the checkpoint was made */
+} pd_images;
+
+#ifdef PDI_INTERNAL
+/* model and folder are borrowed. */
+PDI_FN pd_status pdi_pictures_build(pd_ctx *ctx, const pd_model *model, pd_folder *folder, pd_images *images);
+/* Begin the file of frames of a new run. */
+PDI_FN pd_status pdi_pictures_begin_frame_file(pd_ctx *ctx, pd_images *images);
+/* Store the state of the pictures in a checkpoint, or load it and continue the file of frames as it was then. */
+PDI_FN pd_status pdi_pictures_store(pd_ctx *ctx, pd_images *images, pd_archive *archive);
+/* Draw the pictures of all fields now; call pdi_sample_prepare before. frame: number of the output time. */
+PDI_FN pd_status pdi_pictures_draw_frames(pd_ctx *ctx, pd_images *images, int frame);
+/* After the last frame: redraw those whose colour range has grown since, and make films. PD_STOPPED. */
+PDI_FN pd_status pdi_pictures_finish(pd_ctx *ctx, pd_images *images);
+/* Remove the file of frames, once the run is complete. */
+PDI_FN pd_status pdi_pictures_remove_frame_file(pd_ctx *ctx, pd_images *images);
+PDI_FN void pdi_pictures_free(pd_ctx *ctx, pd_images *images);
+#endif
+
+#endif

@@ -1,0 +1,29 @@
+/* rate_step_limit: time step limit of the species from surface rate laws that depend explicitly on time.
+ *
+ * The SDIRK2 stages of a step evaluate such a law at two times. The step may be as long as that quadrature rule gives
+ * the integral of the law over the step within the tolerance, at each surface site, with species and states of its
+ * start or end held fixed. The reference integral is adaptive Gauss quadrature with bounds by interval arithmetic, so
+ * that no peak or jump between the abscissae is missed (theory: 6.1).
+ */
+#ifndef PD_RATE_STEP_LIMIT_H
+#define PD_RATE_STEP_LIMIT_H
+#include "run/dissolution_laws.h"
+#include "run/surface_states.h"
+
+/* Laws that limit the step. All is borrowed. Empty: no law depends on time. */
+typedef struct pd_timed {
+    const pd_setup *setup;
+    const pd_attack *attack;     /* dissolution rate laws in species; NULL: none depends on time */
+    const pd_surfaces *surfaces; /* rates of surface states, factors of curves; NULL: none depends on time */
+} pd_timed;
+
+#ifdef PDI_INTERNAL
+/* Note which laws of the setup depend on time. attack, surfaces: NULL where there are none. */
+PDI_FN void pdi_rate_step_limit_build(const pd_setup *setup, const pd_attack *attack, const pd_surfaces *surfaces,
+                                      pd_timed *timed);
+/* Latest end [s] of a step of the species from t that is to end at `end` [s]. tried: 1: after an attempt, with the
+ * state of its end. The `until` callback of pd_process; user: a pd_timed. */
+PDI_FN double pdi_rate_step_limit_compute(void *user, double t, double end, int tried);
+#endif
+
+#endif

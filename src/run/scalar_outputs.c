@@ -1,0 +1,94 @@
+/* scalar_outputs: see scalar_outputs.h */
+#include "run/scalar_outputs.h"
+#include "run/sample.h"
+#include <stdio.h>
+#include <string.h>
+
+/* Append an output, growing the list. */
+static pd_status pdi_scalar_outputs_add(pd_ctx *ctx, pd_figures *f, const char *section, const char *name, int monitor,
+                                        const char *key, const char *unit, double value)
+{
+    if (f->count == f->room) {
+        int fresh = 2 * f->room + 32;
+        PDI_TRY(PDI_GROW(ctx, "figures", f->room, fresh, f->list));
+        f->room = fresh;
+    }
+    pd_figure *g = &f->list[f->count++];
+    snprintf(g->section, sizeof g->section, "%s", section);
+    snprintf(g->name, sizeof g->name, "%s", name);
+    snprintf(g->key, sizeof g->key, "%s", key);
+    snprintf(g->unit, sizeof g->unit, "%s", unit);
+    g->monitor = monitor;
+    g->value = value;
+    return PD_OK;
+}
+
+/* Unit of a label such as "C [mol/m3]"; "-" where it has none. */
+static void pdi_scalar_outputs_parse_unit(const char *label, char unit[16])
+{
+    const char *open = strchr(label, '[');
+    snprintf(unit, 16, "%.*s", open ? (int)strcspn(open + 1, "]") : 1, open ? open + 1 : "-");
+}
+
+/* Append the values of one field at a probe, by components. */
+static pd_status pdi_scalar_outputs_add_probe_field(pd_ctx *ctx, const pd_model *model, const pd_setup_probe *p,
+                                                    pd_field field, int all, pd_figures *f)
+{
+    char key[24], unit[16];
+    double (*sample)(const pd_model *, pd_field, int, const double *) =
+        all ? pdi_sample_get_probe : pdi_sample_get_point;
+    if (!((p->fields >> field) & 1u)) return PD_OK;
+    pdi_scalar_outputs_parse_unit(pdi_setup_field_label(model->setup, field), unit);
+    for (int d = 0; d < (field == PD_FIELD_V ? PD_DIM : 1); d++) {
+        const char *name = pdi_setup_field_name(model->setup, field);
+        snprintf(key, sizeof key, field == PD_FIELD_V ? "%.16s%c" : "%.16s", name, "xyz"[d]);
+        PDI_TRY(pdi_scalar_outputs_add(ctx, f, "probe", p->name, -1, key, unit, sample(model, field, d, p->at)));
+    }
+    return PD_OK;
+}
+
+/* 1: the field is smooth in the fluid, so that it may be compared and extrapolated between lattices (pH, solutes). */
+static int pdi_scalar_outputs_is_smooth_field(const pd_setup *setup, int field)
+{
+    int species = pdi_setup_field_species_index(setup, field);
+    return field == PD_FIELD_PH || (species >= 0 && setup->electrolyte.species[species].phase == PD_PHASE_SOLUTE);
+}
+
+/* Append the values of a probe, those of flow and concentration first. */
+static pd_status pdi_scalar_outputs_add_probe(pd_ctx *ctx, const pd_model *model, const pd_setup_probe *p, int all,
+                                              pd_figures *f)
+{
+    static const pd_field first[] = {PD_FIELD_V, PD_FIELD_P, PD_FIELD_C};
+    for (int k = 0; k < 3; k++) PDI_TRY(pdi_scalar_outputs_add_probe_field(ctx, model, p, first[k], all, f));
+    for (int k = PD_FIELD_P + 1; k < PD_FIELD_COUNT; k++)
+        if (all || pdi_scalar_outputs_is_smooth_field(model->setup, k))
+            PDI_TRY(pdi_scalar_outputs_add_probe_field(ctx, model, p, (pd_field)k, all, f));
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_scalar_outputs_collect(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors, int all,
+                                            pd_figures *f)
+{
+    const pd_setup *u = model->setup;
+    f->order = u->has_flow && model->flow.order > 0 ? model->flow.order : 0;
+    if (u->has_dissolve)
+        PDI_TRY(
+            pdi_scalar_outputs_add(ctx, f, "scene", "", -1, "volume_loss", "-", pd_couple_volume_loss(&model->couple)));
+    for (int k = 0; k < u->monitors; k++) {
+        const pd_monitor *m = &monitors->monitor[k];
+        for (int j = 0; j < m->count; j++)
+            PDI_TRY(pdi_scalar_outputs_add(ctx, f, pdi_setup_monitor_section_name(m->desc->kind), m->desc->name, k,
+                                           m->figure[j].key, m->figure[j].unit, m->figure[j].value));
+    }
+    pd_fields fields = 0;
+    for (int k = 0; k < u->probes && all; k++) fields |= u->probe[k].fields;
+    if (u->probes) pdi_sample_prepare(ctx, model, fields);
+    for (int k = 0; k < u->probes; k++) PDI_TRY(pdi_scalar_outputs_add_probe(ctx, model, &u->probe[k], all, f));
+    return PD_OK;
+}
+
+void pd_figures_free(pd_ctx *ctx, pd_figures *f)
+{
+    PDI_DELETE(ctx, f->room, f->list);
+    memset(f, 0, sizeof *f);
+}

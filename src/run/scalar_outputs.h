@@ -1,0 +1,34 @@
+/* scalar_outputs: all scalar outputs of a run in one list: volume loss, values of monitors (planes, forces, transfers,
+ * totals), flow and concentration at probes. Lines and fields of single cells (kind, grain, rate, ...) have none. */
+#ifndef PD_SCALAR_OUTPUTS_H
+#define PD_SCALAR_OUTPUTS_H
+#include "run/monitor.h"
+
+/* A scalar output. */
+typedef struct pd_figure {
+    char section[16];         /* "scene", "plane", "force", "transfer", "total" or "probe" */
+    char name[PD_SETUP_NAME]; /* of the section; "" for the scene */
+    char key[24], unit[16];
+    int monitor;              /* index of its monitor in the setup, -1: none */
+    double value;             /* [unit] */
+} pd_figure;
+
+/* A list of scalar outputs. */
+typedef struct pd_figures {
+    pd_figure *list; /* [room] */
+    int count, room; /* length and capacity */
+    int order; /* order of the flow discretisation: 2 or 4; 0: there is no flow, or not yet */
+} pd_figures;
+
+#define pd_figures_free PD_NAME(pd_figures_free)
+
+#ifdef PDI_INTERNAL
+/* Append all scalar outputs to a zero-initialised list; the monitors hold those of the last step. all: 0: of probes
+ * only smooth fields (flow, C, pH, solutes), NaN in the metal; 1: all fields of probes, 0 in the metal for fields of
+ * the fluid. */
+PDI_FN pd_status pdi_scalar_outputs_collect(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors, int all,
+                                            pd_figures *figures);
+#endif
+PD_API void pd_figures_free(pd_ctx *ctx, pd_figures *figures);
+
+#endif

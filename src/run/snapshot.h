@@ -1,0 +1,51 @@
+/* snapshot: snapshot of a run for the observer callback: time, step, losses, fields by name, scalar outputs.
+ *
+ *   static int watch(void *user, pd_ctx *ctx, const pd_instant *at)
+ *   {
+ *       pd_view c;
+ *       if (pd_instant_field(ctx, at, "C", &c) < 0) return 1;
+ *       printf("%g s: %g\n", at->time, c.data[0]);
+ *       return at->observables->volume_loss > 0.5;
+ *   }
+ */
+#ifndef PD_SNAPSHOT_H
+#define PD_SNAPSHOT_H
+#include "run/step_diagnostics.h"
+#include "run/scalar_outputs.h"
+#include "run/field_view.h"
+
+typedef enum pd_when {
+    PD_WHEN_START = 0, /* before the first step, of a run that goes on before its next one */
+    PD_WHEN_STEP,      /* a step is done, its rows are in the tables; pictures and fields of this instant follow */
+    PD_WHEN_END        /* the last step is done and all files are complete */
+} pd_when;
+
+/* State of a run; read-only, and valid until the observer returns. */
+typedef struct pd_instant {
+    pd_when when;
+    const char *name;     /* of the scene */
+    const char *folder;   /* of the files; NULL: none are written */
+    double time, dt;      /* [s] dt: of the last step, 0 before the first */
+    double until;         /* [s] end of the run */
+    int64_t steps;
+    const pd_observables *observables;
+    const pd_model *model;
+    pd_model *own;        /* the same, writable: ghosts and fields computed on request are filled in */
+    const pd_monitors *monitors;
+    pd_views *views;
+} pd_instant;
+
+/* Not 0: the run ends here. The files are complete up to this instant, a checkpoint is kept where there are some, and
+ * pd_run_result.stopped says so. */
+typedef int (*pd_instant_fn)(void *user, pd_ctx *ctx, const pd_instant *at);
+
+#define pd_instant_field PD_NAME(pd_instant_field)
+#define pd_instant_figures PD_NAME(pd_instant_figures)
+
+/* Values of an output field (C, v, p, kind, grain, phase, D, rate, density, damage, ...), as for pd_sim_field. */
+PD_API pd_status pd_instant_field(pd_ctx *ctx, const pd_instant *at, const char *name, pd_view *view);
+/* All scalar outputs, with every field of the probes; the same list at each time of a run. Zero-initialise `figures`
+ * once: it is filled anew at each call, and freed by pd_figures_free. */
+PD_API pd_status pd_instant_figures(pd_ctx *ctx, const pd_instant *at, pd_figures *figures);
+
+#endif

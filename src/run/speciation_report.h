@@ -1,0 +1,24 @@
+/* speciation_report: chemical equilibrium (speciation) of an electrolyte as text, or its titration by a reagent as a
+ * table. */
+#ifndef PD_SPECIATION_REPORT_H
+#define PD_SPECIATION_REPORT_H
+#include "scene/read_electrolyte.h"
+#include "run/summary.h"
+
+typedef struct pd_speciate_desc {
+    const char *path; /* of a scene, or of a file of species and reactions */
+    const char *const *overrides;
+    int count;
+    const char *titrate; /* "Na+ + OH- 0..1 mM 21": a neutral reagent, how much, rows; NULL: the equilibrium alone */
+    pd_print_fn print;
+    void *user;
+} pd_speciate_desc;
+
+#define pd_speciate PD_NAME(pd_speciate)
+
+/* Print pH, ionic strength, species, saturation of minerals and elements of the start in equilibrium, and a line of
+ * results; or, with a reagent, the rows of a table (CSV) and a line of results. Failures as those of
+ * pd_electrolyte_read and pd_electrolyte_solve; *bad_input: 1: of the file or the reagent. */
+PD_API pd_status pd_speciate(pd_ctx *ctx, const pd_speciate_desc *desc, int *bad_input);
+
+#endif

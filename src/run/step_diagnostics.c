@@ -1,0 +1,237 @@
+/* step_diagnostics: see step_diagnostics.h */
+#include "run/step_diagnostics.h"
+#include <math.h>
+#include <string.h>
+
+#define PDI_STEP_DIAGNOSTICS_INFINITE_DISTANCE 1e30f /* [m2] squared distance where there is no fluid yet */
+
+/* Exact Euclidean distance transform along a line of nodes: lower envelope of parabolas (Felzenszwalb and Huttenlocher
+ * 2012, algorithm 1). */
+typedef struct pdi_step_diagnostics_parabola_envelope {
+    int32_t n, stride; /* nodes of the line, and between two of them */
+    double spacing_squared; /* [m2] squared spacing */
+    int32_t *parabola_node; /* [n] nodes whose parabolas form the envelope */
+    double *interval_start; /* [n] [spacings] where their parts of it begin */
+} pdi_step_diagnostics_parabola_envelope;
+
+/* One-dimensional distance transform: to[q] = min over p of from[p] + (distance of p and q)^2 [m2], along a line. */
+static void pdi_step_diagnostics_distance_transform_line(const pdi_step_diagnostics_parabola_envelope *w,
+                                                         const float *from, float *to)
+{
+    int32_t parts = 0, at = 0;
+    for (int32_t q = 0; q < w->n; q++) {
+        double value = (double)from[(int64_t)q * w->stride] / w->spacing_squared + (double)q * q, start = -HUGE_VAL;
+        if (!(from[(int64_t)q * w->stride] < PDI_STEP_DIAGNOSTICS_INFINITE_DISTANCE)) continue;
+        for (; parts; parts--) {
+            int32_t v = w->parabola_node[parts - 1];
+            start =
+                (value - (double)from[(int64_t)v * w->stride] / w->spacing_squared - (double)v * v) / (2.0 * (q - v));
+            if (start > w->interval_start[parts - 1]) break;
+            start = -HUGE_VAL;
+        }
+        w->parabola_node[parts] = q;
+        w->interval_start[parts++] = start;
+    }
+    for (int32_t q = 0; q < w->n; q++) {
+        to[(int64_t)q * w->stride] = PDI_STEP_DIAGNOSTICS_INFINITE_DISTANCE;
+        if (!parts) continue;
+        while (at + 1 < parts && w->interval_start[at + 1] <= (double)q) at++;
+        double way = (double)(q - w->parabola_node[at]);
+        to[(int64_t)q * w->stride] =
+            (float)(w->spacing_squared * way * way + (double)from[(int64_t)w->parabola_node[at] * w->stride]);
+    }
+}
+
+/* Distance transform along all lines of one axis, from [total] to [total] [m2]. */
+static void pdi_step_diagnostics_distance_transform_axis(const pd_grid *grid, int axis,
+                                                         pdi_step_diagnostics_parabola_envelope *w, const float *from,
+                                                         float *to)
+{
+    w->n = grid->n[axis];
+    w->stride = grid->stride[axis];
+    w->spacing_squared = grid->h[axis] * grid->h[axis];
+    for (int32_t node = 0; node < grid->total; node++) {
+        int i[PD_DIM];
+        pdi_grid_index(grid, node, i);
+        if (i[axis] == 0 && pdi_grid_is_inside(grid, i))
+            pdi_step_diagnostics_distance_transform_line(w, from + node, to + node);
+    }
+}
+
+/* Inner part of pdi_step_diagnostics_compute_depths: allocates work and transforms all axes. */
+static pd_status pdi_step_diagnostics_compute_depths_inner(pd_ctx *ctx, const pd_grid *grid, int64_t longest,
+                                                           pdi_step_diagnostics_parabola_envelope *w, float **work,
+                                                           pd_observables *o)
+{
+    PDI_TRY(PDI_NEW(ctx, "observe", o->nodes, *work));
+    PDI_TRY(PDI_NEW(ctx, "observe", longest, w->parabola_node));
+    PDI_TRY(PDI_NEW(ctx, "observe", longest, w->interval_start));
+    for (int32_t i = 0; i < o->nodes; i++)
+        o->depth[i] = grid->kind[i] == PD_FLUID ? 0.0f : PDI_STEP_DIAGNOSTICS_INFINITE_DISTANCE;
+    for (int axis = 0; axis < PD_DIM; axis++) {
+        pdi_step_diagnostics_distance_transform_axis(grid, axis, w, o->depth, *work);
+        memcpy(o->depth, *work, (size_t)o->nodes * sizeof **work);
+    }
+    for (int32_t i = 0; i < o->nodes; i++) o->depth[i] = sqrtf(o->depth[i]);
+    return PD_OK;
+}
+
+/* Distance [m] of each node from the nearest initial fluid node, into o->depth. */
+static pd_status pdi_step_diagnostics_compute_depths(pd_ctx *ctx, const pd_grid *grid, pd_observables *o)
+{
+    pdi_step_diagnostics_parabola_envelope way;
+    float *work = NULL;
+    int64_t longest = 1;
+    memset(&way, 0, sizeof way);
+    for (int d = 0; d < PD_DIM; d++) longest = grid->n[d] > longest ? grid->n[d] : longest;
+    o->nodes = grid->total;
+    PDI_TRY(PDI_NEW(ctx, "observe", o->nodes, o->depth));
+    pd_status status = pdi_step_diagnostics_compute_depths_inner(ctx, grid, longest, &way, &work, o);
+    PDI_DELETE(ctx, longest, way.interval_start);
+    PDI_DELETE(ctx, longest, way.parabola_node);
+    PDI_DELETE(ctx, o->nodes, work);
+    return status;
+}
+
+/* Inner part of the build. A flux error is computed for one inlet with the outlet opposite. */
+static pd_status pdi_step_diagnostics_build_inner(pd_ctx *ctx, const pd_model *model, pd_observables *o)
+{
+    const pd_setup *u = model->setup;
+    int inlet = model->inlet.first, through = u->has_flow && model->inlet.inlets == 1;
+    memset(o, 0, sizeof *o);
+    if (u->has_corrode) PDI_TRY(pdi_step_diagnostics_compute_depths(ctx, &model->grid, o));
+    for (int s = 0; s < 2 * PD_DIM && through; s++)
+        if (s != inlet) through = (u->side[s].kind == PD_SIDE_OUTLET) == (s / 2 == inlet / 2);
+    if (!through || !(fabs(model->inlet.mean[inlet]) > 0.0)) return PD_OK;
+    o->has_flux = 1;
+    o->flux_axis = inlet / 2;
+    o->flux_up = inlet % 2 == 0;
+    o->layers = model->grid.n[o->flux_axis];
+    return PDI_NEW(ctx, "observe", o->layers, o->layer);
+}
+
+PDI_FN pd_status pdi_step_diagnostics_build(pd_ctx *ctx, const pd_model *model, pd_observables *o)
+{
+    pd_status status = pdi_step_diagnostics_build_inner(ctx, model, o);
+    if (status < 0) pdi_step_diagnostics_free(ctx, o);
+    return status;
+}
+
+PDI_FN void pdi_step_diagnostics_free(pd_ctx *ctx, pd_observables *o)
+{
+    PDI_DELETE(ctx, o->layers, o->layer);
+    PDI_DELETE(ctx, o->nodes, o->depth);
+    memset(o, 0, sizeof *o);
+}
+
+/* Largest velocity and concentration, and corrosion depth: largest initial depth of a node that is fluid now. */
+static void pdi_step_diagnostics_compute_extremes(const pd_model *m, pd_observables *o)
+{
+    int32_t total = m->grid.total;
+    const double *c = m->transport.c, *u = pdi_model_velocity(m);
+    double c_max = 0.0, v_max = 0.0, front = o->front;
+    for (int32_t i = 0; i < total; i++) {
+        double square = 0.0;
+        if (m->grid.kind[i] != PD_FLUID) continue;
+        if (c && c[i] > c_max && !pdi_model_is_undefined(m, PD_FIELD_C, i)) c_max = c[i];
+        if (o->depth && (double)o->depth[i] > front) front = (double)o->depth[i];
+        for (int d = 0; d < PD_DIM && u; d++) square += u[(int64_t)d * total + i] * u[(int64_t)d * total + i];
+        if (square > v_max) v_max = square;
+    }
+    o->c_max = c_max;
+    o->v_max = sqrt(v_max);
+    o->front = front;
+}
+
+/* Planes (between layers index - 1 and index) a quarter of the free length away from the low and the high end. */
+static void pdi_step_diagnostics_choose_planes(const pd_grid *grid, int axis, int *low, int *high)
+{
+    int n = grid->n[axis], first = n, last = -1;
+    for (int32_t node = 0; node < grid->total; node++) {
+        int i[PD_DIM];
+        if (grid->kind[node] != PD_SOLID) continue;
+        pdi_grid_index(grid, node, i);
+        first = i[axis] < first ? i[axis] : first;
+        last = i[axis] > last ? i[axis] : last;
+    }
+    *low = first / 4;
+    *high = n - (n - 1 - last) / 4;
+    if (*low < 1) *low = 1;
+    if (*high > n - 1) *high = n - 1;
+}
+
+/* Volume flux [m^d/s] through each layer of nodes, from node velocities: the sums of pdi_flow_integrate_nodal_section
+ * in one sweep. */
+static void pdi_step_diagnostics_compute_layer_fluxes(const pd_model *m, pd_observables *o)
+{
+    const pd_grid *grid = &m->grid;
+    double face = m->stencil.volume / grid->h[o->flux_axis];
+    for (int32_t k = 0; k < o->layers; k++) o->layer[k] = 0.0;
+    for (int32_t node = 0; node < grid->total; node++) {
+        int i[PD_DIM];
+        if (grid->kind[node] != PD_FLUID) continue;
+        pdi_grid_index(grid, node, i);
+        double area = face * pdi_grid_circumference(grid, node);
+        o->layer[i[o->flux_axis]] += area * m->flow.u[(int64_t)o->flux_axis * grid->total + node];
+    }
+}
+
+/* Relative difference of the conserved flux downstream and upstream, and largest deviation of layer fluxes; the worst
+ * so far are kept. */
+static void pdi_step_diagnostics_compute_flux_error(pd_ctx *ctx, pd_model *m, pd_observables *o)
+{
+    int low, high;
+    pdi_step_diagnostics_choose_planes(&m->grid, o->flux_axis, &low, &high);
+    if (low >= high) return;
+    int up = o->flux_up ? low : high, down = o->flux_up ? high : low;
+    double before = pd_flow_section(ctx, &m->flow, o->flux_axis, up);
+    double behind = pd_flow_section(ctx, &m->flow, o->flux_axis, down);
+    pdi_step_diagnostics_compute_layer_fluxes(m, o);
+    double reference = o->layer[o->flux_up ? up : up - 1]; /* the layer behind the plane */
+    double scale = fabs(before), wide = fabs(reference);
+    if (m->inlet.timed) { /* a stream that turns is at rest now and then */
+        o->most[0] = scale = pdi_max(scale, o->most[0]);
+        o->most[1] = wide = pdi_max(wide, o->most[1]);
+    }
+    o->flux = pdi_max(o->flux, fabs(behind - before) / scale);
+    for (int32_t k = 0; k < o->layers; k++) o->flux_max = pdi_max(o->flux_max, fabs(o->layer[k] - reference) / wide);
+}
+
+PDI_FN void pdi_step_diagnostics_update(pd_ctx *ctx, pd_model *m, pd_observables *o)
+{
+    o->volume_loss = pd_couple_volume_loss(&m->couple);
+    pdi_step_diagnostics_compute_extremes(m, o);
+    pdi_model_statistics effort;
+    pdi_model_get_statistics(m, &effort);
+    if (!o->has_flux || effort.flow_solves == o->seen) return;
+    o->seen = effort.flow_solves;
+    pdi_step_diagnostics_compute_flux_error(ctx, m, o);
+}
+
+PDI_FN pd_status pdi_step_diagnostics_store(pd_ctx *ctx, pd_observables *o, pd_archive *archive)
+{
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "flux", &o->flux, 1));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "largest flux", o->most, 2));
+    return PDI_ARCHIVE_ARRAY(ctx, archive, "flux_max", &o->flux_max, 1);
+}
+
+PDI_FN double pdi_step_diagnostics_compute_peclet(const pd_model *m, const char **slowest)
+{
+    const pd_electrolyte *e = &m->setup->electrolyte;
+    const pd_reactive *r = &m->reactive;
+    double most = 0.0, least = HUGE_VAL;
+    *slowest = "";
+    if (!m->setup->has_chemistry || !r->flow) return 0.0;
+    for (int k = 0; k < e->count; k++) {
+        double d = e->species[k].diffusivity;
+        if (r->components.place[k] < 0 || !(d > 0.0) || !(d < least)) continue;
+        least = d;
+        *slowest = e->species[k].name;
+    }
+    for (int32_t i = 0; i < m->grid.total; i++)
+        for (int d = 0; d < PD_DIM && m->grid.kind[i] == PD_FLUID; d++)
+            most = pdi_max(most, fabs(r->flow->u[(int64_t)d * m->grid.total + i]) * m->grid.h[d]);
+    return most / least;
+}
+
+#undef PDI_STEP_DIAGNOSTICS_INFINITE_DISTANCE

@@ -1,0 +1,41 @@
+/* step_diagnostics: diagnostics of a time step: volume loss, extremes, corrosion depth, and conservation of the volume
+ * flux along a flow. */
+#ifndef PD_STEP_DIAGNOSTICS_H
+#define PD_STEP_DIAGNOSTICS_H
+#include "run/model.h"
+
+typedef struct pd_observables {
+    double volume_loss;   /* [-] share of the initial solid */
+    double v_max;         /* [m/s] */
+    double c_max;         /* [mol/m3] dissolved */
+    double front;         /* [m] bond-based corrosion: how far metal has turned fluid, from the nearest first fluid */
+    int has_flux;         /* the flow enters on one side and leaves through the opposite one */
+    double flux;          /* [-] flux that the scheme conserves, far downstream against far upstream of the solid, worst
+                           * so far */
+    double flux_max;      /* [-] largest deviation of the flux through a layer of nodes from the upstream one, worst
+                           * so far */
+    int flux_axis, flux_up; /* axis of the flow; 1: towards + */
+    double most[2];       /* [m3/s] (per m in 2D) where inlets follow a clock: largest flux upstream, and of nodes */
+    int64_t seen;         /* flow solves that flux and flux_max know */
+    int32_t layers;
+    int32_t nodes;
+    float *depth;         /* [nodes] [m] bond-based corrosion: distance from the nearest fluid node of the start */
+    double *layer;        /* [layers] [m^d/s] flux of each layer of nodes, work */
+} pd_observables;
+
+#ifdef PDI_INTERNAL
+/* [-] Largest cell Peclet number v h/D of the species in a flow; *slowest: name of the species with the least D. 0:
+ * there is no flow with species. */
+PDI_FN double pdi_step_diagnostics_compute_peclet(const pd_model *model, const char **slowest);
+PDI_FN pd_status pdi_step_diagnostics_build(pd_ctx *ctx, const pd_model *model, pd_observables *o);
+/* Update the diagnostics. The two sections for the flux error lie a quarter of the free length away from the ends;
+ * without solid at 1/4 and 3/4. */
+PDI_FN void pdi_step_diagnostics_update(pd_ctx *ctx, pd_model *model, pd_observables *o);
+PDI_FN void pdi_step_diagnostics_free(pd_ctx *ctx, pd_observables *o);
+
+/* Store or load the worst values so far in a checkpoint. Depths are those of the start and are built before the model
+ * is loaded. */
+PDI_FN pd_status pdi_step_diagnostics_store(pd_ctx *ctx, pd_observables *o, pd_archive *archive);
+#endif
+
+#endif

@@ -1,0 +1,20 @@
+/* surface_view: 3D rendering of the metal surface for pictures. */
+#ifndef PD_SURFACE_VIEW_H
+#define PD_SURFACE_VIEW_H
+#include "io/renderer.h"
+#include "run/model.h"
+
+#ifdef PDI_INTERNAL
+#include "io/surface_plot.h"
+
+/* 1: the scene requests pictures of the surface. */
+PDI_FN int pdi_surface_view_is_requested(const pd_setup *setup);
+/* The field that colours the surface; PD_FIELD_COUNT: none. */
+PDI_FN pd_field pdi_surface_view_get_colour_field(const pd_setup *setup);
+/* Allocate the pixels of the rendering; freed by pdi_renderer_free. */
+PDI_FN pd_status pdi_surface_view_build(pd_ctx *ctx, const pd_setup *setup, pd_shade *shade);
+/* Mesh and render the metal surface as it is now; call pdi_sample_prepare before. PD_STOPPED. */
+PDI_FN pd_status pdi_surface_view_draw(pd_ctx *ctx, const pd_model *model, pd_shade *shade);
+#endif
+
+#endif

@@ -1,0 +1,67 @@
+/* tolerance_presets: see tolerance_presets.h */
+#include "run/tolerance_presets.h"
+#include "scene/fingerprint.h"
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* The wanted accuracy, and lists of the settings that were set or kept. */
+typedef struct pdi_tolerance_presets {
+    double accuracy; /* [-] */
+    pd_setup *setup;
+    char set_text[256], kept_text[256];
+} pdi_tolerance_presets;
+
+/* Set a solver setting, unless the scene gives it (given: 1), and append it to the list of set or kept ones. */
+static void pdi_tolerance_presets_set_unless_given(pdi_tolerance_presets *a, const char *key, int given, double pick,
+                                                   double *value)
+{
+    char *list = given ? a->kept_text : a->set_text;
+    size_t size = sizeof a->set_text, used = strlen(list);
+    if (!given) *value = pick;
+    snprintf(list + used, size - used, "%s%s = %.3g", used ? ", " : "", key, *value);
+}
+
+/* 1: the scene gives this setting. */
+static int pdi_tolerance_presets_is_given(const pdi_tolerance_presets *a, pd_knob knob)
+{
+    return (int)((a->setup->given >> knob) & 1u);
+}
+
+/* Set all tolerances. The constants are measured (guide: 5.3). */
+static void pdi_tolerance_presets_set_all(pdi_tolerance_presets *a)
+{
+    pd_setup *u = a->setup;
+    double w = a->accuracy;
+    int rtol = pdi_tolerance_presets_is_given(a, PD_KNOB_RTOL),
+        fraction = pdi_tolerance_presets_is_given(a, PD_KNOB_FRACTION);
+    if (u->has_flow && u->motion == PD_MOTION_STEADY)
+        pdi_tolerance_presets_set_unless_given(a, "steady", pdi_tolerance_presets_is_given(a, PD_KNOB_STEADY),
+                                               pdi_min(0.1, 0.1 * w), &u->steady);
+    if (u->has_flow && u->motion == PD_MOTION_IMPLICIT)
+        pdi_tolerance_presets_set_unless_given(a, "flow.rtol", pdi_tolerance_presets_is_given(a, PD_KNOB_FLOW_RTOL),
+                                               pdi_min(0.1, 0.5 * w), &u->flow_rtol);
+    if (u->has_transport && !u->has_dissolve && !u->settle)
+        pdi_tolerance_presets_set_unless_given(a, "run.rtol", rtol, pdi_min(0.1, 0.5 * w), &u->rtol);
+    if (u->has_dissolve && !u->has_corrode)
+        pdi_tolerance_presets_set_unless_given(a, rtol && !fraction ? "fraction (of rtol)" : "fraction",
+                                               rtol || fraction, pdi_min(0.5, 2.5 * w), &u->fraction);
+    if (u->has_transport && u->has_flow && u->advection == PD_ADVECTION_LIMITED)
+        pdi_tolerance_presets_set_unless_given(a, "limiter", 0, 0.1 * w, &u->limiter);
+}
+
+pd_status pd_accuracy_apply(pd_ctx *ctx, double accuracy, pd_setup *setup, char *text, size_t size)
+{
+    pdi_tolerance_presets a;
+    memset(&a, 0, sizeof a);
+    if (!(accuracy >= PD_ACCURACY_LEAST) || !(accuracy <= PD_ACCURACY_MOST))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "accuracy", "found %g, expected a share from %g to %g", accuracy,
+                        PD_ACCURACY_LEAST, PD_ACCURACY_MOST);
+    a.accuracy = accuracy;
+    a.setup = setup;
+    pdi_tolerance_presets_set_all(&a);
+    snprintf(text, size, "accuracy %g %%: picked %s%s%s", 100.0 * accuracy, a.set_text[0] ? a.set_text : "nothing",
+             a.kept_text[0] ? "; the scene sets " : "", a.kept_text);
+    snprintf(a.set_text, sizeof a.set_text, "accuracy = %.17g", accuracy);
+    return pdi_fingerprint_add_line(ctx, setup, a.set_text);
+}

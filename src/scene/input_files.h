@@ -1,0 +1,16 @@
+/* input_files: paths of input files that a scene names (tables, masks, surfaces), and errors while reading them. */
+#ifndef PD_INPUT_FILES_H
+#define PD_INPUT_FILES_H
+#include "scene/text.h"
+
+#ifdef PDI_INTERNAL
+/* Path of the input file under `key` into path[PD_PATH_SIZE]: absolute, or relative to `folder`, the folder of the
+ * scene with a '/' at its end. PD_ERR_PARSE: no such key; PD_ERR_ARGUMENT: too long. */
+PDI_FN pd_status pdi_input_files_get_path(pd_ctx *ctx, pd_text *text, int section, const char *key, const char *folder,
+                                          char *path);
+/* Prefix the message of a failed call with "file:line: key", since the value of that key caused it. Returns
+ * PD_ERR_ARGUMENT, or the status of the call when it was out of memory. */
+PDI_FN pd_status pdi_input_files_fail(pd_ctx *ctx, const pd_text *text, int section, const char *key);
+#endif
+
+#endif

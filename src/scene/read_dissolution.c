@@ -1,0 +1,417 @@
+/* read_dissolution: see read_dissolution.h */
+#include "scene/read_dissolution.h"
+#include "scene/read_surface_states.h"
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* Horizon over the spacing from which on the speed of a front is isotropic on the lattice within 1 %. */
+#define PDI_READ_DISSOLUTION_ISOTROPIC_M 3.0
+
+PDI_FN int pdi_read_dissolution_has_section(pdi_reader *s, const char *name)
+{
+    for (int section = -1; (section = pdi_text_next_section(s->ctx, s->text, name, section)) >= 0;)
+        if (pdi_text_has_key(s->ctx, s->text, section, NULL)) return 1;
+    return 0;
+}
+
+/* Name of the section of dissolution: "corrode" or "dissolve". */
+static const char *pdi_read_dissolution_section_name(const pd_setup *u)
+{
+    return u->has_corrode ? "corrode" : "dissolve";
+}
+
+PDI_FN int pdi_read_dissolution_find_section(pdi_reader *s, int m, const char *key)
+{
+    const pd_setup *u = s->setup;
+    int own = pdi_text_get_section(s->ctx, s->text, pdi_read_dissolution_section_name(u), u->metal[m].material.name);
+    if (pdi_text_has_key(s->ctx, s->text, own, key)) return own;
+    return pdi_text_get_section(s->ctx, s->text, pdi_read_dissolution_section_name(u), NULL);
+}
+
+/* Check that each labelled section has the name of a metal and only keys that may differ between metals.
+ * PD_ERR_ARGUMENT. */
+static pd_status pdi_read_dissolution_check_labels(pdi_reader *s)
+{
+    static const char *const keys[] = {"rate", "law", "current", "rate_scale", "Cs", "charge", "reaction"};
+    const pd_setup *u = s->setup;
+    char names[PD_SETUP_METALS * 16] = "";
+    for (int m = 0; m < u->metals; m++)
+        snprintf(names + strlen(names), sizeof names - strlen(names), "%s%s", m ? ", " : "", u->metal[m].material.name);
+    for (int k = 0; k < s->text->entry_count; k++) {
+        const pd_text_entry *e = &s->text->entry[k];
+        const pd_section *section = &s->text->section[e->section];
+        int known = 0, single = 0;
+        if (strcmp(section->name, pdi_read_dissolution_section_name(u)) != 0 || !section->label[0]) continue;
+        for (int m = 0; m < u->metals; m++) known |= strcmp(section->label, u->metal[m].material.name) == 0;
+        for (size_t n = 0; n < sizeof keys / sizeof keys[0]; n++) single |= strcmp(e->key, keys[n]) == 0;
+        if (!known)
+            return pdi_text_fail_key(s->ctx, s->text, e->section, e->key,
+                                     "found the metal '%.40s', expected a material of the shapes: %s", section->label,
+                                     names);
+        if (!single)
+            return pdi_text_fail_key(
+                s->ctx, s->text, e->section, e->key,
+                "found in the section of one metal, expected it in [%s], which holds for all metals", section->name);
+    }
+    return PD_OK;
+}
+
+/* Set the constants rho_m, M_m, z_m and Cs to those of a metal, for the numbers of its section. */
+static void pdi_read_dissolution_set_constants(pdi_reader *s, const pd_setup_metal *metal)
+{
+    static const char *const names[] = {"rho_m", "M_m", "z_m", "Cs"};
+    const double values[] = {metal->material.density, metal->material.molar_mass, metal->material.charge,
+                             metal->solid_c};
+    for (int k = 0; k < s->constants.count; k++)
+        for (size_t n = 0; n < sizeof names / sizeof names[0]; n++)
+            if (strcmp(s->constants.symbol[k].name, names[n]) == 0) s->constants.symbol[k].value = values[n];
+}
+
+PDI_FN pd_status pdi_read_dissolution_constants(pdi_reader *s)
+{
+    pd_setup *u = s->setup;
+    int all = pdi_text_get_section(s->ctx, s->text, pdi_read_dissolution_section_name(u), NULL);
+    pdi_read_constants_add_builtin(s->text, &s->constants, "rho_m", "kg/m3", u->metal[0].material.density);
+    pdi_read_constants_add_builtin(s->text, &s->constants, "M_m", "kg/mol", u->metal[0].material.molar_mass);
+    pdi_read_constants_add_builtin(s->text, &s->constants, "z_m", "", u->metal[0].material.charge);
+    if (u->has_dissolve) PDI_TRY(pdi_read_dissolution_check_labels(s));
+    for (int m = 0; m < u->metals && u->has_dissolve; m++) {
+        pd_setup_metal *metal = &u->metal[m];
+        int section = pdi_read_dissolution_find_section(s, m, NULL);
+        if (pdi_text_has_key(s->ctx, s->text, section, "charge"))
+            PDI_TRY(pdi_reader_get_bounded(s, section, "charge", "", NULL, 0.0, 10.0, 1, &metal->material.charge));
+        pdi_read_dissolution_set_constants(s, metal);
+        if (pdi_text_has_key(s->ctx, s->text, section, "Cs"))
+            PDI_TRY(pdi_reader_get_positive(s, section, "Cs", "mol/m3", NULL, &metal->solid_c));
+    }
+    pdi_read_dissolution_set_constants(s, &u->metal[0]);
+    pdi_read_constants_add_builtin(s->text, &s->constants, "Cs", "mol/m3", u->metal[0].solid_c);
+    if (!u->has_dissolve || !pdi_text_has_key(s->ctx, s->text, all, "Csat")) return PD_OK;
+    PDI_TRY(pdi_reader_get_positive(s, all, "Csat", "mol/m3", NULL, &u->saturation));
+    pdi_read_constants_add_builtin(s->text, &s->constants, "Csat", "mol/m3", u->saturation);
+    return PD_OK;
+}
+
+/* ---- laws ---- */
+
+/* Check the rate law at C = 0: 0 to 1 m/s, and grains if it uses them. Adds a note on the speed of a law per layer. */
+static pd_status pdi_read_dissolution_check_rate(pdi_reader *s, int section, const char *key,
+                                                 const pd_setup_metal *metal)
+{
+    double v = pdi_setup_compute_rate_at_zero(metal);
+    char slow[PD_UNITS_TEXT];
+    if ((metal->rate.uses >> PDI_SETUP_RATE_GRAIN & 1u) && !s->setup->has_grains)
+        return pdi_text_fail_key(s->ctx, s->text, section, key,
+                                 "found the variable grain, expected grains = SIZE in a solid [shape ...]");
+    if (metal->rate.uses <= 1 && (!(v >= 0.0) || v > 1.0))
+        return pdi_text_fail_key(s->ctx, s->text, section, key,
+                                 "found a recession speed of %.6g m/s at C = 0, expected 0 to 1 m/s", v);
+    if (strcmp(key, "law") != 0) return PD_OK;
+    pdi_setup_format_value(s->setup->h[0], "m", slow);
+    pdi_setup_add_note(s->setup, "law: one layer of %s a unit of the rate: %.6g um/h = %.6g mm/year at C = 0", slow,
+                       v * 1e6 * 3600.0, v * 1e3 * 31557600.0);
+    return PD_OK;
+}
+
+/* Symbol table vars[*count] of the rate law under `key`: C, t, x, y, z, grain, i, E, pH, the species that its text
+ * names as [H+], whose names name[] stores, and all surface states. Variables without a value here get the name "". */
+static pd_status pdi_read_dissolution_rate_symbols(pdi_reader *s, int section, const char *key, pd_setup_metal *metal,
+                                                   pd_expr_symbol *vars, char (*name)[PD_SPECIES_NAME + 2], int *count)
+{
+    const char *at;
+    memcpy(vars, pdi_setup_get_rate_symbols(), PDI_SETUP_RATE_VARS * sizeof *vars);
+    if (!s->setup->has_potential || s->setup->migrates) vars[PDI_SETUP_RATE_CURRENT].name = "";
+    if (!s->setup->has_potential && !metal->polarised) vars[PDI_SETUP_RATE_POTENTIAL].name = "";
+    memset(&vars[PDI_SETUP_RATE_PH], 0, sizeof *vars);
+    vars[PDI_SETUP_RATE_PH].name = "pH";
+    vars[PDI_SETUP_RATE_PH].unit = "";
+    *count = PDI_SETUP_RATE_PH + 1;
+    metal->species = 0;
+    if (!pdi_text_has_key(s->ctx, s->text, section, key)) return PD_OK;
+    if (s->setup->has_potential && s->setup->migrates) {
+        PDI_TRY(pdi_text_get_string(s->ctx, s->text, section, key, NULL, &at));
+        if (strcmp(at, "i") == 0)
+            return pdi_text_fail_key(
+                s->ctx, s->text, section, key,
+                "found i, expected the anodic law itself among ions "
+                "that migrate, in E: current = 0.1 A/m2*exp((E + 0.4 V)/(26 mV)); the curve of the "
+                "electrode is what passes beside it");
+    }
+    return pdi_read_surface_states_symbols(s, section, key, vars, name, count, metal->of, &metal->species);
+}
+
+/* Read the prescribed electrode potential [V] of a metal in an electrolyte whose ions migrate, a function of t. */
+static pd_status pdi_read_dissolution_potential(pdi_reader *s, int section, pd_setup_metal *metal)
+{
+    if (pdi_setup_has_ion_electrodes(s->setup)) metal->polarised = 1;
+    if (!pdi_text_has_key(s->ctx, s->text, section, "potential")) return PD_OK;
+    if (metal->polarised)
+        return pdi_text_fail_key(s->ctx, s->text, section, "potential",
+                                 "found beside an [electrode NAME], expected "
+                                 "potential = E there");
+    if (!s->setup->migrates)
+        return pdi_text_fail_key(s->ctx, s->text, section, "potential",
+                                 "found without ions that carry a current, "
+                                 "expected migration = yes in [chemistry], or [potential] and an [electrode NAME] with "
+                                 "it");
+    for (int n = 0; n < s->text->const_count; n++)
+        if (strcmp(s->text->consts[n].name, "E") == 0)
+            return pdi_text_fail_key(s->ctx, s->text, pdi_text_get_section(s->ctx, s->text, "constants", NULL), "E",
+                                     "found the name 'E' beside potential of [dissolve], where it is a variable, "
+                                     "expected another one");
+    PDI_TRY(pdi_text_get_expr(s->ctx, s->text, section, "potential", "V", pdi_setup_get_position_symbols(),
+                              PDI_SETUP_POSITION_VARS, NULL, &metal->potential));
+    metal->polarised = 1;
+    if (!(metal->potential.uses & ~((uint32_t)1 << PD_DIM))) return PD_OK;
+    return pdi_text_fail_key(s->ctx, s->text, section, "potential",
+                             "found a function of the place, expected one of t "
+                             "alone");
+}
+
+/* Check that the physics of the scene supports a rate law in pH, species or E. PD_ERR_ARGUMENT. */
+static pd_status pdi_read_dissolution_check_species_rate(pdi_reader *s, int section, const char *key,
+                                                         const pd_setup_metal *metal)
+{
+    const pd_setup *u = s->setup;
+    if (!pdi_setup_has_species_rate(metal)) return PD_OK;
+    int acid = u->has_chemistry && pdi_electrolyte_find_species(&u->electrolyte, "H+") >= 0;
+    if ((metal->rate.uses >> PDI_SETUP_RATE_PH & 1u) && !acid)
+        return pdi_text_fail_key(s->ctx, s->text, section, key,
+                                 "found pH without the species H+, expected [species H+] "
+                                 "and others, or include = electrolytes/hbss.electrolyte in [chemistry]");
+    if (metal->rate.uses & 1u)
+        return pdi_text_fail_key(s->ctx, s->text, section, key,
+                                 "found C beside pH, species or E, expected the species "
+                                 "of the dissolved metal, such as [Mg2+]");
+    if (pdi_setup_has_ion_electrodes(u) && u->has_corrode)
+        return pdi_text_fail_key(s->ctx, s->text, section, key,
+                                 "found E of electrodes among ions that migrate, expected "
+                                 "[dissolve] there");
+    if (pdi_setup_has_ion_electrodes(u) && u->metals > 1) return PD_OK; /* see pdi_read_dissolution_check_several */
+    if (u->metals > 1 || u->activation || u->drive == PD_DRIVE_DIFFERENCE)
+        return pdi_text_fail_key(s->ctx, s->text, section, key, "found pH, species or E %s",
+                                 u->metals > 1   ? "with several metals, expected one"
+                                 : u->activation ? "with control = activation, expected diffusion"
+                                                 : "with drive = difference, expected constant");
+    return PD_OK;
+}
+
+/* Read the rate law under `key` in `unit` (speed, 1/s, or current density) and its factor rate_scale. `other`: key that
+ * must not stand beside it. */
+static pd_status pdi_read_dissolution_rate(pdi_reader *s, int section, const char *key, const char *other,
+                                           const char *unit, pd_setup_metal *metal)
+{
+    double factor;
+    pd_expr_symbol vars[PD_EXPR_VARS];
+    char name[PD_EXPR_VARS][PD_SPECIES_NAME + 2];
+    int count;
+    if (pdi_text_has_key(s->ctx, s->text, section, other) && strcmp(key, other) != 0)
+        return pdi_text_fail_key(s->ctx, s->text, section, key, "found beside '%s', expected one of them", other);
+    if (!s->setup->has_corrode) PDI_TRY(pdi_read_dissolution_potential(s, section, metal));
+    PDI_TRY(pdi_read_dissolution_rate_symbols(s, section, key, metal, vars, name, &count));
+    PDI_TRY(pdi_text_get_expr(s->ctx, s->text, section, key, unit, vars, count, NULL, &metal->rate));
+    PDI_TRY(pdi_read_dissolution_check_species_rate(s, section, key, metal));
+    PDI_TRY(pdi_reader_get_bounded(s, section, "rate_scale", "", "1", 0.0, 1e6, 0, &factor));
+    metal->rate_scale *= factor;
+    return pdi_read_dissolution_check_rate(s, section, key, metal);
+}
+
+/* Read the rate law as a recession speed or as a current density, which Faraday's law converts to a speed. */
+static pd_status pdi_read_dissolution_speed_or_current(pdi_reader *s, int section, pd_setup_metal *m)
+{
+    pd_material metal = m->material;
+    int current = pdi_text_has_key(s->ctx, s->text, section, "current");
+    metal.density = m->solid_c * metal.molar_mass;
+    m->rate_scale = current ? pd_material_speed(&metal, 1.0) : 1.0;
+    return pdi_read_dissolution_rate(s, section, current ? "current" : "rate", "rate", current ? "A/m2" : "m/s", m);
+}
+
+/* Read the rate law of [dissolve]: speed, layers of one cell per second (key `law`), or current density. */
+static pd_status pdi_read_dissolution_dissolve_rate(pdi_reader *s, int section, pd_setup_metal *metal)
+{
+    const pd_setup *u = s->setup;
+    int layers = pdi_text_has_key(s->ctx, s->text, section, "law");
+    if (pdi_text_has_key(s->ctx, s->text, section, "current"))
+        return pdi_read_dissolution_speed_or_current(s, section, metal);
+    for (int d = 1; d < PD_DIM && layers; d++)
+        if (fabs(u->h[d] - u->h[0]) > 1e-9 * u->h[0])
+            return pdi_text_fail_key(s->ctx, s->text, section, "law",
+                                     "found different spacings of the axes, expected rate = speed there");
+    metal->rate_scale = layers ? u->h[0] : 1.0;
+    return pdi_read_dissolution_rate(s, section, layers ? "law" : "rate", "rate", layers ? "1/s" : "m/s", metal);
+}
+
+/* Check several metals with electrodes and migrating ions: each dissolves by a rate law in E, or has rate 0. */
+static pd_status pdi_read_dissolution_check_several(pdi_reader *s)
+{
+    const pd_setup *u = s->setup;
+    if (!pdi_setup_has_ion_electrodes(u) || u->metals == 1 || pdi_setup_find_species_rate_metal(u) < 0) return PD_OK;
+    for (int m = 0; m < u->metals; m++) {
+        const pd_setup_metal *metal = &u->metal[m];
+        if (pdi_setup_has_species_rate(metal) ||
+            (!metal->rate.uses && !(fabs(pdi_setup_compute_rate_at_zero(metal)) > 0.0)))
+            continue;
+        return pdi_text_fail_key(
+            s->ctx, s->text, pdi_read_dissolution_find_section(s, m, NULL), "rate",
+            "found metal that "
+            "dissolves without E beside metal that does by it, among ions that migrate, expected a "
+            "law in E, or rate = 0 in [dissolve %s]",
+            metal->material.name);
+    }
+    if (pdi_setup_count_species_rate_metals(u) == 1 || !(u->cover > 0.0) || !u->minerals) return PD_OK;
+    return pdi_text_fail_key(s->ctx, s->text, pdi_text_get_section(s->ctx, s->text, "chemistry", NULL), "cover",
+                             "found "
+                             "with several metals that dissolve among ions that migrate, expected one, or none");
+}
+
+PDI_FN pd_status pdi_read_dissolution_rates(pdi_reader *s)
+{
+    pd_setup *u = s->setup;
+    pd_status status = PD_OK;
+    for (int m = 0; m < u->metals && u->has_dissolve && status == PD_OK; m++) {
+        int section = pdi_read_dissolution_find_section(s, m, NULL);
+        pdi_read_dissolution_set_constants(s, &u->metal[m]);
+        status = u->has_corrode ? pdi_read_dissolution_speed_or_current(s, section, &u->metal[m])
+                                : pdi_read_dissolution_dissolve_rate(s, section, &u->metal[m]);
+        if (status == PD_OK && u->has_corrode && u->metal[m].solid_c <= u->saturation)
+            return pdi_text_fail_key(s->ctx, s->text, section, "Csat",
+                                     "found %.6g mol/m3, expected less than Cs = %.6g mol/m3 of %s", u->saturation,
+                                     u->metal[m].solid_c, u->metal[m].material.name);
+    }
+    pdi_read_dissolution_set_constants(s, &u->metal[0]);
+    return status == PD_OK ? pdi_read_dissolution_check_several(s) : status;
+}
+
+/* ---- what all metals share ---- */
+
+/* Read the factor of the dissolution rate in grain boundaries. */
+static pd_status pdi_read_dissolution_gb_factor(pdi_reader *s, int section)
+{
+    pd_setup *u = s->setup;
+    PDI_TRY(pdi_reader_get_bounded(s, section, "gb_factor", "", "1", 0.0, 1e6, 0, &u->gb_factor));
+    if (!(fabs(u->gb_factor - 1.0) > 0.0) || u->has_grains) return PD_OK;
+    return pdi_text_fail_key(s->ctx, s->text, section, "gb_factor",
+                             "found %.6g without grains, expected grains = SIZE in a solid [shape ...]", u->gb_factor);
+}
+
+PDI_FN pd_status pdi_read_dissolution_dissolve(pdi_reader *s)
+{
+    pd_setup *u = s->setup;
+    int section = pdi_text_get_section(s->ctx, s->text, "dissolve", NULL);
+    if (!u->has_dissolve || u->has_corrode) return PD_OK;
+    if (!u->has_transport)
+        return pdi_text_fail_key(s->ctx, s->text, section, "dissolve",
+                                 "found no [transport] section, expected one: the metal goes into the fluid");
+    if (u->solid < 0)
+        return pdi_text_fail_key(s->ctx, s->text, section, "dissolve",
+                                 "found no solid, expected a [shape ...] with kind"
+                                 " = solid");
+    PDI_TRY(pdi_read_dissolution_gb_factor(s, section));
+    return pdi_reader_get_bounded(s, section, "threshold", "", "0", 0.0, 0.99, 0, &u->threshold);
+}
+
+/* Before anything of the other sections is read. */
+PDI_FN pd_status pdi_read_dissolution_begin(pdi_reader *s)
+{
+    pd_setup *u = s->setup;
+    int section = pdi_text_get_section(s->ctx, s->text, "corrode", NULL);
+    if (!u->has_corrode) return PD_OK;
+    if (u->has_dissolve)
+        return pdi_text_fail_key(s->ctx, s->text, section, "corrode",
+                                 "found beside [dissolve], expected one of them: each says how the metal goes");
+    u->has_transport = u->has_dissolve = 1;
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_read_dissolution_horizons(pdi_reader *s, int grid)
+{
+    pd_setup *u = s->setup;
+    int metal = pdi_text_get_section(s->ctx, s->text, pdi_read_dissolution_section_name(u), NULL);
+    int given = pdi_text_has_key(s->ctx, s->text, grid, "m");
+    int own = u->has_dissolve && pdi_text_has_key(s->ctx, s->text, metal, "m");
+    u->m = u->has_corrode ? PDI_READ_DISSOLUTION_ISOTROPIC_M : 1.0;
+    if (given) PDI_TRY(pdi_reader_get_bounded(s, grid, "m", "", NULL, 1.0, 6.0, 0, &u->m));
+    u->metal_m = u->has_corrode ? u->m : pdi_max(PDI_READ_DISSOLUTION_ISOTROPIC_M, u->m);
+    if (!own) return PD_OK;
+    PDI_TRY(pdi_reader_get_bounded(s, metal, "m", "", NULL, 1.0, 6.0, 0, &u->metal_m));
+    if (u->has_corrode && !given) u->m = u->metal_m;
+    if (u->has_corrode || u->metal_m >= u->m) return PD_OK;
+    return pdi_text_fail_key(s->ctx, s->text, metal, "m",
+                             "found %.6g, expected at least the horizon of the fluid, m = %.6g of [grid]", u->metal_m,
+                             u->m);
+}
+
+/* Read the variant of the bond-based model: control, driving force, kernel, weights, random breaking of bonds. */
+static pd_status pdi_read_dissolution_corrode_variant(pdi_reader *s, int section)
+{
+    static const char *const controls[] = {"diffusion", "activation", NULL};
+    static const char *const drives[] = {"constant", "difference", NULL};
+    static const char *const kernels[] = {"area", "square", "inverse", NULL};
+    static const char *const weights[] = {"calibrated", "printed", NULL};
+    static const char *const breakings[] = {"deterministic", "stochastic", NULL};
+    pd_setup *u = s->setup;
+    int drive, kernel, printed;
+    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "control", controls, "diffusion", &u->activation));
+    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "drive", drives, "constant", &drive));
+    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "kernel", kernels, "area", &kernel));
+    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "weights", weights, "calibrated", &printed));
+    u->drive = (pd_drive)drive;
+    u->kernel = (pd_kernel)kernel;
+    u->weights = printed ? PD_WEIGHTS_PRINTED : PD_WEIGHTS_CALIBRATED;
+    if (u->activation && u->has_flow)
+        return pdi_text_fail_key(s->ctx, s->text, section, "control",
+                                 "found 'activation' beside [flow], expected diffusion: with activation all fluid holds"
+                                 " bulk");
+    if (printed && u->has_flow)
+        return pdi_text_fail_key(s->ctx, s->text, section, "weights",
+                                 "found 'printed' beside [flow], expected calibrated: no flow is exact with others");
+    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "breaking", breakings, "deterministic", &u->stochastic));
+    if (u->stochastic) return pdi_text_get_integer(s->ctx, s->text, section, "seed", 0, 2147483647, "1", &u->seed);
+    if (!pdi_text_has_key(s->ctx, s->text, section, "seed")) return PD_OK;
+    return pdi_text_fail_key(s->ctx, s->text, section, "seed", "found without breaking = stochastic, expected both");
+}
+
+/* Read D and the initial concentration, unless [transport] has them, and the bulk concentration. */
+static pd_status pdi_read_dissolution_corrode_fluid(pdi_reader *s, int section)
+{
+    static const char *const keys[] = {"D", "initial"};
+    pd_setup *u = s->setup;
+    int transport = pdi_text_has_key(s->ctx, s->text, pdi_text_get_section(s->ctx, s->text, "transport", NULL), NULL);
+    for (int k = 0; k < 2 && transport; k++)
+        if (pdi_text_has_key(s->ctx, s->text, section, keys[k]))
+            return pdi_text_fail_key(s->ctx, s->text, section, keys[k],
+                                     "found beside a [transport] section, expected it there");
+    if (!transport) {
+        PDI_TRY(pdi_reader_get_nonnegative(s, section, "D", "m2/s", u->activation ? "0" : NULL, &u->diffusivity));
+        PDI_TRY(pdi_reader_read_initial(s, section));
+    }
+    if (u->activation && (u->diffusivity > 0.0 || pdi_text_has_key(s->ctx, s->text, section, "initial")))
+        pdi_setup_add_note(u, "D and initial belong to control = diffusion; with activation all fluid holds bulk");
+    return pdi_reader_get_bounded(s, section, "bulk", "mol/m3", "0", 0.0, u->saturation, 0, &u->bulk);
+}
+
+/* A concentration of the fluid: metal begins at Cs. */
+PDI_FN pd_status pdi_read_dissolution_corrode(pdi_reader *s)
+{
+    pd_setup *u = s->setup;
+    int section = pdi_text_get_section(s->ctx, s->text, "corrode", NULL);
+    double saturation;
+    if (!u->has_corrode) return PD_OK;
+    if (u->solid < 0)
+        return pdi_text_fail_key(s->ctx, s->text, section, "corrode",
+                                 "found no solid, expected a [shape ...] with kind = solid");
+    PDI_TRY(pdi_read_dissolution_corrode_variant(s, section));
+    PDI_TRY(pdi_reader_get_bounded(s, section, "Csat", "mol/m3", NULL, 0.0, u->metal[0].solid_c, 1, &saturation));
+    PDI_TRY(pdi_read_dissolution_gb_factor(s, section));
+    PDI_TRY(pdi_read_dissolution_corrode_fluid(s, section));
+    if (pdi_text_has_key(s->ctx, s->text, section, "repassivation"))
+        PDI_TRY(pdi_reader_get_bounded(s, section, "repassivation", "mol/m3", NULL, 0.0, u->saturation, 1,
+                                       &u->repassivation));
+    if (u->activation && u->repassivation > 0.0)
+        return pdi_text_fail_key(s->ctx, s->text, section, "repassivation",
+                                 "found beside control = activation, expected diffusion: there all fluid holds bulk");
+    return PD_OK;
+}
+
+#undef PDI_READ_DISSOLUTION_ISOTROPIC_M

@@ -1,0 +1,13 @@
+/* read_image_options: reads the options of images from [output]: colour ranges and maps, contours, streamlines, arrows,
+ * view of the surface, formats. */
+#ifndef PD_READ_IMAGE_OPTIONS_H
+#define PD_READ_IMAGE_OPTIONS_H
+#include "scene/read_monitors.h"
+
+#ifdef PDI_INTERNAL
+/* Read the image options of the section [output], after setup->images is known. PD_ERR_PARSE, PD_ERR_ARGUMENT with
+ * file:line. */
+PDI_FN pd_status pdi_read_image_options_read(pd_ctx *ctx, pd_text *text, int section, pd_setup *setup);
+#endif
+
+#endif

@@ -1,0 +1,361 @@
+/* read_mechanics: see read_mechanics.h */
+#include "scene/read_mechanics.h"
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+static const char *const pdi_read_mechanics_displacement_keys[] = {"ux", "uy", "uz"};
+
+/* Append a mechanical boundary condition for a section; *grip: the new entry. PD_ERR_ARGUMENT: too many. */
+static pd_status pdi_read_mechanics_add_bc(pd_ctx *ctx, pd_text *text, int section, pd_setup *u, pd_setup_grip **grip)
+{
+    pd_setup_body *b = &u->metal_body;
+    if (b->grips == PD_SETUP_GRIPS)
+        return pdi_text_fail_key(ctx, text, section, "ux",
+                                 "found more than %d sides and shapes that hold or load metal", PD_SETUP_GRIPS);
+    *grip = &b->grip[b->grips++];
+    (*grip)->side = (*grip)->shape = -1;
+    (*grip)->section = section;
+    return PD_OK;
+}
+
+/* Read the prescribed displacements ux, uy, uz [m]; axes without one are free. */
+static pd_status pdi_read_mechanics_displacements(pd_ctx *ctx, pd_text *text, int section, pd_setup_grip *grip)
+{
+    for (int d = 0; d < PD_DIM; d++) {
+        if (!pdi_text_has_key(ctx, text, section, pdi_read_mechanics_displacement_keys[d])) continue;
+        PDI_TRY(pdi_text_get_expr(ctx, text, section, pdi_read_mechanics_displacement_keys[d], "m",
+                                  pdi_setup_get_position_symbols(), PDI_SETUP_POSITION_VARS, NULL, &grip->move[d]));
+        grip->moves[d] = 1;
+    }
+    return PD_OK;
+}
+
+PDI_FN pd_status pdi_read_mechanics_shape_bc(pd_ctx *ctx, pd_text *text, int section, int shape, pd_setup *u)
+{
+    pd_setup_grip *grip = NULL;
+    int moves = 0;
+    if (!u->has_solid) return pdi_text_fail_key(ctx, text, section, "kind", "found 'grip' without a [solid] section");
+    PDI_TRY(pdi_read_mechanics_add_bc(ctx, text, section, u, &grip));
+    grip->shape = shape;
+    PDI_TRY(pdi_read_mechanics_displacements(ctx, text, section, grip));
+    for (int d = 0; d < PD_DIM; d++) moves = moves || grip->moves[d];
+    if (moves) return PD_OK;
+    return pdi_text_fail_key(ctx, text, section, "kind",
+                             "found a grip that holds nothing, expected ux = ... or another "
+                             "displacement");
+}
+
+/* Read all PD_DIM components of a vector of expressions in x, y, z, t. */
+static pd_status pdi_read_mechanics_vector(pdi_reader *s, int section, const char *key, const char *unit, pd_expr *expr)
+{
+    int count;
+    PDI_TRY(pdi_text_get_exprs(s->ctx, s->text, section, key, unit, pdi_setup_get_position_symbols(),
+                               PDI_SETUP_POSITION_VARS, NULL, PD_DIM, expr, &count));
+    if (count == PD_DIM) return PD_OK;
+    return pdi_text_fail_key(s->ctx, s->text, section, key, "found %d components, expected %d", count, PD_DIM);
+}
+
+/* Read the displacement, traction and pressure of one side of the box, if it has any. */
+static pd_status pdi_read_mechanics_side_bc(pdi_reader *s, int side)
+{
+    static const char *const loads[] = {"traction", "pressure"};
+    int section = pdi_text_get_section(s->ctx, s->text, "side", pdi_setup_side_name(side)), any = 0;
+    pd_setup_grip *grip = NULL;
+    if (section < 0) return PD_OK;
+    for (int d = 0; d < PD_DIM; d++)
+        any = any || pdi_text_has_key(s->ctx, s->text, section, pdi_read_mechanics_displacement_keys[d]);
+    for (int k = 0; k < 2; k++) any = any || pdi_text_has_key(s->ctx, s->text, section, loads[k]);
+    if (!any) return PD_OK;
+    PDI_TRY(pdi_read_mechanics_add_bc(s->ctx, s->text, section, s->setup, &grip));
+    grip->side = side;
+    PDI_TRY(pdi_read_mechanics_displacements(s->ctx, s->text, section, grip));
+    grip->pulls = pdi_text_has_key(s->ctx, s->text, section, "traction");
+    grip->presses = pdi_text_has_key(s->ctx, s->text, section, "pressure");
+    if (grip->pulls) PDI_TRY(pdi_read_mechanics_vector(s, section, "traction", "Pa", grip->pull));
+    if (!grip->presses) return PD_OK;
+    return pdi_text_get_expr(s->ctx, s->text, section, "pressure", "Pa", pdi_setup_get_position_symbols(),
+                             PDI_SETUP_POSITION_VARS, NULL, &grip->press);
+}
+
+/* Read the mechanical boundary conditions of all sides; check that something loads the metal and that no side is
+ * periodic. */
+static pd_status pdi_read_mechanics_sides(pdi_reader *s, int section)
+{
+    const pd_setup *u = s->setup;
+    for (int k = 0; k < 2 * PD_DIM; k++) PDI_TRY(pdi_read_mechanics_side_bc(s, k));
+    for (int k = 0; k < 2 * PD_DIM; k++)
+        if (u->side[k].kind == PD_SIDE_PERIODIC)
+            return pdi_text_fail_key(s->ctx, s->text, section, "solid",
+                                     "found beside a periodic side, expected sides"
+                                     " that end the metal: bonds of a body do not pass them");
+    if (u->metal_body.grips || u->metal_body.weighs) return PD_OK;
+    return pdi_text_fail_key(
+        s->ctx, s->text, section, "solid",
+        "found nothing that loads the metal, expected ux = ..., "
+        "traction = ... or pressure = ... in a [side ...], kind = grip in a [shape ...], or force");
+}
+
+/* Add a monitor of solid mechanics. index: of the boundary condition. */
+static pd_status pdi_read_mechanics_add_monitor(pdi_reader *s, int section, pd_monitor_kind kind, int index,
+                                                const char *name)
+{
+    pd_setup *u = s->setup;
+    if (u->monitors == PD_SETUP_MONITORS)
+        return pdi_text_fail_key(s->ctx, s->text, section, "solid", "found more than %d tables", PD_SETUP_MONITORS);
+    pd_setup_monitor *m = &u->monitor[u->monitors++];
+    memset(m, 0, sizeof *m);
+    m->kind = kind;
+    m->index = index;
+    m->line = s->text->section[section].line;
+    snprintf(m->name, sizeof m->name, "%s", name);
+    return PD_OK;
+}
+
+/* Add monitors of all mechanical boundary conditions and of the body. */
+static pd_status pdi_read_mechanics_add_monitors(pdi_reader *s, int section)
+{
+    const pd_setup_body *b = &s->setup->metal_body;
+    for (int k = 0; k < b->grips; k++) {
+        const char *name = s->text->section[b->grip[k].section].label;
+        PDI_TRY(pdi_read_mechanics_add_monitor(s, b->grip[k].section, PD_MONITOR_GRIP, k, name));
+    }
+    return pdi_read_mechanics_add_monitor(s, section, PD_MONITOR_SOLID, 0, "metal");
+}
+
+static const char *const pdi_read_mechanics_material_names[] = {"correspondence", "springs", "ordinary",
+                                                                "neo_hookean",    "hencky",  NULL};
+
+/* Part of messages: which failure criteria each material supports. */
+#define PDI_READ_MECHANICS_SUPPORT_TEXT \
+    "correspondence breaks by toughness (without yield), strength or stretch, at rest; ordinary, neo_hookean and " \
+    "hencky by strength or stretch, at rest; springs by toughness, at rest and in motion; yield is of " \
+    "correspondence and hencky at rest"
+
+/* 1: the material is bond-based. */
+static int pdi_read_mechanics_is_bond_based(const pd_setup_body *b) { return b->material == PD_STRUCTURE_SPRINGS; }
+
+/* Read Poisson's ratio; that of the bond-based material is fixed: 1/3 in plane stress, else 1/4. */
+static pd_status pdi_read_mechanics_poisson(pdi_reader *s, int section)
+{
+    pd_setup_body *b = &s->setup->metal_body;
+    double own = PD_DIM == 2 && b->plane == PD_PLANE_STRESS ? 1.0 / 3.0 : 0.25;
+    int rubber = b->material == PD_STRUCTURE_NEO_HOOKEAN;
+    if (PD_DIM == 1) return PD_OK;
+    if (pdi_read_mechanics_is_bond_based(b) && !pdi_text_has_key(s->ctx, s->text, section, "nu")) {
+        b->poisson = own;
+        return PD_OK;
+    }
+    PDI_TRY(pdi_reader_get_bounded(s, section, "nu", "", NULL, rubber && b->plane == PD_PLANE_STRESS ? 0.0 : -0.999,
+                                   0.499, 0, &b->poisson));
+    if (!pdi_read_mechanics_is_bond_based(b) || fabs(b->poisson - own) < 1e-3) return PD_OK;
+    return pdi_text_fail_key(s->ctx, s->text, section, "nu",
+                             "found %g with material = springs, expected their %g, or "
+                             "another material: " PDI_READ_MECHANICS_SUPPORT_TEXT,
+                             b->poisson, own);
+}
+
+/* Read yield stress and linear hardening; only of the materials correspondence and hencky. */
+static pd_status pdi_read_mechanics_plasticity(pdi_reader *s, int section)
+{
+    pd_setup_body *b = &s->setup->metal_body;
+    PDI_TRY(pdi_reader_get_nonnegative(s, section, "yield", "Pa", "0", &b->yield));
+    if (pdi_text_has_key(s->ctx, s->text, section, "hardening") && !(b->yield > 0.0))
+        return pdi_text_fail_key(s->ctx, s->text, section, "hardening", "found without a yield stress, expected both");
+    if (!(b->yield > 0.0)) return PD_OK;
+    if (b->material != PD_STRUCTURE_CORRESPONDENCE && b->material != PD_STRUCTURE_HENCKY)
+        return pdi_text_fail_key(s->ctx, s->text, section, "yield",
+                                 "found with material = %s, expected another one of "
+                                 "both: " PDI_READ_MECHANICS_SUPPORT_TEXT,
+                                 pdi_read_mechanics_material_names[b->material]);
+    if (b->yield < 1e3 * b->rtol * b->young)
+        return pdi_text_fail_key(s->ctx, s->text, section, "yield",
+                                 "found %g Pa, expected 0 or at least 1000 rtol E = "
+                                 "%g Pa: balances are no finer",
+                                 b->yield, 1e3 * b->rtol * b->young);
+    PDI_TRY(pdi_reader_get_nonnegative(s, section, "hardening", "Pa", "0", &b->hardening));
+    if (PD_DIM != 2 || b->plane == PD_PLANE_STRAIN || b->material == PD_STRUCTURE_HENCKY) return PD_OK;
+    return pdi_text_fail_key(s->ctx, s->text, section, "yield",
+                             "found with plane = stress, expected plane = strain or "
+                             "material = hencky");
+}
+
+/* Read the failure criterion: at most one of critical stretch, strength and toughness. */
+static pd_status pdi_read_mechanics_failure(pdi_reader *s, int section)
+{
+    static const char *const keys[] = {"stretch", "strength", "toughness"};
+    pd_setup_body *b = &s->setup->metal_body;
+    const char *found = NULL;
+    PDI_TRY(pdi_reader_get_nonnegative(s, section, "stretch", "", "0", &b->stretch));
+    PDI_TRY(pdi_reader_get_nonnegative(s, section, "strength", "Pa", "0", &b->strength));
+    PDI_TRY(pdi_reader_get_nonnegative(s, section, "toughness", "J/m2", "0", &b->toughness));
+    for (int k = 0; k < 3; k++) {
+        double value = k == 0 ? b->stretch : k == 1 ? b->strength : b->toughness;
+        if (!(value > 0.0)) continue;
+        if (found)
+            return pdi_text_fail_key(s->ctx, s->text, section, keys[k],
+                                     "found beside %s, expected one of stretch, "
+                                     "strength and toughness",
+                                     found);
+        found = keys[k];
+    }
+    if (!(b->toughness > 0.0)) return PD_OK;
+    if (b->material != PD_STRUCTURE_CORRESPONDENCE)
+        return pdi_text_fail_key(s->ctx, s->text, section, "toughness",
+                                 "found with material = %s, expected another one "
+                                 "of both: " PDI_READ_MECHANICS_SUPPORT_TEXT,
+                                 pdi_read_mechanics_material_names[b->material]);
+    if (PD_DIM == 3 && (b->m < 1.5 || b->m > 3.0))
+        return pdi_text_fail_key(s->ctx, s->text, section, "toughness",
+                                 "found with m = %g, expected m = 1.5 to 3 in 3D", b->m);
+    if (!(b->yield > 0.0)) return PD_OK;
+    return pdi_text_fail_key(s->ctx, s->text, section, "toughness",
+                             "found with a yield stress, expected stretch or "
+                             "strength: energies of bonds are those of metal that does not flow");
+}
+
+/* Read plasticity and failure; check which of them the material and dynamics support. */
+static pd_status pdi_read_mechanics_plasticity_failure(pdi_reader *s, int section)
+{
+    static const char *const still[] = {"yield", "hardening", "stretch", "strength", "speed_factor", "toughness"};
+    pd_setup_body *b = &s->setup->metal_body;
+    int moves = b->density > 0.0, springs = pdi_read_mechanics_is_bond_based(b);
+    for (int k = 0; k < (springs ? 5 : 6); k++)
+        if ((springs || moves) && pdi_text_has_key(s->ctx, s->text, section, still[k]))
+            return pdi_text_fail_key(s->ctx, s->text, section, still[k],
+                                     "found with %s, expected another one of both: " PDI_READ_MECHANICS_SUPPORT_TEXT,
+                                     springs ? "material = springs" : "motion = yes");
+    if (springs) return pdi_reader_get_nonnegative(s, section, "toughness", "J/m2", "0", &b->toughness);
+    PDI_TRY(pdi_read_mechanics_plasticity(s, section));
+    return pdi_read_mechanics_failure(s, section);
+}
+
+/* Read whether the metal moves dynamically, and its density; neither dynamics nor bond-based metal may dissolve. */
+static pd_status pdi_read_mechanics_dynamics(pdi_reader *s, int section)
+{
+    static const char *const answers[] = {"no", "yes", NULL};
+    pd_setup_body *b = &s->setup->metal_body;
+    int moves;
+    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "motion", answers, "no", &moves));
+    if (s->setup->has_dissolve && (moves || pdi_read_mechanics_is_bond_based(b)))
+        return pdi_text_fail_key(s->ctx, s->text, section, moves ? "motion" : "material",
+                                 "found beside metal that dissolves, expected %s",
+                                 moves ? "motion = no" : "material = correspondence");
+    if (moves) return pdi_reader_get_positive(s, section, "density", "kg/m3", NULL, &b->density);
+    if (!pdi_text_has_key(s->ctx, s->text, section, "density")) return PD_OK;
+    return pdi_text_fail_key(s->ctx, s->text, section, "density", "found without motion = yes, expected both");
+}
+
+/* Read the material of [solid]: constitutive law, E, nu, plane, influence function, horizon, tolerance, failure. */
+static pd_status pdi_read_mechanics_material(pdi_reader *s, int section)
+{
+    static const char *const planes[] = {"strain", "stress", NULL};
+    static const char *const influences[] = {"constant", "inverse", "linear", NULL};
+    pd_setup_body *b = &s->setup->metal_body;
+    int plane = 0, influence, material;
+    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "material", pdi_read_mechanics_material_names,
+                                "correspondence", &material));
+    b->material = (pd_structure_material)material;
+    PDI_TRY(pdi_reader_get_positive(s, section, "E", "Pa", NULL, &b->young));
+    if (b->young < 1e-30)
+        return pdi_text_fail_key(s->ctx, s->text, section, "E", "found %g Pa, expected at least 1e-30 Pa", b->young);
+    if (PD_DIM == 2) PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "plane", planes, "strain", &plane));
+    b->plane = (pd_plane)plane;
+    PDI_TRY(pdi_read_mechanics_poisson(s, section));
+    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "influence", influences, "constant", &influence));
+    b->influence = (pd_influence)influence;
+    PDI_TRY(pdi_reader_get_bounded(s, section, "m", "", pdi_read_mechanics_is_bond_based(b) ? "3" : "2", 1.0, 6.0, 0,
+                                   &b->m));
+    PDI_TRY(pdi_reader_get_bounded(s, section, "rtol", "", "1e-8", 1e-13, 1e-3, 0, &b->rtol));
+    PDI_TRY(pdi_read_mechanics_dynamics(s, section));
+    return pdi_read_mechanics_plasticity_failure(s, section);
+}
+
+/* ---- known limits ---- */
+
+/* Poisson's ratio above which locking makes displacements of a bent body of 16 cells too small by more than 5 %: with a
+ * horizon above 1 cell, and with m = 1. */
+#define PDI_READ_MECHANICS_NU_LOCKING 0.45
+#define PDI_READ_MECHANICS_NU_LOCKING_M1 0.48
+
+PDI_FN void pdi_read_mechanics_add_notes(pdi_reader *s)
+{
+    pd_setup *u = s->setup;
+    const pd_setup_body *b = &u->metal_body;
+    int stress = PD_DIM == 2 && b->plane == PD_PLANE_STRESS;
+    int families = b->material != PD_STRUCTURE_SPRINGS && b->material != PD_STRUCTURE_ORDINARY;
+    if (!u->has_solid) return;
+    for (int k = 1; k < u->metals; k++)
+        pdi_setup_add_note(u,
+                           "solid: %.40s has the E and nu of %.40s, since [solid] has one of each; expected the metal "
+                           "that bears the load alone with kind = solid, and a grip where the other one holds it",
+                           u->metal[k].material.name, u->metal[0].material.name);
+    if (b->toughness > 0.0 && !b->cuts)
+        pdi_setup_add_note(u, "solid: toughness without a [cut]: the load that begins a crack in smooth metal, or at a "
+                              "notch, depends on h, about as 1/sqrt(h); expected a [cut ...], or strength = ...");
+    if (PD_DIM > 1 && !stress && families &&
+        b->poisson > (b->m > 1.0 ? PDI_READ_MECHANICS_NU_LOCKING : PDI_READ_MECHANICS_NU_LOCKING_M1))
+        pdi_setup_add_note(u,
+                           "solid: nu = %g with material = %s: metal that is bent over 16 cells is too stiff by more "
+                           "than 5 %%, near 1/2 by half; expected nu up to %g, material = ordinary, or plane = stress",
+                           b->poisson, pdi_read_mechanics_material_names[b->material], PDI_READ_MECHANICS_NU_LOCKING);
+}
+
+/* Read the factor by which stress changes the dissolution rate (key `speed_factor`). */
+static pd_status pdi_read_mechanics_rate_factor(pdi_reader *s, int section)
+{
+    pd_setup_body *b = &s->setup->metal_body;
+    if (!pdi_text_has_key(s->ctx, s->text, section, "speed_factor")) return PD_OK;
+    if (!s->setup->has_dissolve)
+        return pdi_text_fail_key(s->ctx, s->text, section, "speed_factor",
+                                 "found without metal that dissolves, expected a [dissolve] or [corrode] section");
+    PDI_TRY(pdi_text_get_expr(s->ctx, s->text, section, "speed_factor", "", pdi_setup_get_stress_symbols(),
+                              PDI_SETUP_STRESS_VARS, NULL, &b->pace));
+    b->paces = 1;
+    return PD_OK;
+}
+
+/* 1: a displacement, traction, pressure or body force depends on time. */
+static int pdi_read_mechanics_is_time_dependent(const pd_setup_body *b)
+{
+    int timed = 0;
+    for (int k = 0; k < b->grips; k++) {
+        const pd_setup_grip *grip = &b->grip[k];
+        for (int d = 0; d < PD_DIM; d++) {
+            timed = timed || (grip->moves[d] && pdi_setup_is_time_dependent(&grip->move[d]));
+            timed = timed || (grip->pulls && pdi_setup_is_time_dependent(&grip->pull[d]));
+        }
+        timed = timed || (grip->presses && pdi_setup_is_time_dependent(&grip->press));
+    }
+    for (int d = 0; d < PD_DIM; d++) timed = timed || (b->weighs && pdi_setup_is_time_dependent(&b->force[d]));
+    return timed;
+}
+
+PDI_FN pd_status pdi_read_mechanics_read(pdi_reader *s)
+{
+    pd_setup *u = s->setup;
+    int section = pdi_text_get_section(s->ctx, s->text, "solid", NULL);
+    if (!u->has_solid) return PD_OK;
+    if (u->axisymmetric)
+        return pdi_text_fail_key(s->ctx, s->text, section, "solid",
+                                 "found in a box with geometry = axisymmetric, expected planar");
+    if (u->solid < 0)
+        return pdi_text_fail_key(s->ctx, s->text, section, "solid",
+                                 "found no metal, expected a [shape ...] with kind = "
+                                 "solid");
+    for (int d = 1; d < PD_DIM; d++)
+        if (fabs(u->h[d] - u->h[0]) > 1e-9 * u->h[0])
+            return pdi_text_fail_key(s->ctx, s->text, section, "solid",
+                                     "found different spacings of the axes, expected one h");
+    PDI_TRY(pdi_read_mechanics_material(s, section));
+    u->metal_body.weighs = pdi_text_has_key(s->ctx, s->text, section, "force");
+    if (u->metal_body.weighs) PDI_TRY(pdi_read_mechanics_vector(s, section, "force", "N/m3", u->metal_body.force));
+    PDI_TRY(pdi_read_mechanics_sides(s, section));
+    u->metal_body.timed = pdi_read_mechanics_is_time_dependent(&u->metal_body);
+    PDI_TRY(pdi_read_mechanics_add_monitors(s, section));
+    return pdi_read_mechanics_rate_factor(s, section);
+}
+
+#undef PDI_READ_MECHANICS_SUPPORT_TEXT
+#undef PDI_READ_MECHANICS_NU_LOCKING
+#undef PDI_READ_MECHANICS_NU_LOCKING_M1

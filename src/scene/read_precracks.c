@@ -1,0 +1,133 @@
+/* read_precracks: see read_precracks.h */
+#include "scene/read_precracks.h"
+#include <math.h>
+#include <string.h>
+
+/* Smallest number of corners; largest number of coordinates. */
+enum { PDI_READ_PRECRACKS_MIN_CORNERS = PD_DIM, PDI_READ_PRECRACKS_MAX_COORDINATES = PD_SETUP_CORNERS * PD_DIM };
+
+/* Read the corners [m] of the crack, all coordinates of one after the other: a point (1D), a polyline (2D), a polygon
+ * (3D). */
+static pd_status pdi_read_precracks_corners(pdi_reader *s, int section, pd_setup_cut *cut)
+{
+    static const char *const what[] = {"one place", "2 or more corners of a line", "3 or more corners of a polygon"};
+    int count;
+    PDI_TRY(pdi_text_get_numbers(s->ctx, s->text, section, "points", "m", NULL, PDI_READ_PRECRACKS_MAX_COORDINATES,
+                                 cut->corner, &count));
+    cut->corners = count / PD_DIM;
+    if (count % PD_DIM || cut->corners < PDI_READ_PRECRACKS_MIN_CORNERS || (PD_DIM == 1 && count > 1))
+        return pdi_text_fail_key(s->ctx, s->text, section, "points", "found %d number%s, expected %s, %d number%s each",
+                                 count, count > 1 ? "s" : "", what[PD_DIM - 1], PD_DIM, PD_DIM > 1 ? "s" : "");
+    for (int k = 0; PD_DIM > 1 && k + 1 < cut->corners; k++) {
+        double square = 0.0;
+        for (int d = 0; d < PD_DIM; d++) {
+            double step = cut->corner[(k + 1) * PD_DIM + d] - cut->corner[k * PD_DIM + d];
+            square += step * step;
+        }
+        if (!(square > 0.0))
+            return pdi_text_fail_key(s->ctx, s->text, section, "points",
+                                     "found corner %d at the place of corner %d, "
+                                     "expected another place",
+                                     k + 2, k + 1);
+    }
+    return PD_OK;
+}
+
+/* Read the growth direction of the crack; default in 2D: the direction of its last segment. A crack with a direction is
+ * recorded in a table. */
+static pd_status pdi_read_precracks_direction(pdi_reader *s, int section, pd_setup_cut *cut)
+{
+    double square = 0.0;
+    int count = PD_DIM;
+    cut->watched = PD_DIM == 2;
+    if (pdi_text_has_key(s->ctx, s->text, section, "way")) {
+        cut->watched = PD_DIM > 1;
+        PDI_TRY(pdi_text_get_numbers(s->ctx, s->text, section, "way", "", NULL, PD_DIM, cut->way, &count));
+    } else if (cut->watched)
+        for (int d = 0; d < PD_DIM; d++)
+            cut->way[d] = cut->corner[(cut->corners - 1) * PD_DIM + d] - cut->corner[(cut->corners - 2) * PD_DIM + d];
+    for (int d = 0; d < PD_DIM; d++) square += cut->way[d] * cut->way[d];
+    if (!cut->watched || (count == PD_DIM && square > 0.0 && square < PDI_READER_MAX_NUMBER)) return PD_OK;
+    return pdi_text_fail_key(s->ctx, s->text, section, "way", "expected a direction, %d numbers that are not all zero",
+                             PD_DIM);
+}
+
+/* Read the three radii [m] about the tip that bound the two domains of the J-integral, a horizon or more apart. Only
+ * 2D, small strains, equilibrium. */
+static pd_status pdi_read_precracks_j_contours(pdi_reader *s, int section, pd_setup_cut *cut)
+{
+    const pd_setup_body *b = &s->setup->metal_body;
+    double least = b->m * s->setup->h[0];
+    int count;
+    if (!pdi_text_has_key(s->ctx, s->text, section, "contours")) return PD_OK;
+    PDI_TRY(pdi_text_get_numbers(s->ctx, s->text, section, "contours", "m", NULL, 3, cut->radius, &count));
+    if (b->material > PD_STRUCTURE_ORDINARY || b->material == PD_STRUCTURE_SPRINGS || b->density > 0.0 ||
+        b->yield > 0.0)
+        return pdi_text_fail_key(s->ctx, s->text, section, "contours",
+                                 "found with %s, expected small strains in balance:"
+                                 " J is theirs",
+                                 b->material == PD_STRUCTURE_SPRINGS ? "material = springs"
+                                 : b->density > 0.0                  ? "motion = yes"
+                                 : b->yield > 0.0                    ? "a yield stress"
+                                                                     : "a material of large strains");
+    if (PD_DIM != 2)
+        return pdi_text_fail_key(s->ctx, s->text, section, "contours", "found in %dD, expected 2D", PD_DIM);
+    if (count != 3)
+        return pdi_text_fail_key(s->ctx, s->text, section, "contours",
+                                 "found %d length%s, expected 3: J is taken between"
+                                 " the first two, and between the last two",
+                                 count, count > 1 ? "s" : "");
+    for (int k = 0; k < 2; k++)
+        if (!(cut->radius[k + 1] - cut->radius[k] >= least * (1.0 - 1e-9)) || !(cut->radius[0] >= 0.0))
+            return pdi_text_fail_key(s->ctx, s->text, section, "contours",
+                                     "found %.6g and %.6g m, expected growing radii"
+                                     " a horizon m h or more apart, here %.6g m",
+                                     cut->radius[k], cut->radius[k + 1], least);
+    cut->rings = 2;
+    return PD_OK;
+}
+
+/* Add a monitor of the crack tip. */
+static pd_status pdi_read_precracks_add_monitor(pdi_reader *s, const pd_setup_cut *cut)
+{
+    pd_setup *u = s->setup;
+    if (!cut->watched) return PD_OK;
+    if (u->monitors == PD_SETUP_MONITORS)
+        return pdi_text_fail_key(s->ctx, s->text, pdi_text_get_section(s->ctx, s->text, "cut", cut->name), "cut",
+                                 "found more than %d tables", PD_SETUP_MONITORS);
+    pd_setup_monitor *m = &u->monitor[u->monitors++];
+    memset(m, 0, sizeof *m);
+    m->kind = PD_MONITOR_CUT;
+    m->index = u->metal_body.cuts - 1;
+    m->line = cut->line;
+    memcpy(m->name, cut->name, sizeof m->name);
+    return PD_OK;
+}
+
+/* Read one [cut NAME] section. */
+static pd_status pdi_read_precracks_section(pdi_reader *s, int section)
+{
+    pd_setup_body *b = &s->setup->metal_body;
+    const char *label = s->text->section[section].label;
+    if (!s->setup->has_solid)
+        return pdi_text_fail_key(s->ctx, s->text, section, "cut", "found no [solid] section, expected one");
+    if (b->cuts == PD_SETUP_CUTS)
+        return pdi_text_fail_key(s->ctx, s->text, section, "cut", "found more than %d cuts", PD_SETUP_CUTS);
+    if (label[0] == '\0' || strlen(label) >= PD_SETUP_NAME - 24)
+        return pdi_text_fail_key(s->ctx, s->text, section, "cut", "expected a short name: [cut NAME]");
+    pd_setup_cut *cut = &b->cut[b->cuts++];
+    memcpy(cut->name, label, strlen(label) + 1);
+    cut->line = s->text->section[section].line;
+    PDI_TRY(pdi_read_precracks_corners(s, section, cut));
+    PDI_TRY(pdi_read_precracks_direction(s, section, cut));
+    PDI_TRY(pdi_read_precracks_j_contours(s, section, cut));
+    return pdi_read_precracks_add_monitor(s, cut);
+}
+
+PDI_FN pd_status pdi_read_precracks_read(pdi_reader *s)
+{
+    for (int k = pdi_text_next_section(s->ctx, s->text, "cut", -1); k >= 0;
+         k = pdi_text_next_section(s->ctx, s->text, "cut", k))
+        PDI_TRY(pdi_read_precracks_section(s, k));
+    return PD_OK;
+}

@@ -1,0 +1,382 @@
+/* bond_force: see bond_force.h */
+#include "solid/bond_force.h"
+#include "core/par.h"
+#include "solid/bond_stretch.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Rounding of positions over the spacing: up to this a bond counts as a lattice vector. */
+#define PDI_BOND_FORCE_ROUNDING 1e-9
+/* Longest bond of a lattice, in spacings along an axis. */
+#define PDI_BOND_FORCE_MAX_STEPS 200
+
+/* ---- kinds of bonds ---- */
+
+/* Largest number of spacings of a bond of point i along an axis; above PDI_BOND_FORCE_MAX_STEPS where one is no lattice
+ * vector. */
+static int32_t pdi_bond_force_find_max_steps(const pd_body *body, int32_t i)
+{
+    int32_t most = 0;
+    for (pd_walk f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
+        double xi[PD_DIM];
+        pdi_body_compute_offset(body, i, f.to, xi);
+        for (int d = 0; d < PD_DIM; d++) {
+            double step = fabs(xi[d]) / body->spacing, near = floor(step + 0.5);
+            if (!(fabs(step - near) <= PDI_BOND_FORCE_ROUNDING) || !(near <= PDI_BOND_FORCE_MAX_STEPS))
+                return PDI_BOND_FORCE_MAX_STEPS + 1;
+            if ((int32_t)near > most) most = (int32_t)near;
+        }
+    }
+    return most;
+}
+
+/* The same of all points. */
+static int32_t pdi_bond_force_find_extent(const pd_ctx *ctx, const pd_body *body)
+{
+    enum { parts = 64 };
+    int32_t reach[parts], most = 0;
+    int64_t count = body->count;
+    int nt = pdi_par_threads(ctx, body->bonds * 5);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int q = 0; q < parts; q++) {
+        reach[q] = 0;
+        for (int64_t i = count * q / parts; i < count * (q + 1) / parts && reach[q] <= PDI_BOND_FORCE_MAX_STEPS; i++) {
+            int32_t found = pdi_bond_force_find_max_steps(body, (int32_t)i);
+            if (found > reach[q]) reach[q] = found;
+        }
+    }
+    for (int q = 0; q < parts; q++)
+        if (reach[q] > most) most = reach[q];
+    return most;
+}
+
+PDI_FN void pdi_bond_force_list(pdi_array_visitor *owner, void *object)
+{
+    pd_springs *springs = (pd_springs *)object;
+    PDI_ARRAY(owner, springs, kind, springs->kinds, "");
+    PDI_ARRAY(owner, springs, order, springs->kinds, "1");
+    PDI_ARRAY(owner, springs, place, springs->kinds + 1, "1");
+}
+
+/* Sector of a family by the signs of a bond, in base 3: digit 0: zero, 1: positive, 2: negative. */
+static int pdi_bond_force_find_sector(const double *xi, double rounding)
+{
+    int part = 0;
+    for (int d = PD_DIM - 1; d >= 0; d--) part = 3 * part + (fabs(xi[d]) <= rounding ? 0 : xi[d] > 0.0 ? 1 : 2);
+    return part;
+}
+
+/* qsort order of bond kinds: by sector, and outward in each. */
+static int pdi_bond_force_compare_kinds(const void *a, const void *b)
+{
+    const pd_springs_kind *p = (const pd_springs_kind *)a, *q = (const pd_springs_kind *)b;
+    if (p->part != q->part) return p->part < q->part ? -1 : 1;
+    for (int d = PD_DIM - 1; d >= 0; d--) {
+        double own = fabs(p->xi[d]), other = fabs(q->xi[d]);
+        if (own < other || own > other) return own < other ? -1 : 1;
+    }
+    return 0;
+}
+
+/* Index of the lattice vector xi among all of the box of vectors. */
+static int32_t pdi_bond_force_offset_index(const pd_springs *s, const double *xi)
+{
+    int32_t box = 0;
+    for (int d = PD_DIM - 1; d >= 0; d--)
+        box = box * (2 * s->reach + 1) + (int32_t)floor(xi[d] / s->body->spacing + 0.5) + s->reach;
+    return box;
+}
+
+/* Builds the bond kinds of a lattice, and sorts them. */
+static void pdi_bond_force_sort_kinds(pd_springs *s)
+{
+    int32_t wide = 2 * s->reach + 1;
+    for (int32_t k = 0; k < s->kinds; k++) {
+        pd_springs_kind *kind = &s->kind[k];
+        double square = 0.0;
+        for (int32_t d = 0, rest = k; d < PD_DIM; rest /= wide, d++) {
+            kind->xi[d] = (rest % wide - s->reach) * s->body->spacing;
+            square += kind->xi[d] * kind->xi[d];
+        }
+        kind->over = square > 0.0 ? 1.0 / square : 0.0;
+        kind->stiff = sqrt(kind->over);
+        kind->part = pdi_bond_force_find_sector(kind->xi, 0.0);
+    }
+    qsort(s->kind, (size_t)s->kinds, sizeof *s->kind, pdi_bond_force_compare_kinds);
+    for (int32_t k = 0; k < s->kinds; k++) s->order[pdi_bond_force_offset_index(s, s->kind[k].xi)] = k;
+}
+
+PDI_FN pd_status pdi_bond_force_build(pd_ctx *ctx, pd_body *body, const pd_bond_weights *weights, pd_springs *s)
+{
+    memset(s, 0, sizeof *s);
+    s->body = body;
+    s->weights = weights;
+    s->reach = pdi_bond_force_find_extent(ctx, body);
+    s->lattice = s->reach <= PDI_BOND_FORCE_MAX_STEPS;
+    s->kinds = s->lattice ? 1 : PD_SPRINGS_PARTS;
+    for (int d = 0; d < PD_DIM && s->lattice; d++) s->kinds *= 2 * s->reach + 1;
+    pd_status status = pdi_array_registry_build(ctx, pdi_bond_force_list, s);
+    if (status == PD_OK) status = pdi_point_batch_build(ctx, body, weights, PDI_POINT_BATCH_STIFFNESS, &s->band);
+    s->band.singles = 1;
+    s->band.vectors = s->lattice;
+    if (status == PD_OK && s->lattice) pdi_bond_force_sort_kinds(s);
+    for (int k = 0; k < s->kinds && status == PD_OK && !s->lattice; k++) s->kind[k].part = k;
+    if (status < 0) pdi_bond_force_free(ctx, s);
+    return status;
+}
+
+PDI_FN void pdi_bond_force_free(pd_ctx *ctx, pd_springs *s)
+{
+    PDI_DELETE(ctx, s->room, s->of);
+    pdi_point_batch_free(ctx, &s->band);
+    pdi_array_registry_free(ctx, pdi_bond_force_list, s);
+    memset(s, 0, sizeof *s);
+}
+
+/* ---- bands ---- */
+
+PDI_FN void pdi_bond_force_compute_offset(const pd_springs *s, int32_t i, int32_t j, double *xi)
+{
+    pdi_body_compute_offset(s->body, i, j, xi);
+    for (int d = 0; d < PD_DIM && s->lattice; d++) xi[d] = floor(xi[d] / s->body->spacing + 0.5) * s->body->spacing;
+}
+
+/* Kind of a bond of batch k, by the first of its points that has it. */
+static int32_t pdi_bond_force_find_kind(const pd_springs *s, int32_t k, const pd_band_bond *bond)
+{
+    const pd_body *body = s->body;
+    int32_t i = s->band.first[k];
+    double xi[PD_DIM];
+    for (uint32_t lanes = bond->lanes; !(lanes & 1u); lanes >>= 1) i++;
+    for (int d = 0; d < PD_DIM; d++)
+        xi[d] = body->position[((int64_t)i + bond->offset) * PD_DIM + d] - body->position[(int64_t)i * PD_DIM + d];
+    return s->lattice ? s->order[pdi_bond_force_offset_index(s, xi)]
+                      : pdi_bond_force_find_sector(xi, PDI_BOND_FORCE_ROUNDING * body->horizon);
+}
+
+/* Sorts the bonds of batch k by kind; those of one kind keep their order. old, kind: work. */
+static void pdi_bond_force_sort_bonds(pd_springs *s, int32_t k, pd_band_bond *old, int32_t *kind)
+{
+    int64_t begin = s->band.begin[k], bonds = s->band.begin[k + 1] - begin;
+    memset(s->place, 0, ((size_t)s->kinds + 1) * sizeof *s->place);
+    for (int64_t b = 0; b < bonds; b++) {
+        old[b] = s->band.bond[begin + b];
+        kind[b] = pdi_bond_force_find_kind(s, k, &old[b]);
+        s->place[kind[b] + 1]++;
+    }
+    for (int32_t q = 0; q < s->kinds; q++) s->place[q + 1] += s->place[q];
+    for (int64_t b = 0; b < bonds; b++) {
+        int64_t to = begin + s->place[kind[b]]++;
+        s->band.bond[to] = old[b];
+        s->of[to] = kind[b];
+    }
+}
+
+PDI_FN pd_status pdi_bond_force_update(pd_ctx *ctx, pd_springs *s)
+{
+    pd_band_bond *old = NULL;
+    int32_t *kind = NULL;
+    int64_t longest = 1;
+    PDI_TRY(pdi_point_batch_update(ctx, &s->band));
+    if (s->room < s->band.room) {
+        PDI_TRY(PDI_GROW(ctx, "springs", s->room, s->band.room, s->of));
+        s->room = s->band.room;
+    }
+    for (int32_t k = 0; k < s->band.bands; k++)
+        if (s->band.begin[k + 1] - s->band.begin[k] > longest) longest = s->band.begin[k + 1] - s->band.begin[k];
+    pd_status status = PDI_NEW(ctx, "springs", longest, old);
+    if (status == PD_OK) status = PDI_NEW(ctx, "springs", longest, kind);
+    for (int32_t k = 0; k < s->band.bands && status == PD_OK; k++) pdi_bond_force_sort_bonds(s, k, old, kind);
+    PDI_DELETE(ctx, longest, old);
+    PDI_DELETE(ctx, longest, kind);
+    return status;
+}
+
+/* ---- forces ---- */
+
+/* Sums over the bonds of a batch. */
+typedef struct pdi_bond_force_sums {
+    double sector[PD_SPRINGS_PARTS][PD_DIM][PD_BAND_MOST]; /* sum w V (1/r - 1/|Y|) Y of each part of the family */
+    double max_e[PD_BAND_MOST], min_e[PD_BAND_MOST];       /* [-] largest and least e, and 0 */
+} pdi_bond_force_sums;
+
+/* Adds one bond of `count` points on a lattice by the series of small e; weight: w/r. Inlined with a constant mask or
+ * count. */
+PDI_INLINE void pdi_bond_force_add_bond(const double *PD_RESTRICT own, const double *PD_RESTRICT other, int64_t stride,
+                                        const pd_springs_kind *PD_RESTRICT kind, double weight, uint32_t mask,
+                                        int count, pdi_bond_force_sums *PD_RESTRICT sums)
+{
+    double(*PD_RESTRICT sum)[PD_BAND_MOST] = sums->sector[kind->part];
+    double *PD_RESTRICT high = sums->max_e, *PD_RESTRICT low = sums->min_e;
+    double xi[PD_DIM], inv_r2 = kind->over;
+    for (int d = 0; d < PD_DIM; d++) xi[d] = kind->xi[d];
+    for (int n = 0; n < count; n++) {
+        double y[PD_DIM], more = 0.0;
+        for (int d = 0; d < PD_DIM; d++) {
+            double eta = other[(PDI_POINT_BATCH_DISPLACEMENT + d) * stride + n] -
+                         own[(PDI_POINT_BATCH_DISPLACEMENT + d) * stride + n];
+            y[d] = xi[d] + eta;
+            more += eta * (xi[d] + y[d]);
+        }
+        double e = more * inv_r2;
+        if (mask != PDI_POINT_BATCH_FULL_MASK) e = (mask >> n & 1u) ? e : 0.0;
+        high[n] = e > high[n] ? e : high[n];
+        low[n] = e < low[n] ? e : low[n];
+        double share = weight * other[PDI_POINT_BATCH_VOLUME * stride + n] * (e * pdi_bond_stretch_factor_series(e));
+        for (int d = 0; d < PD_DIM; d++) sum[d][n] += share * y[d];
+    }
+}
+
+/* Sums of batch k of a lattice, valid while all |e| are within the range of the series; whole: padded count. */
+static void pdi_bond_force_sum_batch(const pd_springs *s, int32_t k, int whole, pdi_bond_force_sums *sums)
+{
+    const pd_band *band = &s->band;
+    const double *own = pdi_point_batch_get_field(band, 0) + band->first[k];
+    int64_t total = band->stride;
+    for (int64_t b = band->begin[k]; b < band->begin[k + 1]; b++) {
+        const pd_springs_kind *kind = &s->kind[s->of[b]];
+        const double *far = own + band->bond[b].offset;
+        double weight = (double)band->bond[b].weight * kind->stiff;
+        uint32_t lanes = band->bond[b].lanes;
+        if (lanes == PDI_POINT_BATCH_FULL_MASK)
+            pdi_bond_force_add_bond(own, far, total, kind, weight, PDI_POINT_BATCH_FULL_MASK, PD_BAND_MOST, sums);
+        else if (whole > 1) pdi_bond_force_add_bond(own, far, total, kind, weight, lanes, whole, sums);
+        else if (lanes) pdi_bond_force_add_bond(own, far, total, kind, weight, PDI_POINT_BATCH_FULL_MASK, 1, sums);
+    }
+}
+
+/* Energy over c/4 that a breaking bond releases: w s^2 r V_i V_j [m^(2d+1)]. */
+static double pdi_bond_force_released_energy(const pd_springs *s, const pdi_bond_force_state *state, int32_t i,
+                                             int32_t j, double weight)
+{
+    const pd_body *body = s->body;
+    double xi[PD_DIM], eta[PD_DIM], y[PD_DIM], r, length;
+    for (int d = 0; d < PD_DIM; d++) {
+        int64_t from = (int64_t)i * PD_DIM + d, to = (int64_t)j * PD_DIM + d;
+        xi[d] = body->position[to] - body->position[from];
+        eta[d] = state->u[to] - state->u[from];
+        if (state->v) eta[d] -= state->midpoint_dt * (state->v[to] - state->v[from]);
+    }
+    double stretch = pdi_body_compute_stretch(xi, eta, y, &r, &length);
+    return weight * stretch * stretch * r * body->volume[i] * body->volume[j];
+}
+
+/* Marks the bond from point i to j as broken at the end of i. */
+static void pdi_bond_force_mark_broken(pd_springs *s, int32_t i, int32_t j)
+{
+    pdi_body_mark_broken(s->body, i, pdi_body_find_bond(s->body, j, i));
+}
+
+/* Sums of point n of batch k, bond by bond: any e, any positions, and bonds break. Returns how many broke; adds to
+ * *released. */
+static int64_t pdi_bond_force_sum_point(pd_springs *s, const pdi_bond_force_state *state, int32_t k, int32_t n,
+                                        pdi_bond_force_sums *sums, double *released)
+{
+    const pd_band *band = &s->band;
+    const double *own = pdi_point_batch_get_field(band, 0) + band->first[k] + n;
+    double top = state->critical * (2.0 + state->critical);
+    int64_t total = band->stride, broken = 0;
+    for (int64_t b = band->begin[k]; b < band->begin[k + 1]; b++) {
+        pd_band_bond *bond = &band->bond[b];
+        pd_springs_kind kind = s->kind[s->of[b]];
+        const double *far = own + bond->offset;
+        double y[PD_DIM], more = 0.0, square = 0.0;
+        if (!(bond->lanes >> n & 1u)) continue;
+        for (int d = 0; d < PD_DIM; d++) {
+            double eta =
+                far[(PDI_POINT_BATCH_DISPLACEMENT + d) * total] - own[(PDI_POINT_BATCH_DISPLACEMENT + d) * total];
+            if (!s->lattice)
+                kind.xi[d] = far[(PDI_POINT_BATCH_POSITION + d) * total] - own[(PDI_POINT_BATCH_POSITION + d) * total];
+            square += kind.xi[d] * kind.xi[d];
+            y[d] = kind.xi[d] + eta;
+            more += eta * (kind.xi[d] + y[d]);
+        }
+        if (!s->lattice) kind.over = 1.0 / square, kind.stiff = sqrt(kind.over);
+        double e = more * kind.over, weight = (double)bond->weight * kind.stiff;
+        if (e > top) {
+            int32_t i = band->first[k] + n;
+            *released += pdi_bond_force_released_energy(s, state, i, i + bond->offset, (double)bond->weight);
+            pdi_bond_force_mark_broken(s, i, i + bond->offset);
+            bond->lanes &= ~((uint32_t)1 << n);
+            broken++;
+            continue;
+        }
+        double share = weight * far[PDI_POINT_BATCH_VOLUME * total] * pdi_bond_stretch_factor(e);
+        for (int d = 0; d < PD_DIM; d++) sums->sector[kind.part][d][n] += share * y[d];
+    }
+    return broken;
+}
+
+/* Sets the sums of a batch to zero. */
+static void pdi_bond_force_clear_sums(int whole, pdi_bond_force_sums *sums)
+{
+    if (whole > 1) {
+        memset(sums, 0, sizeof *sums);
+        return;
+    }
+    for (int p = 0; p < PD_SPRINGS_PARTS * PD_DIM; p++) sums->sector[p / PD_DIM][p % PD_DIM][0] = 0.0;
+    sums->max_e[0] = sums->min_e[0] = 0.0;
+}
+
+/* Adds the sums of all sectors into the first one: along each axis the middle, and the sum of both sides. */
+static void pdi_bond_force_fold_sectors(int whole, pdi_bond_force_sums *sums)
+{
+    for (int stride = 1; stride < PD_SPRINGS_PARTS; stride *= 3)
+        for (int p = 0; p < PD_SPRINGS_PARTS; p += 3 * stride)
+            for (int d = 0; d < PD_DIM; d++) {
+                double *PD_RESTRICT to = sums->sector[p][d];
+                const double *one = sums->sector[p + stride][d], *other = sums->sector[p + 2 * stride][d];
+                for (int n = 0; n < whole; n++) to[n] += one[n] + other[n];
+            }
+}
+
+/* Force densities on the points of batch k. Returns how many bonds broke, each at one end. */
+static int64_t pdi_bond_force_compute_batch(pd_springs *s, const pdi_bond_force_state *state, int32_t k,
+                                            double *released)
+{
+    int32_t i = s->band.first[k], count = s->band.first[k + 1] - i, n = 0;
+    int whole = pdi_point_batch_pad_count(count);
+    double top = pdi_min(state->critical * (2.0 + state->critical), PDI_BOND_STRETCH_SERIES_LIMIT);
+    int64_t broken = 0;
+    pdi_bond_force_sums sums;
+    pdi_bond_force_clear_sums(whole, &sums);
+    if (s->lattice) {
+        pdi_bond_force_sum_batch(s, k, whole, &sums);
+        while (n < count && sums.max_e[n] <= top && sums.min_e[n] >= -PDI_BOND_STRETCH_SERIES_LIMIT) n++;
+        if (n < count) pdi_bond_force_clear_sums(whole, &sums);
+    }
+    for (n = n < count ? 0 : count; n < count; n++) broken += pdi_bond_force_sum_point(s, state, k, n, &sums, released);
+    pdi_bond_force_fold_sectors(whole, &sums);
+    for (n = 0; n < count; n++)
+        for (int d = 0; d < PD_DIM; d++)
+            state->force[((int64_t)i + n) * PD_DIM + d] = state->modulus * sums.sector[0][d][n];
+    return broken;
+}
+
+PDI_FN int64_t pdi_bond_force_compute_force(const pd_ctx *ctx, pd_springs *s, pdi_bond_force_state *state)
+{
+    enum { parts = 256 };
+    int64_t broken[parts], all = 0, bands = s->band.bands;
+    double released[parts];
+    int nt = pdi_par_threads(ctx, s->body->bonds * 8);
+    (void)nt;
+    pdi_point_batch_set_displacements(ctx, &s->band, state->u);
+    PDI_PARALLEL_FOR(nt)
+    for (int q = 0; q < parts; q++) {
+        broken[q] = 0;
+        released[q] = 0.0;
+        for (int64_t k = bands * q / parts; k < bands * (q + 1) / parts; k++)
+            broken[q] += pdi_bond_force_compute_batch(s, state, (int32_t)k, &released[q]);
+    }
+    state->released = 0.0;
+    for (int q = 0; q < parts; q++) {
+        all += broken[q];
+        state->released += 0.25 * state->modulus * released[q];
+    }
+    return all / 2;
+}
+
+#undef PDI_BOND_FORCE_ROUNDING
+#undef PDI_BOND_FORCE_MAX_STEPS

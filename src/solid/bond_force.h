@@ -1,0 +1,62 @@
+/* bond_force: bond forces of the bond-based model, for batches of points, and breaking by critical stretch.
+ *
+ * On a lattice a bond of a batch is one vector for all points. The sum over a family is taken for each quadrant
+ * (octant) and half axis, from the middle outward, and the sums of opposite ones are added, axis by axis. A body and
+ * its mirror image then have mirrored forces to the bit, and so has a body whose points come in another order (theory:
+ * 8.2).
+ */
+#ifndef PD_BOND_FORCE_H
+#define PD_BOND_FORCE_H
+#include "solid/point_batch.h"
+
+enum { PD_SPRINGS_PARTS = PD_DIM == 1 ? 3 : PD_DIM == 2 ? 9 : 27 /* sectors of a family, by the signs of xi */ };
+
+/* Data of all bonds with one lattice vector (kind). */
+typedef struct pd_springs_kind {
+    double xi[PD_DIM]; /* [m] */
+    double over;       /* [1/m2] 1/r^2 */
+    double stiff;      /* [1/m] 1/r */
+    int part;          /* sector of the family */
+} pd_springs_kind;
+
+typedef struct pd_springs {
+    pd_body *body;
+    const pd_bond_weights *weights; /* borrowed */
+    pd_band band;
+    int lattice;            /* 1: all bonds are whole spacings along all axes */
+    int32_t reach;          /* [spacing] of a bond along an axis */
+    int32_t kinds;          /* (2 reach + 1)^PD_DIM on a lattice, else the parts of a family */
+    pd_springs_kind *kind;  /* [kinds] in the order in which sums take them */
+    int32_t *order;         /* [kinds] the kind of each lattice vector, axis 0 fastest */
+    int32_t *place;         /* [kinds + 1] work */
+    int64_t room;
+    int32_t *of;            /* [room] kind of each bond of the bands */
+} pd_springs;
+
+#ifdef PDI_INTERNAL
+/* Input and results of a force evaluation of all points. */
+typedef struct pdi_bond_force_state {
+    const double *u; /* [count][PD_DIM] [m] displacements */
+    const double *v; /* [count][PD_DIM] [m/s] or NULL: bonds that break release their energy at u - back v */
+    double midpoint_dt; /* [s] half a time step */
+    double critical;    /* [-] stretch at which bonds break */
+    double modulus;  /* [N/m^(2d)] */
+    double *force;   /* [count][PD_DIM] [N/m3] */
+    double released; /* [J] (per m in 2D, per m2 in 1D) energy of the bonds that have broken */
+} pdi_bond_force_state;
+
+/* Describes the arrays of bond kinds. */
+PDI_FN void pdi_bond_force_list(pdi_array_visitor *owner, void *springs);
+/* Finds the bond kinds of the body; body and weights are borrowed. pdi_bond_force_update has to follow. */
+PDI_FN pd_status pdi_bond_force_build(pd_ctx *ctx, pd_body *body, const pd_bond_weights *weights, pd_springs *springs);
+PDI_FN void pdi_bond_force_free(pd_ctx *ctx, pd_springs *springs);
+/* Builds the batches anew and sorts their bonds, after weights have changed or bonds have broken. */
+PDI_FN pd_status pdi_bond_force_update(pd_ctx *ctx, pd_springs *springs);
+/* Reference vector xi [m] from point i to j, rounded to whole spacings on a lattice. */
+PDI_FN void pdi_bond_force_compute_offset(const pd_springs *springs, int32_t i, int32_t j, double *xi);
+/* Force densities of all points. Bonds beyond the critical stretch break, in the body and in the batches. Returns how
+ * many. */
+PDI_FN int64_t pdi_bond_force_compute_force(const pd_ctx *ctx, pd_springs *springs, pdi_bond_force_state *state);
+#endif
+
+#endif

@@ -1,0 +1,707 @@
+/* correspondence: see correspondence.h */
+#include "solid/correspondence.h"
+#include "core/par.h"
+#include "core/vec.h"
+#include <math.h>
+#include <string.h>
+
+/* Singular shape tensor: smallest pivot over the largest entry of K below which the bonds of a family lie in a plane
+ * (3D) or on a line, and no gradient exists. */
+#define PDI_CORRESPONDENCE_MIN_PIVOT 1e-6
+
+enum {
+    PDI_CORRESPONDENCE_TENSOR = PD_DIM * PD_DIM,
+    PDI_CORRESPONDENCE_FOURTH = PD_DIM == 3   ? 15
+                                : PD_DIM == 2 ? 5
+                                              : 1
+};
+
+/* Scalar product of two vectors. */
+static inline double pdi_correspondence_dot(const double *a, const double *b)
+{
+    double sum = 0.0;
+    for (int d = 0; d < PD_DIM; d++) sum += a[d] * b[d];
+    return sum;
+}
+
+/* Current bond of point i: xi [m], 1/r^2 [1/m2], weight w V_j [m^d]. Returns 0: it is broken. */
+static inline int pdi_correspondence_get_bond(const pd_elastic *e, int32_t i, const pd_walk *f, double *xi,
+                                              double *inv_r2, double *weight)
+{
+    *weight = pdi_bond_weights_get_intact(&e->weights, i, f);
+    if (!(*weight > 0.0)) return 0;
+    pdi_body_bond_vector(e->body, i, f, xi);
+    *inv_r2 = 1.0 / pdi_correspondence_dot(xi, xi);
+    *weight *= e->body->volume[f->to];
+    return 1;
+}
+
+/* y = A x. */
+static inline void pdi_correspondence_multiply_vector(const double *a, const double *x, double *y)
+{
+    for (int p = 0; p < PD_DIM; p++) {
+        y[p] = 0.0;
+        for (int q = 0; q < PD_DIM; q++) y[p] += a[p * PD_DIM + q] * x[q];
+    }
+}
+
+/* c = a b. */
+static inline void pdi_correspondence_multiply(const double *a, const double *b, double *c)
+{
+    for (int p = 0; p < PD_DIM; p++)
+        for (int q = 0; q < PD_DIM; q++) {
+            double sum = 0.0;
+            for (int k = 0; k < PD_DIM; k++) sum += a[p * PD_DIM + k] * b[k * PD_DIM + q];
+            c[p * PD_DIM + q] = sum;
+        }
+}
+
+/* Trace of a tensor. */
+static inline double pdi_correspondence_trace(const double *a)
+{
+    double sum = 0.0;
+    for (int d = 0; d < PD_DIM; d++) sum += a[d * PD_DIM + d];
+    return sum;
+}
+
+/* Factor of E of point i. */
+static inline double pdi_correspondence_stiffness_factor(const pd_elastic *e, int32_t i)
+{
+    return e->desc.stiff ? e->desc.stiff[i] : 1.0;
+}
+
+/* Elastic stress p [Pa] of a displacement gradient h by Hooke's law, with the full E. */
+static inline void pdi_correspondence_hooke_stress(const pd_elastic *e, const double *h, double *p)
+{
+    double trace = pdi_correspondence_trace(h);
+    for (int a = 0; a < PD_DIM; a++)
+        for (int b = 0; b < PD_DIM; b++)
+            p[a * PD_DIM + b] = e->mu * (h[a * PD_DIM + b] + h[b * PD_DIM + a]) + (a == b ? e->lambda * trace : 0.0);
+}
+
+/* Non-uniform part of the displacement of a bond: z = eta - h xi [m]. Returns z.xi/r^2. */
+static inline double pdi_correspondence_compute_nonuniform(const double *h, const double *xi, const double *eta,
+                                                           double inv_r2, double *z)
+{
+    pdi_correspondence_multiply_vector(h, xi, z);
+    for (int d = 0; d < PD_DIM; d++) z[d] = eta[d] - z[d];
+    return pdi_correspondence_dot(z, xi) * inv_r2;
+}
+
+/* ---- build ---- */
+
+PDI_FN void pdi_correspondence_list(pdi_array_visitor *owner, void *object)
+{
+    pd_elastic *elastic = (pd_elastic *)object;
+    int64_t count = elastic->body ? elastic->body->count : 0;
+    PDI_ARRAY(owner, elastic, felt, count, "1");
+    PDI_ARRAY(owner, elastic, shape, count * PDI_CORRESPONDENCE_TENSOR, "1/m^(d+2)");
+    PDI_ARRAY(owner, elastic, mean, count * PDI_CORRESPONDENCE_TENSOR, "1");
+    PDI_ARRAY(owner, elastic, fourth, count * PDI_CORRESPONDENCE_FOURTH, "1");
+    PDI_ARRAY(owner, elastic, total, count, "m^d");
+    PDI_ARRAY(owner, elastic, edge, count * PD_DIM, "1/m");
+}
+
+/* Index of n_p n_q n_r n_s among the fourth moments: by how many of the indices are y, and how many z. */
+static inline int pdi_correspondence_fourth_index(int p, int q, int r, int s)
+{
+    int y = (p == 1) + (q == 1) + (r == 1) + (s == 1), z = (p == 2) + (q == 2) + (r == 2) + (s == 2);
+    return z * (11 - z) / 2 + y;
+}
+
+/* Adds a bond to the fourth moments of its family. */
+static void pdi_correspondence_add_fourth(const double *xi, double inv_r2, double weight, double *fourth)
+{
+    double x[5], y[5], z[5];
+    x[0] = weight * inv_r2 * inv_r2;
+    y[0] = z[0] = 1.0;
+    for (int k = 0; k < 4; k++) {
+        x[k + 1] = x[k] * xi[0];
+        y[k + 1] = y[k] * xi[PD_DIM > 1];
+        z[k + 1] = z[k] * xi[PD_DIM - 1];
+    }
+    for (int c = 0; c <= (PD_DIM > 2 ? 4 : 0); c++)
+        for (int b = 0; b <= (PD_DIM > 1 ? 4 - c : 0); b++)
+            fourth[c * (11 - c) / 2 + b] += x[4 - c - b] * y[b] * z[c];
+}
+
+/* Inverse shape tensor, second and fourth direction moments and total weight of the family of point i. Returns 0: the
+ * shape tensor is singular, and they are zero. */
+static int pdi_correspondence_compute_family(const pd_elastic *e, int32_t i)
+{
+    const pd_body *body = e->body;
+    double k[PDI_CORRESPONDENCE_TENSOR] = {0.0}, total = 0.0, scale = 1.0 / (body->horizon * body->horizon), xi[PD_DIM];
+    double *mean = e->mean + (int64_t)i * PDI_CORRESPONDENCE_TENSOR,
+           *shape = e->shape + (int64_t)i * PDI_CORRESPONDENCE_TENSOR;
+    double *fourth = e->fourth + (int64_t)i * PDI_CORRESPONDENCE_FOURTH;
+    for (int p = 0; p < PDI_CORRESPONDENCE_TENSOR; p++) mean[p] = 0.0;
+    for (int p = 0; p < PDI_CORRESPONDENCE_FOURTH; p++) fourth[p] = 0.0;
+    for (pd_walk f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
+        double over, weight;
+        if (!pdi_correspondence_get_bond(e, i, &f, xi, &over, &weight)) continue;
+        total += weight;
+        pdi_correspondence_add_fourth(xi, over, weight, fourth);
+        for (int p = 0; p < PD_DIM; p++)
+            for (int q = 0; q < PD_DIM; q++) {
+                k[p * PD_DIM + q] += weight * scale * xi[p] * xi[q];
+                mean[p * PD_DIM + q] += weight * xi[p] * xi[q] * over;
+            }
+    }
+    e->total[i] = total;
+    for (int p = 0; p < PDI_CORRESPONDENCE_TENSOR; p++) shape[p] = 0.0;
+    if (!(total > 0.0)) return 0;
+    for (int p = 0; p < PDI_CORRESPONDENCE_TENSOR; p++) mean[p] /= total;
+    for (int p = 0; p < PDI_CORRESPONDENCE_FOURTH; p++) fourth[p] /= total;
+    for (int p = 0; p < PDI_CORRESPONDENCE_TENSOR; p++) k[p] /= total;
+    if (!(pdi_vec_invert(k, shape) > PDI_CORRESPONDENCE_MIN_PIVOT)) {
+        for (int p = 0; p < PDI_CORRESPONDENCE_TENSOR; p++) shape[p] = 0.0;
+        return 0;
+    }
+    for (int p = 0; p < PDI_CORRESPONDENCE_TENSOR; p++) shape[p] *= scale / total;
+    return 1;
+}
+
+/* Fields of point i for the surface vectors: these are the forces of the displacements u = x with 1/w_0, A = (1 - M)
+ * K^-1, lambda = -1 and mu = 1 (theory: eq. 8.5). */
+static void pdi_correspondence_set_surface_fields(const pd_elastic *e, int32_t i)
+{
+    const double *mean = e->mean + (int64_t)i * PDI_CORRESPONDENCE_TENSOR;
+    const double *shape = e->shape + (int64_t)i * PDI_CORRESPONDENCE_TENSOR;
+    double part[PDI_CORRESPONDENCE_TENSOR], *field = pdi_point_batch_get_field(&e->band, 0) + i;
+    pdi_correspondence_multiply(mean, shape, part);
+    field[PDI_POINT_BATCH_STIFFNESS * e->band.stride] = e->total[i] > 0.0 ? 1.0 / e->total[i] : 0.0;
+    for (int p = 0; p < PDI_CORRESPONDENCE_TENSOR; p++) {
+        field[(PDI_POINT_BATCH_GRADIENT + p) * e->band.stride] = 0.0;
+        field[(PDI_POINT_BATCH_FORCE_TENSOR + p) * e->band.stride] = shape[p] - part[p];
+        if (e->band.fields > PDI_POINT_BATCH_PLASTIC_STRESS)
+            field[(PDI_POINT_BATCH_PLASTIC_STRESS + p) * e->band.stride] = 0.0;
+    }
+}
+
+/* Computes the surface vectors of all points, then stores the stiffness fields. */
+static void pdi_correspondence_compute_edges(const pd_ctx *ctx, const pd_elastic *e)
+{
+    int nt = pdi_par_threads(ctx, e->body->bonds * 20);
+    (void)nt;
+    pdi_point_batch_set_displacements(ctx, &e->band, e->body->position);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < e->body->count; i++) pdi_correspondence_set_surface_fields(e, i);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t k = 0; k < e->band.bands; k++) pdi_point_batch_compute_force(&e->band, k, -1.0, 1.0, e->edge);
+    for (int32_t i = 0; i < e->body->count; i++)
+        pdi_point_batch_get_field(&e->band, PDI_POINT_BATCH_STIFFNESS)[i] *= pdi_correspondence_stiffness_factor(e, i);
+}
+
+/* Tensors of all families. Returns the first point with a singular shape tensor; -1: none. */
+static int32_t pdi_correspondence_compute_families(const pd_ctx *ctx, const pd_elastic *e)
+{
+    const pd_body *body = e->body;
+    int32_t flat = -1;
+    int nt = pdi_par_threads(ctx, body->bonds * 40);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++)
+        if (!pdi_correspondence_compute_family(e, i)) e->total[i] = 0.0;
+    for (int32_t i = body->count - 1; i >= 0; i--)
+        if (!(e->total[i] > 0.0) && (!e->desc.loose || pdi_body_count_intact(body, i))) flat = i;
+    return flat;
+}
+
+pd_status pd_elastic_update(pd_ctx *ctx, pd_elastic *e)
+{
+    const pd_body *body = e->body;
+    int32_t flat = pdi_correspondence_compute_families(ctx, e);
+    while (flat >= 0 && e->desc.loose) {
+        for (int32_t i = flat; i < body->count; i++)
+            if (!(e->total[i] > 0.0)) e->lost += pdi_body_break_all_bonds(e->body, i);
+        flat = pdi_correspondence_compute_families(ctx, e);
+    }
+    if (flat >= 0)
+        return pdi_fail(ctx, PD_ERR_GEOMETRY, "elastic",
+                        "the %.0f bonds of point %d at x = %g m do not span all directions: the body is too thin there "
+                        "for its horizon",
+                        (double)pdi_body_count_intact(body, flat), (int)flat, body->position[(int64_t)flat * PD_DIM]);
+    PDI_TRY(pdi_point_batch_update(ctx, &e->band));
+    pdi_correspondence_compute_edges(ctx, e);
+    return PD_OK;
+}
+
+/* Inner part of the build; after an error the caller frees. */
+static pd_status pdi_correspondence_build_inner(pd_ctx *ctx, pd_body *body, const pd_elastic_desc *desc, pd_elastic *e)
+{
+    double nu = PD_DIM == 1 ? 0.0 : desc->poisson;
+    memset(e, 0, sizeof *e);
+    if (!(desc->young > 0.0) || !(desc->young < 1e100) || !(nu > -1.0) || !(nu < 0.5))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "elastic",
+                        "E = %g Pa and nu = %g, expected a finite positive E and nu between -1 and 0.5", desc->young,
+                        desc->poisson);
+    if (!(desc->yield >= 0.0) || !(desc->yield < 1e100) || !(desc->hardening >= 0.0) || !(desc->hardening < 1e100) ||
+        (desc->yield > 0.0 && PD_DIM == 2 && desc->plane == PD_PLANE_STRESS))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "elastic", "a yield stress of %g Pa that hardens by %g Pa: expected "
+                        "finite and positive values, and in 2D plane strain", desc->yield, desc->hardening);
+    e->desc = *desc;
+    e->body = body;
+    e->mu = PD_DIM == 1 ? 0.0 : 0.5 * desc->young / (1.0 + nu);
+    e->lambda = PD_DIM == 1 ? desc->young : desc->young * nu / ((1.0 + nu) * (1.0 - 2.0 * nu));
+    if (PD_DIM == 2 && desc->plane == PD_PLANE_STRESS) e->lambda = desc->young * nu / (1.0 - nu * nu);
+    e->plastic.count = desc->yield > 0.0 ? body->count : 0;
+    e->plastic.shear = PD_DIM == 1 ? desc->young : e->mu;
+    e->plastic.yield = desc->yield;
+    e->plastic.hardening = desc->hardening;
+    PDI_TRY(pdi_array_registry_build(ctx, pdi_correspondence_list, e));
+    PDI_TRY(pdi_array_registry_build(ctx, pdi_j2_plasticity_list, &e->plastic));
+    pdi_body_mark_influential(body, e->felt);
+    PDI_TRY(pdi_bond_weights_build(ctx, body, &e->weights));
+    PDI_TRY(pdi_bond_weights_compute_influence(ctx, &e->weights, desc->influence));
+    PDI_TRY(pdi_point_batch_build(ctx, body, &e->weights,
+                                  e->plastic.count > 0 ? PDI_POINT_BATCH_FIELDS : PDI_POINT_BATCH_PLASTIC_STRESS,
+                                  &e->band));
+    return pd_elastic_update(ctx, e);
+}
+
+pd_status pd_elastic_build(pd_ctx *ctx, pd_body *body, const pd_elastic_desc *desc, pd_elastic *e)
+{
+    pd_status status = pdi_correspondence_build_inner(ctx, body, desc, e);
+    if (status < 0) pd_elastic_free(ctx, e);
+    return status;
+}
+
+void pd_elastic_free(pd_ctx *ctx, pd_elastic *e)
+{
+    pdi_point_batch_free(ctx, &e->band);
+    pdi_bond_weights_free(ctx, &e->weights);
+    pdi_array_registry_free(ctx, pdi_j2_plasticity_list, &e->plastic);
+    pdi_array_registry_free(ctx, pdi_correspondence_list, e);
+    memset(e, 0, sizeof *e);
+}
+
+/* ---- forces ---- */
+
+/* eta = u_j - u_i [m]. */
+static inline void pdi_correspondence_relative_displacement(const double *u, int32_t i, int32_t j, double *eta)
+{
+    const double *from = u + (int64_t)i * PD_DIM, *to = u + (int64_t)j * PD_DIM;
+    for (int d = 0; d < PD_DIM; d++) eta[d] = to[d] - from[d];
+}
+
+/* Displacement gradient h of point i, number n of its batch; average, unless NULL: mean of the bond gradients H_b. */
+static void pdi_correspondence_compute_gradient(const pd_elastic *e, const pdi_point_batch_sums *sums, int32_t i,
+                                                int32_t n, double *h, double *average)
+{
+    double sum[PDI_CORRESPONDENCE_TENSOR], part[PDI_CORRESPONDENCE_TENSOR], total = e->total[i];
+    for (int p = 0; p < PDI_CORRESPONDENCE_TENSOR; p++) sum[p] = sums->moment[p][n];
+    pdi_correspondence_multiply(sum, e->shape + (int64_t)i * PDI_CORRESPONDENCE_TENSOR, h);
+    if (!average) return;
+    pdi_correspondence_multiply(h, e->mean + (int64_t)i * PDI_CORRESPONDENCE_TENSOR, part);
+    for (int p = 0; p < PDI_CORRESPONDENCE_TENSOR; p++)
+        average[p] = h[p] + (total > 0.0 ? sums->unit_moment[p][n] / total - part[p] : 0.0);
+}
+
+/* Mean over the family of point i of the stress from the non-uniform parts z of bonds, times (1 - n n^T). z gives
+ * lambda s 1 + mu (z n^T + n z^T)/r with s = z.n/r; the means of s, s n n^T and n z^T follow from sums over eta and
+ * from direction moments. */
+static void pdi_correspondence_compute_nonuniform_moment(const pd_elastic *e, const pdi_point_batch_sums *sums,
+                                                         int32_t i, int32_t n, const double *h, double *moment)
+{
+    const double *mean = e->mean + (int64_t)i * PDI_CORRESPONDENCE_TENSOR;
+    const double *fourth = e->fourth + (int64_t)i * PDI_CORRESPONDENCE_FOURTH;
+    double over = 1.0 / e->total[i], stretch = 0.0;
+    for (int d = 0; d < PD_DIM; d++) stretch += over * sums->unit_moment[d * PD_DIM + d][n];
+    for (int p = 0; p < PDI_CORRESPONDENCE_TENSOR; p++) stretch -= h[p] * mean[p];
+    for (int p = 0; p < PD_DIM; p++)
+        for (int q = 0; q < PD_DIM; q++) {
+            double line = over * sums->axial_moment[p < q ? p * PD_DIM + q : q * PD_DIM + p][n];
+            double across = over * sums->unit_moment[q * PD_DIM + p][n];
+            for (int r = 0; r < PD_DIM; r++) {
+                across -= mean[p * PD_DIM + r] * h[q * PD_DIM + r];
+                for (int s = 0; s < PD_DIM; s++)
+                    line -= fourth[pdi_correspondence_fourth_index(p, q, r, s)] * h[r * PD_DIM + s];
+            }
+            moment[p * PD_DIM + q] = e->lambda * ((p == q ? stretch : 0.0) - line) + e->mu * (across - line);
+        }
+}
+
+/* Fields of point i that bonds read: the tensors of eq. 8.4 for the gradient h. */
+static void pdi_correspondence_set_force_fields(const pd_elastic *e, const pdi_point_batch_sums *sums, int32_t i,
+                                                int32_t n, const double *h)
+{
+    const double *mean = e->mean + (int64_t)i * PDI_CORRESPONDENCE_TENSOR;
+    double sum[PDI_CORRESPONDENCE_TENSOR] = {0.0}, stress[PDI_CORRESPONDENCE_TENSOR], part[PDI_CORRESPONDENCE_TENSOR];
+    double *field = pdi_point_batch_get_field(&e->band, 0) + i,
+           share = field[PDI_POINT_BATCH_STIFFNESS * e->band.stride];
+    if (e->total[i] > 0.0) pdi_correspondence_compute_nonuniform_moment(e, sums, i, n, h, sum);
+    pdi_correspondence_hooke_stress(e, h, stress);
+    for (int p = 0; p < PDI_CORRESPONDENCE_TENSOR && e->plastic.count; p++) {
+        double relief = e->plastic.relief[(int64_t)i * PDI_CORRESPONDENCE_TENSOR + p];
+        stress[p] -= relief;
+        field[(PDI_POINT_BATCH_PLASTIC_STRESS + p) * e->band.stride] = share * relief;
+    }
+    pdi_correspondence_multiply(stress, mean, part);
+    for (int p = 0; p < PDI_CORRESPONDENCE_TENSOR; p++)
+        sum[p] = pdi_correspondence_stiffness_factor(e, i) * (sum[p] + stress[p] - part[p]);
+    pdi_correspondence_multiply(sum, e->shape + (int64_t)i * PDI_CORRESPONDENCE_TENSOR, part);
+    for (int p = 0; p < PDI_CORRESPONDENCE_TENSOR; p++) {
+        int q = p % PD_DIM * PD_DIM + p / PD_DIM;
+        field[(PDI_POINT_BATCH_FORCE_TENSOR + p) * e->band.stride] = part[p];
+        field[(PDI_POINT_BATCH_GRADIENT + p) * e->band.stride] = share * h[q];
+    }
+}
+
+/* 1: forces on real points depend on the families of batch k. */
+static int pdi_correspondence_batch_is_influential(const pd_elastic *e, int32_t k)
+{
+    for (int32_t i = e->band.first[k]; i < e->band.first[k + 1]; i++)
+        if (e->felt[i]) return 1;
+    return 0;
+}
+
+/* First pass of a force: gradients, plastic strains and force tensors of all families at displacements u. tangent 1: u
+ * is an increment, and the plastic part is its derivative (tangent). */
+static void pdi_correspondence_update_fields(const pd_ctx *ctx, const pd_elastic *e, const double *u, int tangent)
+{
+    int nt = pdi_par_threads(ctx, e->body->bonds * 40);
+    (void)nt;
+    pdi_point_batch_set_displacements(ctx, &e->band, u);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t k = 0; k < e->band.bands; k++) {
+        pdi_point_batch_sums sums;
+        if (!pdi_correspondence_batch_is_influential(e, k)) continue;
+        int32_t count = pdi_point_batch_compute_sums(&e->band, k, &sums);
+        for (int32_t n = 0; n < count; n++) {
+            double h[PDI_CORRESPONDENCE_TENSOR], average[PDI_CORRESPONDENCE_TENSOR];
+            int32_t i = e->band.first[k] + n;
+            pdi_correspondence_compute_gradient(e, &sums, i, n, h, e->plastic.count ? average : NULL);
+            if (e->plastic.count && tangent) pdi_j2_plasticity_apply_tangent(&e->plastic, i, average);
+            else if (e->plastic.count) pdi_j2_plasticity_return_map(&e->plastic, i, average);
+            pdi_correspondence_set_force_fields(e, &sums, i, n, h);
+        }
+    }
+}
+
+/* Second pass of a force: sums over bonds, into force [count][PD_DIM] [N/m3]. */
+static void pdi_correspondence_sum_forces(const pd_ctx *ctx, const pd_elastic *e, double *force)
+{
+    int nt = pdi_par_threads(ctx, e->body->bonds * 40);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t k = 0; k < e->band.bands; k++)
+        if (e->band.first[k] < e->body->own) pdi_point_batch_compute_force(&e->band, k, e->lambda, e->mu, force);
+}
+
+void pd_elastic_force(const pd_ctx *ctx, const pd_elastic *e, const double *u, double *force)
+{
+    pdi_correspondence_update_fields(ctx, e, u, 0);
+    pdi_correspondence_sum_forces(ctx, e, force);
+}
+
+/* w_0 times the energy density of the family of point i [J m^d/m3]. bond_energy [bonds]: energy density of bonds
+ * times w [J/m3]; may be NULL. */
+static double pdi_correspondence_family_energy(const pd_elastic *e, const double *u, int32_t i, const double *h,
+                                               double *bond_energy)
+{
+    double own[PDI_CORRESPONDENCE_TENSOR], p[PDI_CORRESPONDENCE_TENSOR], xi[PD_DIM], eta[PD_DIM], z[PD_DIM], sum = 0.0;
+    for (pd_walk f = pdi_body_bonds_begin(e->body, i); pdi_body_bonds_next(&f);) {
+        double over, weight, density = 0.0;
+        if (bond_energy) bond_energy[pdi_body_bond_number(&f)] = 0.0;
+        if (!pdi_correspondence_get_bond(e, i, &f, xi, &over, &weight)) continue;
+        pdi_correspondence_relative_displacement(u, i, f.to, eta);
+        pdi_correspondence_compute_nonuniform(h, xi, eta, over, z);
+        for (int k = 0; k < PDI_CORRESPONDENCE_TENSOR; k++) own[k] = h[k] + z[k / PD_DIM] * xi[k % PD_DIM] * over;
+        pdi_correspondence_hooke_stress(e, own, p);
+        for (int k = 0; k < PDI_CORRESPONDENCE_TENSOR; k++) density += 0.5 * p[k] * own[k];
+        sum += weight * density;
+        if (bond_energy)
+            bond_energy[pdi_body_bond_number(&f)] = (double)pdi_bond_weights_get(&e->weights, i, &f) * density;
+    }
+    return sum;
+}
+
+/* Energy density [J/m3] of point i, number n of its batch, less that of the plastic strain. */
+static double pdi_correspondence_energy_density(const pd_elastic *e, const double *u, const pdi_point_batch_sums *sums,
+                                                int32_t i, int32_t n)
+{
+    double h[PDI_CORRESPONDENCE_TENSOR], average[PDI_CORRESPONDENCE_TENSOR], density;
+    if (!(e->total[i] > 0.0)) return 0.0;
+    pdi_correspondence_compute_gradient(e, sums, i, n, h, average);
+    density = pdi_correspondence_family_energy(e, u, i, h, NULL) / e->total[i];
+    if (e->plastic.count) {
+        pdi_j2_plasticity_return_map(&e->plastic, i, average);
+        density -= pdi_j2_plasticity_energy_relief(&e->plastic, i, average);
+    }
+    return pdi_correspondence_stiffness_factor(e, i) * density;
+}
+
+double pd_elastic_energy(const pd_ctx *ctx, const pd_elastic *e, const double *u)
+{
+    pdi_compensated_sum all = {0.0, 0.0};
+    pdi_point_batch_sums sums;
+    pdi_point_batch_set_displacements(ctx, &e->band, u);
+    for (int32_t k = 0; k < e->band.bands; k++) {
+        int32_t count = pdi_point_batch_compute_sums(&e->band, k, &sums);
+        for (int32_t n = 0; n < count; n++) {
+            int32_t i = e->band.first[k] + n;
+            pdi_compensated_sum_add(&all, e->body->volume[i] * pdi_correspondence_energy_density(e, u, &sums, i, n));
+        }
+    }
+    return pdi_compensated_sum_total(&all);
+}
+
+/* Stress p [Pa] of point i by its gradient h, or with plasticity by the mean gradient of its bonds; 0 without bonds. */
+static void pdi_correspondence_point_stress(const pd_elastic *e, int32_t i, const double *h, const double *average,
+                                            double *p)
+{
+    for (int k = 0; k < PDI_CORRESPONDENCE_TENSOR; k++) p[k] = 0.0;
+    if (!(e->total[i] > 0.0)) return;
+    if (e->plastic.count) pdi_j2_plasticity_return_map(&e->plastic, i, average);
+    pdi_correspondence_hooke_stress(e, e->plastic.count ? average : h, p);
+    for (int k = 0; k < PDI_CORRESPONDENCE_TENSOR; k++) {
+        if (e->plastic.count) p[k] -= e->plastic.relief[(int64_t)i * PDI_CORRESPONDENCE_TENSOR + k];
+        p[k] *= pdi_correspondence_stiffness_factor(e, i);
+    }
+}
+
+void pd_elastic_stress(const pd_ctx *ctx, const pd_elastic *e, const double *u, double *stress)
+{
+    int nt = pdi_par_threads(ctx, e->body->bonds * 20);
+    (void)nt;
+    pdi_point_batch_set_displacements(ctx, &e->band, u);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t k = 0; k < e->band.bands; k++) {
+        pdi_point_batch_sums sums;
+        int32_t count = pdi_point_batch_compute_sums(&e->band, k, &sums);
+        for (int32_t n = 0; n < count; n++) {
+            double h[PDI_CORRESPONDENCE_TENSOR], average[PDI_CORRESPONDENCE_TENSOR];
+            int32_t i = e->band.first[k] + n;
+            pdi_correspondence_compute_gradient(e, &sums, i, n, h, average);
+            pdi_correspondence_point_stress(e, i, h, average, stress + (int64_t)i * PDI_CORRESPONDENCE_TENSOR);
+        }
+    }
+}
+
+/* ---- what solvers see ---- */
+
+/* pd_solid.force. */
+static pd_status pdi_correspondence_ops_force(pd_ctx *ctx, void *self, const double *u, double *force)
+{
+    pd_elastic_force(ctx, (const pd_elastic *)self, u, force);
+    return PD_OK;
+}
+
+/* pd_solid.tangent. */
+static void pdi_correspondence_ops_tangent(const pd_ctx *ctx, void *self, const double *du, double *df)
+{
+    pdi_correspondence_update_fields(ctx, (const pd_elastic *)self, du, 1);
+    pdi_correspondence_sum_forces(ctx, (const pd_elastic *)self, df);
+}
+
+/* pd_solid.blocks: each bond gives (mu 1 + (lambda + mu) n n^T)/r^2 of both families, as if the other points did not
+ * move. */
+static void pdi_correspondence_ops_blocks(const pd_ctx *ctx, void *self, double *block)
+{
+    const pd_elastic *e = (const pd_elastic *)self;
+    const pd_body *body = e->body;
+    int nt = pdi_par_threads(ctx, body->bonds * 20);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) {
+        double *a = block + (int64_t)i * PDI_CORRESPONDENCE_TENSOR, xi[PD_DIM];
+        for (int p = 0; p < PDI_CORRESPONDENCE_TENSOR; p++) a[p] = 0.0;
+        for (pd_walk f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
+            double over, weight;
+            if (!pdi_correspondence_get_bond(e, i, &f, xi, &over, &weight)) continue;
+            double share = weight * body->volume[i] * over *
+                           (pdi_correspondence_stiffness_factor(e, i) / e->total[i] +
+                            pdi_correspondence_stiffness_factor(e, f.to) / e->total[f.to]);
+            for (int p = 0; p < PDI_CORRESPONDENCE_TENSOR; p++) {
+                int row = p / PD_DIM, column = p % PD_DIM;
+                a[p] += share * ((row == column ? e->mu : 0.0) + (e->lambda + e->mu) * xi[row] * xi[column] * over);
+            }
+        }
+    }
+}
+
+/* pd_solid.moduli: Lame's moduli of each point, averaged with its neighbours, since a bond has the stiffness of both
+ * families. */
+static void pdi_correspondence_ops_moduli(const pd_ctx *ctx, void *self, double *lambda, double *mu)
+{
+    const pd_elastic *e = (const pd_elastic *)self;
+    const pd_body *body = e->body;
+    int nt = pdi_par_threads(ctx, body->bonds * 4);
+    (void)nt;
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t i = 0; i < body->count; i++) {
+        double sum = 0.0, own = pdi_correspondence_stiffness_factor(e, i);
+        for (pd_walk f = pdi_body_bonds_begin(body, i); e->desc.stiff && e->total[i] > 0.0 && pdi_body_bonds_next(&f);)
+            sum += pdi_bond_weights_get_intact(&e->weights, i, &f) * body->volume[f.to] *
+                   (pdi_correspondence_stiffness_factor(e, f.to) - own);
+        double part = own + (sum != 0.0 ? 0.5 * sum / e->total[i] : 0.0);
+        lambda[i] = part * e->lambda;
+        mu[i] = part * e->mu;
+    }
+}
+
+/* pd_solid.energy. */
+static double pdi_correspondence_ops_energy(const pd_ctx *ctx, void *self, const double *u)
+{
+    return pd_elastic_energy(ctx, (const pd_elastic *)self, u);
+}
+
+/* pd_solid.bond_energy, without plasticity. */
+static void pdi_correspondence_ops_bond_energy(const pd_ctx *ctx, void *self, const double *u, double *energy)
+{
+    const pd_elastic *e = (const pd_elastic *)self;
+    int nt = pdi_par_threads(ctx, e->body->bonds * 40);
+    (void)nt;
+    pdi_point_batch_set_displacements(ctx, &e->band, u);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t k = 0; k < e->band.bands; k++) {
+        pdi_point_batch_sums sums;
+        int32_t count = pdi_point_batch_compute_sums(&e->band, k, &sums);
+        for (int32_t n = 0; n < count; n++) {
+            double h[PDI_CORRESPONDENCE_TENSOR], share;
+            int32_t i = e->band.first[k] + n;
+            share = e->total[i] > 0.0 ? pdi_correspondence_stiffness_factor(e, i) / e->total[i] : 0.0;
+            pdi_correspondence_compute_gradient(e, &sums, i, n, h, NULL);
+            pdi_correspondence_family_energy(e, u, i, h, energy);
+            for (int64_t b = e->body->row[i]; b < e->body->row[i + 1]; b++) energy[b] *= share;
+        }
+    }
+}
+
+/* pd_solid.density. */
+static void pdi_correspondence_ops_density(const pd_ctx *ctx, void *self, const double *u, double *density)
+{
+    const pd_elastic *e = (const pd_elastic *)self;
+    int nt = pdi_par_threads(ctx, e->body->bonds * 40);
+    (void)nt;
+    pdi_point_batch_set_displacements(ctx, &e->band, u);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t k = 0; k < e->band.bands; k++) {
+        pdi_point_batch_sums sums;
+        int32_t count = pdi_point_batch_compute_sums(&e->band, k, &sums);
+        for (int32_t n = 0; n < count; n++)
+            density[e->band.first[k] + n] = pdi_correspondence_energy_density(e, u, &sums, e->band.first[k] + n, n);
+    }
+}
+
+/* pd_solid.slip: equivalent plastic strain. */
+static void pdi_correspondence_ops_plastic_strain(const pd_ctx *ctx, const void *self, double *strain)
+{
+    const pd_elastic *e = (const pd_elastic *)self;
+    (void)ctx;
+    memcpy(strain, e->plastic.slip, (size_t)e->body->count * sizeof *strain);
+}
+
+/* pd_solid.stress. */
+static void pdi_correspondence_ops_stress(const pd_ctx *ctx, void *self, const double *u, double *stress)
+{
+    pd_elastic_stress(ctx, (const pd_elastic *)self, u, stress);
+}
+
+/* pd_solid.dissipated: plastic dissipation. */
+static double pdi_correspondence_ops_dissipated(const void *self)
+{
+    const pd_elastic *e = (const pd_elastic *)self;
+    pdi_compensated_sum all = {0.0, 0.0};
+    for (int32_t i = 0; i < e->body->own && e->plastic.count; i++)
+        pdi_compensated_sum_add(&all, e->body->volume[i] * pdi_correspondence_stiffness_factor(e, i) *
+                                          pdi_j2_plasticity_dissipated(&e->plastic, i));
+    return pdi_compensated_sum_total(&all);
+}
+
+/* pd_solid.normal: out-of-plane stress in plane strain, with the out-of-plane plastic strain; 0 in plane stress. */
+static double pdi_correspondence_ops_normal_stress(const void *self, int32_t i, const double *stress)
+{
+    const pd_elastic *e = (const pd_elastic *)self;
+    double stiff = pdi_correspondence_stiffness_factor(e, i), relief = 0.0;
+    if (PD_DIM != 2 || e->desc.plane == PD_PLANE_STRESS || !(stiff > 0.0) || !(e->total[i] > 0.0)) return 0.0;
+    if (e->plastic.count) relief = pdi_correspondence_trace(e->plastic.relief + (int64_t)i * PDI_CORRESPONDENCE_TENSOR);
+    double trace = (pdi_correspondence_trace(stress) / stiff + relief) / (2.0 * (e->lambda + e->mu));
+    return stiff * (e->lambda * trace + relief);
+}
+
+/* pd_solid.update. */
+static pd_status pdi_correspondence_ops_update(pd_ctx *ctx, void *self)
+{
+    return pd_elastic_update(ctx, (pd_elastic *)self);
+}
+
+/* pd_solid.commit: the plastic strains of the step to u become the state. */
+static pd_status pdi_correspondence_ops_commit(pd_ctx *ctx, void *self, const double *u)
+{
+    const pd_elastic *e = (const pd_elastic *)self;
+    int nt = pdi_par_threads(ctx, e->body->bonds * 20);
+    (void)nt;
+    if (!e->plastic.count) return PD_OK;
+    pdi_point_batch_set_displacements(ctx, &e->band, u);
+    PDI_PARALLEL_FOR(nt)
+    for (int32_t k = 0; k < e->band.bands; k++) {
+        pdi_point_batch_sums sums;
+        int32_t count = pdi_point_batch_compute_sums(&e->band, k, &sums);
+        for (int32_t n = 0; n < count; n++) {
+            double h[PDI_CORRESPONDENCE_TENSOR], average[PDI_CORRESPONDENCE_TENSOR];
+            int32_t i = e->band.first[k] + n;
+            pdi_correspondence_compute_gradient(e, &sums, i, n, h, average);
+            if (e->total[i] > 0.0) pdi_j2_plasticity_commit(&e->plastic, i, average);
+        }
+    }
+    return PD_OK;
+}
+
+/* pd_solid.store: broken bonds and plastic strains. */
+static pd_status pdi_correspondence_ops_store(pd_ctx *ctx, void *self, pd_archive *archive)
+{
+    pd_elastic *e = (pd_elastic *)self;
+    PDI_TRY(pdi_array_registry_store(ctx, pdi_body_list_state, e->body, archive));
+    if (e->plastic.count) PDI_TRY(pdi_array_registry_store(ctx, pdi_j2_plasticity_list, &e->plastic, archive));
+    return archive->reading ? pd_elastic_update(ctx, e) : PD_OK;
+}
+
+/* pd_solid.limit: upper bound of the highest frequency. |H|^2 is at most tr K^-1 times sum w V |eta|^2, and |eta|^2 at
+ * most twice the squares of both ends. */
+static double pdi_correspondence_ops_stable_step(const void *self, double density)
+{
+    const pd_elastic *e = (const pd_elastic *)self;
+    double most = 0.0, modulus = 2.0 * e->mu + pdi_max(PD_DIM * e->lambda, 0.0);
+    for (int32_t i = 0; i < e->body->count; i++) {
+        double sum = 0.0, xi[PD_DIM], own = pdi_correspondence_trace(e->shape + (int64_t)i * PDI_CORRESPONDENCE_TENSOR);
+        for (pd_walk f = pdi_body_bonds_begin(e->body, i); pdi_body_bonds_next(&f);) {
+            double over, weight;
+            if (!pdi_correspondence_get_bond(e, i, &f, xi, &over, &weight)) continue;
+            double other = pdi_correspondence_trace(e->shape + (int64_t)f.to * PDI_CORRESPONDENCE_TENSOR);
+            sum += weight * (pdi_correspondence_stiffness_factor(e, i) * (over / e->total[i] + own) +
+                             pdi_correspondence_stiffness_factor(e, f.to) * (over / e->total[f.to] + other));
+        }
+        most = pdi_max(most, sum * modulus);
+    }
+    return most > 0.0 ? sqrt(2.0 * density / most) : HUGE_VAL;
+}
+
+pd_solid pd_elastic_solid(pd_elastic *e)
+{
+    pd_solid solid;
+    memset(&solid, 0, sizeof solid);
+    solid.name = "elastic";
+    solid.self = e;
+    solid.body = e->body;
+    solid.edge = e->edge;
+    solid.linear = !e->plastic.count;
+    solid.force = pdi_correspondence_ops_force;
+    solid.tangent = pdi_correspondence_ops_tangent;
+    solid.blocks = pdi_correspondence_ops_blocks;
+    solid.moduli = pdi_correspondence_ops_moduli;
+    solid.energy = pdi_correspondence_ops_energy;
+    if (!e->plastic.count) solid.bond_energy = pdi_correspondence_ops_bond_energy;
+    solid.stress = pdi_correspondence_ops_stress;
+    solid.normal = pdi_correspondence_ops_normal_stress;
+    solid.density = pdi_correspondence_ops_density;
+    if (e->plastic.count) solid.dissipated = pdi_correspondence_ops_dissipated;
+    if (e->plastic.count) solid.slip = pdi_correspondence_ops_plastic_strain;
+    solid.update = pdi_correspondence_ops_update;
+    solid.commit = pdi_correspondence_ops_commit;
+    solid.limit = pdi_correspondence_ops_stable_step;
+    solid.store = pdi_correspondence_ops_store;
+    return solid;
+}
+
+#undef PDI_CORRESPONDENCE_MIN_PIVOT

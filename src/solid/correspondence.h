@@ -1,0 +1,84 @@
+/* correspondence: bond-associated correspondence model (non-ordinary state-based) of small strains, with J2 plasticity.
+ *
+ * The family of point i has the displacement gradient  H = sum w V_j eta (K^-1 xi)^T,  K = sum w V_j xi xi^T,  with
+ * eta = u_j - u_i. A bond has its own, H_b = H + (eta - H xi) xi^T/r^2, which gives the bond its true elongation: there
+ * are no zero-energy modes. The energy density is W = (1/w_0) sum w V_j psi(H_b), w_0 = sum w V_j, and forces are its
+ * derivative: they are symmetric, and there is no parameter. Linear fields are exact in every family, whole or cut, for
+ * any Poisson ratio.
+ *
+ * Sources: Breitzman and Dayal 2018 (bond-level deformation gradient); Behzadinasab and Foster 2020 (semi-Lagrangian
+ * correspondence, eq. 16); Silling, Epton, Weckner, Xu and Askari 2007 (states).
+ */
+#ifndef PD_CORRESPONDENCE_H
+#define PD_CORRESPONDENCE_H
+#include "solid/point_batch.h"
+#include "solid/j2_plasticity.h"
+#include "solid/material_interface.h"
+
+typedef enum pd_plane {
+    PD_PLANE_STRAIN = 0,
+    PD_PLANE_STRESS
+} pd_plane;
+
+typedef struct pd_elastic_desc {
+    double young;   /* [Pa] E */
+    double poisson; /* [-] -1 < nu < 1/2; 1D takes none, and E is that of a bar */
+    pd_plane plane; /* of 2D */
+    pd_influence influence;
+    const double *stiff; /* [count] [-] factor of E and of the yield stress of a point; NULL: 1. Borrowed, may change
+                          * before pd_elastic_update */
+    double yield;        /* [Pa] von Mises yield stress; 0: no plasticity */
+    double hardening;    /* [Pa] isotropic hardening modulus */
+    int loose;           /* 1: a point with a singular shape tensor loses its bonds; 0: it is an error */
+} pd_elastic_desc;
+
+typedef struct pd_elastic {
+    pd_elastic_desc desc;
+    pd_body *body;
+    double lambda, mu; /* [Pa] stress = lambda tr(e) 1 + 2 mu e, with the lambda of the plane */
+    pd_bond_weights weights; /* w */
+    uint8_t *felt;     /* [count] 1: forces on real points depend on this family; 0: only those on mirror images */
+    double *shape;     /* [count][PD_DIM^2] [1/m^(d+2)] K^-1 */
+    double *mean;      /* [count][PD_DIM^2] [-] (1/w_0) sum w V_j n n^T, n = xi/r */
+    double *fourth;    /* [count][15, 2D 5, 1D 1] [-] mean of n n n n: its monomials, by powers of z, then y */
+    double *total;     /* [count] [m^d] w_0 */
+    double *edge;      /* [count][PD_DIM] [1/m] see pd_elastic_update */
+    pd_band band;      /* batches of points for the sums over bonds */
+    pd_plastic plastic; /* plastic strains; plastic.count 0: none */
+    int64_t lost;      /* bonds broken at points whose bonds did not span all directions (desc.loose) */
+} pd_elastic;
+
+#define pd_elastic_build PD_NAME(pd_elastic_build)
+#define pd_elastic_update PD_NAME(pd_elastic_update)
+#define pd_elastic_force PD_NAME(pd_elastic_force)
+#define pd_elastic_energy PD_NAME(pd_elastic_energy)
+#define pd_elastic_stress PD_NAME(pd_elastic_stress)
+#define pd_elastic_solid PD_NAME(pd_elastic_solid)
+#define pd_elastic_free PD_NAME(pd_elastic_free)
+
+/* The body is borrowed. PD_ERR_ARGUMENT: a modulus out of range, plane stress of a metal that flows. PD_ERR_GEOMETRY:
+ * as of pd_elastic_update. */
+PD_API pd_status pd_elastic_build(pd_ctx *ctx, pd_body *body, const pd_elastic_desc *desc, pd_elastic *elastic);
+/* Bonds have broken: shape tensors, and the normals of the surface. A uniform stress P gives the point the force
+ * density P edge: zero in the bulk, and over the layer at a surface of normal n  sum V edge = -n  per area. So a
+ * traction t = P n on it is the load -P edge, and a uniform stress in a body of any shape is in balance to rounding
+ * (theory: eq. 8.5). PD_ERR_GEOMETRY: the bonds of a point do not span all directions (the message names it). */
+PD_API pd_status pd_elastic_update(pd_ctx *ctx, pd_elastic *elastic);
+/* force [count][PD_DIM] [N/m3] of displacements u [count][PD_DIM] [m] (theory: eq. 8.4). Those of images behind planes
+ * of symmetry are not computed, at least in part. With plasticity the plastic strain is that of a step from the last
+ * committed state to u (theory, 8.1). */
+PD_API void pd_elastic_force(const pd_ctx *ctx, const pd_elastic *elastic, const double *u, double *force);
+/* Energy [J] (per m in 2D, per m2 in 1D) of displacements u [count][PD_DIM] [m] (theory: eq. 8.3). */
+PD_API double pd_elastic_energy(const pd_ctx *ctx, const pd_elastic *elastic, const double *u);
+/* stress [count][PD_DIM^2] [Pa] of the family of each point at displacements u [count][PD_DIM] [m]. */
+PD_API void pd_elastic_stress(const pd_ctx *ctx, const pd_elastic *elastic, const double *u, double *stress);
+/* The pd_solid table of the material. */
+PD_API pd_solid pd_elastic_solid(pd_elastic *elastic);
+PD_API void pd_elastic_free(pd_ctx *ctx, pd_elastic *elastic);
+
+#ifdef PDI_INTERNAL
+/* Describes the arrays of the material, without those of its parts. */
+PDI_FN void pdi_correspondence_list(pdi_array_visitor *owner, void *elastic);
+#endif
+
+#endif

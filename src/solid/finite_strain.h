@@ -1,0 +1,82 @@
+/* finite_strain: correspondence model (non-ordinary state-based) of large strains.
+ *
+ * The family of point i has the gradient  F = 1 + (sum w V_j eta xi^T) K^-1  and a bond its own,
+ * F_b = F + (Y - F xi) xi^T/r^2,  Y = xi + eta.  The energy of a point is the mean of  psi(F_b)  over its bonds, and
+ * forces are its derivative (theory: 8.8). Plain correspondence, which takes F for all bonds, has zero-energy
+ * modes; it is here with the stabilisation of Silling, and without.
+ *
+ * Under J2 each bond of a family has its own plastic state, with plain correspondence each point. Broken bonds change
+ * the gradients of the others, but not their plastic strains: the energy balance then holds to some percent, not
+ * exactly.
+ *
+ * Sources: Breitzman and Dayal 2018; Behzadinasab and Foster 2020; Silling 2017 (stability of correspondence).
+ */
+#ifndef PD_FINITE_STRAIN_H
+#define PD_FINITE_STRAIN_H
+#include "solid/constitutive_law.h"
+#include "solid/material_interface.h"
+#include "solid/bond_weights.h"
+
+typedef enum pd_finite_control {
+    PD_FINITE_BOND_GRADIENT = 0, /* each bond has its own gradient */
+    PD_FINITE_SILLING,           /* plain, with a penalty on the non-uniform part of bond deformation */
+    PD_FINITE_PLAIN
+} pd_finite_control;
+
+typedef struct pd_finite_desc {
+    pd_finite_law law;
+    pd_influence influence;
+    pd_finite_control control;
+    double penalty;          /* [-] PD_FINITE_SILLING: penalty stiffness over that of a bond-based solid */
+    const double *stiff;     /* [count] [-] factors of the energy of points, and so of moduli and yield stress; NULL: 1.
+                              * Borrowed, may change before an update */
+    int keep;                /* 1: material tangents are stored, in 80 B (2D) or 360 B (3D) a bond, and products with
+                              * the tangent are 4 to 6 times as fast under Hencky and J2; 0: computed each time */
+    int loose;               /* 1: a point whose bonds do not span all directions loses them; 0: it is an error */
+} pd_finite_desc;
+
+typedef struct pd_finite {
+    pd_finite_desc desc;
+    pd_body *body;
+    double lambda, mu; /* [Pa] of small strains: stress = lambda tr(e) 1 + 2 mu e, with the lambda of the plane */
+    double spring;     /* [Pa/m^(d+2)] of PD_FINITE_SILLING */
+    pd_bond_weights weights; /* w */
+    uint8_t *felt;     /* [count] 1: forces on real points depend on this family; 0: only those on mirror images */
+    int32_t *back;     /* [bonds] number of the reverse bond in the family of the other end */
+    double *shape;     /* [count][PD_DIM^2] [1/m^(d+2)] K^-1 */
+    double *total;     /* [count] [m^d] sum w V_j */
+    double *edge;      /* [count][PD_DIM] [1/m] a first Piola-Kirchhoff stress P has the force P edge */
+    double *u;         /* [count][PD_DIM] [m] of the last forces */
+    double *gradient;  /* [count][PD_DIM^2] [-] F - 1 of them */
+    double *pull;      /* [bonds][PD_DIM] [N/m^(2d)] force states of the bonds: work */
+    double *work;      /* [count] [Pa] of sweeps */
+    double *state;     /* [bonds or count][state] [-] J2 */
+    double *moduli;    /* [bonds or count][] [Pa] with `keep`: derivative of the stress at u */
+    int known;         /* 1: moduli are those of u */
+    double *across;    /* [count] [Pa] in 2D: out-of-plane normal stress of the last stresses */
+    double cost;       /* [J] (per m in 2D, per m2 in 1D) plastic work up to the last state */
+    int64_t lost;      /* bonds broken at points whose bonds did not span all directions (desc.loose) */
+} pd_finite;
+
+#define pd_finite_build PD_NAME(pd_finite_build)
+#define pd_finite_solid PD_NAME(pd_finite_solid)
+#define pd_finite_plastic PD_NAME(pd_finite_plastic)
+#define pd_finite_free PD_NAME(pd_finite_free)
+
+/* The body is borrowed. PD_ERR_ARGUMENT: a modulus, a factor or the penalty is out of range. PD_ERR_GEOMETRY: the bonds
+ * of a point do not span all directions (the message names it). */
+PD_API pd_status pd_finite_build(pd_ctx *ctx, pd_body *body, const pd_finite_desc *desc, pd_finite *finite);
+/* The table for solvers. Loads of `edge` are dead: t = P n per area and normal of the reference. The energy is infinite
+ * where a bond is turned inside out. A failed update leaves the material without use. It stores which bonds of the body
+ * are broken. */
+PD_API pd_solid pd_finite_solid(pd_finite *finite);
+/* strain [count] [-]: equivalent plastic strain, mean over the family, as committed. */
+PD_API void pd_finite_plastic(const pd_ctx *ctx, const pd_finite *finite, double *strain);
+PD_API void pd_finite_free(pd_ctx *ctx, pd_finite *finite);
+
+#ifdef PDI_INTERNAL
+/* Describes the arrays of the material; plastic states and plastic work are stored. */
+PDI_FN void pdi_finite_strain_list(pdi_array_visitor *owner, void *finite);
+#endif
+
+#endif

@@ -1,0 +1,43 @@
+/* j2_plasticity: J2 plasticity of small strains with linear isotropic hardening.
+ *
+ * The strain of a point is e, its plastic strain e_p has no trace. The stress  2 mu dev(e - e_p)  does not exceed the
+ * yield stress  yield + hardening slip,  where slip is the accumulated equivalent plastic strain. A step from
+ * the last state is implicit (radial return; Simo and Hughes 1998, box 3.1), so it may be of any length. In 2D
+ * strain is plane, and the plastic strain normal to the plane is what the trace leaves. In 1D the bar is under
+ * tension or pressure.
+ */
+#ifndef PD_J2_PLASTICITY_H
+#define PD_J2_PLASTICITY_H
+#include "core/array_registry.h"
+
+typedef struct pd_plastic {
+    int64_t count;    /* points; 0: no plasticity */
+    double shear;     /* [Pa] mu; 1D: E */
+    double yield;     /* [Pa] */
+    double hardening; /* [Pa] */
+    double *strain;   /* [count][PD_DIM^2] [-] e_p */
+    double *slip;     /* [count] [-] equivalent plastic strain */
+    double *relief;   /* [count][PD_DIM^2] [Pa] plastic stress 2 mu e_p, 1D E e_p: by how much e_p lowers the stress */
+    double *way;      /* [count][PD_DIM^2] [-] flow direction, of unit norm with its out-of-plane part */
+    double *along;    /* [count] [Pa] derivative of relief by the strain along the flow direction; 0: elastic step */
+    double *across;   /* [count] [Pa] derivative by a strain that turns the flow direction */
+} pd_plastic;
+
+#ifdef PDI_INTERNAL
+/* Describes the arrays: plastic strains are state, the others work of a step. */
+PDI_FN void pdi_j2_plasticity_list(pdi_array_visitor *owner, void *plastic);
+/* Radial return of point i from its state to the displacement gradient h: sets relief, way, along, across. */
+PDI_FN void pdi_j2_plasticity_return_map(const pd_plastic *plastic, int64_t i, const double *h);
+/* Derivative of the plastic stress of point i along dh, into relief. To be called after pdi_j2_plasticity_return_map.
+ */
+PDI_FN void pdi_j2_plasticity_apply_tangent(const pd_plastic *plastic, int64_t i, const double *dh);
+/* Makes the plastic strain of the step of point i to h its state. */
+PDI_FN void pdi_j2_plasticity_commit(const pd_plastic *plastic, int64_t i, const double *h);
+/* Energy density [J/m3] by which the plastic strain lowers the elastic energy of the gradient h, at the present
+ * relief. */
+PDI_FN double pdi_j2_plasticity_energy_relief(const pd_plastic *plastic, int64_t i, const double *h);
+/* Plastic work [J/m3] of point i so far: heat and hardening. */
+PDI_FN double pdi_j2_plasticity_dissipated(const pd_plastic *plastic, int64_t i);
+#endif
+
+#endif

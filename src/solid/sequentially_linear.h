@@ -1,0 +1,62 @@
+/* sequentially_linear: sequentially linear analysis of fracture under a proportional load, one broken bond after
+ * another.
+ *
+ * For materials whose forces are linear. The equilibrium of the remaining bonds is solved
+ * for the load times 1. The factor at which the first of them reaches its critical value is the next event; it breaks,
+ * with those that tie with it, and so on. Factors may fall and so may displacements: the path follows what arc length
+ * follows, and needs no iteration. Force F and displacement q are conjugate: F works along q. Of moved points q is the
+ * factor, of loads F is. Bonds break while q stays: what is stored less then is what they have taken. Then q goes on,
+ * forward or back, to the next event (theory: 8.7).
+ *
+ * Source: Rots and Invernizzi 2004 (sequentially linear analysis).
+ */
+#ifndef PD_SEQUENTIALLY_LINEAR_H
+#define PD_SEQUENTIALLY_LINEAR_H
+#include "solid/bond_failure.h"
+#include "solid/equilibrium.h"
+
+/* Zero-initialise. Either `moved` or `load` is given. */
+typedef struct pd_sequential_desc {
+    const uint8_t *held;         /* [count][PD_DIM] 1: this displacement is given; NULL: none. Borrowed */
+    const double *moved;         /* [count][PD_DIM] [m] displacements of what is held, at the factor 1; NULL: 0.
+                                  * Borrowed */
+    const double *load;          /* [count][PD_DIM] [N/m3] at the factor 1; NULL: none. Borrowed */
+    pd_criterion_desc criterion; /* by which bonds break */
+    double rtol;                 /* [-] as of pd_equilibrium_desc */
+} pd_sequential_desc;
+
+typedef struct pd_sequential {
+    pd_sequential_desc desc;
+    pd_solid solid;
+    pd_criterion criterion;
+    int64_t n;            /* components of all points */
+    double *u;            /* [n] [m] at the factor 1, of the bonds that are left */
+    double *at;           /* [n] [m] at the last event, before its bonds broke */
+    double factor;        /* [-] of the last event */
+    double force;         /* F there, before bonds break: [N m] of moved points (per m in 2D, per m2 in 1D), [-] of
+                           * loads */
+    double displacement;  /* q there: [-] of moved points, [N m] (per m in 2D, per m2 in 1D) of loads */
+    double stored;        /* [J] (per m in 2D, per m2 in 1D) there, before bonds break */
+    double work;          /* [J] of the load up to there */
+    double dissipated;    /* [J] that bonds have taken, those of the last event not yet counted; at the end all */
+    pd_criterion_bond first; /* the bond of the last event */
+    int64_t events, broken;
+    double whole;         /* [J] stored at the factor 1 by all bonds */
+    int done;             /* 1: no other bond breaks, or a loaded piece has come off */
+    int iterations;       /* of the last balance */
+} pd_sequential;
+
+#define pd_sequential_build PD_NAME(pd_sequential_build)
+#define pd_sequential_next PD_NAME(pd_sequential_next)
+#define pd_sequential_free PD_NAME(pd_sequential_free)
+
+/* The material is borrowed, its table copied. PD_ERR_ARGUMENT: forces that are not linear, both `moved` and `load` or
+ * none of them, no criterion, and as of pd_criterion_build. */
+PD_API pd_status pd_sequential_build(pd_ctx *ctx, const pd_solid *solid, const pd_sequential_desc *desc,
+                                     pd_sequential *sequential);
+/* Computes the next event (factor, force, displacement) and breaks its bonds in the body. `done`: there was none.
+ * Errors: those of the equilibrium. */
+PD_API pd_status pd_sequential_next(pd_ctx *ctx, pd_sequential *sequential);
+PD_API void pd_sequential_free(pd_ctx *ctx, pd_sequential *sequential);
+
+#endif

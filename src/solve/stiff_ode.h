@@ -1,0 +1,40 @@
+/* stiff_ode: integrator of a small system of stiff ordinary differential equations dy/dt = f(t, y) with bounds on y and
+ * error control.
+ *
+ * Linearly implicit Euler steps, extrapolated to order 5 (Deuflhard 1985; Hairer and Wanner 1996, IV.9). A component
+ * that reaches a bound stays there as long as its rate points outwards; the step ends where the bound is reached. Rates
+ * are evaluated within the bounds only. Nothing is allocated or global: thread-safe.
+ */
+#ifndef PD_STIFF_ODE_H
+#define PD_STIFF_ODE_H
+#include "core/base.h"
+
+#define PD_STIFF_MOST 8 /* most equations */
+
+/* The right-hand side f: rates [count] [unit of y per s] of y [count] at time t [s]. */
+typedef void (*pd_stiff_fn)(void *user, double t, const double *y, double *rate);
+
+/* The system of equations. */
+typedef struct pd_stiff {
+    int count; /* equations */
+    pd_stiff_fn rate;
+    void *user;
+    const double *low, *high; /* [count] [unit of y] bounds; infinite: none */
+    const double *size;       /* [count] [unit of y] typical values: errors are relative to the larger of size and
+                               * |y| */
+    double tolerance;         /* [-] relative error allowed in a step */
+} pd_stiff;
+
+typedef enum pd_stiff_end {
+    PD_STIFF_DONE = 0,
+    PD_STIFF_NOT_FINITE, /* a rate is NaN or infinite */
+    PD_STIFF_STUCK       /* step underflow or too many steps, as where a rate jumps back and forth */
+} pd_stiff_end;
+
+#ifdef PDI_INTERNAL
+/* Integrate y [count] in place from time `from` to `to` [s]. *which: index of the equation whose rate is not finite,
+ * else unchanged. */
+PDI_FN pd_stiff_end pdi_stiff_ode_solve(const pd_stiff *stiff, double from, double to, double *y, int *which);
+#endif
+
+#endif
