@@ -5,7 +5,7 @@
 #include "kernels.h"
 #include "runs.h"
 #include "species.h"
-#include "material_interface.h"
+#include "solid.h"
 #include "neighbour.h"
 #include "study.h"
 #include "volumes.h"

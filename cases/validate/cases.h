@@ -23,7 +23,7 @@
 #endif
 #include "gas.h"
 #include "clock.h"
-#include "material_interface.h"
+#include "solid.h"
 #include "round.h"
 #include "waves.h"
 #include "fracture.h"

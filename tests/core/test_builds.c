@@ -194,7 +194,7 @@ static void tidy(lab *l)
     static pd_status build_##name(pd_ctx *ctx, lab *l, void *object) { return make_##name(ctx, l, (type *)object); } \
     static pd_status make_##name(pd_ctx *ctx, lab *l, type *o)
 
-INNER(curve, pd_curve)
+INNER(monotone_cubic, pd_curve)
 {
     static const double x[] = {0.0, 1.0, 2.0}, y[] = {1.0, 3.0, 4.0};
     return pdi_monotone_cubic_build(ctx, x, y, l->wrong ? 1 : 3, 0, o);
@@ -289,7 +289,7 @@ BUILD(flow, pd_flow)
     return pd_flow_build(ctx, &l->pin.grid, &l->bonds, &d, o);
 }
 
-INNER(sharp, pd_sharp) { return pdi_fourth_order_build(ctx, l->wrong ? &l->bonds : &l->near_bonds, o); }
+INNER(fourth_order, pd_sharp) { return pdi_fourth_order_build(ctx, l->wrong ? &l->bonds : &l->near_bonds, o); }
 
 BUILD(steady, pd_steady)
 {
@@ -367,7 +367,7 @@ BUILD(bonds_of_metal, pd_dissolve)
     return pd_dissolve_build(ctx, &l->pit.grid, &l->pit.stencil, &l->pit.transport, &d, o);
 }
 
-INNER(observe, pd_observables) { return pdi_step_diagnostics_build(ctx, &l->pit, o); }
+INNER(step_diagnostics, pd_observables) { return pdi_step_diagnostics_build(ctx, &l->pit, o); }
 
 static void pd_couple_free(pd_ctx *ctx, pd_couple *couple)
 {
@@ -418,10 +418,10 @@ INNER(monitors, pd_monitors)
     return status;
 }
 
-INNER(vary, pd_vary) { return pdi_input_step_limit_build(ctx, &l->of_pin, o); }
-INNER(depletion, pd_depletion) { return pdi_depletion_notes_build(ctx, &l->pin, o); }
+INNER(input_step_limit, pd_vary) { return pdi_input_step_limit_build(ctx, &l->of_pin, o); }
+INNER(depletion_notes, pd_depletion) { return pdi_depletion_notes_build(ctx, &l->pin, o); }
 
-INNER(compare, pd_compare)
+INNER(compare_measured, pd_compare)
 {
     pd_status status = pdi_compare_measured_build(ctx, &l->pin, NULL, NULL, 0, o); /* a scene without measured points */
     if (status < 0) o->line = 0;
@@ -454,7 +454,7 @@ BUILD(criterion, pd_criterion)
     return pd_criterion_build(ctx, &solid, &d, o);
 }
 
-INNER(scaffold, pd_scaffold) { return pdi_coarse_fe_precond_build(ctx, &l->body, o); }
+INNER(coarse_fe_precond, pd_scaffold) { return pdi_coarse_fe_precond_build(ctx, &l->body, o); }
 
 BUILD(finite, pd_finite)
 {
@@ -676,24 +676,23 @@ typedef struct entry {
 
 #define ROW(name, type, refuses, takes) {#name, sizeof(type), build_##name, free_##name, refuses, takes},
 static const entry builds[] = {
-    ROW(curve, pd_curve, 1, 1) ROW(expr, pd_expr, 1, 1) ROW(text, pd_text, 1, 1) ROW(stencil, pd_stencil, 1, 1)
-    ROW(grid, pd_grid, 1, 1) ROW(ghosts, pd_ghosts, 0, PD_DIM > 1) ROW(axisym, pd_axisym, 0, PD_DIM == 2)
-    ROW(bonds, pd_bonds, 0, 1) ROW(csr, pd_csr, 1, 1) ROW(lattice, pd_lattice, 1, 1) ROW(grain, pd_grain, 1, 1)
-    ROW(krylov, pd_krylov, 1, 1) ROW(multigrid, pd_multigrid, 1, 1) ROW(front, pd_front, 1, 1)
-    ROW(flow, pd_flow, 1, 1) ROW(sharp, pd_sharp, 1, 1) ROW(steady, pd_steady, 1, 1) ROW(implicit, pd_implicit, 1, 1)
-    ROW(unsteady, pd_unsteady, 1, 1) ROW(gas, pd_gas, 1, 1) ROW(diffusion, pd_diffusion, 1, 1)
-    ROW(transport, pd_transport, 1, 1) ROW(two_stage, pd_two_stage, 1, 1) ROW(dissolve, pd_dissolve, 1, 1)
-    ROW(bonds_of_metal, pd_dissolve, 1, 1) ROW(body, pd_body, 1, 1) ROW(elastic, pd_elastic, 1, 1)
-    ROW(finite, pd_finite, 1, 1) ROW(scaffold, pd_scaffold, 0, 1) ROW(microelastic, pd_microelastic, 1, 1)
-    ROW(ordinary, pd_ordinary, 1, 1) ROW(criterion, pd_criterion, 1, 1) ROW(verlet, pd_verlet, 1, 1)
-    ROW(sequential, pd_sequential, 1, 1) ROW(quasi_static, pd_quasi_static, 1, 1) ROW(structure, pd_structure, 1, 1)
-    ROW(observe, pd_observables, 0, 1) ROW(couple, pd_couple, 1, 0) ROW(inlet, pd_inlet, 0, 0)
-    ROW(coarser, pd_coarser, 1, 1) ROW(model, pd_model, 0, 1) ROW(monitors, pd_monitors, 0, 1)
-    ROW(vary, pd_vary, 0, 1) ROW(depletion, pd_depletion, 0, 1) ROW(compare, pd_compare, 0, 0)
+    ROW(step_diagnostics, pd_observables, 0, 1) ROW(coarse_fe_precond, pd_scaffold, 0, 1) ROW(stencil, pd_stencil, 1, 1)
+    ROW(microelastic, pd_microelastic, 1, 1) ROW(quasi_static, pd_quasi_static, 1, 1) ROW(multigrid, pd_multigrid, 1, 1)
+    ROW(depletion_notes, pd_depletion, 0, 1) ROW(compare_measured, pd_compare, 0, 0) ROW(monotone_cubic, pd_curve, 1, 1)
+    ROW(axisym, pd_axisym, 0, PD_DIM == 2) ROW(bonds_of_metal, pd_dissolve, 1, 1) ROW(ghosts, pd_ghosts, 0, PD_DIM > 1)
+    ROW(sequential, pd_sequential, 1, 1) ROW(input_step_limit, pd_vary, 0, 1) ROW(speciation, pd_speciation, 1, 0)
+    ROW(diffusion, pd_diffusion, 1, 1) ROW(transport, pd_transport, 1, 1) ROW(two_stage, pd_two_stage, 1, 1)
+    ROW(criterion, pd_criterion, 1, 1) ROW(structure, pd_structure, 1, 1) ROW(electrode, pd_electrode, 1, 1)
+    ROW(potential, pd_potential, 1, 1) ROW(fourth_order, pd_sharp, 1, 1) ROW(implicit, pd_implicit, 1, 1)
+    ROW(unsteady, pd_unsteady, 1, 1) ROW(dissolve, pd_dissolve, 1, 1) ROW(ordinary, pd_ordinary, 1, 1)
+    ROW(monitors, pd_monitors, 0, 1) ROW(reactive, pd_reactive, 1, 1) ROW(lattice, pd_lattice, 1, 1)
+    ROW(elastic, pd_elastic, 1, 1) ROW(coarser, pd_coarser, 1, 1) ROW(krylov, pd_krylov, 1, 1) ROW(expr, pd_expr, 1, 1)
+    ROW(steady, pd_steady, 1, 1) ROW(finite, pd_finite, 1, 1) ROW(verlet, pd_verlet, 1, 1) ROW(couple, pd_couple, 1, 0)
+    ROW(facets, pd_facets, 1, 1) ROW(points, pd_points, 1, 1) ROW(course, pd_course, 1, 1) ROW(bonds, pd_bonds, 0, 1)
+    ROW(grain, pd_grain, 1, 1) ROW(front, pd_front, 1, 1) ROW(inlet, pd_inlet, 0, 0) ROW(model, pd_model, 0, 1)
     ROW(sweep, pd_sweep, 1, 1) ROW(setup, pd_setup, 1, 1) ROW(scene, pd_setup, 1, 1) ROW(table, pd_table, 1, 1)
-    ROW(image, pd_image, 1, 1) ROW(facets, pd_facets, 1, 1) ROW(points, pd_points, 1, 1)
-    ROW(speciation, pd_speciation, 1, 0) ROW(reactive, pd_reactive, 1, 1) ROW(course, pd_course, 1, 1)
-    ROW(etch, pd_etch, 1, 1) ROW(electrode, pd_electrode, 1, 1) ROW(potential, pd_potential, 1, 1)
+    ROW(image, pd_image, 1, 1) ROW(text, pd_text, 1, 1) ROW(grid, pd_grid, 1, 1) ROW(flow, pd_flow, 1, 1)
+    ROW(body, pd_body, 1, 1) ROW(etch, pd_etch, 1, 1) ROW(csr, pd_csr, 1, 1) ROW(gas, pd_gas, 1, 1)
 };
 #undef ROW
 enum { BUILDS = (int)(sizeof builds / sizeof builds[0]), OTHERS = 7 };

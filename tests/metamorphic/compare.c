@@ -1,5 +1,5 @@
-/* compare: see compare_measured.h */
-#include "compare_measured.h"
+/* compare: see compare.h */
+#include "compare.h"
 #include "generate.h"
 #include "lattice/grid.h"
 #include "scene/units.h"

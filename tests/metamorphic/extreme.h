@@ -3,7 +3,7 @@
 #ifndef METAMORPHIC_EXTREME_H
 #define METAMORPHIC_EXTREME_H
 #include "record.h"
-#include "compare_measured.h"
+#include "compare.h"
 
 /* Lengths by up to 1e9, times by up to 1e6, either way, by themselves or with all that is made of them; a third of the
  * other quantities by up to 1e6. */

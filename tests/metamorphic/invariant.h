@@ -2,7 +2,7 @@
  */
 #ifndef METAMORPHIC_INVARIANT_H
 #define METAMORPHIC_INVARIANT_H
-#include "compare_measured.h"
+#include "compare.h"
 
 /* The first one that does not hold. */
 void check_record(const scene *x, const record *r, finding *f);

@@ -12,7 +12,7 @@
 #define _XOPEN_SOURCE 700
 #include "generate.h"
 #include "record.h"
-#include "compare_measured.h"
+#include "compare.h"
 #include "shrink.h"
 #include "invariant.h"
 #include "extreme.h"

@@ -3,7 +3,7 @@
  */
 #ifndef METAMORPHIC_SHRINK_H
 #define METAMORPHIC_SHRINK_H
-#include "compare_measured.h"
+#include "compare.h"
 
 /* Compares a scene with its transformed one. */
 typedef void (*compare_pair_fn)(void *user, const scene *x, const transform *t, finding *f);
