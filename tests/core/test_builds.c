@@ -396,13 +396,13 @@ BUILD(inlet, pd_inlet)
     return status;
 }
 
-static void pd_coarser_free(pd_ctx *ctx, pd_coarser *coarser)
+static void pd_coarsen_setup_free(pd_ctx *ctx, pd_coarser *coarser)
 {
     (void)ctx;
     (void)coarser;
 }
 
-BUILD(coarser, pd_coarser) { return pdi_coarsen_setup_build(ctx, &l->of_pit, l->wrong ? 3 : 2, o); }
+BUILD(coarsen_setup, pd_coarser) { return pdi_coarsen_setup_build(ctx, &l->of_pit, l->wrong ? 3 : 2, o); }
 
 INNER(model, pd_model)
 {
@@ -681,12 +681,12 @@ static const entry builds[] = {
     ROW(depletion_notes, pd_depletion, 0, 1) ROW(compare_measured, pd_compare, 0, 0) ROW(monotone_cubic, pd_curve, 1, 1)
     ROW(axisym, pd_axisym, 0, PD_DIM == 2) ROW(bonds_of_metal, pd_dissolve, 1, 1) ROW(ghosts, pd_ghosts, 0, PD_DIM > 1)
     ROW(sequential, pd_sequential, 1, 1) ROW(input_step_limit, pd_vary, 0, 1) ROW(speciation, pd_speciation, 1, 0)
-    ROW(diffusion, pd_diffusion, 1, 1) ROW(transport, pd_transport, 1, 1) ROW(two_stage, pd_two_stage, 1, 1)
-    ROW(criterion, pd_criterion, 1, 1) ROW(structure, pd_structure, 1, 1) ROW(electrode, pd_electrode, 1, 1)
-    ROW(potential, pd_potential, 1, 1) ROW(fourth_order, pd_sharp, 1, 1) ROW(implicit, pd_implicit, 1, 1)
-    ROW(unsteady, pd_unsteady, 1, 1) ROW(dissolve, pd_dissolve, 1, 1) ROW(ordinary, pd_ordinary, 1, 1)
-    ROW(monitors, pd_monitors, 0, 1) ROW(reactive, pd_reactive, 1, 1) ROW(lattice, pd_lattice, 1, 1)
-    ROW(elastic, pd_elastic, 1, 1) ROW(coarser, pd_coarser, 1, 1) ROW(krylov, pd_krylov, 1, 1) ROW(expr, pd_expr, 1, 1)
+    ROW(coarsen_setup, pd_coarser, 1, 1) ROW(diffusion, pd_diffusion, 1, 1) ROW(transport, pd_transport, 1, 1)
+    ROW(two_stage, pd_two_stage, 1, 1) ROW(criterion, pd_criterion, 1, 1) ROW(structure, pd_structure, 1, 1)
+    ROW(electrode, pd_electrode, 1, 1) ROW(potential, pd_potential, 1, 1) ROW(fourth_order, pd_sharp, 1, 1)
+    ROW(implicit, pd_implicit, 1, 1) ROW(unsteady, pd_unsteady, 1, 1) ROW(dissolve, pd_dissolve, 1, 1)
+    ROW(ordinary, pd_ordinary, 1, 1) ROW(monitors, pd_monitors, 0, 1) ROW(reactive, pd_reactive, 1, 1)
+    ROW(lattice, pd_lattice, 1, 1) ROW(elastic, pd_elastic, 1, 1) ROW(krylov, pd_krylov, 1, 1) ROW(expr, pd_expr, 1, 1)
     ROW(steady, pd_steady, 1, 1) ROW(finite, pd_finite, 1, 1) ROW(verlet, pd_verlet, 1, 1) ROW(couple, pd_couple, 1, 0)
     ROW(facets, pd_facets, 1, 1) ROW(points, pd_points, 1, 1) ROW(course, pd_course, 1, 1) ROW(bonds, pd_bonds, 0, 1)
     ROW(grain, pd_grain, 1, 1) ROW(front, pd_front, 1, 1) ROW(inlet, pd_inlet, 0, 0) ROW(model, pd_model, 0, 1)
@@ -747,11 +747,13 @@ TEST(a_failed_build_leaves_nothing)
 }
 
 /* Internal builds of parts: they fail with the object that they are part of, whose build is tried. */
-static const char *const parts[] = {"owner", "jacobian", "spectrum", "boundary", "media", "spans", "flux",
-                                    "fingerprint", "compact", "limiter", "inverse", "band", "springs", "path",
-                                    "bond_weights", "images", "components", "shell", "shade", "sight", "electrolyte",
-                                    "attack", "mineral", "cell", "electrodes", "gas_wall", "mirrored", "overlap",
-                                    "polarise", "coat", "surfaces", "visibility"};
+static const char *const parts[] = {"array_registry", "jacobian", "stability", "open_boundary", "bond_diffusivity",
+                                    "active_range", "flux", "fingerprint", "compact_operator", "limiter", "inverse",
+                                    "point_batch", "bond_force", "bond_path", "bond_weights", "pictures", "components",
+                                    "surface_nets", "renderer", "surface_view", "electrolyte", "dissolution_laws",
+                                    "mineral", "cell", "electrode_map", "gas_wall", "mirror_symmetry",
+                                    "interpenetration", "species_electrodes", "coat", "surface_states",
+                                    "mechanical_bc", "visibility"};
 
 /* How many functions `pd_status pd_X_build(` or `pd_status pdi_X_build(` a header has; each must be tried. */
 static int builds_of(const char *path)
