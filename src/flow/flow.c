@@ -359,7 +359,7 @@ PDI_FN void pdi_flow_add_body_force(const pd_ctx *ctx, const pd_flow *flow, doub
     (void)nt;
     if (!flow->body) return;
     PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < total; i++) {
+    for (int64_t i = 0; i < total; i++) {
         if (flow->grid->kind[i] != PD_FLUID) continue;
         double bend = bonds->row[i] >= 0 ? bonds->wall_curv[bonds->row[i]] : 0.0;
         for (int d = 0; d < PD_DIM; d++) ru[d * total + i] -= (1.0 - bend) * flow->body[d * total + i];

@@ -8,7 +8,7 @@
 #if defined(_WIN32)
 #include <fcntl.h>
 #include <io.h>
-#include <physics.h>
+#include <process.h>
 #include <wchar.h>
 #else
 #include <fcntl.h>
