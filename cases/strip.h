@@ -49,12 +49,12 @@ static inline void strip_scene(const strip_case *strip, char *text, size_t size)
 static inline pd_status strip_at(pd_ctx *ctx, const strip_case *strip, pd_sim *sim, double t, double *tip, double *j)
 {
     static const double way[PD_DIM] = {1.0};
-    pd_structure *s = &sim->model.structure;
+    pd_solid_coupling *s = &sim->model.structure;
     pd_crack_desc crack;
     memset(&crack, 0, sizeof crack);
-    pd_status status = pd_quasi_static_to(ctx, &s->rest, t);
+    pd_status status = pd_quasi_static_solve_at(ctx, &s->rest, t);
     if (status < 0) return status;
-    const pd_setup_cut *cut = &sim->setup.metal_body.cut[0];
+    const pd_setup_precrack *cut = &sim->setup.metal_body.cut[0];
     status = pdi_crack_find_tip(ctx, &s->body, cut->corners, cut->corner, s->stiff, way, tip);
     if (status < 0 || tip[0] > STRIP_END) return status;
     memcpy(crack.tip, tip, sizeof crack.tip);

@@ -67,7 +67,8 @@ static pd_status report_table(pd_ctx *ctx, pd_file *file, const table_row *row, 
 }
 
 /* Add a curve to a plot that has room for it. */
-static void plot_add(pd_plot *plot, const char *name, const double *x, const double *y, int count, pd_stroke stroke)
+static void plot_add(pd_plot *plot, const char *name, const double *x, const double *y, int count,
+                     pd_series_style stroke)
 {
     pd_series *s = &plot->series[plot->count++];
     s->name = name;

@@ -17,11 +17,11 @@ typedef struct vessel {
     pd_stencil stencil;
     pd_grid grid;
     pd_bonds bonds;
-    pd_species species[PD_SPECIES_MOST];
-    pd_reaction reaction[PD_REACTION_MOST];
-    pd_mineral mineral[PD_MINERAL_MOST];
+    pd_species species[PD_SPECIES_MAX];
+    pd_reaction reaction[PD_REACTION_MAX];
+    pd_mineral mineral[PD_MINERAL_MAX];
     int count, reactions, minerals;
-    double initial[PD_SPECIES_MOST]; /* [mol/m3] */
+    double initial[PD_SPECIES_MAX]; /* [mol/m3] */
     pd_reactive_desc desc;
     pd_reactive reactive;
     pd_reactive_result result;
@@ -96,7 +96,7 @@ static inline void vessel_fill(vessel *v)
     d->temperature = 298.15;
     if (v->status >= 0) v->status = pd_stencil_build(v->ctx, &stencil, &v->stencil);
     if (v->status >= 0) v->status = pd_grid_build(v->ctx, &v->stencil, &grid, &v->grid);
-    if (v->status >= 0) v->status = pd_bonds_build(v->ctx, &v->stencil, &v->grid, PD_BONDS_AT_REST, &v->bonds);
+    if (v->status >= 0) v->status = pd_bonds_build(v->ctx, &v->stencil, &v->grid, PD_BONDS_NO_FLOW, &v->bonds);
     if (v->status >= 0) v->status = pd_reactive_build(v->ctx, &v->grid, &v->bonds, NULL, d, &v->reactive);
 }
 
@@ -116,7 +116,7 @@ static inline double *vessel_field(vessel *v, int species) { return pd_reactive_
 /* Each cell gets what `of` says of its place, in all species. */
 static inline void vessel_pour(vessel *v, void (*of)(void *user, double x, double *c), void *user)
 {
-    double x[PD_DIM], c[PD_SPECIES_MOST];
+    double x[PD_DIM], c[PD_SPECIES_MAX];
     for (int32_t i = 0; i < v->grid.total && v->status >= 0; i++) {
         if (v->grid.kind[i] != PD_FLUID) continue;
         pd_grid_position(&v->grid, i, x);

@@ -40,7 +40,7 @@ typedef struct options {
     double checkpoint_every; /* [s] */
     int follow, live, progress;
     double progress_every;   /* [s] where there is no terminal */
-    const char *sweeps[PD_SWEEP_AXES];
+    const char *sweeps[PD_PARAMETER_SWEEP_MAX_AXES];
     int sweep_count;
     int estimate;    /* of the error, after the run */
     double accuracy; /* [-] wanted; 0: settings as they are */
@@ -125,23 +125,23 @@ static int is_interrupted_within(void *user, const char *doing, int64_t count)
 enum { MAX_JOBS = 256 };
 
 /* Exit status of a run: 0 done, 1 failed, 3 stopped. */
-static int sweep_one(pd_ctx *ctx, const pd_sweep *sweep, int index, const pd_run_desc *desc)
+static int sweep_one(pd_ctx *ctx, const pd_parameter_sweep *sweep, int index, const pd_run_desc *desc)
 {
-    pd_status status = pd_sweep_run(ctx, sweep, index, desc);
+    pd_status status = pd_parameter_sweep_run(ctx, sweep, index, desc);
     return status < 0 ? 1 : status == PD_RETRY ? 3 : 0;
 }
 
-static void sweep_tell(const pd_sweep *sweep, int index, int status)
+static void sweep_tell(const pd_parameter_sweep *sweep, int index, int status)
 {
-    char label[PD_SWEEP_AXES * PD_SWEEP_VALUE];
-    pd_sweep_label(sweep, index, label, sizeof label);
+    char label[PD_PARAMETER_SWEEP_MAX_AXES * PD_PARAMETER_SWEEP_VALUE_BYTES];
+    pd_parameter_sweep_label(sweep, index, label, sizeof label);
     printf("%s: %s\n", label, status == 0 ? "done" : status == 3 ? "stopped" : "failed, see sweep.csv");
     fflush(stdout);
 }
 
 #if !defined(_WIN32) && !defined(__wasi__)
 /* Wait for one process; its place is free again. 0: there was none. */
-static int sweep_reap(const pd_sweep *sweep, pid_t *child, int *index, int jobs)
+static int sweep_reap(const pd_parameter_sweep *sweep, pid_t *child, int *index, int jobs)
 {
     int status;
     pid_t ended = waitpid(-1, &status, 0);
@@ -158,7 +158,7 @@ static int sweep_reap(const pd_sweep *sweep, pid_t *child, int *index, int jobs)
     return ended > 0;
 }
 
-static void sweep_side_by_side(pd_ctx *ctx, const pd_sweep *sweep, const pd_run_desc *desc, int jobs)
+static void sweep_side_by_side(pd_ctx *ctx, const pd_parameter_sweep *sweep, const pd_run_desc *desc, int jobs)
 {
     pid_t child[MAX_JOBS];
     int index[MAX_JOBS], next = 0, busy = 1;
@@ -187,12 +187,12 @@ static void sweep_side_by_side(pd_ctx *ctx, const pd_sweep *sweep, const pd_run_
 #endif
 
 /* 0: all runs are done, 1: one failed, 3: stopped. */
-static int sweep_runs(pd_ctx *ctx, const pd_sweep *sweep, const pd_run_desc *desc, int threads)
+static int sweep_runs(pd_ctx *ctx, const pd_parameter_sweep *sweep, const pd_run_desc *desc, int threads)
 {
     long cores = processors();
     int all = threads > 0 ? threads : cores > 0 && cores < MAX_JOBS ? (int)cores : 1;
     int jobs = sweep->runs < all ? sweep->runs : all;
-    pd_sweep_count count;
+    pd_parameter_sweep_count count;
     if (jobs > MAX_JOBS) jobs = MAX_JOBS;
 #if defined(_WIN32) || defined(__wasi__)
     jobs = 1; /* processes cannot be split */
@@ -203,7 +203,7 @@ static int sweep_runs(pd_ctx *ctx, const pd_sweep *sweep, const pd_run_desc *des
 #endif
     for (int k = 0; k < sweep->runs && jobs == 1 && !interrupted; k++)
         sweep_tell(sweep, k, sweep_one(ctx, sweep, k, desc));
-    if (pd_sweep_write(ctx, sweep, &count) < 0) {
+    if (pd_parameter_sweep_write(ctx, sweep, &count) < 0) {
         fprintf(stderr, "%s\n", ctx->message);
         return 1;
     }
@@ -315,7 +315,7 @@ static int keys(const options *o)
 {
     char list[512] = "";
     int count;
-    const pd_key_section *s = pd_keys(&count);
+    const pd_key_section *s = pd_key_sections(&count);
     for (int k = 0; k < count; k++) {
         char title[64];
         snprintf(title, sizeof title, "[%s%s%s]", s[k].name, s[k].label[0] ? " " : "", s[k].label);
@@ -376,7 +376,7 @@ static int parse_share(const char *text, double *value)
     while (percent && length && number[length - 1] == ' ') number[--length] = '\0';
     if (!parse_number(number, 0.0, 100.0, value)) return 0;
     if (percent) *value *= 0.01;
-    return *value >= PD_ACCURACY_LEAST && *value <= PD_ACCURACY_MOST;
+    return *value >= PD_ACCURACY_MIN && *value <= PD_ACCURACY_MAX;
 }
 
 /* "10min", "0 s" or "off" */
@@ -451,7 +451,7 @@ static int parse(int argc, char **argv, options *o)
             o->out = value_of(argc, argv, &k);
             if (!o->out[0]) return usage(o, "--out expects a folder", "");
         } else if (strcmp(a, "--sweep") == 0) {
-            if (o->sweep_count == PD_SWEEP_AXES) return usage(o, "more than 8 sweeps", "");
+            if (o->sweep_count == PD_PARAMETER_SWEEP_MAX_AXES) return usage(o, "more than 8 sweeps", "");
             o->sweeps[o->sweep_count++] = value_of(argc, argv, &k);
         } else if (strcmp(a, "--checkpoint") == 0) {
             if (!parse_interval(value_of(argc, argv, &k), &o->checkpoints, &o->checkpoint_every))
@@ -510,12 +510,12 @@ static int fail(const options *o, screen *s, const char *message, int status)
 /* The same for what was read: memory that is lacking, or a signal, is no fault of the input. */
 static int refuse(const options *o, screen *s, const pd_ctx *ctx, pd_status status)
 {
-    int lacking = status == PD_ERR_MEMORY || status == PD_ERR_LIMIT || status == PD_STOPPED;
+    int lacking = status == PD_ERR_MEMORY || status == PD_ERR_LIMIT || status == PD_CANCELLED;
     return fail(o, s, ctx->message, lacking ? 1 : 2);
 }
 
 /* Whether the wanted accuracy is reached, and the spacing that the estimate asks for when it is not. */
-static void judge(const options *o, const pd_estimate *e, FILE *to)
+static void judge(const options *o, const pd_richardson *e, FILE *to)
 {
     double h[PD_DIM], worst = e->worst < 0 ? NAN : e->list[e->worst].error;
     const char *reached = e->worst < 0 ? "unknown" : worst <= o->accuracy ? "yes" : "no";
@@ -525,7 +525,7 @@ static void judge(const options *o, const pd_estimate *e, FILE *to)
             fprintf(to, " reached_volume_loss=%s", e->list[k].error <= o->accuracy ? "yes" : "no");
     if (e->worst >= 0 && worst < HUGE_VAL) fprintf(to, " err_worst=%.3g", worst);
     if (e->worst >= 0) fprintf(to, " h=%.6g", e->setup->h[0]);
-    pd_estimate_spacing(e, o->accuracy, h);
+    pd_richardson_suggest_spacing(e, o->accuracy, h);
     if (worst > o->accuracy) fprintf(to, " wanted_h=%.12g", h[0]);
     for (int d = 1; d < PD_DIM && worst > o->accuracy; d++)
         if (fabs(h[d] - h[0]) > 1e-9 * h[0]) fprintf(to, " wanted_h%c=%.12g", "xyz"[d], h[d]);
@@ -533,28 +533,28 @@ static void judge(const options *o, const pd_estimate *e, FILE *to)
 }
 
 /* What an estimate can do, when it is not run. */
-static int checked(pd_estimate *e, pd_ctx *ctx, screen *s)
+static int checked(pd_richardson *e, pd_ctx *ctx, screen *s)
 {
     char line[PD_MESSAGE_SIZE + 64];
     snprintf(line, sizeof line, "the error estimate will assume orders: %s", e->without);
     if (e->without[0]) print(s, PD_PRINT_NOTE, line);
-    pd_estimate_free(ctx, e);
+    pd_richardson_free(ctx, e);
     return 0;
 }
 
 /* The estimate behind a run; without one the run stands, and a check fails. */
 static int estimate(const options *o, pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc,
-                    const pd_figures *figures, screen *s)
+                    const pd_scalar_outputs *figures, screen *s)
 {
-    pd_estimate e;
+    pd_richardson e;
     if (figures->count == 0) {
         fprintf(stderr, "%s: no error estimate: the scene watches nothing: add a [probe NAME] or another section of "
                         "that sort\n", o->program);
-    } else if (pd_estimate_run(ctx, setup, desc, figures, &e) >= 0) {
+    } else if (pd_richardson_run(ctx, setup, desc, figures, &e) >= 0) {
         if (o->check) return checked(&e, ctx, s);
-        pd_estimate_print(&e, print, s);
+        pd_richardson_print(&e, print, s);
         if (o->accuracy > 0.0) judge(o, &e, s->results);
-        pd_estimate_free(ctx, &e);
+        pd_richardson_free(ctx, &e);
         return 0;
     } else if (interrupted) {
         return fail(o, s, "interrupted in the error estimate; the results above are complete", 1);
@@ -567,7 +567,7 @@ static int estimate(const options *o, pd_ctx *ctx, const pd_setup *setup, const 
     return 0;
 }
 
-static int run_watched(const options *o, pd_ctx *ctx, const pd_setup *setup, pd_figures *figures, screen *s)
+static int run_watched(const options *o, pd_ctx *ctx, const pd_setup *setup, pd_scalar_outputs *figures, screen *s)
 {
     char line[1024];
     pd_run_desc desc;
@@ -590,12 +590,12 @@ static int run_watched(const options *o, pd_ctx *ctx, const pd_setup *setup, pd_
     desc.observe_user = &f;
     if (o->estimate) desc.figures = figures;
     pd_status status = pd_run(ctx, setup, &desc, &result);
-    pd_figures_free(ctx, &f.figures);
-    if (status == PD_STOPPED) return fail(o, s, "interrupted before the first step; nothing was written", 1);
+    pd_scalar_outputs_free(ctx, &f.figures);
+    if (status == PD_CANCELLED) return fail(o, s, "interrupted before the first step; nothing was written", 1);
     if (status < 0) return fail(o, s, ctx->message, result.bad_input ? 2 : 1);
     end_progress(s);
     if (o->check) return o->estimate ? estimate(o, ctx, setup, &desc, figures, s) : 0;
-    pd_run_line(&result, line, sizeof line);
+    pd_run_format_result(&result, line, sizeof line);
     fprintf(s->results, "%s wall_s=%.3f cpu_s=%.3f peak_rss_mb=%.1f threads=%d\n", line, wall_seconds() - wall,
             cpu_seconds(), peak_memory(), result.threads);
     fflush(s->results);
@@ -608,15 +608,15 @@ static int run_watched(const options *o, pd_ctx *ctx, const pd_setup *setup, pd_
 static int run(const options *o, pd_ctx *ctx, pd_setup *setup, screen *s)
 {
     char line[640];
-    pd_figures figures;
+    pd_scalar_outputs figures;
     memset(&figures, 0, sizeof figures);
     if (o->accuracy > 0.0) {
-        pd_status applied = pd_accuracy_apply(ctx, o->accuracy, setup, line, sizeof line);
+        pd_status applied = pd_tolerance_presets_apply(ctx, o->accuracy, setup, line, sizeof line);
         if (applied < 0) return refuse(o, s, ctx, applied);
         print(s, PD_PRINT_NOTE, line);
     }
     int status = run_watched(o, ctx, setup, &figures, s);
-    pd_figures_free(ctx, &figures);
+    pd_scalar_outputs_free(ctx, &figures);
     return status;
 }
 
@@ -643,12 +643,12 @@ static int read_scene(options *o, pd_ctx *ctx, pd_setup *setup, screen *s)
     if (o->range_count) {
         if (o->count + o->range_count > MAX_OVERRIDES) return usage(o, "more than 64 key=value arguments", "");
         if (pd_fit_run(ctx, &desc, &fit) < 0) return fail(o, s, ctx->message, fit.bad_input ? 2 : 1);
-        pd_fit_line(&fit, line, sizeof line);
+        pd_fit_format_result(&fit, line, sizeof line);
         print(s, PD_PRINT_RESULT, line);
         for (int k = 0; k < fit.parameters; k++) o->overrides[o->count++] = fit.override[k];
         desc.count = o->count;
     }
-    pd_status status = pd_fit_setup(ctx, &desc, NULL, 0, setup);
+    pd_status status = pd_fit_read_setup(ctx, &desc, NULL, 0, setup);
     return status < 0 ? refuse(o, s, ctx, status) : 0;
 }
 
@@ -662,7 +662,7 @@ static void print_row(void *user, pd_print_kind kind, const char *text)
 
 static int speciate(const options *o, pd_ctx *ctx, screen *s)
 {
-    pd_speciate_desc desc;
+    pd_speciation_report_desc desc;
     int bad_input = 0;
     memset(&desc, 0, sizeof desc);
     desc.path = o->scene;
@@ -671,13 +671,13 @@ static int speciate(const options *o, pd_ctx *ctx, screen *s)
     desc.titrate = o->titrate;
     desc.print = o->titrate ? print_row : print;
     desc.user = s;
-    return pd_speciate(ctx, &desc, &bad_input) < 0 ? fail(o, s, ctx->message, bad_input ? 2 : 1) : 0;
+    return pd_speciation_report_print(ctx, &desc, &bad_input) < 0 ? fail(o, s, ctx->message, bad_input ? 2 : 1) : 0;
 }
 
 static int sweep(const options *o, pd_ctx *ctx, screen *s)
 {
-    pd_sweep_desc desc;
-    pd_sweep all;
+    pd_parameter_sweep_desc desc;
+    pd_parameter_sweep all;
     pd_run_desc run_desc;
     memset(&desc, 0, sizeof desc);
     memset(&run_desc, 0, sizeof run_desc);
@@ -687,7 +687,7 @@ static int sweep(const options *o, pd_ctx *ctx, screen *s)
     desc.axes = o->sweeps;
     desc.axis_count = o->sweep_count;
     desc.folder = o->out;
-    pd_status status = pd_sweep_build(ctx, &desc, &all);
+    pd_status status = pd_parameter_sweep_build(ctx, &desc, &all);
     if (status < 0) return refuse(o, s, ctx, status);
     run_desc.stop = is_interrupted;
     run_desc.checkpoints = o->checkpoints;
@@ -695,7 +695,7 @@ static int sweep(const options *o, pd_ctx *ctx, screen *s)
     run_desc.live = o->live;
     catch_signals();
     int ended = sweep_runs(ctx, &all, &run_desc, o->threads);
-    pd_sweep_free(ctx, &all);
+    pd_parameter_sweep_free(ctx, &all);
     return ended;
 }
 

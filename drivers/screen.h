@@ -53,11 +53,11 @@ enum { FOLLOW_WIDTH = 12, FOLLOW_NAME = 128 };
 typedef struct follow {
     screen *s;
     int begun;
-    pd_figures figures;
+    pd_scalar_outputs figures;
 } follow;
 
 /* "probe.a.C"; those of the scene have no section. */
-static void follow_name(const pd_figure *f, char *name)
+static void follow_name(const pd_scalar_output *f, char *name)
 {
     if (strcmp(f->section, "scene") == 0) snprintf(name, FOLLOW_NAME, "%s", f->key);
     else snprintf(name, FOLLOW_NAME, "%s.%s.%s", f->section, f->name, f->key);
@@ -126,14 +126,14 @@ static void follow_head(const follow *f)
 }
 
 /* A row for each instant. */
-static int follow_instant(void *user, pd_ctx *ctx, const pd_instant *at)
+static int follow_instant(void *user, pd_ctx *ctx, const pd_snapshot *at)
 {
     follow *f = (follow *)user;
     double own[FOLLOW_COLUMNS];
     char name[FOLLOW_NAME];
     const char *unit;
-    if (at->when == PD_WHEN_END) return 0;
-    if (pd_instant_figures(ctx, at, &f->figures) < 0) return 1;
+    if (at->when == PD_SNAPSHOT_STAGE_END) return 0;
+    if (pd_snapshot_get_outputs(ctx, at, &f->figures) < 0) return 1;
     end_progress(f->s);
     if (!f->begun) follow_head(f);
     f->begun = 1;

@@ -119,13 +119,14 @@ static pd_status draw(pd_ctx *ctx, const stab_case *c, const map *m, int share, 
             y[STAB_RATIOS + r][k] = p->step * p->unit;
         }
         snprintf(name[r], sizeof name[r], c->implicit || share ? "m = %g" : "m = %g, limit", ratios[r]);
-        plot_add(&plot, name[r], m->x, y[r], m->count, share || c->implicit ? PD_STROKE_BOTH : PD_STROKE_MARKERS);
+        plot_add(&plot, name[r], m->x, y[r], m->count,
+                 share || c->implicit ? PD_SERIES_STYLE_BOTH : PD_SERIES_STYLE_MARKERS);
         snprintf(name[STAB_RATIOS + r], sizeof name[0], "m = %g, step", ratios[r]);
         if (!share && !c->implicit)
-            plot_add(&plot, name[STAB_RATIOS + r], m->x, y[STAB_RATIOS + r], m->count, PD_STROKE_LINE);
+            plot_add(&plot, name[STAB_RATIOS + r], m->x, y[STAB_RATIOS + r], m->count, PD_SERIES_STYLE_LINE);
     }
-    if (share) plot_add(&plot, "limit", ends, one, 2, PD_STROKE_DASHED);
-    if (share) plot_add(&plot, "0.9", ends, nine, 2, PD_STROKE_DASHED);
+    if (share) plot_add(&plot, "limit", ends, one, 2, PD_SERIES_STYLE_DASHED);
+    if (share) plot_add(&plot, "0.9", ends, nine, 2, PD_SERIES_STYLE_DASHED);
     snprintf(title, sizeof title, "%s, %dD: %s", c->name, PD_DIM,
              c->implicit ? "growth in a step"
              : share     ? "step over its limit"

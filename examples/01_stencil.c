@@ -51,8 +51,8 @@ static void print_moments(void)
            "xyz"[last], "xyz"[last]);
     for (int r = 0; r < (PD_DIM > 1 ? 2 : 1); r++)
         for (int m = 2; m <= 4; m++) {
-            double x = second_moment(m, ratios[r], PD_WEIGHTS_PRINTED, 0, &bonds);
-            double y = second_moment(m, ratios[r], PD_WEIGHTS_PRINTED, last, &bonds);
+            double x = second_moment(m, ratios[r], PD_WEIGHTS_PUBLISHED, 0, &bonds);
+            double y = second_moment(m, ratios[r], PD_WEIGHTS_PUBLISHED, last, &bonds);
             double cx = second_moment(m, ratios[r], PD_WEIGHTS_CALIBRATED, 0, &bonds) - 1.0;
             double cy = second_moment(m, ratios[r], PD_WEIGHTS_CALIBRATED, last, &bonds) - 1.0;
             printf("  %d  %5d  %5g   %9.5f  %9.5f   %16.1e  %16.1e\n", m, bonds, ratios[r], x, y, cx, cy);
@@ -88,9 +88,9 @@ int main(void)
         desc.grid.hi[d] = 8.0;
     }
     must(pd_lattice_build(&ctx, &desc, &lattice));
-    must(pd_lattice_field(&ctx, &lattice, 1, &f));
-    must(pd_lattice_field(&ctx, &lattice, 1, &lap));
-    must(pd_lattice_field(&ctx, &lattice, PD_DIM, &grad));
+    must(pd_lattice_add_field(&ctx, &lattice, 1, &f));
+    must(pd_lattice_add_field(&ctx, &lattice, 1, &lap));
+    must(pd_lattice_add_field(&ctx, &lattice, PD_DIM, &grad));
     const pd_grid *grid = &lattice.grid;
 
     printf("\npatch test, m = %g: largest error at nodes with whole families\n"

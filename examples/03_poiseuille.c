@@ -84,7 +84,8 @@ static void solve(int across)
         }
         worst = fmax(worst, fabs(RHO * flow.p[i] - slope * (x[0] - gd.hi[0])));
     }
-    double in = pd_flow_section(&ctx, &flow, 0, 1), out = pd_flow_section(&ctx, &flow, 0, grid.n[0] - 1);
+    double in = pd_flow_integrate_section(&ctx, &flow, 0, 1),
+           out = pd_flow_integrate_section(&ctx, &flow, 0, grid.n[0] - 1);
     printf("  %6d  %8.1e   %8.1e   %8.1e   %6d   %8.0f\n", across, sqrt(error / size),
            worst / fabs(slope * (gd.hi[0] - gd.lo[0])), fabs(out / in - 1.0), result.newton,
            (double)result.evaluations);

@@ -42,11 +42,11 @@ static double rate(void *user, const pd_rate_at *at)
     return law->speed * (1.0 - at->c / law->saturation);
 }
 
-static void print_ledger(const pd_couple *c, const pd_quasi_steady *q)
+static void print_ledger(const pd_time_loop *c, const pd_quasi_steady *q)
 {
-    const pd_ledger *l = &c->ledger[0];
+    const pd_mass_balance *l = &c->ledger[0];
     printf("  %5.1f  %5.0f  %6.2f   %10.4e  %10.4e  %10.4e  %8.1e   %5.0f\n", c->time / 3600.0, (double)c->steps,
-           100.0 * pd_couple_volume_loss(c), l->solid, l->dissolved, l->out, l->imbalance / l->start,
+           100.0 * pd_time_loop_volume_loss(c), l->solid, l->dissolved, l->out, l->imbalance / l->start,
            (double)q->solves);
 }
 
@@ -58,7 +58,7 @@ int main(void)
     pd_steady_desc dd;
     pd_transport_desc td;
     pd_dissolve_desc od;
-    pd_couple_desc cd;
+    pd_time_loop_desc cd;
     pd_stencil stencil;
     pd_grid grid;
     pd_bonds bonds;
@@ -67,7 +67,7 @@ int main(void)
     pd_transport transport;
     pd_dissolve dissolve;
     pd_quasi_steady quasi;
-    pd_couple couple;
+    pd_time_loop couple;
     pd_shape pin;
     pd_material metal;
     rate_law law;
@@ -119,15 +119,15 @@ int main(void)
     od.rate_user = &law;
     must(pd_dissolve_build(&ctx, &grid, &stencil, &transport, &od, &dissolve));
 
-    must(pd_couple_build(&ctx, &cd, &grid, &bonds, &couple));
-    must(pd_couple_add(&ctx, &couple, pd_quasi_steady_process(&flow, &steady, &quasi)));
-    must(pd_couple_add(&ctx, &couple, pd_dissolve_process(&dissolve)));
-    must(pd_couple_start(&ctx, &couple));
+    must(pd_time_loop_build(&ctx, &cd, &grid, &bonds, &couple));
+    must(pd_time_loop_add_process(&ctx, &couple, pd_quasi_steady_process(&flow, &steady, &quasi)));
+    must(pd_time_loop_add_process(&ctx, &couple, pd_dissolve_process(&dissolve)));
+    must(pd_time_loop_start(&ctx, &couple));
     printf("amounts in mol per metre of depth\n"
            "  t [h]  steps  loss %%   solid       dissolved   out         imbalance  flow solves\n");
     print_ledger(&couple, &quasi);
     for (int k = 1; k <= 6; k++) {
-        while (couple.time < k * hour) must(pd_couple_step(&ctx, &couple, k * hour));
+        while (couple.time < k * hour) must(pd_time_loop_step(&ctx, &couple, k * hour));
         print_ledger(&couple, &quasi);
     }
 

@@ -20,7 +20,7 @@ int main(int argc, char **argv)
         fprintf(stderr, "%s\n", ctx.message);
         return 1;
     }
-    pd_run_line(&result, line, sizeof line);
+    pd_run_format_result(&result, line, sizeof line);
     printf("%s\n", line);
     pd_setup_free(&ctx, &setup);
     return 0;

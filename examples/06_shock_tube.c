@@ -94,7 +94,7 @@ static double solve(int cells, double m, double *x, double *rho, double *right)
     must(pd_grid_build(&ctx, &stencil, &gd, &grid));
     must(pd_bonds_build(&ctx, &stencil, &grid, 0, &bonds));
     must(pd_gas_build(&ctx, &grid, &bonds, &ad, &gas));
-    must(pd_process_run(&ctx, pd_gas_process(&gas), END));
+    must(pd_physics_run(&ctx, pd_gas_process(&gas), END));
     for (int32_t i = 0; i < grid.total; i++) {
         if (grid.kind[i] != PD_FLUID) continue;
         pd_grid_position(&grid, i, &x[count]);
@@ -129,7 +129,7 @@ int main(void)
     plot.series[1].name = "nodes";
     plot.series[0].y = right;
     plot.series[1].y = rho;
-    plot.series[1].stroke = PD_STROKE_DASHED;
+    plot.series[1].stroke = PD_SERIES_STYLE_DASHED;
     for (int k = 0; k < 2; k++) {
         plot.series[k].x = x;
         plot.series[k].count = MOST;

@@ -11,7 +11,7 @@ int main(int argc, char **argv)
     const char *changes[] = {"h=10 um", "until=1 h"};
     static pd_sim sim;
     pd_ctx ctx;
-    pd_view c;
+    pd_field_view c;
     pd_ctx_init(&ctx);
     pd_status status = pd_sim_open(&ctx, argc > 1 ? argv[1] : "examples/scenes/mg_pin_2d.scene", changes, 2, &sim);
     while (status >= 0 && sim.time < sim.until) {

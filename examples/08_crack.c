@@ -35,8 +35,8 @@ static void must(pd_status status)
 static void notch(pd_body *body, double h)
 {
     double ends[4] = {-LENGTH, 0.0, -0.01 * h, 0.0};
-    pd_cut cut = {2, ends};
-    must(pd_body_cut(&ctx, body, &cut, 1, NULL));
+    pd_precrack cut = {2, ends};
+    must(pd_body_apply_precracks(&ctx, body, &cut, 1, NULL));
 }
 
 int main(int argc, char **argv)
@@ -61,7 +61,7 @@ int main(int argc, char **argv)
     pd_body body;
     pd_microelastic_desc glass;
     pd_microelastic springs;
-    pd_solid solid;
+    pd_material_interface solid;
     pd_verlet_desc motion;
     pd_verlet verlet;
     pd_ctx_init(&ctx);
@@ -81,12 +81,12 @@ int main(int argc, char **argv)
     memset(&motion, 0, sizeof motion);
     motion.density = 2440.0;
     motion.load = load;
-    solid = pd_microelastic_solid(&springs);
+    solid = pd_microelastic_material(&springs);
     must(pd_verlet_build(&ctx, &solid, &motion, &verlet));
 
     for (int frame = 1; frame <= 10; frame++) {
         double tip = 0.0;
-        must(pd_process_run(&ctx, pd_verlet_process(&verlet), 0.1 * END * frame));
+        must(pd_physics_run(&ctx, pd_verlet_process(&verlet), 0.1 * END * frame));
         pd_body_damage(&ctx, &body, damage);
         for (int32_t i = 0; i < count; i++)
             if (damage[i] >= DAMAGED) tip = fmax(tip, position[2 * i]);
@@ -96,7 +96,7 @@ int main(int argc, char **argv)
     printf("work %.3f J/m = kinetic %.3f + elastic %.3f + released %.3f, off by %.1e\n", verlet.work, kinetic, elastic,
            springs.released, (kinetic + elastic + springs.released) / verlet.work - 1.0);
 
-    pd_picture picture;
+    pd_field_plot picture;
     memset(&picture, 0, sizeof picture);
     picture.nx = nx;
     picture.ny = ny;
@@ -107,7 +107,7 @@ int main(int argc, char **argv)
     picture.title = "Notched plate of glass under 2 MPa";
     picture.stamp = "t = 43 us";
     picture.label = "damage [-]";
-    must(pd_picture_write(&ctx, "crack.png", &picture));
+    must(pd_field_plot_write(&ctx, "crack.png", &picture));
     pd_verlet_free(&ctx, &verlet);
     pd_microelastic_free(&ctx, &springs);
     pd_body_free(&ctx, &body);

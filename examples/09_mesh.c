@@ -35,9 +35,9 @@ int main(int argc, char **argv)
     pd_points points;
     pd_body_desc family;
     pd_body body;
-    pd_elastic_desc metal;
-    pd_elastic elastic;
-    pd_solid solid;
+    pd_correspondence_desc metal;
+    pd_correspondence elastic;
+    pd_material_interface solid;
     pd_equilibrium_desc rest;
     pd_equilibrium_result result;
     pd_ctx_init(&ctx);
@@ -63,7 +63,7 @@ int main(int argc, char **argv)
     metal.young = YOUNG;
     metal.poisson = POISSON;
     metal.plane = PD_PLANE_STRESS;
-    must(pd_elastic_build(&ctx, &body, &metal, &elastic));
+    must(pd_correspondence_build(&ctx, &body, &metal, &elastic));
 
     /* Faces of the bore point inwards. A pressure p on them is the load -p surface/volume of their cell. */
     double *load = (double *)calloc(2 * (size_t)points.count, sizeof *load);
@@ -76,9 +76,9 @@ int main(int argc, char **argv)
         for (int d = 0; d < 2; d++) load[2 * (size_t)i + d] = -PRESSURE * face[d] / points.volume[i];
     }
     memset(&rest, 0, sizeof rest);
-    solid = pd_elastic_solid(&elastic);
+    solid = pd_correspondence_material(&elastic);
     must(pd_equilibrium_solve(&ctx, &solid, &rest, load, u, &result));
-    pd_elastic_stress(&ctx, &elastic, u, stress);
+    pd_correspondence_stress(&ctx, &elastic, u, stress);
 
     int32_t first = 0; /* the point next to the bore */
     for (int32_t i = 1; i < points.count; i++)
@@ -94,7 +94,7 @@ int main(int argc, char **argv)
     printf("%d points, %.2f mm2, %d iterations\n", (int)points.count, 1e6 * area, result.iterations);
     printf("at r = %.3f mm: opens by %.4f um, Lame %.4f; hoop stress %.3f MPa, Lame %.3f\n", 1e3 * r, 1e6 * opens,
            1e6 * exact, 1e-6 * hoop, 1e-6 * (a + b));
-    pd_elastic_free(&ctx, &elastic);
+    pd_correspondence_free(&ctx, &elastic);
     pd_body_free(&ctx, &body);
     pd_points_free(&ctx, &points);
     free(load);

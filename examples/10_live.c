@@ -24,19 +24,22 @@ static double law(void *user, const double *at)
 }
 
 /* Largest concentration, and where; the figures that the scene watches. Not 0 ends the run. */
-static int watch(void *user, pd_ctx *ctx, const pd_instant *at)
+static int watch(void *user, pd_ctx *ctx, const pd_snapshot *at)
 {
     int64_t *calls = (int64_t *)user, most = 0;
-    pd_view c;
-    pd_figures figures = {0};
+    pd_field_view c;
+    pd_scalar_outputs figures = {0};
     ++*calls;
-    if (pd_instant_field(ctx, at, "C", &c) < 0 || pd_instant_figures(ctx, at, &figures) < 0) return 1;
+    if (pd_snapshot_get_field(ctx, at, "C", &c) < 0 || pd_snapshot_get_outputs(ctx, at, &figures) < 0) return 1;
     for (int64_t k = 1; k < c.part; k++)
         if (c.data[k] > c.data[most]) most = k;
     printf("%s step %3ld, t = %6.0f s, dt = %6.1f s, %.2f %% lost, most %s = %.3g in column %ld, %d figures\n",
-           at->when == PD_WHEN_START ? "start" : at->when == PD_WHEN_END ? "end  " : "     ", (long)at->steps, at->time,
-           at->dt, 100.0 * at->observables->volume_loss, c.label, c.data[most], (long)(most % c.n[0]), figures.count);
-    pd_figures_free(ctx, &figures);
+           at->when == PD_SNAPSHOT_STAGE_START ? "start"
+           : at->when == PD_SNAPSHOT_STAGE_END ? "end  "
+                                               : "     ",
+           (long)at->steps, at->time, at->dt, 100.0 * at->observables->volume_loss, c.label, c.data[most],
+           (long)(most % c.n[0]), figures.count);
+    pd_scalar_outputs_free(ctx, &figures);
     return at->observables->volume_loss > 0.05;
 }
 
@@ -58,7 +61,7 @@ int main(int argc, char **argv)
         fprintf(stderr, "%s\n", ctx.message);
         return 1;
     }
-    status = pd_setup_function(&ctx, &setup, "rate", law, &fastest, uses);
+    status = pd_setup_set_function(&ctx, &setup, "rate", law, &fastest, uses);
     if (status >= 0) status = pd_run(&ctx, &setup, &desc, &result);
     pd_setup_free(&ctx, &setup);
     if (status < 0) {

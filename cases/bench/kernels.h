@@ -12,7 +12,7 @@ typedef struct kernels {
     triad triad;
     pd_jacobian jacobian;
     pd_multigrid pressure;          /* symmetric cycle */
-    pd_compact compact;
+    pd_compact_operator compact;
     double *f, *g, *vector, *other; /* [total] twice, [PD_DIM + 1][total] twice */
     bench_job job[KERNELS];
     int holds;                      /* 1: transport has borrowed what a step needs */
@@ -43,7 +43,7 @@ static void kernels_divergence(void *user)
 static void kernels_diffuse(void *user)
 {
     kernels *k = (kernels *)user;
-    pd_op_diffuse(k->ctx, &k->lab.bonds, k->lab.transport.c, k->f, k->g);
+    pd_op_diffusion(k->ctx, &k->lab.bonds, k->lab.transport.c, k->f, k->g);
 }
 
 static void kernels_residual(void *user)
@@ -89,8 +89,8 @@ static void kernels_cycle(void *user)
 static void kernels_ghosts(void *user)
 {
     kernels *k = (kernels *)user;
-    pd_ghosts_vector(&k->lab.bonds.ghosts, k->lab.flow.u);
-    pd_ghosts_scalar(&k->lab.bonds.ghosts, k->f);
+    pd_ghosts_set_vector(&k->lab.bonds.ghosts, k->lab.flow.u);
+    pd_ghosts_set_scalar(&k->lab.bonds.ghosts, k->f);
 }
 
 static void kernels_add(kernels *k, const char *name, void (*run)(void *user), double nodes)

@@ -33,7 +33,7 @@ static pd_status neighbour_run_once(bench *b, int threads, double *wall)
     pd_ctx ctx, *outer = b->ctx;
     pd_setup setup;
     pd_model model;
-    pd_observables seen;
+    pd_step_diagnostics seen;
     double start = wall_seconds();
     memset(&seen, 0, sizeof seen);
     pd_ctx_init(&ctx);

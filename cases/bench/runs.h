@@ -87,10 +87,10 @@ static int scene_first(const bench *b) { return PD_DIM == 3 && b->quick; }
 typedef struct scene_watch {
     pd_ctx *ctx;
     pd_model *model;
-    pd_observables *seen;
+    pd_step_diagnostics *seen;
 } scene_watch;
 
-static int scene_observe(void *user, const pd_couple *couple)
+static int scene_observe(void *user, const pd_time_loop *couple)
 {
     scene_watch *w = (scene_watch *)user;
     (void)couple;
@@ -98,14 +98,14 @@ static int scene_observe(void *user, const pd_couple *couple)
     return 0;
 }
 
-static pd_status scene_steps(bench *b, pd_model *model, pd_observables *seen)
+static pd_status scene_steps(bench *b, pd_model *model, pd_step_diagnostics *seen)
 {
     scene_watch watch;
     watch.ctx = b->ctx;
     watch.model = model;
     watch.seen = seen;
     PDI_TRY(pdi_step_diagnostics_build(b->ctx, model, seen));
-    return pd_couple_run(b->ctx, &model->couple, model->setup->until, model->setup->every, scene_observe, &watch);
+    return pd_time_loop_run(b->ctx, &model->couple, model->setup->until, model->setup->every, scene_observe, &watch);
 }
 
 /* Times of a run [s]; one: wall time of the same run on one thread, 0 when there was none. */
@@ -120,9 +120,10 @@ static double scene_serial(double speedup, int threads)
     return share > 1.0 ? 1.0 : share > 0.0 ? share : 0.0;
 }
 
-static void scene_note(bench *b, const scene_run *s, const pd_model *model, const pd_observables *seen, scene_times t)
+static void scene_note(bench *b, const scene_run *s, const pd_model *model, const pd_step_diagnostics *seen,
+                       scene_times t)
 {
-    const pd_couple *c = &model->couple;
+    const pd_time_loop *c = &model->couple;
     pdi_model_statistics effort;
     pdi_model_get_statistics(model, &effort);
     double nodes = (double)(model->grid.fluid_count + model->grid.solid_count);
@@ -170,7 +171,7 @@ static pd_status scene_once(bench *b, const scene_run *s, const double *one, dou
     const char *const *overrides = b->quick ? s->quick : s->full;
     pd_setup setup;
     pd_model model;
-    pd_observables seen;
+    pd_step_diagnostics seen;
     scene_times t;
     int count = 0;
     memset(&seen, 0, sizeof seen);
@@ -241,15 +242,15 @@ enum { COUNT_SOLVES = 5 };
 /* First flow from rest to a residual of 1e-8, then again whenever metal has become fluid. *again: the most of these. */
 static pd_status counts_pin_solves(bench *b, pd_model *model, int solves, int64_t *first, int64_t *again, double *mean)
 {
-    pd_couple *c = &model->couple;
+    pd_time_loop *c = &model->couple;
     const pd_quasi_steady *flow = &model->quasi;
     int64_t start, total = 0;
     *again = 0;
-    PDI_TRY(pd_couple_start(b->ctx, c));
+    PDI_TRY(pd_time_loop_start(b->ctx, c));
     *first = start = flow->evaluations;
     for (int found = 0; found < solves && c->steps < 1000;) {
         int64_t before = flow->evaluations, known = flow->solves;
-        PDI_TRY(pd_couple_step(b->ctx, c, model->setup->until));
+        PDI_TRY(pd_time_loop_step(b->ctx, c, model->setup->until));
         if (flow->solves == known) continue;
         *again = flow->evaluations - before > *again ? flow->evaluations - before : *again;
         found++;
@@ -516,13 +517,13 @@ static void scaling_figure(bench *b, const scaling *s, const kernels *k)
     plot.y_label = "ns a node";
     plot.x_log = plot.y_log = 1;
     for (int j = 0; j < SCALING_KERNELS; j++)
-        plot_add(&plot, k->job[j].name, s->nodes, s->cost[0][j], s->levels, PD_STROKE_BOTH);
+        plot_add(&plot, k->job[j].name, s->nodes, s->cost[0][j], s->levels, PD_SERIES_STYLE_BOTH);
     bench_figure(b, "one", &plot);
     if (b->threads == 1 || !bench_alone(b)) return;
     plot.count = 0;
     plot.title = "The same on two threads";
     for (int j = 0; j < SCALING_KERNELS; j++)
-        plot_add(&plot, k->job[j].name, s->nodes, s->cost[1][j], s->levels, PD_STROKE_BOTH);
+        plot_add(&plot, k->job[j].name, s->nodes, s->cost[1][j], s->levels, PD_SERIES_STYLE_BOTH);
     bench_figure(b, "two", &plot);
 }
 

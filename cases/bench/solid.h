@@ -6,7 +6,7 @@ typedef struct solid_lab {
     pd_ctx *ctx;
     pd_body_desc desc;
     pd_body body;
-    pd_elastic elastic;
+    pd_correspondence elastic;
     int32_t room;               /* points that the arrays have room for */
     double *position, *volume;  /* [room][PD_DIM] [m], [room] [m^d] */
     double *u, *load;           /* [room][PD_DIM] [m], [N/m3] */
@@ -17,7 +17,7 @@ typedef struct solid_lab {
 
 static void solid_end(solid_lab *s)
 {
-    pd_elastic_free(s->ctx, &s->elastic);
+    pd_correspondence_free(s->ctx, &s->elastic);
     pd_body_free(s->ctx, &s->body);
     PDI_DELETE(s->ctx, (int64_t)s->room * PD_DIM, s->position);
     PDI_DELETE(s->ctx, s->room, s->volume);
@@ -60,7 +60,7 @@ static void solid_points(solid_lab *s, int n, double half, double h, int ring)
 static pd_status solid_build(bench *b, solid_lab *s, int n, double half, double m, int ring)
 {
     double h = 2.0 * half / n;
-    pd_elastic_desc desc;
+    pd_correspondence_desc desc;
     memset(s, 0, sizeof *s);
     memset(&desc, 0, sizeof desc);
     s->ctx = b->ctx;
@@ -80,7 +80,7 @@ static pd_status solid_build(bench *b, solid_lab *s, int n, double half, double 
     desc.poisson = 0.3;
     s->build = bench_clock(b->threads);
     PDI_TRY(pd_body_build(b->ctx, &s->desc, &s->body));
-    PDI_TRY(pd_elastic_build(b->ctx, &s->body, &desc, &s->elastic));
+    PDI_TRY(pd_correspondence_build(b->ctx, &s->body, &desc, &s->elastic));
     s->build = bench_clock(b->threads) - s->build;
     return PD_OK;
 }
@@ -88,7 +88,7 @@ static pd_status solid_build(bench *b, solid_lab *s, int n, double half, double 
 static pd_status solid_solve(bench *b, solid_lab *s, double rtol)
 {
     pd_equilibrium_desc desc;
-    pd_solid solid = pd_elastic_solid(&s->elastic);
+    pd_material_interface solid = pd_correspondence_material(&s->elastic);
     memset(&desc, 0, sizeof desc);
     desc.held = s->held;
     desc.rtol = rtol;
@@ -101,7 +101,7 @@ static pd_status solid_solve(bench *b, solid_lab *s, double rtol)
 static void solid_force(void *user)
 {
     solid_lab *s = (solid_lab *)user;
-    pd_elastic_force(s->ctx, &s->elastic, s->position, s->u);
+    pd_correspondence_force(s->ctx, &s->elastic, s->position, s->u);
 }
 
 /* One end of the box is held, and the other is sheared. */
@@ -258,7 +258,7 @@ static void glass_free(glass_lab *g)
 static void glass_notch(pd_body *body)
 {
     for (int32_t i = 0; i < body->count; i++)
-        for (pd_walk b = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&b);) {
+        for (pd_bond_iterator b = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&b);) {
             const double *p = body->position + 2 * (size_t)i, *q = body->position + 2 * (size_t)b.to;
             if ((p[1] < 0.0) == (q[1] < 0.0) || p[0] - p[1] * (q[0] - p[0]) / (q[1] - p[1]) > 0.0) continue;
             pd_body_break(body, i, b.to);
@@ -302,7 +302,7 @@ static pd_status glass_build(bench *b, glass_lab *g, int n)
     PDI_TRY(pd_microelastic_build(b->ctx, &g->body, &glass, &g->springs));
     motion.density = 2440.0;
     motion.load = g->load;
-    pd_solid solid = pd_microelastic_solid(&g->springs);
+    pd_material_interface solid = pd_microelastic_material(&g->springs);
     return pd_verlet_build(b->ctx, &solid, &motion, &g->motion);
 }
 
@@ -333,7 +333,7 @@ static pd_status glass_plate(bench *b, glass_lab *g, int n, int steps)
     build = bench_clock(b->threads) - build;
     double bytes = ((double)(b->ctx->in_use - before) - 7.0 * sizeof(double) * g->count) / g->count;
     double run = bench_clock(b->threads);
-    PDI_TRY(pd_process_run(b->ctx, pd_verlet_process(&g->motion), (steps - 1e-6) * g->motion.longest));
+    PDI_TRY(pd_physics_run(b->ctx, pd_verlet_process(&g->motion), (steps - 1e-6) * g->motion.longest));
     run = bench_clock(b->threads) - run;
     job.nodes = (double)g->body.bonds;
     bench_time(b, &job, 1, 1);

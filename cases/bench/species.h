@@ -40,14 +40,14 @@ static pd_status species_once(bench *b, int buffer, species_found *f)
     f->cpu = cpu_seconds();
     pd_status status = pd_scene_parse(&ctx, "pin", text, NULL, 0, &setup);
     if (status >= 0) status = pdi_model_build(&ctx, &setup, &model);
-    if (status >= 0) status = pd_couple_run(&ctx, &model.couple, setup.until, setup.every, NULL, NULL);
+    if (status >= 0) status = pd_time_loop_run(&ctx, &model.couple, setup.until, setup.every, NULL, NULL);
     f->cpu = cpu_seconds() - f->cpu;
     f->species = buffer ? model.reactive.components.solutes : 1;
     f->nodes = (double)(model.grid.fluid_count + model.grid.solid_count);
     f->bytes = (double)ctx.peak;
     f->steps = (double)model.couple.steps;
-    if (status >= 0) f->loss = pd_couple_volume_loss(&model.couple);
-    if (status >= 0) f->ledger = pd_couple_imbalance(&model.couple);
+    if (status >= 0) f->loss = pd_time_loop_volume_loss(&model.couple);
+    if (status >= 0) f->ledger = pd_time_loop_imbalance(&model.couple);
     runs_close(b, &setup, &model);
     return status < 0 ? pdi_fail(b->ctx, status, "species", "%s", ctx.message) : PD_OK;
 }

@@ -110,8 +110,8 @@ static void study_figure(bench *b, const study *s)
         x[line][count[line]] = after;
         y[line][count[line]++] = s->point[next].err;
     }
-    for (int f = 0; f < s->families; f++) plot_add(&plot, s->family[f], x[f], y[f], count[f], PD_STROKE_MARKERS);
-    plot_add(&plot, "efficient frontier", x[line], y[line], count[line], PD_STROKE_DASHED);
+    for (int f = 0; f < s->families; f++) plot_add(&plot, s->family[f], x[f], y[f], count[f], PD_SERIES_STYLE_MARKERS);
+    plot_add(&plot, "efficient frontier", x[line], y[line], count[line], PD_SERIES_STYLE_DASHED);
     bench_figure(b, s->name, &plot);
 }
 
@@ -158,7 +158,7 @@ static pd_status study_pulse_steps(bench *b, val_lab *lab, const pulse_knobs *k,
     memset(&desc, 0, sizeof desc);
     desc.rtol = k->rtol;
     pd_status status = pd_two_stage_build(b->ctx, &lab->transport, &desc, &two_stage);
-    if (status >= 0) status = pd_process_run(b->ctx, pd_two_stage_process(&two_stage), end);
+    if (status >= 0) status = pd_physics_run(b->ctx, pd_two_stage_process(&two_stage), end);
     p->steps = (double)two_stage.steps;
     pd_two_stage_free(b->ctx, &two_stage);
     return status;
@@ -386,9 +386,9 @@ static pd_status study_pin_loss(bench *b, const pin_knobs *k, double *loss, stud
     pd_status status = runs_open(b, "mg_pin_2d.scene", overrides, 4, &setup, &model);
     if (status >= 0) {
         model.couple.desc.fraction = k->fraction;
-        status = pd_couple_run(b->ctx, &model.couple, setup.until, setup.until, NULL, NULL);
+        status = pd_time_loop_run(b->ctx, &model.couple, setup.until, setup.until, NULL, NULL);
     }
-    *loss = pd_couple_volume_loss(&model.couple);
+    *loss = pd_time_loop_volume_loss(&model.couple);
     p->steps = (double)model.couple.steps;
     p->evals = (double)model.quasi.evaluations;
     runs_close(b, &setup, &model);

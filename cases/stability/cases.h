@@ -124,18 +124,18 @@ static pd_status stab_transport(pd_ctx *ctx, val_lab *lab, double m, double x, s
 
 /* ---- weakly compressible flow ---- */
 
-static pd_unsteady stab_un;
+static pd_weakly_compressible stab_un;
 
 /* Rates at a state that a step too short to change anything starts from. */
 static pd_status stab_unsteady_rates(pd_ctx *ctx, const val_lab *lab, double size, int b, double *rate)
 {
-    pd_unsteady *un = &stab_un;
+    pd_weakly_compressible *un = &stab_un;
     int32_t total = lab->grid.total, middle = stab_middle(&lab->grid);
     stab_stream(un->flow, 0.1);
     for (int32_t i = 0; i < total; i++) un->density[i] = 1.0;
     if (b < PD_DIM) un->flow->u[(int64_t)b * total + middle] += size;
     else un->density[middle] += size;
-    PDI_TRY(pd_unsteady_step(ctx, un, 1e-12));
+    PDI_TRY(pd_weakly_compressible_step(ctx, un, 1e-12));
     memcpy(rate, un->rate, (size_t)(PD_DIM + 1) * (size_t)total * sizeof *rate);
     return PD_OK;
 }
@@ -144,7 +144,7 @@ static pd_status stab_unsteady_rates(pd_ctx *ctx, const val_lab *lab, double siz
  * linear step about the stream, by central differences of an equation of state that is linear. */
 static pd_status stab_unsteady(pd_ctx *ctx, val_lab *lab, double m, double x, stab_point *point)
 {
-    pd_unsteady_desc desc;
+    pd_weakly_compressible_desc desc;
     symbol s;
     memset(&desc, 0, sizeof desc);
     memset(&stab_un, 0, sizeof stab_un);
@@ -155,7 +155,7 @@ static pd_status stab_unsteady(pd_ctx *ctx, val_lab *lab, double m, double x, st
     desc.sound = 1.0;
     PDI_TRY(lab_build(ctx, lab, VAL_FLOW));
     PDI_TRY(lab_fields(ctx, lab, 2, PD_DIM + 1));
-    pd_status status = pd_unsteady_build(ctx, &lab->flow, &desc, &stab_un);
+    pd_status status = pd_weakly_compressible_build(ctx, &lab->flow, &desc, &stab_un);
     if (!symbol_build(&s, PD_DIM + 1)) status = pdi_fail(ctx, PD_ERR_MEMORY, "stability", "out of memory");
     for (int b = 0; b <= PD_DIM && status == PD_OK; b++) {
         const double size = 1e-4;
@@ -169,12 +169,12 @@ static pd_status stab_unsteady(pd_ctx *ctx, val_lab *lab, double m, double x, st
     }
     if (status == PD_OK) {
         stab_stream(&lab->flow, 0.1);
-        point->step = pd_unsteady_limit(ctx, &stab_un);
+        point->step = pd_weakly_compressible_limit(ctx, &stab_un);
         point->stable = symbol_limit(&s, 3, point->step);
         point->unit = 1.0; /* c/h */
     }
     symbol_free(&s);
-    pd_unsteady_free(ctx, &stab_un);
+    pd_weakly_compressible_free(ctx, &stab_un);
     return status;
 }
 

@@ -81,8 +81,8 @@ static pd_status annulus_flow_run(val_job *job)
     annulus_lab(job, 1.0, 1.0 / job->level.n, &kappa);
     PDI_TRY(lab_build(job->ctx, lab, VAL_FLOW | VAL_STEADY));
     PDI_TRY(flow_solve(job));
-    val_curve *exact = job->profile ? val_add_curve(job, "closed form", PD_STROKE_LINE) : NULL;
-    val_curve *found = job->profile ? val_add_curve(job, "computed", PD_STROKE_MARKERS) : NULL;
+    val_curve *exact = job->profile ? val_add_curve(job, "closed form", PD_SERIES_STYLE_LINE) : NULL;
+    val_curve *found = job->profile ? val_add_curve(job, "computed", PD_SERIES_STYLE_MARKERS) : NULL;
     for (int32_t i = 0; i < lab->grid.total; i++) {
         double x[PD_DIM];
         int at[PD_DIM];
@@ -136,8 +136,8 @@ static pd_status annulus_sherwood_run(val_job *job)
     job->profile->x_label = "x D/(U Dh^2) [-]";
     job->profile->y_label = "Sherwood number on Dh [-]";
     job->profile->x_log = job->profile->y_log = 1;
-    val_curve *found = val_add_curve(job, "computed", PD_STROKE_LINE);
-    val_curve *exact = val_add_curve(job, "fully developed", PD_STROKE_MARKERS);
+    val_curve *found = val_add_curve(job, "computed", PD_SERIES_STYLE_LINE);
+    val_curve *exact = val_add_curve(job, "fully developed", PD_SERIES_STYLE_MARKERS);
     for (int at = 1; at <= last; at++)
         val_add_point(found, (at + 0.5) * lab->grid.h[0] * ANNULUS_D / 4.0, annulus_column(lab, inner, at));
     val_add_point(exact, (last + 0.5) * lab->grid.h[0] * ANNULUS_D / 4.0, annulus_of(job)->sherwood);

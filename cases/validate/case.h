@@ -67,7 +67,7 @@ typedef enum val_column {
 /* Curves of the finest level for a figure. */
 typedef struct val_curve {
     char name[48];
-    pd_stroke stroke;
+    pd_series_style stroke;
     double x[VAL_POINTS], y[VAL_POINTS];
     int count;
 } val_curve;
@@ -192,7 +192,7 @@ static val_verdict val_judge(const val_result *r, const val_goal *g, double *val
 }
 
 /* Add a curve to the profile of a job; NULL when none is wanted or no room is left. */
-static val_curve *val_add_curve(val_job *job, const char *name, pd_stroke stroke)
+static val_curve *val_add_curve(val_job *job, const char *name, pd_series_style stroke)
 {
     val_profile *p = job->profile;
     if (!p || p->curves == VAL_CURVES) return NULL;

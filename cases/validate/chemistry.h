@@ -11,7 +11,7 @@ static pd_status chemistry_ph(pd_ctx *ctx, const char *text, const char *reagent
 {
     static pd_electrolyte e;
     pd_electrolyte_state s;
-    double per[PD_SPECIES_MOST];
+    double per[PD_SPECIES_MAX];
     PDI_TRY(pd_electrolyte_parse(ctx, "case", text, NULL, 0, &e));
     memset(per, 0, sizeof per);
     if (reagent) PDI_TRY(pd_electrolyte_reagent(ctx, &e, reagent, per));
@@ -38,7 +38,7 @@ static pd_status chemistry_brucite_run(val_job *job)
     const struct chemistry_brucite *b = &chemistry_brucites[(int)job->level.p - 1];
     for (int davies = 0; davies < 2; davies++) {
         char text[1024], complex[160] = "";
-        double c[PD_SPECIES_MOST], ph;
+        double c[PD_SPECIES_MAX], ph;
         if (davies)
             snprintf(complex, sizeof complex,
                      "[species MgOH+]\n[reaction MgOH] Mg2+ + H2O = MgOH+ + H+  log10_K = -11.44\n");
@@ -86,10 +86,10 @@ static pd_status chemistry_titration_run(val_job *job)
     for (int k = 0; k < 2; k++) {
         char name[48];
         snprintf(name, sizeof name, "%s, table", names[k]);
-        val_curve *found = val_add_curve(job, names[k], PD_STROKE_LINE);
-        val_curve *wanted = val_add_curve(job, name, PD_STROKE_MARKERS);
+        val_curve *found = val_add_curve(job, names[k], PD_SERIES_STYLE_LINE);
+        val_curve *wanted = val_add_curve(job, name, PD_SERIES_STYLE_MARKERS);
         for (int i = 0; i < CHEMISTRY_POINTS; i++) {
-            double c[PD_SPECIES_MOST], ph, added = chemistry_titration[i][0];
+            double c[PD_SPECIES_MAX], ph, added = chemistry_titration[i][0];
             PDI_TRY(chemistry_ph(job->ctx, texts[k], "Na+ + OH-", added, c, &ph));
             job->out->err[k] = fmax(job->out->err[k], fabs(ph - chemistry_titration[i][1 + k]));
             val_add_point(found, added, ph);

@@ -106,19 +106,19 @@ static pd_status clock_flow_run(val_job *job)
 static pd_status clock_unsteady_run(val_job *job)
 {
     val_lab *lab = job->lab;
-    pd_unsteady un;
-    pd_unsteady_desc desc;
+    pd_weakly_compressible un;
+    pd_weakly_compressible_desc desc;
     memset(&un, 0, sizeof un);
     memset(&desc, 0, sizeof desc);
     desc.sound = CLOCK_SOUND;
     PDI_TRY(clock_build(job, VAL_FLOW));
     clock_field(job, 0, lab->flow.u, 0.0, CLOCK_FAINT, 0.0);
-    pd_status status = pd_unsteady_build(job->ctx, &lab->flow, &desc, &un);
+    pd_status status = pd_weakly_compressible_build(job->ctx, &lab->flow, &desc, &un);
     for (int step = 0; step < (int)job->level.p && status == PD_OK; step++)
-        status = pd_unsteady_step(job->ctx, &un, 0.5 / job->level.p);
+        status = pd_weakly_compressible_step(job->ctx, &un, 0.5 / job->level.p);
     clock_field(job, 1, lab->flow.u, 0.0, CLOCK_FAINT * exp(-0.5 * clock_rate(lab)), 0.0);
     job->out->err[0] /= CLOCK_FAINT;
-    pd_unsteady_free(job->ctx, &un);
+    pd_weakly_compressible_free(job->ctx, &un);
     return status;
 }
 
@@ -177,7 +177,7 @@ static pd_status clock_dissolve_run(val_job *job)
     lab->couple_desc.max_step = 1.0 / job->level.p;
     lab->couple_desc.fraction = 1.0;
     PDI_TRY(lab_build(job->ctx, lab, VAL_TRANSPORT | VAL_DISSOLVE | VAL_COUPLE));
-    PDI_TRY(pd_couple_run(job->ctx, &lab->couple, 1.0, 0.0, NULL, NULL));
+    PDI_TRY(pd_time_loop_run(job->ctx, &lab->couple, 1.0, 0.0, NULL, NULL));
     for (int32_t i = 0; i < lab->grid.total; i++)
         if (lab->grid.kind[i] == PD_FLUID)
             job->out->err[0] = fmax(job->out->err[0], fabs(lab->transport.c[i] + expm1(-1.0)));

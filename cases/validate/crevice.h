@@ -159,8 +159,8 @@ static double crevice_depth(const val_lab *lab, int column)
 
 static void crevice_curves(val_job *job, const crevice_line *w)
 {
-    val_curve *line = val_add_curve(job, "equation of the gap", PD_STROKE_LINE);
-    val_curve *found = val_add_curve(job, "computed", PD_STROKE_MARKERS);
+    val_curve *line = val_add_curve(job, "equation of the gap", PD_SERIES_STYLE_LINE);
+    val_curve *found = val_add_curve(job, "computed", PD_SERIES_STYLE_MARKERS);
     if (!job->profile) return;
     job->profile->title = "Metal lost along the crevice after 72 h";
     job->profile->x_label = "distance from the mouth [mm]";
@@ -185,7 +185,7 @@ static pd_status crevice_run(val_job *job)
         pd_grid_position(&lab->grid, i, x);
         if (lab->grid.kind[i] == PD_FLUID) lab->transport.c[i] = crevice_initial(x[0]);
     }
-    PDI_TRY(pd_couple_run(job->ctx, &lab->couple, CREVICE_TIME, 0.0, NULL, NULL));
+    PDI_TRY(pd_time_loop_run(job->ctx, &lab->couple, CREVICE_TIME, 0.0, NULL, NULL));
     for (int which = 0; which < 2; which++) {
         int cells = which ? lab->grid.n[0] : CREVICE_CELLS;
         for (int i = 0; i < cells; i++) {

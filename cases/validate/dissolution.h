@@ -89,7 +89,7 @@ static pd_status rate_front(val_job *job, const int *direction, double *error)
         if (edge || !direction[d]) area *= lab->grid.n[d];
     if (edge) area *= 2.0 * sqrt((double)ones) / edge;
     double before = rate_content(lab);
-    PDI_TRY(pd_couple_run(job->ctx, &lab->couple, RATE_DEPTH / RATE_SPEED, 0.0, NULL, NULL));
+    PDI_TRY(pd_time_loop_run(job->ctx, &lab->couple, RATE_DEPTH / RATE_SPEED, 0.0, NULL, NULL));
     *error = fabs((before - rate_content(lab)) / area * lab->grid.h[0] / RATE_DEPTH - 1.0);
     job->out->h = lab->grid.h[0];
     job->out->steps += (long)lab->couple.steps;
@@ -136,7 +136,7 @@ static const val_case rate_case = {
 /* ---- ledger ---- */
 
 /* Remembers the worst imbalance of all steps. */
-static int ledger_watch(void *user, const pd_couple *couple)
+static int ledger_watch(void *user, const pd_time_loop *couple)
 {
     double *worst = (double *)user;
     *worst = fmax(*worst, couple->ledger[0].relative);
@@ -189,9 +189,9 @@ static pd_status ledger_run(val_job *job)
     lab->dissolve_desc.rate_user = &law;
     PDI_TRY(lab_build(job->ctx, lab,
                       VAL_TRANSPORT | VAL_DISSOLVE | VAL_COUPLE | (PD_DIM > 1 ? VAL_FLOW | VAL_STEADY : 0)));
-    PDI_TRY(pd_couple_run(job->ctx, &lab->couple, job->level.p, 0.0, ledger_watch, &job->out->err[0]));
+    PDI_TRY(pd_time_loop_run(job->ctx, &lab->couple, job->level.p, 0.0, ledger_watch, &job->out->err[0]));
     job->out->h = lab->grid.h[0];
-    job->out->err[1] = pd_couple_volume_loss(&lab->couple);
+    job->out->err[1] = pd_time_loop_volume_loss(&lab->couple);
     job->out->residual = fmax(lab->quasi.result.momentum, lab->quasi.result.continuity);
     job->out->steps = (long)lab->couple.steps;
     job->out->evals = (long)lab->quasi.evaluations;

@@ -117,8 +117,9 @@ static double cavity_error(val_job *job, int of, int points, const double *place
 {
     double s[VAL_POINTS], f[VAL_POINTS], error = 0.0;
     int count = cavity_line(job->lab, of, s, f);
-    val_curve *found = val_add_curve(job, of ? "v along x, computed" : "u along y, computed", PD_STROKE_LINE);
-    val_curve *wanted = val_add_curve(job, of ? "v along x, reference" : "u along y, reference", PD_STROKE_MARKERS);
+    val_curve *found = val_add_curve(job, of ? "v along x, computed" : "u along y, computed", PD_SERIES_STYLE_LINE);
+    val_curve *wanted =
+        val_add_curve(job, of ? "v along x, reference" : "u along y, reference", PD_SERIES_STYLE_MARKERS);
     for (int k = 0; k < count; k++) val_add_point(found, s[k], f[k]);
     for (int k = 0; k < points; k++) {
         val_add_point(wanted, place[k], value[k]);
@@ -135,7 +136,7 @@ static pd_status cavity_solve(val_job *job, const cavity_table *table)
     lab_box(lab, 1.0 / job->level.n, job->level.m, 0.0, 1.0);
     enclosed_fluid(lab, 1.0 / table->re);
     lab->flow_desc.wall = cavity_lid;
-    if (!lab->flow_desc.order) lab->flow_desc.order = PD_FLOW_PAYING; /* as scenes have it */
+    if (!lab->flow_desc.order) lab->flow_desc.order = PD_FLOW_ORDER_AUTO; /* as scenes have it */
     lab->steady_desc.tolerance = 1e-8;
     PDI_TRY(lab_build(job->ctx, lab, VAL_FLOW | VAL_STEADY));
     PDI_TRY(flow_solve(job));
@@ -222,8 +223,8 @@ static void taylor_curves(val_job *job)
     job->profile->title = "Taylor-Green vortices at t = 0.5 s: v along x";
     job->profile->x_label = "x [m]";
     job->profile->y_label = "v [m/s]";
-    val_curve *exact = val_add_curve(job, "closed form", PD_STROKE_LINE);
-    val_curve *found = val_add_curve(job, "computed", PD_STROKE_MARKERS);
+    val_curve *exact = val_add_curve(job, "closed form", PD_SERIES_STYLE_LINE);
+    val_curve *found = val_add_curve(job, "computed", PD_SERIES_STYLE_MARKERS);
     i[1] = lab->grid.n[1] / 4;
     for (i[0] = 0; i[0] < lab->grid.n[0]; i[0]++) {
         double x[PD_DIM], u[PD_DIM];
@@ -256,7 +257,7 @@ static pd_status taylor_run(val_job *job)
                 else *at = u[d];
             }
         }
-        if (!pass) PDI_TRY(pd_process_run(job->ctx, pd_implicit_process(&lab->implicit), TAYLOR_END));
+        if (!pass) PDI_TRY(pd_physics_run(job->ctx, pd_implicit_process(&lab->implicit), TAYLOR_END));
     }
     job->out->err[1] = job->out->err[0] / largest;
     job->out->h = lab->grid.h[0];

@@ -139,8 +139,8 @@ static void graetz_errors(val_job *job, const graetz_kind *kind)
 {
     const val_lab *lab = job->lab;
     double unit = kind->reference * kind->reference / GRAETZ_D, along = lab->grid.h[0];
-    val_curve *found = val_add_curve(job, "computed", PD_STROKE_LINE);
-    val_curve *wanted = val_add_curve(job, "series", PD_STROKE_MARKERS);
+    val_curve *found = val_add_curve(job, "computed", PD_SERIES_STYLE_LINE);
+    val_curve *wanted = val_add_curve(job, "series", PD_SERIES_STYLE_MARKERS);
     for (int k = 0; k < GRAETZ_PLACES; k++) {
         double x = kind->place[k] * unit / along - 0.5;
         int at = (int)floor(x);

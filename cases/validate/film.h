@@ -59,7 +59,7 @@ static void film_rest(double t, int steps, double *y)
 
 /* ---- runs ---- */
 
-static double film_figure(const pd_figures *figures, const char *section, const char *name, const char *key)
+static double film_figure(const pd_scalar_outputs *figures, const char *section, const char *name, const char *key)
 {
     for (int k = 0; k < figures->count; k++)
         if (strcmp(figures->list[k].section, section) == 0 && strcmp(figures->list[k].name, name) == 0 &&
@@ -75,7 +75,7 @@ static pd_status film_solve(val_job *job, const char *mg, const char *oh, const 
     pd_setup setup;
     pd_run_desc desc;
     pd_run_result result;
-    pd_figures f;
+    pd_scalar_outputs f;
     memset(&desc, 0, sizeof desc);
     memset(&f, 0, sizeof f);
     snprintf(text, sizeof text,
@@ -100,7 +100,7 @@ static pd_status film_solve(val_job *job, const char *mg, const char *oh, const 
         job->out->err[3] = fabs(film_figure(&f, "surface", "l", "mean") / y[2] - 1.0);
         job->out->err[4] = result.ledger;
     }
-    pd_figures_free(job->ctx, &f);
+    pd_scalar_outputs_free(job->ctx, &f);
     return status;
 }
 

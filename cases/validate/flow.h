@@ -83,8 +83,8 @@ static void flow_curves(val_job *job, const char *title)
     job->profile->title = title;
     job->profile->x_label = "y [um]";
     job->profile->y_label = "u [m/s]";
-    val_curve *exact = val_add_curve(job, "closed form", PD_STROKE_LINE);
-    val_curve *found = val_add_curve(job, "computed", PD_STROKE_MARKERS);
+    val_curve *exact = val_add_curve(job, "closed form", PD_SERIES_STYLE_LINE);
+    val_curve *found = val_add_curve(job, "computed", PD_SERIES_STYLE_MARKERS);
     int i[PD_DIM];
     for (int d = 0; d < PD_DIM; d++) i[d] = lab->grid.n[d] / 2;
     for (i[PD_DIM - 1] = 0; i[PD_DIM - 1] < lab->grid.n[PD_DIM - 1]; i[PD_DIM - 1]++) {
@@ -150,16 +150,16 @@ static void flux_errors(val_job *job)
         last = axis[0];
     }
     int up = first / 2, down = (last + 1 + lab->grid.n[0]) / 2;
-    double before = pd_flow_section(job->ctx, &lab->flow, 0, up);
+    double before = pd_flow_integrate_section(job->ctx, &lab->flow, 0, up);
     double layer_up = pdi_flow_integrate_nodal_section(&lab->flow, 0, up);
-    job->out->err[0] = fabs(pd_flow_section(job->ctx, &lab->flow, 0, down) / before - 1.0);
-    val_curve *layers = val_add_curve(job, "layers of nodes", PD_STROKE_LINE);
-    val_curve *bonds = val_add_curve(job, "bonds (conserved)", PD_STROKE_DASHED);
+    job->out->err[0] = fabs(pd_flow_integrate_section(job->ctx, &lab->flow, 0, down) / before - 1.0);
+    val_curve *layers = val_add_curve(job, "layers of nodes", PD_SERIES_STYLE_LINE);
+    val_curve *bonds = val_add_curve(job, "bonds (conserved)", PD_SERIES_STYLE_DASHED);
     for (int k = 0; k < lab->grid.n[0]; k++) {
         double layer = pdi_flow_integrate_nodal_section(&lab->flow, 0, k), x = lab->grid.lo[0] + k * lab->grid.h[0];
         job->out->err[1] = fmax(job->out->err[1], fabs(layer / layer_up - 1.0));
         val_add_point(layers, 1e6 * (x + 0.5 * lab->grid.h[0]), layer / layer_up);
-        if (k > 0) val_add_point(bonds, 1e6 * x, pd_flow_section(job->ctx, &lab->flow, 0, k) / before);
+        if (k > 0) val_add_point(bonds, 1e6 * x, pd_flow_integrate_section(job->ctx, &lab->flow, 0, k) / before);
     }
 }
 
@@ -287,8 +287,8 @@ static pd_status duct_run_order(val_job *job, int order)
     lab->steady_desc.tolerance = 1e-9;
     PDI_TRY(lab_build(job->ctx, lab, VAL_FLOW | VAL_STEADY));
     PDI_TRY(flow_solve(job));
-    val_curve *exact = job->profile ? val_add_curve(job, "series", PD_STROKE_LINE) : NULL;
-    val_curve *found = job->profile ? val_add_curve(job, "computed", PD_STROKE_MARKERS) : NULL;
+    val_curve *exact = job->profile ? val_add_curve(job, "series", PD_SERIES_STYLE_LINE) : NULL;
+    val_curve *found = job->profile ? val_add_curve(job, "computed", PD_SERIES_STYLE_MARKERS) : NULL;
     for (int32_t i = 0; i < lab->grid.total; i++) {
         double x[PD_DIM];
         int at[PD_DIM];
@@ -313,7 +313,7 @@ static pd_status duct_run_order(val_job *job, int order)
 
 static pd_status duct_run(val_job *job)
 {
-    return duct_run_order(job, job->lab->flow_desc.order ? job->lab->flow_desc.order : PD_FLOW_PAYING);
+    return duct_run_order(job, job->lab->flow_desc.order ? job->lab->flow_desc.order : PD_FLOW_ORDER_AUTO);
 }
 static pd_status duct_run_second(val_job *job) { return duct_run_order(job, 2); }
 

@@ -19,8 +19,8 @@ static pd_status crack_cut(val_job *job, const pd_crack_desc *crack, double leng
 {
     double corners[4] = {crack->tip[0] - length * crack->way[0], crack->tip[1] - length * crack->way[1], crack->tip[0],
                          crack->tip[1]};
-    pd_cut cut = {2, corners};
-    return pd_body_cut(job->ctx, &job->lab->solid.body, &cut, 1, NULL);
+    pd_precrack cut = {2, corners};
+    return pd_body_apply_precracks(job->ctx, &job->lab->solid.body, &cut, 1, NULL);
 }
 
 /* The mean of J over `count` pairs of radii from 0.15 and 0.45 of `size` on, and by how much of it they differ. */
@@ -331,7 +331,7 @@ static double branching_tip(const val_solid *s, int *branched, val_curve *curve)
     for (int32_t i = 0; i < s->body.count; i++) {
         const double *x = s->position + i * 2;
         int64_t gone = 0;
-        for (pd_walk b = pdi_body_bonds_begin(&s->body, i); pdi_body_bonds_next(&b);)
+        for (pd_bond_iterator b = pdi_body_bonds_begin(&s->body, i); pdi_body_bonds_next(&b);)
             gone += pdi_body_bond_is_broken(&b);
         if ((double)gone < 0.35 * (double)(s->body.row[i + 1] - s->body.row[i])) continue;
         tip = fmax(tip, x[0]);
@@ -366,7 +366,7 @@ static pd_status branching_run(val_job *job)
         if (fabs(y) > 0.02 - h) s->load[i * 2 + 1] = copysign(2e6 / h, y);
     }
     for (int frame = 1; frame <= 43; frame++) {
-        PDI_TRY(pd_process_run(job->ctx, pd_verlet_process(&s->verlet), frame * 1e-6));
+        PDI_TRY(pd_physics_run(job->ctx, pd_verlet_process(&s->verlet), frame * 1e-6));
         tip = branching_tip(s, &branched, NULL);
         if (frame > 4) fastest = fmax(fastest, (tip - was[frame % 4]) / 4e-6);
         was[frame % 4] = tip;
@@ -382,7 +382,7 @@ static pd_status branching_run(val_job *job)
         job->profile->x_label = "x [mm]";
         job->profile->y_label = "y [mm]";
     }
-    branching_tip(s, &branched, val_add_curve(job, "points that lost a third of their bonds", PD_STROKE_MARKERS));
+    branching_tip(s, &branched, val_add_curve(job, "points that lost a third of their bonds", PD_SERIES_STYLE_MARKERS));
     job->out->h = h;
     job->out->steps = (long)s->verlet.steps;
     job->out->err[0] = fastest / 3100.0;

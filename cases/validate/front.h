@@ -61,9 +61,9 @@ static pd_status front_run(val_job *job, const int *direction, pd_kernel kernel,
     for (int d = 0; d < PD_DIM; d++) length += direction[d];
     for (int d = 1; d < PD_DIM; d++) layer *= lab->grid.n[d];
     double step = FRONT_SHARE / (speed * lab->dissolve.kernel.total);
-    PDI_TRY(pd_couple_start(job->ctx, &lab->couple));
+    PDI_TRY(pd_time_loop_start(job->ctx, &lab->couple));
     while (gone < FRONT_TO * layer) {
-        PDI_TRY(pd_couple_step(job->ctx, &lab->couple, lab->couple.time + step));
+        PDI_TRY(pd_time_loop_step(job->ctx, &lab->couple, lab->couple.time + step));
         gone += lab->dissolve.changed_count;
         if (!(begin > 0.0) && gone >= FRONT_FROM * layer) begin = lab->couple.time;
     }

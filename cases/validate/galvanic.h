@@ -5,7 +5,7 @@
 #if PD_DIM > 1
 
 /* A scene as text, run up to its end; its figures. */
-static pd_status galvanic_solve(val_job *job, const char *text, pd_figures *figures, pd_run_result *result)
+static pd_status galvanic_solve(val_job *job, const char *text, pd_scalar_outputs *figures, pd_run_result *result)
 {
     pd_setup setup;
     pd_run_desc desc;
@@ -22,7 +22,7 @@ static pd_status galvanic_solve(val_job *job, const char *text, pd_figures *figu
 }
 
 /* electrode.NAME.key; NaN: there is none. */
-static double galvanic_figure(const pd_figures *figures, const char *name, const char *key)
+static double galvanic_figure(const pd_scalar_outputs *figures, const char *name, const char *key)
 {
     for (int k = 0; k < figures->count; k++)
         if (strcmp(figures->list[k].name, name) == 0 && strcmp(figures->list[k].key, key) == 0)
@@ -38,7 +38,7 @@ static pd_status galvanic_mixed_run(val_job *job)
 {
     char text[2048];
     double e = film_potential(1.0);
-    pd_figures f;
+    pd_scalar_outputs f;
     pd_run_result r;
     snprintf(text, sizeof text,
              "[grid] h = %.17g mm  m = %g  box = 0 .. 3 mm, 0 .. 1 mm\n"
@@ -53,7 +53,7 @@ static pd_status galvanic_mixed_run(val_job *job)
         job->out->err[2] = fabs(galvanic_figure(&f, "mg", "density") / film_mg(e) - 1.0);
         job->out->err[3] = r.current_balance;
     }
-    pd_figures_free(job->ctx, &f);
+    pd_scalar_outputs_free(job->ctx, &f);
     return status;
 }
 
@@ -76,7 +76,7 @@ static pd_status galvanic_coplanar_run(val_job *job)
     char text[2048];
     int which = job->level.p > 0.5 ? 0 : job->level.p > 0.05 ? 1 : 2;
     double h = 1.0 / job->level.n;
-    pd_figures f;
+    pd_scalar_outputs f;
     pd_run_result r;
     snprintf(text, sizeof text,
              "[grid] h = %.17g m  m = %g  box = 0 .. 1 m, %.17g m .. 1 m\n"
@@ -93,7 +93,7 @@ static pd_status galvanic_coplanar_run(val_job *job)
         double outer = galvanic_figure(&f, "a", "least");
         job->out->err[2] = fabs(outer / galvanic_waber(wagner[which], 0.5 * h) - 1.0);
     }
-    pd_figures_free(job->ctx, &f);
+    pd_scalar_outputs_free(job->ctx, &f);
     return status;
 }
 
@@ -106,7 +106,7 @@ static pd_status galvanic_coplanar_run(val_job *job)
 static pd_status galvanic_circle_loss(val_job *job, double conductivity, double *loss)
 {
     char text[2048];
-    pd_figures f;
+    pd_scalar_outputs f;
     pd_run_result r;
     snprintf(text, sizeof text,
              "[grid] h = %.17g mm  m = %g  box = -0.8 mm .. 0.8 mm, -0.8 mm .. 0.8 mm\n"
@@ -118,7 +118,7 @@ static pd_status galvanic_circle_loss(val_job *job, double conductivity, double 
     pd_status status = galvanic_solve(job, text, &f, &r);
     if (status >= 0) job->out->err[2] = fmax(job->out->err[2], fmax(r.ledger, r.current_balance));
     *loss = r.volume_loss;
-    pd_figures_free(job->ctx, &f);
+    pd_scalar_outputs_free(job->ctx, &f);
     return status;
 }
 
@@ -146,7 +146,7 @@ static pd_status galvanic_disc_run(val_job *job)
     char text[2048], box[256], mirrors[128] = "";
     int which = job->level.p > 5.0, layer = 4;
     double h = 1.0 / job->level.n, end = GALVANIC_FAR + layer * h;
-    pd_figures f;
+    pd_scalar_outputs f;
     pd_run_result r;
 #if PD_DIM == 3
     snprintf(box, sizeof box, "box = %.17g m .. %.17g m, 0 .. %.17g m, 0 .. %.17g m", -layer * h, end, end, end);
@@ -172,7 +172,7 @@ static pd_status galvanic_disc_run(val_job *job)
         job->out->err[0] = fabs(resistance / total[which] - 1.0);
         job->out->err[1] = r.current_balance;
     }
-    pd_figures_free(job->ctx, &f);
+    pd_scalar_outputs_free(job->ctx, &f);
     return status;
 }
 

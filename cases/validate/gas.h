@@ -74,7 +74,7 @@ static pd_status sod_steps(val_job *job)
     while (gas->time < SOD_END) {
         double limit, left = SOD_END - gas->time, from = gas->time;
         PDI_TRY(pd_gas_limit(job->ctx, gas, &limit));
-        PDI_TRY(pd_process_run(job->ctx, pd_gas_process(gas), from + fmin(0.8 * limit, left)));
+        PDI_TRY(pd_physics_run(job->ctx, pd_gas_process(gas), from + fmin(0.8 * limit, left)));
         job->out->err[1] += sod_bad(job->lab);
     }
     job->out->steps = (long)gas->steps;
@@ -92,8 +92,8 @@ static void sod_errors(val_job *job)
         job->profile->title = "Sod's shock tube at t = 0.2 s";
         job->profile->x_label = "x [m]";
         job->profile->y_label = "density [kg/m3]";
-        exact = val_add_curve(job, "exact", PD_STROKE_LINE);
-        found = val_add_curve(job, "computed", PD_STROKE_MARKERS);
+        exact = val_add_curve(job, "exact", PD_SERIES_STYLE_LINE);
+        found = val_add_curve(job, "computed", PD_SERIES_STYLE_MARKERS);
         for (int k = 0; k <= 1000; k++)
             val_add_point(exact, k / 1000.0, sod_density(&fan, (k / 1000.0 - 0.5) / SOD_END));
     }

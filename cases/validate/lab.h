@@ -23,7 +23,7 @@ typedef struct val_lab {
     pd_steady_desc steady_desc;
     pd_transport_desc transport_desc;
     pd_dissolve_desc dissolve_desc;
-    pd_couple_desc couple_desc;
+    pd_time_loop_desc couple_desc;
     pd_implicit_desc implicit_desc;
     pd_gas_desc gas_desc;
     pd_stencil stencil, across; /* across: of the surface of metal */
@@ -34,7 +34,7 @@ typedef struct val_lab {
     pd_transport transport;
     pd_dissolve dissolve;
     pd_quasi_steady quasi;
-    pd_couple couple;
+    pd_time_loop couple;
     pd_implicit implicit;
     pd_gas gas;
     val_solid solid;  /* see solids.h */
@@ -71,7 +71,7 @@ static pd_status lab_build(pd_ctx *ctx, val_lab *lab, int parts)
     PDI_TRY(pd_stencil_build(ctx, &lab->stencil_desc, &lab->stencil));
     if (dissolve) PDI_TRY(lab_across(ctx, lab));
     PDI_TRY(pd_grid_build(ctx, &lab->stencil, &lab->grid_desc, &lab->grid));
-    PDI_TRY(pd_bonds_build(ctx, &lab->stencil, &lab->grid, flow ? 0 : PD_BONDS_AT_REST, &lab->bonds));
+    PDI_TRY(pd_bonds_build(ctx, &lab->stencil, &lab->grid, flow ? 0 : PD_BONDS_NO_FLOW, &lab->bonds));
     if (flow) PDI_TRY(pd_flow_build(ctx, &lab->grid, &lab->bonds, &lab->flow_desc, flow));
     if (steady) PDI_TRY(pd_steady_build(ctx, flow, &lab->steady_desc, steady));
     if (parts & VAL_IMPLICIT)
@@ -83,12 +83,12 @@ static pd_status lab_build(pd_ctx *ctx, val_lab *lab, int parts)
         PDI_TRY(
             pd_dissolve_build(ctx, &lab->grid, &lab->across, &lab->transport, &lab->dissolve_desc, &lab->dissolve));
     if (parts & VAL_COUPLE)
-        PDI_TRY(pd_couple_build(ctx, &lab->couple_desc, &lab->grid,
-                                lab->transport_desc.given ? NULL : &lab->bonds, &lab->couple));
+        PDI_TRY(pd_time_loop_build(ctx, &lab->couple_desc, &lab->grid, lab->transport_desc.given ? NULL : &lab->bonds,
+                                   &lab->couple));
     if (parts & VAL_COUPLE && steady)
-        PDI_TRY(pd_couple_add(ctx, &lab->couple, pd_quasi_steady_process(flow, steady, &lab->quasi)));
+        PDI_TRY(pd_time_loop_add_process(ctx, &lab->couple, pd_quasi_steady_process(flow, steady, &lab->quasi)));
     if (parts & VAL_COUPLE && dissolve)
-        PDI_TRY(pd_couple_add(ctx, &lab->couple, pd_dissolve_process(dissolve)));
+        PDI_TRY(pd_time_loop_add_process(ctx, &lab->couple, pd_dissolve_process(dissolve)));
     return PD_OK;
 }
 

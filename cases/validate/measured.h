@@ -19,7 +19,7 @@ static void measured_judge(measured_run *m)
     int points = 0, at = 0;
     m->largest = 0.0;
     for (int s = 0; s < m->setup.records; s++) {
-        const pd_setup_record *r = &m->setup.record[s];
+        const pd_setup_measured *r = &m->setup.record[s];
         for (int k = 0; k < r->points; k++, at++) {
             double off = (m->computed[at] - r->value[k]) / r->scale;
             if (isnan(off)) continue;
@@ -56,9 +56,9 @@ static void measured_hydrogen_curves(val_job *job, const char *name, const measu
 {
     char points[48];
     snprintf(points, sizeof points, "%s, measured", name);
-    val_curve *found = val_add_curve(job, name, PD_STROKE_LINE);
-    val_curve *wanted = val_add_curve(job, points, PD_STROKE_MARKERS);
-    const pd_setup_record *r = &m->setup.record[0];
+    val_curve *found = val_add_curve(job, name, PD_SERIES_STYLE_LINE);
+    val_curve *wanted = val_add_curve(job, points, PD_SERIES_STYLE_MARKERS);
+    const pd_setup_measured *r = &m->setup.record[0];
     for (int k = 0; k < r->points; k++) {
         val_add_point(found, r->time[k] / 3600.0, 498.0 * m->computed[k]);
         val_add_point(wanted, r->time[k] / 3600.0, 498.0 * r->value[k]);
@@ -70,7 +70,7 @@ static pd_status measured_bath(val_job *job, const pd_setup *setup, double *ph)
 {
     static pd_electrolyte e;
     pd_electrolyte_state s;
-    double c[PD_SPECIES_MOST];
+    double c[PD_SPECIES_MAX];
     e = setup->electrolyte;
     e.activity = PD_ACTIVITY_DAVIES;
     memset(c, 0, sizeof c);
@@ -127,8 +127,8 @@ static const val_part measured_part = {
 
 static void measured_disc_curves(val_job *job, const char *name, const measured_run *m, int measured)
 {
-    val_curve *found = val_add_curve(job, name, PD_STROKE_LINE);
-    val_curve *wanted = measured ? val_add_curve(job, "measured", PD_STROKE_MARKERS) : NULL;
+    val_curve *found = val_add_curve(job, name, PD_SERIES_STYLE_LINE);
+    val_curve *wanted = measured ? val_add_curve(job, "measured", PD_SERIES_STYLE_MARKERS) : NULL;
     for (int k = 0; k < m->setup.records; k++) {
         double height = 1e6 * m->setup.probe[k].at[1];
         val_add_point(found, height, m->computed[k]);

@@ -63,8 +63,8 @@ static pd_status peer_build(val_job *job, double h, const double box[2][3], cons
 {
     val_lab *lab = job->lab;
     lab_box(lab, h, job->level.m, 0.0, 0.0);
-    lab->stencil_desc.weights = PD_WEIGHTS_PRINTED;
-    lab->stencil_desc.family = PD_FAMILY_WHOLE;
+    lab->stencil_desc.weights = PD_WEIGHTS_PUBLISHED;
+    lab->stencil_desc.family = PD_FAMILY_FULL_CELLS;
     for (int d = 0; d < PD_DIM; d++) {
         lab->grid_desc.lo[d] = box[0][d] * h;
         lab->grid_desc.hi[d] = box[1][d] * h;
@@ -75,7 +75,7 @@ static pd_status peer_build(val_job *job, double h, const double box[2][3], cons
     lab->shapes[0].type = PD_SHAPE_BOX;
     lab->dissolve_desc.model = PD_METAL_BONDS;
     lab->dissolve_desc.kernel = PD_KERNEL_INVERSE;
-    lab->dissolve_desc.weights = PD_WEIGHTS_PRINTED;
+    lab->dissolve_desc.weights = PD_WEIGHTS_PUBLISHED;
     lab->dissolve_desc.rate = peer_law;
     lab->dissolve_desc.uniform = 1;
     lab->couple_desc.fraction = 0.2;
@@ -106,7 +106,7 @@ static pd_status peer_compare(val_job *job, const peer_row *row, double apart)
 {
     double *err = job->out->err;
     for (int k = 0; k < job->level.n; k++) {
-        if (k) PDI_TRY(pd_couple_run(job->ctx, &job->lab->couple, k * apart, 0.0, NULL, NULL));
+        if (k) PDI_TRY(pd_time_loop_run(job->ctx, &job->lab->couple, k * apart, 0.0, NULL, NULL));
         peer_row found = peer_state(job->lab);
         err[0] = fmax(err[0], peer_off(found.nodes, row[k].nodes, row[0].nodes));
         err[1] = fmax(err[1], peer_off(found.solid, row[k].solid, row[0].solid));

@@ -11,7 +11,7 @@
 static pd_status plates_figures(val_job *job, const char *text, const char *name, double *current, double *e)
 {
     double passed = NAN;
-    pd_figures figures;
+    pd_scalar_outputs figures;
     pd_run_result result;
     pd_setup setup;
     pd_run_desc desc;
@@ -28,7 +28,7 @@ static pd_status plates_figures(val_job *job, const char *text, const char *name
         if (strcmp(figures.list[k].key, "anodic") == 0) *current = figures.list[k].value;
         if (strcmp(figures.list[k].key, "E") == 0) *e = figures.list[k].value;
     }
-    pd_figures_free(job->ctx, &figures);
+    pd_scalar_outputs_free(job->ctx, &figures);
     pd_setup_free(job->ctx, &setup);
     PDI_TRY(status);
     job->out->h = result.h;

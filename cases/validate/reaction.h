@@ -6,8 +6,8 @@
 
 /* What the parts build on a lab. */
 typedef struct reaction_lab {
-    pd_species species[PD_SPECIES_MOST];
-    pd_reaction reaction[PD_REACTION_MOST];
+    pd_species species[PD_SPECIES_MAX];
+    pd_reaction reaction[PD_REACTION_MAX];
     int count, reactions;
     pd_reactive reactive;
     pd_reactive_result result;

@@ -144,18 +144,18 @@ static pd_status val_draw_errors(pd_ctx *ctx, const char *path, const val_result
     for (int l = 0; l <= last; l++) x[l] = r->out[l].x;
     for (int k = 0; k < p->measures; k++) {
         for (int l = 0; l <= last; l++) e[k][l] = r->out[l].err[k];
-        plot_add(&plot, p->measure[k].label, x, e[k], r->levels, PD_STROKE_BOTH);
+        plot_add(&plot, p->measure[k].label, x, e[k], r->levels, PD_SERIES_STYLE_BOTH);
     }
     if (p->slope > 0.0) {
         for (int l = 0; l <= last; l++) slope[l] = e[top][last] * pow(x[l] / x[last], p->slope);
         snprintf(slope_name, sizeof slope_name, "order %g", p->slope);
-        plot_add(&plot, slope_name, x, slope, r->levels, PD_STROKE_DASHED);
+        plot_add(&plot, slope_name, x, slope, r->levels, PD_SERIES_STYLE_DASHED);
     }
-    for (int k = 0; k < p->goals && plot.count < PD_PLOT_SERIES; k++) {
+    for (int k = 0; k < p->goals && plot.count < PD_PLOT_MAX_SERIES; k++) {
         if (!(p->goal[k].bound > 0.0) || p->goal[k].measure != top || p->goal[k].rank == VAL_GUARD) continue;
         for (int l = 0; l <= last; l++) bound[l] = p->goal[k].bound;
         snprintf(bound_name, sizeof bound_name, "goal %g", p->goal[k].bound);
-        plot_add(&plot, bound_name, x, bound, r->levels, PD_STROKE_DASHED);
+        plot_add(&plot, bound_name, x, bound, r->levels, PD_SERIES_STYLE_DASHED);
         break;
     }
     snprintf(title, sizeof title, "%s, %dD%s%s: errors", r->of->name, PD_DIM, p->name[0] ? ", " : "",

@@ -38,8 +38,8 @@ static void kirsch_ligament(val_job *job, double h)
 {
     const val_solid *s = &job->lab->solid;
     if (job->level.m < 1.5 || job->level.p > 2.5) job->profile = NULL; /* one figure is enough */
-    val_curve *exact = val_add_curve(job, "Kirsch", PD_STROKE_LINE);
-    val_curve *found = val_add_curve(job, "computed", PD_STROKE_MARKERS);
+    val_curve *exact = val_add_curve(job, "Kirsch", PD_SERIES_STYLE_LINE);
+    val_curve *found = val_add_curve(job, "computed", PD_SERIES_STYLE_MARKERS);
     if (job->profile) {
         job->profile->title = "stress beside a hole, over that far away";
         job->profile->x_label = "r/a [-]";
@@ -68,7 +68,7 @@ static pd_status kirsch_run(val_job *job)
     double h = 1.0 / job->level.n, m = job->level.m, half = 3.0, lo[2] = {-3.0, -3.0};
     val_squares sum = {0.0, 0.0};
     int n[2] = {6 * job->level.n, 6 * job->level.n};
-    if (job->level.p > 2.5) s->desc.rim = PD_RIM_EXACT;
+    if (job->level.p > 2.5) s->desc.rim = PD_PARTIAL_VOLUME_EXACT;
     PDI_TRY(solid_cells(job->ctx, s, n, lo, h, m, solid_round_part, &hole));
     s->metal.young = 1.0;
     s->metal.poisson = 0.3;
@@ -135,7 +135,7 @@ static pd_status lame_rest(val_job *job, double yield, double pressure, int step
     solid_round ring = {1.0, 2.0, solid_cut_of(job->level.p)};
     double h = 1.0 / job->level.n, lo[2] = {-2.0, -2.0};
     int n[2] = {4 * job->level.n, 4 * job->level.n};
-    if (job->level.p > 2.5) s->desc.rim = PD_RIM_EXACT;
+    if (job->level.p > 2.5) s->desc.rim = PD_PARTIAL_VOLUME_EXACT;
     PDI_TRY(solid_cells(job->ctx, s, n, lo, h, job->level.m, solid_round_part, &ring));
     s->metal.young = 1.0;
     s->metal.poisson = 0.3;

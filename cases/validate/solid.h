@@ -32,7 +32,7 @@ static double patch_block_part(const void *user, double h, double *x)
 }
 
 /* Hooke's law for the gradient g. */
-static void patch_stress(const pd_elastic *e, const double *g, double *p)
+static void patch_stress(const pd_correspondence *e, const double *g, double *p)
 {
     double trace = 0.0;
     for (int d = 0; d < PD_DIM; d++) trace += g[d * PD_DIM + d];
@@ -47,7 +47,7 @@ static double patch_off(val_job *job, const double *p)
 {
     val_solid *s = &job->lab->solid;
     double off = 0.0;
-    pd_elastic_stress(job->ctx, &s->elastic, s->u, s->stress);
+    pd_correspondence_stress(job->ctx, &s->elastic, s->u, s->stress);
     for (int32_t k = 0; k < s->body.count * SOLID_T; k++) off = fmax(off, fabs(s->stress[k] - p[k % SOLID_T]));
     return off;
 }
@@ -61,8 +61,8 @@ static pd_status patch_plane(val_job *job, pd_plane plane)
     PDI_TRY(solid_cells(job->ctx, s, n, lo, h, job->level.m, patch_block_part, &block));
 #if PD_DIM == 2
     static const double corners[2][2] = {{0.13, 0.62}, {0.48, 0.83}};
-    pd_cut cut = {2, corners[0]};
-    PDI_TRY(pd_body_cut(job->ctx, &s->body, &cut, 1, NULL));
+    pd_precrack cut = {2, corners[0]};
+    PDI_TRY(pd_body_apply_precracks(job->ctx, &s->body, &cut, 1, NULL));
 #endif
     s->metal.young = 1.0;
     s->metal.poisson = job->level.p;
@@ -77,7 +77,7 @@ static pd_status patch_plane(val_job *job, pd_plane plane)
             s->u[k] += g[a * PD_DIM + q] * s->position[k - a + q];
             s->load[k] -= p[a * PD_DIM + q] * s->elastic.edge[k - a + q];
         }
-    pd_elastic_force(job->ctx, &s->elastic, s->u, s->force);
+    pd_correspondence_force(job->ctx, &s->elastic, s->u, s->force);
     for (int32_t k = 0; k < s->body.count * PD_DIM; k++) off = fmax(off, fabs(s->force[k] + s->load[k]));
     job->out->err[0] = fmax(job->out->err[0], patch_off(job, p) / size);
     job->out->err[1] = fmax(job->out->err[1], off * s->desc.horizon / size);
@@ -145,8 +145,8 @@ static pd_status gutman_loss(val_job *job, double stress, double *loss)
              "[corrode] rate = 0.1 um/s  Csat = 5.1 mol/L  control = activation\n[run] until = 20 s\n",
              10.0 / job->level.n, job->level.m, 20.0 * 3.0 * stress / 200e3);
     PDI_TRY(pd_sim_open(job->ctx, text, NULL, 0, &sim));
-    pd_status status = pd_couple_run(job->ctx, &sim.model.couple, 20.0, 0.0, NULL, NULL);
-    *loss = pd_couple_volume_loss(&sim.model.couple);
+    pd_status status = pd_time_loop_run(job->ctx, &sim.model.couple, 20.0, 0.0, NULL, NULL);
+    *loss = pd_time_loop_volume_loss(&sim.model.couple);
     job->out->steps += (long)sim.model.couple.steps;
     pd_sim_close(job->ctx, &sim);
     return status;

@@ -7,13 +7,13 @@ enum { SOLID_T = PD_DIM * PD_DIM };
 typedef struct val_solid {
     pd_body_desc desc;
     pd_body body;
-    pd_elastic_desc metal;
-    pd_elastic elastic;
+    pd_correspondence_desc metal;
+    pd_correspondence elastic;
     pd_microelastic_desc spring;
     pd_microelastic springs;
     pd_verlet_desc motion;
     pd_verlet verlet;
-    pd_solid table;                      /* of the material that was built last */
+    pd_material_interface table;         /* of the material that was built last */
     int32_t room;                        /* points that there is room for */
     double *position, *volume;           /* [room][PD_DIM] [m], [room] [m^d] */
     double *u, *load, *force, *stress;   /* [room][PD_DIM] [m], [N/m3] and [N/m3], [room][PD_DIM^2] [Pa] */
@@ -30,7 +30,7 @@ static void solid_free(pd_ctx *ctx, val_solid *s)
     size_t n = (size_t)s->room;
     pd_verlet_free(ctx, &s->verlet);
     pd_microelastic_free(ctx, &s->springs);
-    pd_elastic_free(ctx, &s->elastic);
+    pd_correspondence_free(ctx, &s->elastic);
     pd_body_free(ctx, &s->body);
     PDI_DELETE(ctx, n * PD_DIM, s->held);
     PDI_DELETE(ctx, n * SOLID_T, s->stress);
@@ -78,8 +78,8 @@ static pd_status solid_cells(pd_ctx *ctx, val_solid *s, const int *n, const doub
 /* Small strains with s->metal. */
 static pd_status solid_elastic(pd_ctx *ctx, val_solid *s)
 {
-    PDI_TRY(pd_elastic_build(ctx, &s->body, &s->metal, &s->elastic));
-    s->table = pd_elastic_solid(&s->elastic);
+    PDI_TRY(pd_correspondence_build(ctx, &s->body, &s->metal, &s->elastic));
+    s->table = pd_correspondence_material(&s->elastic);
     return PD_OK;
 }
 
@@ -87,7 +87,7 @@ static pd_status solid_elastic(pd_ctx *ctx, val_solid *s)
 static pd_status solid_springs(pd_ctx *ctx, val_solid *s)
 {
     PDI_TRY(pd_microelastic_build(ctx, &s->body, &s->spring, &s->springs));
-    s->table = pd_microelastic_solid(&s->springs);
+    s->table = pd_microelastic_material(&s->springs);
     return PD_OK;
 }
 

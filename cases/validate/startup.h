@@ -87,9 +87,9 @@ static void startup_curves(val_job *job, int moving, double t)
     int i[PD_DIM];
     if (!job->profile) return;
     snprintf(name, sizeof name, "series, %g", t);
-    val_curve *exact = val_add_curve(job, name, PD_STROKE_LINE);
+    val_curve *exact = val_add_curve(job, name, PD_SERIES_STYLE_LINE);
     snprintf(name, sizeof name, "computed, %g", t);
-    val_curve *found = val_add_curve(job, name, PD_STROKE_MARKERS);
+    val_curve *found = val_add_curve(job, name, PD_SERIES_STYLE_MARKERS);
     for (int k = 0; k <= 200; k++)
         val_add_point(exact, k / 200.0, moving ? startup_wall(k / 200.0, t) : startup_force(k / 200.0, t));
     i[0] = 0;
@@ -114,7 +114,7 @@ static pd_status startup_implicit_run(val_job *job, int moving)
     PDI_TRY(lab_build(job->ctx, lab, VAL_FLOW | VAL_STEADY | VAL_IMPLICIT));
     job->out->h = lab->grid.h[0];
     for (int k = 0; k < STARTUP_TIMES; k++) {
-        PDI_TRY(pd_process_run(job->ctx, pd_implicit_process(&lab->implicit), startup_time[k]));
+        PDI_TRY(pd_physics_run(job->ctx, pd_implicit_process(&lab->implicit), startup_time[k]));
         startup_note(job, moving, k);
     }
     job->out->steps = (long)lab->implicit.steps;
@@ -125,10 +125,10 @@ static pd_status startup_implicit_run(val_job *job, int moving)
 static pd_status startup_couette_run(val_job *job) { return startup_implicit_run(job, 1); }
 static pd_status startup_poiseuille_run(val_job *job) { return startup_implicit_run(job, 0); }
 
-static pd_status startup_explicit_times(val_job *job, pd_unsteady *un)
+static pd_status startup_explicit_times(val_job *job, pd_weakly_compressible *un)
 {
     for (int k = 0; k < STARTUP_TIMES; k++) {
-        PDI_TRY(pd_process_run(job->ctx, pd_unsteady_process(un), startup_time[k]));
+        PDI_TRY(pd_physics_run(job->ctx, pd_weakly_compressible_process(un), startup_time[k]));
         startup_note(job, 0, k);
     }
     job->out->steps = (long)un->steps;
@@ -140,17 +140,17 @@ static pd_status startup_explicit_times(val_job *job, pd_unsteady *un)
 static pd_status startup_explicit_run(val_job *job)
 {
     val_lab *lab = job->lab;
-    pd_unsteady un;
-    pd_unsteady_desc desc;
+    pd_weakly_compressible un;
+    pd_weakly_compressible_desc desc;
     memset(&un, 0, sizeof un);
     memset(&desc, 0, sizeof desc);
     startup_scene(job, 0);
     desc.sound = 10.0 * lab->flow_desc.speed;
     PDI_TRY(lab_build(job->ctx, lab, VAL_FLOW));
     job->out->h = lab->grid.h[0];
-    pd_status status = pd_unsteady_build(job->ctx, &lab->flow, &desc, &un);
+    pd_status status = pd_weakly_compressible_build(job->ctx, &lab->flow, &desc, &un);
     if (status == PD_OK) status = startup_explicit_times(job, &un);
-    pd_unsteady_free(job->ctx, &un);
+    pd_weakly_compressible_free(job->ctx, &un);
     return status;
 }
 
@@ -199,11 +199,11 @@ static pd_status swing_run(val_job *job)
         lab->flow.u[i] = swing_speed(x[1], 0.0);
     }
     job->out->h = lab->grid.h[0];
-    val_curve *exact = job->profile ? val_add_curve(job, "closed form", PD_STROKE_LINE) : NULL;
-    val_curve *found = job->profile ? val_add_curve(job, "computed", PD_STROKE_MARKERS) : NULL;
+    val_curve *exact = job->profile ? val_add_curve(job, "closed form", PD_SERIES_STYLE_LINE) : NULL;
+    val_curve *found = job->profile ? val_add_curve(job, "computed", PD_SERIES_STYLE_MARKERS) : NULL;
     for (int k = 1; k <= SWING_TIMES; k++) {
         double t = k * 2.0 * val_pi / SWING_RATE / SWING_TIMES;
-        PDI_TRY(pd_process_run(job->ctx, pd_implicit_process(&lab->implicit), t));
+        PDI_TRY(pd_physics_run(job->ctx, pd_implicit_process(&lab->implicit), t));
         for (int32_t i = 0; i < lab->grid.total; i++) {
             double x[PD_DIM];
             if (lab->grid.kind[i] != PD_FLUID) continue;
@@ -362,7 +362,7 @@ static pd_status channel_once(val_job *job, int along, int wide, double sign)
     for (int32_t i = 0; i < lab->grid.total; i++)
         if (lab->grid.kind[i] == PD_FLUID) lab->flow.u[i] = 1.0;
     for (int k = 0; k < CHANNEL_TIMES; k++) {
-        PDI_TRY(pd_process_run(job->ctx, pd_implicit_process(&lab->implicit), channel_time[k]));
+        PDI_TRY(pd_physics_run(job->ctx, pd_implicit_process(&lab->implicit), channel_time[k]));
         channel_note(job, k, sign);
     }
     job->out->h = lab->grid.h[0];
@@ -383,8 +383,8 @@ static void channel_curves(val_job *job, double sign)
     job->profile->title = sign > 0.0 ? "Channel at t = 100 s" : "Channel with the force reversed at t = 100 s";
     job->profile->x_label = "y [m]";
     job->profile->y_label = "u [m/s]";
-    val_curve *exact = val_add_curve(job, "series", PD_STROKE_LINE);
-    val_curve *found = val_add_curve(job, "computed", PD_STROKE_MARKERS);
+    val_curve *exact = val_add_curve(job, "series", PD_SERIES_STYLE_LINE);
+    val_curve *found = val_add_curve(job, "computed", PD_SERIES_STYLE_MARKERS);
     for (int k = 0; k <= 200; k++)
         val_add_point(exact, k * CHANNEL_HEIGHT / 200.0, channel_series(k * CHANNEL_HEIGHT / 200.0, 100.0, sign));
     i[0] = i[2] = 0;

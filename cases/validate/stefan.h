@@ -79,15 +79,15 @@ static pd_status stefan_run(val_job *job)
         if (lab->grid.kind[i] == PD_FLUID) lab->transport.c[i] = stefan_field(x[0], STEFAN_START);
     }
     stefan_titles(job);
-    val_curve *exact = val_add_curve(job, "closed form", PD_STROKE_LINE);
-    val_curve *found = val_add_curve(job, "computed", PD_STROKE_MARKERS);
+    val_curve *exact = val_add_curve(job, "closed form", PD_SERIES_STYLE_LINE);
+    val_curve *found = val_add_curve(job, "computed", PD_SERIES_STYLE_MARKERS);
     job->out->h = lab->grid.h[0];
-    PDI_TRY(pd_couple_start(job->ctx, &lab->couple));
+    PDI_TRY(pd_time_loop_start(job->ctx, &lab->couple));
     for (int k = 0; k < times; k++) {
         for (int part = 1; part <= 10; part++) {
             double from = k ? stefan_time[k - 1] : start;
             next = from + (stefan_time[k] - from) * part / 10.0;
-            while (lab->couple.time < next - start) PDI_TRY(pd_couple_step(job->ctx, &lab->couple, next - start));
+            while (lab->couple.time < next - start) PDI_TRY(pd_time_loop_step(job->ctx, &lab->couple, next - start));
             for (int q = 4; q >= 0; q--) {
                 double at = next - (stefan_time[k] - from) * q / 50.0;
                 val_add_point(exact, at, 2e6 * STEFAN_LAMBDA * sqrt(STEFAN_D * at));
@@ -160,7 +160,7 @@ static pd_status stefan_bonds_run(val_job *job)
     }
     job->out->h = lab->grid.h[0];
     for (int k = 0; k < times; k++) {
-        PDI_TRY(pd_couple_run(job->ctx, &lab->couple, stefan_time[k] - begin, 0.0, NULL, NULL));
+        PDI_TRY(pd_time_loop_run(job->ctx, &lab->couple, stefan_time[k] - begin, 0.0, NULL, NULL));
         job->out->err[k] = fabs(stefan_now(job, bottom) / stefan_depth[k] - 1.0);
     }
     job->out->steps = (long)lab->couple.steps;

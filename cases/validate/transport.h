@@ -77,8 +77,8 @@ static void transport_curves(val_job *job, const double *c, transport_field_fn f
     job->profile->title = title;
     job->profile->x_label = "x [um]";
     job->profile->y_label = label;
-    val_curve *exact = val_add_curve(job, "closed form", PD_STROKE_LINE);
-    val_curve *found = val_add_curve(job, "computed", PD_STROKE_MARKERS);
+    val_curve *exact = val_add_curve(job, "closed form", PD_SERIES_STYLE_LINE);
+    val_curve *found = val_add_curve(job, "computed", PD_SERIES_STYLE_MARKERS);
     int i[PD_DIM], every = lab->grid.n[0] / 60 + 1;
     for (int d = 0; d < PD_DIM; d++) i[d] = lab->grid.side[2 * d] == PD_SIDE_MIRROR ? 0 : lab->grid.n[d] / 2;
     for (i[0] = 0; i[0] < lab->grid.n[0]; i[0]++) {

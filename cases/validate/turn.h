@@ -53,7 +53,7 @@ static pd_status turn_build(val_job *job)
     PDI_TRY(lab_build(job->ctx, lab, VAL_FLOW | VAL_TRANSPORT));
     for (int32_t i = 0; i < lab->grid.total; i++) {
         double x[PD_DIM], u[PD_DIM];
-        if (lab->grid.kind[i] == PD_OUTSIDE) continue;
+        if (lab->grid.kind[i] == PD_INACTIVE) continue;
         pd_grid_position(&lab->grid, i, x);
         turn_velocity(NULL, x, u);
         for (int d = 0; d < PD_DIM; d++) lab->flow.u[(int64_t)d * lab->grid.total + i] = u[d];
@@ -117,8 +117,8 @@ static pd_status turn_run(val_job *job)
     PDI_TRY(pd_transport_steady(job->ctx, &lab->transport, &result));
     int count = turn_outlet(lab, s, f);
     job->out->err[0] = turn_error(table, s, f, count);
-    val_curve *found = val_add_curve(job, "computed", PD_STROKE_LINE);
-    val_curve *wanted = val_add_curve(job, "reference", PD_STROKE_MARKERS);
+    val_curve *found = val_add_curve(job, "computed", PD_SERIES_STYLE_LINE);
+    val_curve *wanted = val_add_curve(job, "reference", PD_SERIES_STYLE_MARKERS);
     for (int k = 0; k < TURN_PLACES; k += 4) val_add_point(wanted, k / (TURN_PLACES - 1.0), table->c[k]);
     for (int k = 0; k < count; k++) val_add_point(found, s[k], f[k]);
     for (int32_t i = 0; i < lab->grid.total; i++)

@@ -51,7 +51,7 @@ static pd_status dispersion_wave(val_job *job, int m, double k, int springs, dou
     double dt = s->verlet.longest, slow = 2.0 / dt * asin(0.5 * dt * sqrt(square));
     *off = 0.0;
     for (int step = 1; step <= 80; step++) {
-        PDI_TRY(pd_process_run(job->ctx, pd_verlet_process(&s->verlet), step * dt));
+        PDI_TRY(pd_physics_run(job->ctx, pd_verlet_process(&s->verlet), step * dt));
         *off = fmax(*off, fabs(s->verlet.u[middle] / size - cos(slow * step * dt)));
     }
     return PD_OK;
@@ -109,7 +109,7 @@ static pd_status bar_wave_speed(val_job *job, const int *n, int springs, double 
         s->verlet.v[(int64_t)i * PD_DIM] = 1e-3 * sin(val_pi * s->position[(int64_t)i * PD_DIM] / n[0]);
     double start = pd_verlet_kinetic(&s->verlet), dt = s->verlet.longest;
     for (int k = 0; found < 3 && k * dt < 3.0 * n[0]; k++) {
-        PDI_TRY(pd_process_run(job->ctx, pd_verlet_process(&s->verlet), (k + 1) * dt));
+        PDI_TRY(pd_physics_run(job->ctx, pd_verlet_process(&s->verlet), (k + 1) * dt));
         double now = s->verlet.v[((int64_t)s->body.count - 1) * PD_DIM];
         if (k && (before > 0.0) != (now > 0.0)) crossed[found++] = (k + before / (before - now)) * dt;
         before = now;

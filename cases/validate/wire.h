@@ -7,7 +7,7 @@
 #define WIRE_SCENE "examples/scenes/mg_wire.scene"
 
 /* Measured and computed losses in percent. */
-static void wire_curves(const pd_setup_record *r, const double *computed, val_profile *p)
+static void wire_curves(const pd_setup_measured *r, const double *computed, val_profile *p)
 {
     val_curve *scans = &p->curve[0], *run = &p->curve[1];
     p->title = "the wire against its scans";
@@ -16,7 +16,7 @@ static void wire_curves(const pd_setup_record *r, const double *computed, val_pr
     p->curves = 2;
     snprintf(scans->name, sizeof scans->name, "measured");
     snprintf(run->name, sizeof run->name, "computed");
-    scans->stroke = PD_STROKE_MARKERS;
+    scans->stroke = PD_SERIES_STYLE_MARKERS;
     for (int k = 0; k < r->points; k++) {
         scans->x[k] = run->x[k] = r->time[k] / 3600.0;
         scans->y[k] = 100.0 * r->value[k];
@@ -48,7 +48,7 @@ static pd_status wire_run(val_job *job)
     desc.computed = computed;
     PDI_TRY(wire_read(job, &setup));
     pd_status status = pd_run(job->ctx, &setup, &desc, &result);
-    const pd_setup_record *r = &setup.record[0];
+    const pd_setup_measured *r = &setup.record[0];
     for (int k = 0; k < r->points && status >= 0; k++) {
         double off = 100.0 * fabs(computed[k] - r->value[k]);
         if (isnan(off)) continue;

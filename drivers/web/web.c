@@ -24,10 +24,10 @@ WEB_IMPORT(print) void page_print(int kind, const char *text);
  * index of its cells. */
 WEB_IMPORT(box) void page_box(int dim, const int *cells, const double *low, const double *high, int around_axis,
                               int slice_axis, int slice);
-/* An instant, in SI; when: pd_when. */
+/* An instant, in SI; when: pd_snapshot_stage. */
 WEB_IMPORT(instant) int page_instant(int when, double time, double dt, double until, double steps, double volume_loss,
                                      double v_max, double c_max, double imbalance);
-/* A field [components][cells] of the instant before; map: pd_map. Data stay until the call returns. */
+/* A field [components][cells] of the instant before; map: pd_colour_map. Data stay until the call returns. */
 WEB_IMPORT(field) void page_field(const char *name, const char *label, const double *data, int components, int map);
 
 /* Those were all fields of the instant. */
@@ -50,11 +50,12 @@ const char *web_version(void) { return PD_VERSION; }
 WEB_EXPORT(web_message) const char *web_message(void);
 const char *web_message(void) { return web_ctx.message; }
 
-/* 0xRRGGBB [256] of the pictures of the programs, for the first two maps of pd_map. */
+/* 0xRRGGBB [256] of the pictures of the programs, for the first two maps of pd_colour_map. */
 WEB_EXPORT(web_colours) const uint32_t *web_colours(int map);
 const uint32_t *web_colours(int map)
 {
-    pdi_colour_fill_table(map == PD_MAP_DIVERGING ? PD_MAP_DIVERGING : PD_MAP_SEQUENTIAL, web_table);
+    pdi_colour_fill_table(map == PD_COLOUR_MAP_DIVERGING ? PD_COLOUR_MAP_DIVERGING : PD_COLOUR_MAP_SEQUENTIAL,
+                          web_table);
     return web_table;
 }
 
@@ -78,22 +79,22 @@ int web_check(const char *name, const char *text)
 }
 
 /* The colours of pictures. */
-static pd_map web_map(const char *name)
+static pd_colour_map web_map(const char *name)
 {
-    if (strcmp(name, "kind") == 0 || strcmp(name, "grain") == 0) return PD_MAP_LABELS;
-    if (strcmp(name, "p") == 0 || strncmp(name, "sigma", 5) == 0) return PD_MAP_DIVERGING;
-    return PD_MAP_SEQUENTIAL;
+    if (strcmp(name, "kind") == 0 || strcmp(name, "grain") == 0) return PD_COLOUR_MAP_LABELS;
+    if (strcmp(name, "p") == 0 || strncmp(name, "sigma", 5) == 0) return PD_COLOUR_MAP_DIVERGING;
+    return PD_COLOUR_MAP_SEQUENTIAL;
 }
 
-static void web_fields(pd_ctx *ctx, const pd_instant *at)
+static void web_fields(pd_ctx *ctx, const pd_snapshot *at)
 {
     static const char *const names[] = {"kind",     "C",        "v",        "p",        "rate",     "density",
                                         "damage",   "grain",    "D",        "energy",   "u",        "mises",
                                         "sigma_h",  "eps_p",    "broken",   "strain_energy",
                                         "sigma_xx", "sigma_yy", "sigma_zz", "sigma_xy", "sigma_yz", "sigma_zx"};
     for (size_t k = 0; k < sizeof names / sizeof names[0]; k++) {
-        pd_view view;
-        if (pd_instant_field(ctx, at, names[k], &view) < 0) continue; /* the scene has none */
+        pd_field_view view;
+        if (pd_snapshot_get_field(ctx, at, names[k], &view) < 0) continue; /* the scene has none */
         page_field(names[k], view.label, view.data, view.components, web_map(names[k]));
     }
     page_shown();
@@ -111,13 +112,13 @@ static void web_box(const pd_model *model)
     page_box(PD_DIM, g->n, g->lo, g->hi, model->setup->axisymmetric, axis, slice);
 }
 
-static int web_observe(void *user, pd_ctx *ctx, const pd_instant *at)
+static int web_observe(void *user, pd_ctx *ctx, const pd_snapshot *at)
 {
-    const pd_observables *o = at->observables;
+    const pd_step_diagnostics *o = at->observables;
     (void)user;
-    if (at->when == PD_WHEN_START) web_box(at->model);
+    if (at->when == PD_SNAPSHOT_STAGE_START) web_box(at->model);
     int wish = page_instant((int)at->when, at->time, at->dt, at->until, (double)at->steps, o->volume_loss, o->v_max,
-                            o->c_max, pd_couple_imbalance(&at->model->couple));
+                            o->c_max, pd_time_loop_imbalance(&at->model->couple));
     if (wish & WEB_FIELDS) web_fields(ctx, at);
     return (wish & WEB_ENDS) != 0;
 }
@@ -152,7 +153,7 @@ int web_run(const char *name, const char *text, const char *folder, int goes_on,
     pd_setup_free(&web_ctx, &setup);
     if (status < 0) return status;
     if (result.stopped && keeps) return 1;
-    pd_run_line(&result, line, sizeof line);
+    pd_run_format_result(&result, line, sizeof line);
     page_print(PD_PRINT_RESULT, line);
     return result.stopped ? 1 : 0;
 }

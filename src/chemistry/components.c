@@ -24,23 +24,23 @@
 #define PDI_COMPONENTS_MOLAR 1e3 /* [mol/m3] one mol/L */
 
 /* A matrix with a row for each joined component and a column for each member. */
-typedef double pdi_components_matrix[PD_SPECIES_MOST][PD_SPECIES_MOST];
+typedef double pdi_components_matrix[PD_SPECIES_MAX][PD_SPECIES_MAX];
 
 /* Solver state of one volume: the most frequent independent members, the basis `head`, form the others by the rows of
  * `m`. */
 typedef struct pdi_components_work {
     const pd_components *system;
     int rows, members;
-    int charge[PD_SPECIES_MOST];
-    double total[PD_SPECIES_MOST]; /* [mol/m3] joined */
+    int charge[PD_SPECIES_MAX];
+    double total[PD_SPECIES_MAX];  /* [mol/m3] joined */
     double debye, other_strength;  /* as of the system; [mol/m3] ionic strength of those that are not joined */
-    double ln_k[PD_SPECIES_MOST];  /* of members, by the heads */
-    int basis[PD_SPECIES_MOST];    /* basis member of each row */
+    double ln_k[PD_SPECIES_MAX];   /* of members, by the heads */
+    int basis[PD_SPECIES_MAX];     /* basis member of each row */
     pdi_components_matrix m, inverse; /* [rows][live], [rows][rows] */
     /* [mol/m3] totals T_r in the basis, sums of term sizes */
-    double balance[PD_SPECIES_MOST], term_size[PD_SPECIES_MOST];
-    double ln_activity[PD_SPECIES_MOST];              /* unknowns: ln of activities of the basis, with mol/m3 */
-    double ln_c[PD_SPECIES_MOST], c[PD_SPECIES_MOST]; /* members: ln of [mol/m3], [mol/m3] */
+    double balance[PD_SPECIES_MAX], term_size[PD_SPECIES_MAX];
+    double ln_activity[PD_SPECIES_MAX];               /* unknowns: ln of activities of the basis, with mol/m3 */
+    double ln_c[PD_SPECIES_MAX], c[PD_SPECIES_MAX];   /* members: ln of [mol/m3], [mol/m3] */
     double strength, ln_gamma, ln_gamma_slope;        /* [mol/m3], ln gamma of a charge of 1, [m3/mol] */
 } pdi_components_work;
 
@@ -108,7 +108,7 @@ static void pdi_components_compute_salt_effect(const pd_components *s, pd_kineti
 static void pdi_components_update_basis(pdi_components_work *w)
 {
     const pd_components *s = w->system;
-    int order[PD_SPECIES_MOST], done[PD_SPECIES_MOST], rows = w->rows, live = w->members;
+    int order[PD_SPECIES_MAX], done[PD_SPECIES_MAX], rows = w->rows, live = w->members;
     for (int n = 0; n < live; n++) {
         int k = n;
         for (; k > 0 && w->ln_c[order[k - 1]] < w->ln_c[n]; k--) order[k] = order[k - 1];
@@ -202,7 +202,7 @@ static double pdi_components_compute_concentrations(pdi_components_work *w, cons
  * until rounding stops it). */
 static void pdi_components_compute_members(pdi_components_work *w)
 {
-    double ideal[PD_SPECIES_MOST], last = HUGE_VAL;
+    double ideal[PD_SPECIES_MAX], last = HUGE_VAL;
     for (int n = 0; n < w->members; n++) {
         double ln = w->ln_k[n];
         for (int r = 0; r < w->rows; r++)
@@ -251,7 +251,7 @@ static void pdi_components_compute_member_derivatives(const pdi_components_work 
  * Singular unknowns are 0. */
 static void pdi_components_solve_linear(int rows, int columns, pdi_components_matrix a, pdi_components_matrix b)
 {
-    int at[PD_SPECIES_MOST], used[PD_SPECIES_MOST];
+    int at[PD_SPECIES_MAX], used[PD_SPECIES_MAX];
     for (int r = 0; r < rows; r++) used[r] = 0;
     for (int c = 0; c < rows; c++) {
         int best = -1;
@@ -312,7 +312,7 @@ static void pdi_components_compute_newton_step(const pdi_components_work *w, dou
                                                double *dy)
 {
     pdi_components_matrix a, b, weight;
-    double each[PD_SPECIES_MOST];
+    double each[PD_SPECIES_MAX];
     pdi_components_compute_member_derivatives(w, 0, weight, each);
     for (int r = 0; r < w->rows; r++) {
         for (int k = 0; k < w->rows; k++) a[r][k] = 0.0;
@@ -331,7 +331,7 @@ static void pdi_components_compute_newton_step(const pdi_components_work *w, dou
 /* Newton iterations for the members of the given totals, with line search. 0: not converged. */
 static int pdi_components_solve_members(pdi_components_work *w)
 {
-    double side[PD_SPECIES_MOST][2], off[PD_SPECIES_MOST], dy[PD_SPECIES_MOST], start[PD_SPECIES_MOST], relative_error;
+    double side[PD_SPECIES_MAX][2], off[PD_SPECIES_MAX], dy[PD_SPECIES_MAX], start[PD_SPECIES_MAX], relative_error;
     pdi_components_update_basis(w);
     pdi_components_compute_members(w);
     double worst = pdi_components_compute_balance_residuals(w, side, off, &relative_error);
@@ -405,7 +405,7 @@ static void pdi_components_update_activities(pdi_components_work *w)
 static void pdi_components_try_equal_amounts(const pd_components *s, pdi_components_work *w)
 {
     pdi_components_work anew = *w;
-    double c[PD_SPECIES_MOST], others = w->other_strength;
+    double c[PD_SPECIES_MAX], others = w->other_strength;
     for (int i = 0; i < s->solutes; i++) c[i] = 1.0;
     pdi_components_init_work(s, c, &anew);
     anew.other_strength = others;
@@ -445,7 +445,7 @@ PDI_FN void pdi_components_compute_derivatives(const pd_components *s, const dou
 {
     pdi_components_work w;
     pdi_components_matrix a, b, weight;
-    double each[PD_SPECIES_MOST];
+    double each[PD_SPECIES_MAX];
     int columns = pdi_components_count_columns(s);
     if (!s->live) return;
     pdi_components_init_work(s, c, &w);
@@ -475,7 +475,7 @@ PDI_FN void pdi_components_compute_derivatives(const pd_components *s, const dou
 
 PDI_FN void pdi_components_compute_derivatives_single(const pd_components *s, const double *c, float *derivatives)
 {
-    double exact[PD_COMPONENTS_SLOPES];
+    double exact[PD_COMPONENTS_DERIVATIVES];
     int count = s->live * pdi_components_count_columns(s);
     pdi_components_compute_derivatives(s, c, exact);
     for (int k = 0; k < count; k++) derivatives[k] = (float)exact[k];
@@ -509,7 +509,7 @@ static double pdi_components_compute_power(double c, double n, double *derivativ
 PDI_FN double pdi_components_compute_rate(const pd_components *s, const pd_kinetic *kinetic, const double *c,
                                           double *derivatives, double *gross_rate)
 {
-    double product[2], constant[2], power[PD_SPECIES_MOST], slope[PD_SPECIES_MOST], davies_slope;
+    double product[2], constant[2], power[PD_SPECIES_MAX], slope[PD_SPECIES_MAX], davies_slope;
     double davies = pdi_components_compute_davies(s, c, &davies_slope);
     constant[0] = kinetic->forward;
     constant[1] = kinetic->backward;
@@ -555,14 +555,14 @@ static double pdi_components_compute_dissociation(const pd_components *s, const 
 
 PDI_FN pd_status pdi_components_solve_pure_solvent(const pd_components *s, double *c)
 {
-    double total[PD_SPECIES_MOST] = {0.0};
-    for (int i = 0; i < PD_SPECIES_MOST; i++) c[i] = 1.0; /* from nothing no equilibrium is found */
+    double total[PD_SPECIES_MAX] = {0.0};
+    for (int i = 0; i < PD_SPECIES_MAX; i++) c[i] = 1.0; /* from nothing no equilibrium is found */
     for (int r = 0; r < s->kinetics; r++) {
         double extent = pdi_components_compute_dissociation(s, &s->kinetic[r]);
         for (int k = 0; k < s->count; k++) total[k] += s->kinetic[r].gain[k] * extent;
     }
     pd_status status = pdi_components_solve(s, total, c);
-    if (status != PD_OK) memset(c, 0, PD_SPECIES_MOST * sizeof *c);
+    if (status != PD_OK) memset(c, 0, PD_SPECIES_MAX * sizeof *c);
     return status;
 }
 
@@ -571,9 +571,9 @@ PDI_FN pd_status pdi_components_solve_pure_solvent(const pd_components *s, doubl
 /* Equilibrium reactions among solutes during elimination. */
 typedef struct pdi_components_reactions {
     int rows;
-    double nu[PD_REACTION_MOST][PD_SPECIES_MOST], ln_k[PD_REACTION_MOST];
-    int product[PD_REACTION_MOST]; /* solute; -1: none */
-    const char *name[PD_REACTION_MOST];
+    double nu[PD_REACTION_MAX][PD_SPECIES_MAX], ln_k[PD_REACTION_MAX];
+    int product[PD_REACTION_MAX]; /* solute; -1: none */
+    const char *name[PD_REACTION_MAX];
 } pdi_components_reactions;
 
 /* A candidate pivot: a solute that a reaction can make, and what decides on it. */
@@ -657,7 +657,7 @@ static void pdi_components_remove_product(const pd_components *s, pdi_components
 /* Numbers the components, joined ones first, and fills m and ln K of (5b.8). */
 static void pdi_components_sort_components(const pdi_components_reactions *e, pd_components *s)
 {
-    int row[PD_SPECIES_MOST], joined[PD_SPECIES_MOST];
+    int row[PD_SPECIES_MAX], joined[PD_SPECIES_MAX];
     for (int i = 0; i < s->solutes; i++) {
         row[i] = -1;
         joined[i] = 0;
@@ -689,7 +689,7 @@ static void pdi_components_sort_components(const pdi_components_reactions *e, pd
 static pd_status pdi_components_add_reaction(pd_ctx *ctx, const pd_species *species, int count,
                                              const pd_reaction *reaction, pdi_components_reactions *e, pd_components *s)
 {
-    double nu[PD_SPECIES_MOST];
+    double nu[PD_SPECIES_MAX];
     memset(nu, 0, sizeof nu);
     for (int i = 0; i < count; i++)
         if (s->place[i] >= 0) nu[s->place[i]] = reaction->nu[i];
@@ -717,11 +717,13 @@ static pd_status pdi_components_try_build(pd_ctx *ctx, const pd_species *species
                                           const pd_reaction *reactions, int reaction_count, pd_components *s)
 {
     pdi_components_reactions e;
-    int rank[PD_SPECIES_MOST];
+    int rank[PD_SPECIES_MAX];
     memset(&e, 0, sizeof e);
-    if (count < 1 || count > PD_SPECIES_MOST || reaction_count < 0 || reaction_count > PD_REACTION_MOST)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "components", "%d species and %d reactions, expected 1 to %d species and "
-                        "at most %d reactions", count, reaction_count, PD_SPECIES_MOST, PD_REACTION_MOST);
+    if (count < 1 || count > PD_SPECIES_MAX || reaction_count < 0 || reaction_count > PD_REACTION_MAX)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "components",
+                        "%d species and %d reactions, expected 1 to %d species and "
+                        "at most %d reactions",
+                        count, reaction_count, PD_SPECIES_MAX, PD_REACTION_MAX);
     for (int i = 0; i < count; i++) {
         s->place[i] = -1;
         if (species[i].phase == PD_PHASE_SOLVENT || species[i].phase == PD_PHASE_SOLID) continue;

@@ -9,14 +9,14 @@
 
 /* Largest size of the derivatives, [members][joined + 1]: each equilibrium reaction makes a member that is no
  * component, so there are fewer joined components than members. */
-#define PD_COMPONENTS_SLOPES (PD_SPECIES_MOST * PD_SPECIES_MOST)
+#define PD_COMPONENTS_DERIVATIVES (PD_SPECIES_MAX * PD_SPECIES_MAX)
 
 /* A kinetic reaction by mass action, with rate constants at infinite dilution (eq. 5b.3). */
 typedef struct pd_kinetic {
     double forward, backward;     /* [unit of a rate: mol/m3/s over concentrations in mol/m3] */
     double salt[2];               /* [-] exponents of ln gamma for both ways, kinetic salt effect */
-    double nu[PD_SPECIES_MOST];   /* [-] stoichiometric numbers of solutes, products positive */
-    double gain[PD_SPECIES_MOST]; /* [-] change of the totals by one unit of the reaction */
+    double nu[PD_SPECIES_MAX];    /* [-] stoichiometric numbers of solutes, products positive */
+    double gain[PD_SPECIES_MAX];  /* [-] change of the totals by one unit of the reaction */
 } pd_kinetic;
 
 /* A component system. Solutes are numbered without the solvent. Components that equilibrium reactions join come
@@ -24,14 +24,14 @@ typedef struct pd_kinetic {
 typedef struct pd_components {
     int solutes, count;          /* numbers of solutes and of components */
     int joined;                  /* components that take part in equilibrium reactions */
-    int place[PD_SPECIES_MOST];  /* solute index of a species; -1: the solvent, a solid */
-    int charge[PD_SPECIES_MOST]; /* of solutes */
-    int master[PD_SPECIES_MOST]; /* solute index of a component */
-    double m[PD_SPECIES_MOST][PD_SPECIES_MOST]; /* [-] m_ki of component k and solute i (eq. 5b.8) */
-    int live, member[PD_SPECIES_MOST];          /* number and solute indices of members of equilibrium reactions */
-    double ln_k[PD_SPECIES_MOST]; /* [-] of solutes: ln a = ln_k + sum_k m_k ln a_master, with mol/m3 */
+    int place[PD_SPECIES_MAX];   /* solute index of a species; -1: the solvent, a solid */
+    int charge[PD_SPECIES_MAX];  /* of solutes */
+    int master[PD_SPECIES_MAX];  /* solute index of a component */
+    double m[PD_SPECIES_MAX][PD_SPECIES_MAX]; /* [-] m_ki of component k and solute i (eq. 5b.8) */
+    int live, member[PD_SPECIES_MAX];         /* number and solute indices of members of equilibrium reactions */
+    double ln_k[PD_SPECIES_MAX];              /* [-] of solutes: ln a = ln_k + sum_k m_k ln a_master, with mol/m3 */
     int kinetics;
-    pd_kinetic kinetic[PD_REACTION_MOST];
+    pd_kinetic kinetic[PD_REACTION_MAX];
     double debye; /* [-] A of Davies' equation, with mol/L; 0: ideal */
 } pd_components;
 
@@ -67,7 +67,7 @@ static inline int pdi_components_count_columns(const pd_components *components)
  * [1/s] by c; *gross_rate, forward plus backward rate. */
 PDI_FN double pdi_components_compute_rate(const pd_components *components, const pd_kinetic *kinetic, const double *c,
                                           double *derivatives, double *gross_rate);
-/* c [PD_SPECIES_MOST] [mol/m3] = pure solvent: its own dissociation, kinetic reactions included, is in equilibrium.
+/* c [PD_SPECIES_MAX] [mol/m3] = pure solvent: its own dissociation, kinetic reactions included, is in equilibrium.
  * PD_NOT_CONVERGED: c is 0. */
 PDI_FN pd_status pdi_components_solve_pure_solvent(const pd_components *components, double *c);
 /* Ionic strength [mol/m3] of concentrations c [solutes]; negative ones count as 0. */

@@ -49,7 +49,7 @@ static int pdi_electrolyte_is_in_equilibrium(const pd_electrolyte *e, const pd_r
 PDI_FN pd_status pdi_electrolyte_build_speciation(pd_ctx *ctx, const pd_electrolyte *e, const double *c,
                                                   pd_speciation *system)
 {
-    pd_reaction held[PD_REACTION_MOST];
+    pd_reaction held[PD_REACTION_MAX];
     int count = 0;
     for (int r = 0; r < e->reactions; r++) {
         if (!pdi_electrolyte_is_in_equilibrium(e, &e->reaction[r], c)) continue;
@@ -145,7 +145,7 @@ static pd_status pdi_electrolyte_compute_ph(pd_ctx *ctx, const pd_electrolyte *e
 {
     pd_electrolyte_state s;
     int ion = pdi_electrolyte_find_species(e, acid > 0.0 ? "H+" : "OH-");
-    double out[PD_SPECIES_MOST];
+    double out[PD_SPECIES_MAX];
     memcpy(c, from, (size_t)e->count * sizeof *c);
     c[ion] += fabs(acid);
     double left = c[e->counter] - acid / e->species[e->counter].charge;
@@ -161,7 +161,7 @@ static pd_status pdi_electrolyte_find_acid_bracket(pd_ctx *ctx, const pd_electro
                                                    double *a, double *f)
 {
     const pd_species *counter = &e->species[e->counter];
-    double c[PD_SPECIES_MOST];
+    double c[PD_SPECIES_MAX];
     PDI_TRY(pdi_electrolyte_compute_ph(ctx, e, from, 0.0, c, &f[0]));
     f[0] -= ph;
     a[0] = a[1] = 0.0;
@@ -186,7 +186,7 @@ static pd_status pdi_electrolyte_find_acid_bracket(pd_ctx *ctx, const pd_electro
 /* Adds the acid or base to c that gives `ph`, by the Illinois method (eq. 5b.11). */
 static pd_status pdi_electrolyte_solve_ph(pd_ctx *ctx, const pd_electrolyte *e, double ph, double *c)
 {
-    double from[PD_SPECIES_MOST], a[2], f[2];
+    double from[PD_SPECIES_MAX], a[2], f[2];
     if (e->counter < 0)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "electrolyte", "pH is set, but no ion that comes with the acid or base "
                         "that sets it, expected counter = Cl- or another ion");
@@ -214,7 +214,7 @@ static const char *pdi_electrolyte_find_main_ion(const pd_electrolyte *e, const 
     return best < 0 ? "Cl-" : e->species[best].name;
 }
 
-pd_status pd_electrolyte_close(pd_ctx *ctx, const pd_electrolyte *e, double ph, double *c)
+pd_status pd_electrolyte_neutralise(pd_ctx *ctx, const pd_electrolyte *e, double ph, double *c)
 {
     double strength, charge = pdi_electrolyte_compute_charge(e, c, &strength);
     if (e->balance < 0 && fabs(charge) > PDI_ELECTROLYTE_NEUTRAL_TOLERANCE * strength)

@@ -6,16 +6,16 @@
 
 /* A solution as a recipe: species, reactions, amounts at the start and inlet, pH values, and how charge is balanced. */
 typedef struct pd_electrolyte {
-    pd_species species[PD_SPECIES_MOST];
+    pd_species species[PD_SPECIES_MAX];
     int count; /* of the species */
-    pd_reaction reaction[PD_REACTION_MOST];
+    pd_reaction reaction[PD_REACTION_MAX];
     int reactions;
-    double enthalpy[PD_REACTION_MOST]; /* [J/mol] with which K went from 25 C to the temperature; NaN: K is as given */
-    double volume[PD_SPECIES_MOST];  /* [m3/mol] of solids; 0: not known */
-    double recipe[PD_SPECIES_MOST];  /* [mol/m3] as written, of the start */
-    double initial[PD_SPECIES_MOST]; /* [mol/m3] the same, made neutral; a solid per volume of water */
-    double inlet[PD_SPECIES_MOST];   /* [mol/m3] at inlets, made neutral */
-    double inside[PD_SPECIES_MOST];  /* [mol/m3] initial concentrations inside of shapes, made neutral */
+    double enthalpy[PD_REACTION_MAX]; /* [J/mol] with which K went from 25 C to the temperature; NaN: K is as given */
+    double volume[PD_SPECIES_MAX];    /* [m3/mol] of solids; 0: not known */
+    double recipe[PD_SPECIES_MAX];    /* [mol/m3] as written, of the start */
+    double initial[PD_SPECIES_MAX];   /* [mol/m3] the same, made neutral; a solid per volume of water */
+    double inlet[PD_SPECIES_MAX];     /* [mol/m3] at inlets, made neutral */
+    double inside[PD_SPECIES_MAX];    /* [mol/m3] initial concentrations inside of shapes, made neutral */
     double ph, inlet_ph, inside_ph; /* [-] given pH of the start, of inlets, inside of shapes; NaN: it follows from the
                                      * amounts */
     int balance;         /* index of the ion that is adjusted for electroneutrality; -1: none, charges must sum to 0 */
@@ -30,14 +30,14 @@ typedef struct pd_electrolyte_state {
     double ph;       /* [-] NaN: there is no H+ */
     double strength; /* [mol/m3] ionic strength */
     double charge;   /* [mol/m3] sum of charges */
-    double saturation[PD_SPECIES_MOST]; /* [-] of solids log10(IAP/K), formed or not; NaN: unknown */
+    double saturation[PD_SPECIES_MAX]; /* [-] of solids log10(IAP/K), formed or not; NaN: unknown */
     pd_speciation_result result;
 } pd_electrolyte_state;
 
 /* Makes the recipe c [mol/m3] electroneutral by the ion e.balance, and adds acid or base until its equilibrium has the
  * pH `ph` (NaN: any). c holds the recipe, not the equilibrium. PD_ERR_ARGUMENT: charges do not sum to 0 and there is no
  * such ion, or it would become negative; a pH without a counter ion, or one that cannot be reached. */
-#define pd_electrolyte_close PD_NAME(pd_electrolyte_close)
+#define pd_electrolyte_neutralise PD_NAME(pd_electrolyte_neutralise)
 /* Brings c [mol/m3] to equilibrium of all reactions that have a constant K, also those with rates. PD_ERR_ARGUMENT,
  * PD_ERR_DIVERGED: there is none, c is unchanged. */
 #define pd_electrolyte_solve PD_NAME(pd_electrolyte_solve)
@@ -48,7 +48,7 @@ typedef struct pd_electrolyte_state {
 /* Make the recipe c [mol/m3] neutral by the ion e.balance, and add acid or base until the pH of its equilibrium is `ph`
  * (NaN: whatever it is). PD_ERR_ARGUMENT: charges do not sum to 0 and there is no such ion, or it would become
  * negative; a pH without a counter ion, or one that cannot be reached. c holds what is in, not the equilibrium. */
-PD_API pd_status pd_electrolyte_close(pd_ctx *ctx, const pd_electrolyte *e, double ph, double *c);
+PD_API pd_status pd_electrolyte_neutralise(pd_ctx *ctx, const pd_electrolyte *e, double ph, double *c);
 /* Bring c [mol/m3] to equilibrium, in which every reaction with a K is, also one with rates. PD_ERR_ARGUMENT,
  * PD_ERR_DIVERGED: there is none, c is unchanged. */
 PD_API pd_status pd_electrolyte_solve(pd_ctx *ctx, const pd_electrolyte *e, double *c, pd_electrolyte_state *state);

@@ -99,9 +99,9 @@ PDI_FN pd_status pdi_mineral_build(pd_ctx *ctx, const pd_components *c, const pd
                                     int mineral_count, pd_minerals *m)
 {
     memset(m, 0, sizeof *m);
-    if (mineral_count < 0 || mineral_count > PD_MINERAL_MOST)
+    if (mineral_count < 0 || mineral_count > PD_MINERAL_MAX)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "minerals", "%d minerals, expected at most %d", mineral_count,
-                        PD_MINERAL_MOST);
+                        PD_MINERAL_MAX);
     for (int s = 0; s < mineral_count; s++) {
         m->of[s] = list[s];
         if (list[s].species < 0 || list[s].species >= count || species[list[s].species].phase != PD_PHASE_SOLID)
@@ -240,11 +240,11 @@ typedef struct pdi_mineral_work {
     const pd_components *c;
     const pd_minerals *m;
     const pd_mineral_start *start;
-    double base_amount[PD_MINERAL_MOST]; /* [mol/m3] amounts that `total` belongs to */
-    double total[PD_SPECIES_MOST];  /* [mol/m3] dissolved with these */
-    double growth[PD_MINERAL_MOST]; /* [mol/m3] amounts above `base`: beside much of a mineral they are far smaller */
-    double amount[PD_MINERAL_MOST], conc[PD_SPECIES_MOST]; /* n: base + grown, but for its rounding */
-    double guess[PD_SPECIES_MOST];  /* [mol/m3] to begin from anew */
+    double base_amount[PD_MINERAL_MAX]; /* [mol/m3] amounts that `total` belongs to */
+    double total[PD_SPECIES_MAX];       /* [mol/m3] dissolved with these */
+    double growth[PD_MINERAL_MAX]; /* [mol/m3] amounts above `base`: beside much of a mineral they are far smaller */
+    double amount[PD_MINERAL_MAX], conc[PD_SPECIES_MAX]; /* n: base + grown, but for its rounding */
+    double guess[PD_SPECIES_MAX];                        /* [mol/m3] to begin from anew */
     int infeasible;                 /* 1: the last amounts have no concentrations */
     int solves_left;                /* number of equilibria that may still be solved */
 } pdi_mineral_work;
@@ -275,7 +275,7 @@ static double pdi_mineral_get_excess(const pdi_mineral_work *w, int s)
 /* Residual of (5b.16) of mineral s with the concentrations for this growth; it falls with the growth. */
 static double pdi_mineral_compute_growth_residual(pdi_mineral_work *w, int s, double grown)
 {
-    double total[PD_SPECIES_MOST];
+    double total[PD_SPECIES_MAX];
     w->solves_left--;
     pdi_mineral_set_growth(w, s, grown);
     for (int k = 0; k < w->c->count; k++) {
@@ -390,7 +390,7 @@ static void pdi_mineral_compute_omega_gradient(const pd_components *c, const pd_
                                                const double *conc, double *slope)
 {
     int columns = pdi_components_count_columns(c);
-    double strength = 0.0, davies = 0.0, share[PD_SPECIES_MOST], others = 0.0;
+    double strength = 0.0, davies = 0.0, share[PD_SPECIES_MAX], others = 0.0;
     for (int i = 0; i < c->solutes; i++)
         strength += 0.5 * (double)(c->charge[i] * c->charge[i]) * pdi_max(conc[i], 0.0);
     if (c->debye > 0.0) pdi_activity_compute_davies(c->debye, strength, &davies);
@@ -419,7 +419,7 @@ static int pdi_mineral_is_full(const pd_components *c, const pd_minerals *m, con
 }
 
 /* Gauss-Jordan elimination of `count` equations, positive definite but for rounding; solutions in b. */
-static void pdi_mineral_solve_linear(int count, int columns, double (*a)[PD_MINERAL_MOST], double (*b)[PD_SPECIES_MOST])
+static void pdi_mineral_solve_linear(int count, int columns, double (*a)[PD_MINERAL_MAX], double (*b)[PD_SPECIES_MAX])
 {
     for (int p = 0; p < count; p++) {
         if (!(fabs(a[p][p]) > 0.0) || !(fabs(a[p][p]) < HUGE_VAL)) continue;
@@ -446,9 +446,9 @@ static double pdi_mineral_compute_law_derivative(const pd_minerals *m, const pd_
 /* Newton matrix a [count][count] of the active minerals, W + L; slope [count]: d ln Omega/dT (theory 5b.6). */
 static void pdi_mineral_assemble_matrix(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
                                         const double *conc, const double *n, const int *active, int count,
-                                        double (*a)[PD_MINERAL_MOST], double (*slope)[PD_SPECIES_MOST])
+                                        double (*a)[PD_MINERAL_MAX], double (*slope)[PD_SPECIES_MAX])
 {
-    double table[PD_COMPONENTS_SLOPES];
+    double table[PD_COMPONENTS_DERIVATIVES];
     pdi_components_compute_derivatives(c, conc, table);
     for (int p = 0; p < count; p++) {
         int s = active[p];
@@ -487,9 +487,9 @@ static int pdi_mineral_find_active(const pd_components *c, const pd_minerals *m,
 PDI_FN void pdi_mineral_compute_derivatives(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
                                             const double *conc, const double *n, double *derivatives)
 {
-    double a[PD_MINERAL_MOST][PD_MINERAL_MOST];
-    double slope[PD_MINERAL_MOST][PD_SPECIES_MOST];
-    int active[PD_MINERAL_MOST], count = pdi_mineral_find_active(c, m, start, conc, n, active);
+    double a[PD_MINERAL_MAX][PD_MINERAL_MAX];
+    double slope[PD_MINERAL_MAX][PD_SPECIES_MAX];
+    int active[PD_MINERAL_MAX], count = pdi_mineral_find_active(c, m, start, conc, n, active);
     for (int k = 0; k < m->count * c->count; k++) derivatives[k] = 0.0;
     if (!count) return;
     pdi_mineral_assemble_matrix(c, m, start, conc, n, active, count, a, slope);
@@ -502,9 +502,9 @@ PDI_FN void pdi_mineral_solve_linear_response(const pd_components *c, const pd_m
                                               const pd_mineral_start *start, const double *conc, const double *n,
                                               double *change)
 {
-    double a[PD_MINERAL_MOST][PD_MINERAL_MOST];
-    double slope[PD_MINERAL_MOST][PD_SPECIES_MOST];
-    int active[PD_MINERAL_MOST], count = pdi_mineral_find_active(c, m, start, conc, n, active);
+    double a[PD_MINERAL_MAX][PD_MINERAL_MAX];
+    double slope[PD_MINERAL_MAX][PD_SPECIES_MAX];
+    int active[PD_MINERAL_MAX], count = pdi_mineral_find_active(c, m, start, conc, n, active);
     if (!count) return;
     pdi_mineral_assemble_matrix(c, m, start, conc, n, active, count, a, slope);
     for (int p = 0; p < count; p++) {
@@ -534,10 +534,10 @@ static double pdi_mineral_compute_residuals(pdi_mineral_work *w, double *off)
 
 /* slope[][0]: from residuals to changes of the active minerals. Amounts that would be negative become 0, one by one. */
 static void pdi_mineral_compute_bounded_changes(const pdi_mineral_work *w, const int *active, int count,
-                                                double (*a)[PD_MINERAL_MOST], double (*slope)[PD_SPECIES_MOST])
+                                                double (*a)[PD_MINERAL_MAX], double (*slope)[PD_SPECIES_MAX])
 {
-    double matrix[PD_MINERAL_MOST][PD_MINERAL_MOST], change[PD_MINERAL_MOST][PD_SPECIES_MOST];
-    int gone[PD_MINERAL_MOST] = {0};
+    double matrix[PD_MINERAL_MAX][PD_MINERAL_MAX], change[PD_MINERAL_MAX][PD_SPECIES_MAX];
+    int gone[PD_MINERAL_MAX] = {0};
     for (int turn = 0; turn <= count; turn++) {
         int worst = -1;
         for (int p = 0; p < count; p++) {
@@ -560,7 +560,7 @@ static void pdi_mineral_compute_bounded_changes(const pdi_mineral_work *w, const
 
 /* 1: the changes slope[][0] of active minerals are rounding of amounts, or of the least total they change. */
 static int pdi_mineral_is_rounding(const pdi_mineral_work *w, const int *active, int count,
-                                   double (*slope)[PD_SPECIES_MOST])
+                                   double (*slope)[PD_SPECIES_MAX])
 {
     for (int p = 0; p < count; p++) {
         int s = active[p];
@@ -593,10 +593,10 @@ static int pdi_mineral_try_newton_step(pdi_mineral_work *w, double *worst)
 {
     const pd_components *c = w->c;
     const pd_minerals *m = w->m;
-    double a[PD_MINERAL_MOST][PD_MINERAL_MOST];
-    double slope[PD_MINERAL_MOST][PD_SPECIES_MOST], off[PD_MINERAL_MOST];
-    double from[PD_MINERAL_MOST], had[PD_MINERAL_MOST];
-    int active[PD_MINERAL_MOST], count = 0;
+    double a[PD_MINERAL_MAX][PD_MINERAL_MAX];
+    double slope[PD_MINERAL_MAX][PD_SPECIES_MAX], off[PD_MINERAL_MAX];
+    double from[PD_MINERAL_MAX], had[PD_MINERAL_MAX];
+    int active[PD_MINERAL_MAX], count = 0;
     *worst = pdi_mineral_compute_residuals(w, off);
     for (int s = 0; s < m->count; s++)
         if (w->amount[s] > 0.0 && pdi_mineral_is_reactive(w->start, s) &&
@@ -635,7 +635,7 @@ static pd_status pdi_mineral_solve_without_sharing(const pd_components *c, const
                                                    double *n)
 {
     pdi_mineral_work w;
-    double size = 0.0, off[PD_MINERAL_MOST];
+    double size = 0.0, off[PD_MINERAL_MAX];
     w.c = c;
     w.m = m;
     w.start = start;
@@ -700,9 +700,9 @@ typedef struct pdi_mineral_shared_volume {
     pd_mineral_start start;      /* with limits */
     const double *total, *guess; /* of pdi_mineral_solve */
     const double *start_amounts;
-    double free_amount[PD_MINERAL_MOST]; /* [mol/m3] amounts if there were room */
-    int is_open[PD_MINERAL_MOST];        /* 1: it grows, and is not at its limit */
-    double conc[PD_SPECIES_MOST], amount[PD_MINERAL_MOST];
+    double free_amount[PD_MINERAL_MAX]; /* [mol/m3] amounts if there were room */
+    int is_open[PD_MINERAL_MAX];        /* 1: it grows, and is not at its limit */
+    double conc[PD_SPECIES_MAX], amount[PD_MINERAL_MAX];
 } pdi_mineral_shared_volume;
 
 /* Solves for the amounts within the limits. 0: not found. */

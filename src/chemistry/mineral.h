@@ -9,7 +9,7 @@
 #define PD_MINERAL_H
 #include "chemistry/components.h"
 
-#define PD_MINERAL_MOST 8 /* minerals of a system */
+#define PD_MINERAL_MAX 8 /* minerals of a system */
 
 /* Zero-initialise. Rate law (rate + surface n) (Omega^exponent - 1) with Omega = IAP/K and the amount n [mol/m3] (eq.
  * 5b.15); without rate and surface the mineral is in equilibrium. */
@@ -25,22 +25,22 @@ typedef struct pd_mineral {
 
 typedef struct pd_minerals {
     int count;
-    pd_mineral of[PD_MINERAL_MOST];                /* exponents filled in */
-    double nu[PD_MINERAL_MOST][PD_SPECIES_MOST];   /* [-] stoichiometric numbers of solutes in the dissolution */
-    double gain[PD_MINERAL_MOST][PD_SPECIES_MOST]; /* [-] totals g_sk that one unit holds (theory 5b.6) */
-    double ln_k[PD_MINERAL_MOST];                  /* [-] ln K of the dissolution, with mol/m3 */
-    double square[PD_MINERAL_MOST];                /* [-] sum of nu z^2 */
+    pd_mineral of[PD_MINERAL_MAX];               /* exponents filled in */
+    double nu[PD_MINERAL_MAX][PD_SPECIES_MAX];   /* [-] stoichiometric numbers of solutes in the dissolution */
+    double gain[PD_MINERAL_MAX][PD_SPECIES_MAX]; /* [-] totals g_sk that one unit holds (theory 5b.6) */
+    double ln_k[PD_MINERAL_MAX];                 /* [-] ln K of the dissolution, with mol/m3 */
+    double square[PD_MINERAL_MAX];               /* [-] sum of nu z^2 */
 } pd_minerals;
 
 /* Rate laws and bounds of the minerals of a volume in a step. */
 typedef struct pd_mineral_start {
     double dt;                       /* [s] */
     const double *start;             /* [count] [mol/m3] amounts n_old of the backward Euler step (eq. 5b.16) */
-    double rate[PD_MINERAL_MOST];    /* [mol/m3/s] rate without amount; HUGE_VAL: in equilibrium */
-    double grow[PD_MINERAL_MOST];    /* [1/s] rate per amount; both 0: it does not form */
-    double initial[PD_MINERAL_MOST]; /* [mol/m3] amounts before the step: they stay even without free volume */
+    double rate[PD_MINERAL_MAX];     /* [mol/m3/s] rate without amount; HUGE_VAL: in equilibrium */
+    double grow[PD_MINERAL_MAX];     /* [1/s] rate per amount; both 0: it does not form */
+    double initial[PD_MINERAL_MAX];  /* [mol/m3] amounts before the step: they stay even without free volume */
     int limited;                     /* 1: minerals grow up to `limit`, 0: up to the free volume */
-    double limit[PD_MINERAL_MOST];   /* [mol/m3] HUGE_VAL: none */
+    double limit[PD_MINERAL_MAX];    /* [mol/m3] HUGE_VAL: none */
     const double *near_;             /* [count] [mol/m3] first guess of the amounts; NULL: n of the solve */
 } pd_mineral_start;
 

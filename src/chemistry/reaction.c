@@ -249,8 +249,8 @@ static pd_status pdi_reaction_try_read(pd_ctx *ctx, const pd_reaction_desc *desc
     if (!desc->text)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "reaction", "desc.text is NULL, expected a text such as H+ + OH- = H2O");
     snprintf(r->name, sizeof r->name, "%.*s", (int)sizeof r->name - 1, name);
-    if (count < 1 || count > PD_SPECIES_MOST)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "reaction", "%d species, expected 1 to %d", count, PD_SPECIES_MOST);
+    if (count < 1 || count > PD_SPECIES_MAX)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "reaction", "%d species, expected 1 to %d", count, PD_SPECIES_MAX);
     PDI_TRY(pdi_reaction_parse_terms(ctx, desc->text, species, count, -1.0, r));
     PDI_TRY(pdi_reaction_check_balance(ctx, species, count, r));
     return pdi_reaction_set_constants(ctx, desc, species, count, r);
@@ -273,7 +273,7 @@ pd_status pd_reaction_read(pd_ctx *ctx, const pd_reaction_desc *desc, const pd_s
     return status;
 }
 
-double pd_reaction_speed(const pd_reaction *r, const pd_species *species, int count, const double *c)
+double pd_reaction_rate(const pd_reaction *r, const pd_species *species, int count, const double *c)
 {
     double forward = r->forward, backward = r->backward;
     for (int i = 0; i < count; i++) {

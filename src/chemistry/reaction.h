@@ -3,7 +3,7 @@
 #define PD_REACTION_H
 #include "chemistry/species.h"
 
-#define PD_REACTION_MOST 24 /* reactions of a system */
+#define PD_REACTION_MAX 24  /* reactions of a system */
 #define PD_REACTION_NAME 32 /* [byte] of a name with its end */
 
 typedef struct pd_reaction_desc {
@@ -19,7 +19,7 @@ typedef struct pd_reaction_desc {
 
 typedef struct pd_reaction {
     char name[PD_REACTION_NAME];
-    double nu[PD_SPECIES_MOST]; /* [-] of each species: products positive */
+    double nu[PD_SPECIES_MAX]; /* [-] of each species: products positive */
     int has_k;
     double ln_k;                /* [-] natural logarithm of K with mol/L; activities of solids and solvent are 1 */
     int kinetic;
@@ -29,7 +29,7 @@ typedef struct pd_reaction {
 #define pd_reaction_read PD_NAME(pd_reaction_read)
 /* Rate [mol/m3/s] of a kinetic reaction by ideal mass action at concentrations c [mol/m3] of `count` species (eq.
  * 5b.3). A solid, the solvent and a gas count as 1. */
-#define pd_reaction_speed PD_NAME(pd_reaction_speed)
+#define pd_reaction_rate PD_NAME(pd_reaction_rate)
 
 /* Read a reaction among `count` species. PD_ERR_PARSE, in one message with the remedy: an unknown species, elements or
  * charge that do not balance, a unit that does not fit, a reaction with neither K nor rate. */
@@ -37,7 +37,7 @@ PD_API pd_status pd_reaction_read(pd_ctx *ctx, const pd_reaction_desc *desc, con
                                   pd_reaction *reaction);
 /* Speed [mol/m3/s] of a kinetic reaction by mass action at concentrations c [mol/m3] of `count` species. A solid,
  * the solvent and a gas count as 1. */
-PD_API double pd_reaction_speed(const pd_reaction *reaction, const pd_species *species, int count, const double *c);
+PD_API double pd_reaction_rate(const pd_reaction *reaction, const pd_species *species, int count, const double *c);
 #ifdef PDI_INTERNAL
 /* Parses a sum of species "Na+ + OH-" into the stoichiometric numbers nu of r. PD_ERR_PARSE: an unknown species. name:
  * for messages. */

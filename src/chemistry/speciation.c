@@ -30,11 +30,11 @@ typedef enum pdi_speciation_state {
 /* Solver state: reduced reactions, each of which makes one species, its pivot, of others that are no pivots. */
 typedef struct pdi_speciation_work {
     const pd_speciation *system;
-    double amount[PD_SPECIES_MOST]; /* [mol/m3] */
-    double ln_c[PD_SPECIES_MOST];   /* ln of mol/L, of solutes */
-    int state[PD_SPECIES_MOST];
-    double row[PD_REACTION_MOST][PD_SPECIES_MOST], ln_k[PD_REACTION_MOST];
-    int pivot[PD_REACTION_MOST]; /* -1: none */
+    double amount[PD_SPECIES_MAX]; /* [mol/m3] */
+    double ln_c[PD_SPECIES_MAX];   /* ln of mol/L, of solutes */
+    int state[PD_SPECIES_MAX];
+    double row[PD_REACTION_MAX][PD_SPECIES_MAX], ln_k[PD_REACTION_MAX];
+    int pivot[PD_REACTION_MAX]; /* -1: none */
     int rows;
 } pdi_speciation_work;
 
@@ -95,7 +95,7 @@ static void pdi_speciation_set_pivot(pdi_speciation_work *w, int i)
 /* Chooses the pivots: impossible species first, then absent minerals, then solutes from the rarest on. */
 static void pdi_speciation_update_pivots(pdi_speciation_work *w)
 {
-    int order[PD_SPECIES_MOST], count = 0;
+    int order[PD_SPECIES_MAX], count = 0;
     w->rows = w->system->reactions;
     memcpy(w->row, w->system->nu, sizeof w->row);
     memcpy(w->ln_k, w->system->ln_k, sizeof w->ln_k);
@@ -163,7 +163,7 @@ static void pdi_speciation_init_states(pdi_speciation_work *w)
 }
 
 /* Solves a x = b of `rows` equations by pivoted elimination; x in b. 0: singular. */
-static int pdi_speciation_solve_linear(int rows, double a[PD_REACTION_MOST][PD_REACTION_MOST], double *b)
+static int pdi_speciation_solve_linear(int rows, double a[PD_REACTION_MAX][PD_REACTION_MAX], double *b)
 {
     for (int c = 0; c < rows; c++) {
         int best = c;
@@ -196,7 +196,7 @@ static int pdi_speciation_solve_linear(int rows, double a[PD_REACTION_MOST][PD_R
 static int pdi_speciation_compute_newton_step(const pdi_speciation_work *w, const int *list, int rows,
                                               const double *off, double slope, double *dy)
 {
-    double a[PD_REACTION_MOST][PD_REACTION_MOST], q[PD_REACTION_MOST];
+    double a[PD_REACTION_MAX][PD_REACTION_MAX], q[PD_REACTION_MAX];
     for (int r = 0; r < rows; r++) {
         q[r] = 0.0;
         for (int i = 0; i < w->system->species; i++)
@@ -237,7 +237,7 @@ static void pdi_speciation_limit_changes(const pdi_speciation_work *w, const int
 /* Moves *w by t dy. 0: a solute would fall too far. */
 static int pdi_speciation_try_move(pdi_speciation_work *w, const int *list, int rows, const double *dy, double t)
 {
-    double start[PD_SPECIES_MOST];
+    double start[PD_SPECIES_MAX];
     memcpy(start, w->amount, sizeof start);
     for (int r = 0; r < rows; r++) {
         int p = w->pivot[list[r]];
@@ -292,7 +292,7 @@ static int pdi_speciation_try_line_search(pdi_speciation_work *w, const int *lis
                                           const double *off, double worst, int halvings)
 {
     const pdi_speciation_work from = *w;
-    double next[PD_REACTION_MOST], before = 0.0, t = 1.0;
+    double next[PD_REACTION_MAX], before = 0.0, t = 1.0;
     for (int r = 0; r < rows; r++) before += off[r] * w->amount[w->pivot[list[r]]] * dy[r];
     if (before > 0.0 && worst > PDI_SPECIATION_NEAR_RESIDUAL) return 0;
     for (int k = 0; k < halvings; k++, t *= 0.5) {
@@ -312,8 +312,8 @@ static int pdi_speciation_try_line_search(pdi_speciation_work *w, const int *lis
 /* Newton iterations for the solutes with the present minerals, whose amounts may become negative. */
 static pd_status pdi_speciation_solve_solutes(pdi_speciation_work *w, int *iterations)
 {
-    int list[PD_REACTION_MOST];
-    double off[PD_REACTION_MOST], dy[PD_REACTION_MOST], bounded[PD_REACTION_MOST], size = 1.0;
+    int list[PD_REACTION_MAX];
+    double off[PD_REACTION_MAX], dy[PD_REACTION_MAX], bounded[PD_REACTION_MAX], size = 1.0;
     for (int i = 0; i < w->system->species; i++)
         if (w->system->phase[i] != PD_PHASE_SOLVENT) size += fabs(w->amount[i]);
     for (int round = 0; round < PDI_SPECIATION_MAX_NEWTON; round++) {
@@ -445,7 +445,7 @@ pd_status pd_speciation_solve(const pd_speciation *s, double *c, pd_speciation_r
     pdi_speciation_add_traces(&w);
     pdi_speciation_init_states(&w);
     for (; result->changes < PDI_SPECIATION_MAX_CHANGES; result->changes++) {
-        double n0[PD_SPECIES_MOST];
+        double n0[PD_SPECIES_MAX];
         pdi_speciation_update_pivots(&w);
         int gone = pdi_speciation_try_convert_minerals(&w);
         if (gone < 0) return PD_NOT_CONVERGED;
@@ -473,10 +473,11 @@ static pd_status pdi_speciation_try_build(pd_ctx *ctx, const pd_species *species
                                           const pd_reaction *reactions, int reaction_count, pd_speciation *s)
 {
     pdi_speciation_work w;
-    if (count < 1 || count > PD_SPECIES_MOST || reaction_count < 0)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "speciation", "%d species and %d reactions, expected 1 to %d "
-                        "species", count,
-                        reaction_count, PD_SPECIES_MOST);
+    if (count < 1 || count > PD_SPECIES_MAX || reaction_count < 0)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "speciation",
+                        "%d species and %d reactions, expected 1 to %d "
+                        "species",
+                        count, reaction_count, PD_SPECIES_MAX);
     s->species = count;
     for (int i = 0; i < count; i++) {
         s->charge[i] = species[i].charge;
@@ -484,9 +485,9 @@ static pd_status pdi_speciation_try_build(pd_ctx *ctx, const pd_species *species
     }
     for (int r = 0; r < reaction_count; r++) {
         if (reactions[r].kinetic) continue;
-        if (s->reactions == PD_REACTION_MOST)
+        if (s->reactions == PD_REACTION_MAX)
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "speciation", "more than %d reactions in equilibrium",
-                            PD_REACTION_MOST);
+                            PD_REACTION_MAX);
         for (int i = 0; i < count; i++) {
             if (reactions[r].nu[i] == 0.0 || s->phase[i] <= PD_PHASE_SOLID) continue;
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "speciation", "'%s' is in equilibrium with %s, expected solutes, "

@@ -13,10 +13,10 @@
 /* Species and reactions as solves need them. */
 typedef struct pd_speciation {
     int species, reactions;
-    int charge[PD_SPECIES_MOST];
-    int phase[PD_SPECIES_MOST]; /* pd_phase */
-    double nu[PD_REACTION_MOST][PD_SPECIES_MOST]; /* [-] */
-    double ln_k[PD_REACTION_MOST];                /* [-] with mol/L */
+    int charge[PD_SPECIES_MAX];
+    int phase[PD_SPECIES_MAX];                  /* pd_phase */
+    double nu[PD_REACTION_MAX][PD_SPECIES_MAX]; /* [-] */
+    double ln_k[PD_REACTION_MAX];               /* [-] with mol/L */
     double debye; /* [-] A of Davies' equation, with mol/L; 0: ideal */
 } pd_speciation;
 
@@ -25,7 +25,7 @@ typedef struct pd_speciation_result {
     int changes;        /* of the minerals that are present */
     double residual;    /* [-] largest |ln(IAP/K)| of a reaction of the species that are present */
     double strength;    /* [mol/m3] ionic strength */
-    double log_activity[PD_SPECIES_MOST]; /* [-] decimal, mol/L; of solids log10(IAP/K); -HUGE_VAL: it cannot be made */
+    double log_activity[PD_SPECIES_MAX]; /* [-] decimal, mol/L; of solids log10(IAP/K); -HUGE_VAL: it cannot be made */
 } pd_speciation_result;
 
 #define pd_speciation_build PD_NAME(pd_speciation_build)

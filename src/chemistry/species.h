@@ -3,7 +3,7 @@
 #define PD_SPECIES_H
 #include "core/base.h"
 
-#define PD_SPECIES_MOST 32     /* species of a system */
+#define PD_SPECIES_MAX 32      /* species of a system */
 #define PD_SPECIES_NAME 24     /* [byte] of a name with its end */
 #define PD_SPECIES_ELEMENTS 8  /* different ones in a species */
 

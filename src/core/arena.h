@@ -17,15 +17,15 @@
 #include "core/array_registry.h"
 
 /* Most multigrids that can leave the memory of their coarse levels to others. */
-#define PD_ARENA_IDLE 16
+#define PD_ARENA_MAX_UNUSED 16
 
 /* Zero-initialise. Its address must not change while objects that use it exist. */
 typedef struct pd_arena {
     unsigned char *block; /* [size and an alignment] */
     size_t size;          /* [byte] capacity */
     size_t used;          /* [byte] that are lent, from the front on */
-    void *idle[PD_ARENA_IDLE]; /* stack of multigrids that are not in use: the next one in use takes over the memory of
-                                * the coarse levels of the last of them (multigrid.h). Borrowed */
+    void *idle[PD_ARENA_MAX_UNUSED]; /* stack of multigrids that are not in use: the next one in use takes over the
+                                      * memory of the coarse levels of the last of them (multigrid.h). Borrowed */
     int idles;                 /* multigrids on that stack */
 } pd_arena;
 

@@ -114,7 +114,7 @@ PDI_FN pd_status pdi_resize(pd_ctx *ctx, const char *where, size_t old_count, si
 PDI_FN pd_status pdi_check_cancel(pd_ctx *ctx, const char *doing, int64_t count)
 {
     if (!ctx->poll || !ctx->poll(ctx->poll_user, doing, count)) return PD_OK;
-    return pdi_fail(ctx, PD_STOPPED, doing, "stopped by the caller");
+    return pdi_fail(ctx, PD_CANCELLED, doing, "stopped by the caller");
 }
 
 PDI_FN pd_status pdi_alloc(pd_ctx *ctx, const char *where, size_t count, size_t size, void *slot)

@@ -13,21 +13,21 @@
 #include "core/thread_contention.h"
 
 #define PD_STATUS_TABLE(X) \
-    X(PD_OK, 0) /* done */ \
-    X(PD_RETRY, 1) /* nothing changed: retry with a smaller step */ \
-    X(PD_NOT_CONVERGED, 2) /* the iteration limit was reached before the tolerance */ \
-    X(PD_ERR_ARGUMENT, -1) /* an argument is out of range */ \
-    X(PD_ERR_MEMORY, -2) /* out of memory */ \
-    X(PD_ERR_LIMIT, -3) /* the memory limit of the context would be exceeded */ \
-    X(PD_ERR_SIZE, -4) /* a size overflows its type */ \
-    X(PD_ERR_FILE, -5) /* a file cannot be read or written */ \
-    X(PD_ERR_PARSE, -6) /* text does not follow the format */ \
-    X(PD_ERR_GEOMETRY, -7) /* the geometry is not admissible */ \
-    X(PD_ERR_STATE, -8) /* the state left the admissible range */ \
-    X(PD_ERR_DIVERGED, -9) /* a solver diverged */ \
-    X(PD_ERR_LEDGER, -10) /* the mass ledger does not close */ \
+    X(PD_OK, 0)             /* done */ \
+    X(PD_RETRY, 1)          /* nothing changed: retry with a smaller step */ \
+    X(PD_NOT_CONVERGED, 2)  /* the iteration limit was reached before the tolerance */ \
+    X(PD_ERR_ARGUMENT, -1)  /* an argument is out of range */ \
+    X(PD_ERR_MEMORY, -2)    /* out of memory */ \
+    X(PD_ERR_LIMIT, -3)     /* the memory limit of the context would be exceeded */ \
+    X(PD_ERR_SIZE, -4)      /* a size overflows its type */ \
+    X(PD_ERR_FILE, -5)      /* a file cannot be read or written */ \
+    X(PD_ERR_PARSE, -6)     /* text does not follow the format */ \
+    X(PD_ERR_GEOMETRY, -7)  /* the geometry is not admissible */ \
+    X(PD_ERR_STATE, -8)     /* the state left the admissible range */ \
+    X(PD_ERR_DIVERGED, -9)  /* a solver diverged */ \
+    X(PD_ERR_BALANCE, -10)  /* the mass ledger does not close */ \
     X(PD_ERR_INTERNAL, -11) /* pdcorr broke a promise of its own */ \
-    X(PD_STOPPED, -12) /* the poll function of the context asked to stop */
+    X(PD_CANCELLED, -12)    /* the poll function of the context asked to stop */
 
 typedef enum pd_status {
 #define PDI_X(name, value) name = value,
@@ -46,9 +46,9 @@ typedef struct pd_allocator {
 #define PD_MESSAGE_SIZE 640 /* [byte] of a message with its end */
 
 /* Cancellation callback. Called between iterations of everything that may take a second, on the thread of the caller,
- * with what is being done, such as "flow: GMRES", and a count. Not 0: the call ends with PD_STOPPED. Has to be
+ * with what is being done, such as "flow: GMRES", and a count. Not 0: the call ends with PD_CANCELLED. Has to be
  * quick. */
-typedef int (*pd_poll_fn)(void *user, const char *doing, int64_t count);
+typedef int (*pd_cancel_fn)(void *user, const char *doing, int64_t count);
 
 /* One context a thread of the caller; pdcorr keeps no other state. */
 typedef struct pd_ctx {
@@ -56,9 +56,9 @@ typedef struct pd_ctx {
     int threads;   /* 0: all that OpenMP offers */
     size_t in_use; /* [byte] allocated now */
     size_t peak;   /* [byte] most so far */
-    pd_poll_fn poll; /* NULL: no cancellation */
+    pd_cancel_fn poll; /* NULL: no cancellation */
     void *poll_user;
-    pd_pace pace; /* detects that the threads are slowed by other programs */
+    pd_thread_contention pace; /* detects that the threads are slowed by other programs */
     pd_status status;
     char message[PD_MESSAGE_SIZE];
 } pd_ctx;
@@ -84,7 +84,7 @@ PDI_FN void pdi_remove_nonfinite(char *figures);
 /* 1: out of memory, or cancelled by the caller. A retry with another step, guess or file cannot help. */
 static inline int pdi_is_fatal(pd_status status)
 {
-    return status == PD_ERR_MEMORY || status == PD_ERR_LIMIT || status == PD_STOPPED;
+    return status == PD_ERR_MEMORY || status == PD_ERR_LIMIT || status == PD_CANCELLED;
 }
 /* 1: step underflow: a step dt [s], with `remaining` [s] to go from `time` [s], is below the rounding error of one of
  * them, so that such steps never reach the end. */
@@ -94,7 +94,7 @@ static inline int pdi_is_step_underflow(double time, double remaining, double dt
     if (remaining > size) size = remaining;
     return dt < remaining && !(dt > DBL_EPSILON * size);
 }
-/* Ask the cancellation callback. PD_STOPPED: the caller cancels. A step then leaves the state at its start, or at the
+/* Ask the cancellation callback. PD_CANCELLED: the caller cancels. A step then leaves the state at its start, or at the
  * end of its last substep. */
 PDI_FN pd_status pdi_check_cancel(pd_ctx *ctx, const char *doing, int64_t count);
 /* slot is the address of a pointer of any type (read and written as bytes, as strict aliasing asks).

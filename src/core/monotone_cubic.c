@@ -55,7 +55,7 @@ PDI_FN void pdi_monotone_cubic_compute_slopes(const double *x, const double *y, 
 }
 
 PDI_FN pd_status pdi_monotone_cubic_build(pd_ctx *ctx, const double *x, const double *y, int count, int strict,
-                                          pd_curve *c)
+                                          pd_monotone_cubic *c)
 {
     memset(c, 0, sizeof *c);
     if (count < 2) return pdi_fail(ctx, PD_ERR_ARGUMENT, "curve", "found %d point%s, expected at least 2", count,
@@ -80,7 +80,7 @@ PDI_FN pd_status pdi_monotone_cubic_build(pd_ctx *ctx, const double *x, const do
     return PD_OK;
 }
 
-PDI_FN void pdi_monotone_cubic_free(pd_ctx *ctx, pd_curve *c)
+PDI_FN void pdi_monotone_cubic_free(pd_ctx *ctx, pd_monotone_cubic *c)
 {
     PDI_DELETE(ctx, c->count, c->x);
     PDI_DELETE(ctx, c->count, c->y);
@@ -107,7 +107,7 @@ PDI_FN double pdi_monotone_cubic_interpolate(const double *x, const double *y, c
     return pdi_min(pdi_max(value, pdi_min(y[low], y[high])), pdi_max(y[low], y[high]));
 }
 
-PDI_FN double pdi_monotone_cubic_evaluate(const pd_curve *c, double x)
+PDI_FN double pdi_monotone_cubic_evaluate(const pd_monotone_cubic *c, double x)
 {
     int high = c->count - 1;
     double slope;

@@ -14,13 +14,13 @@
 #define PD_MONOTONE_CUBIC_H
 #include "core/base.h"
 
-typedef struct pd_curve {
+typedef struct pd_monotone_cubic {
     int count;      /* points */
     int strict;     /* 1: NaN outside the range of x; 0: constant end values there */
     double *x;      /* [count] [-] (unit of the caller) ascending */
     double *y;      /* [count] [-] (unit of the caller) */
     double *slope;  /* [count] [-] (unit of y over that of x) */
-} pd_curve;
+} pd_monotone_cubic;
 
 #ifdef PDI_INTERNAL
 /* Compute the limited slopes [count] of the cubic pieces at valid data points x, y [count]. */
@@ -32,11 +32,11 @@ PDI_FN double pdi_monotone_cubic_interpolate(const double *x, const double *y, c
 /* Build the interpolant; x and y [count] are copied. PD_ERR_ARGUMENT: fewer than two points, one that is not finite, x
  * not ascending, or a secant without a finite slope. */
 PDI_FN pd_status pdi_monotone_cubic_build(pd_ctx *ctx, const double *x, const double *y, int count, int strict,
-                                          pd_curve *curve);
+                                          pd_monotone_cubic *curve);
 /* Interpolated value at x: exactly y at a data point, NaN for NaN. Thread-safe. With `strict`, x may exceed the ends by
  * 1e-5 of the range, for finite differences at the ends. */
-PDI_FN double pdi_monotone_cubic_evaluate(const pd_curve *curve, double x);
-PDI_FN void pdi_monotone_cubic_free(pd_ctx *ctx, pd_curve *curve);
+PDI_FN double pdi_monotone_cubic_evaluate(const pd_monotone_cubic *curve, double x);
+PDI_FN void pdi_monotone_cubic_free(pd_ctx *ctx, pd_monotone_cubic *curve);
 
 /* Check point k >= 0 after all points before it passed: NULL when valid, else the reason, "expected ...". */
 PDI_FN const char *pdi_monotone_cubic_check_point(const double *x, const double *y, int k);

@@ -24,9 +24,9 @@
 #define PDI_THREAD_CONTENTION_MAX_PAUSE 30.0
 
 /* Entry of a key in the hash table; an entry of another key is replaced by an empty one. */
-static pd_pace_loop *pdi_thread_contention_find_entry(pd_pace *pace, uint64_t key)
+static pd_thread_contention_loop *pdi_thread_contention_find_entry(pd_thread_contention *pace, uint64_t key)
 {
-    pd_pace_loop *loop = &pace->loop[(key * UINT64_C(0x9e3779b97f4a7c15)) >> 58];
+    pd_thread_contention_loop *loop = &pace->loop[(key * UINT64_C(0x9e3779b97f4a7c15)) >> 58];
     if (loop->key == key) return loop;
     loop->key = key;
     loop->best = 0.0;
@@ -35,24 +35,24 @@ static pd_pace_loop *pdi_thread_contention_find_entry(pd_pace *pace, uint64_t ke
 }
 
 /* Start a new window at `now` [s] on one thread (1) or all (0); old timings are discounted, or dropped for a trial. */
-static void pdi_thread_contention_begin_window(pd_pace *pace, int one, int trying, double now)
+static void pdi_thread_contention_begin_window(pd_thread_contention *pace, int one, int trying, double now)
 {
     pace->one = one;
     pace->trying = trying;
     pace->since = now;
     pace->spent = pace->lost = 0.0;
-    for (int k = 0; k < PD_PACE_LOOPS; k++) {
+    for (int k = 0; k < PD_THREAD_CONTENTION_LOOPS; k++) {
         pace->loop[k].sum[one] *= trying ? 0.0 : PDI_THREAD_CONTENTION_MEMORY;
         pace->loop[k].count[one] *= trying ? 0.0 : PDI_THREAD_CONTENTION_MEMORY;
     }
 }
 
 /* Ratio of the time on one thread to that on all threads, for the mix of loops of the present choice. 0: unknown. */
-static double pdi_thread_contention_time_ratio(const pd_pace *pace)
+static double pdi_thread_contention_time_ratio(const pd_thread_contention *pace)
 {
     double all = 0.0, alone = 0.0;
-    for (int k = 0; k < PD_PACE_LOOPS; k++) {
-        const pd_pace_loop *loop = &pace->loop[k];
+    for (int k = 0; k < PD_THREAD_CONTENTION_LOOPS; k++) {
+        const pd_thread_contention_loop *loop = &pace->loop[k];
         if (!(loop->count[0] > 0.0) || !(loop->count[1] > 0.0)) continue;
         double calls = loop->count[pace->one];
         all += calls * loop->sum[0] / loop->count[0];
@@ -63,7 +63,7 @@ static double pdi_thread_contention_time_ratio(const pd_pace *pace)
 
 /* End a trial: choose the faster of one thread and all, and set the pause before the next trial. Without comparable
  * loops the next trial comes soon. */
-static void pdi_thread_contention_end_trial(pd_pace *pace, double now)
+static void pdi_thread_contention_end_trial(pd_thread_contention *pace, double now)
 {
     double ratio = pdi_thread_contention_time_ratio(pace),
            rest = PDI_THREAD_CONTENTION_PAUSE_FACTOR * (now - pace->since);
@@ -79,7 +79,7 @@ static void pdi_thread_contention_end_trial(pd_pace *pace, double now)
 }
 
 /* End a window without a trial: start a trial of the other choice where it is due, else a new window. */
-static void pdi_thread_contention_end_window(pd_pace *pace, double now)
+static void pdi_thread_contention_end_window(pd_thread_contention *pace, double now)
 {
     int late = pace->lost > PDI_THREAD_CONTENTION_MAX_LOSS * pace->spent ||
                now - pace->until > PDI_THREAD_CONTENTION_TRIAL_INTERVAL;
@@ -87,8 +87,8 @@ static void pdi_thread_contention_end_window(pd_pace *pace, double now)
     else pdi_thread_contention_begin_window(pace, !pace->one, 1, now);
 }
 
-PDI_FN void pdi_thread_contention_record(pd_pace *pace, uint64_t key, int threads, double work, double start,
-                                         double end)
+PDI_FN void pdi_thread_contention_record(pd_thread_contention *pace, uint64_t key, int threads, double work,
+                                         double start, double end)
 {
     double elapsed = end - start, slowest = PDI_THREAD_CONTENTION_MAX_OP_TIME * work;
     if (pace->since <= 0.0) {
@@ -96,7 +96,7 @@ PDI_FN void pdi_thread_contention_record(pd_pace *pace, uint64_t key, int thread
         pdi_thread_contention_begin_window(pace, 0, 0, start);
     }
     if (elapsed > 0.0 && (!pace->trying || start - pace->since > PDI_THREAD_CONTENTION_SKIP)) {
-        pd_pace_loop *loop = pdi_thread_contention_find_entry(pace, key);
+        pd_thread_contention_loop *loop = pdi_thread_contention_find_entry(pace, key);
         loop->sum[pace->one] += elapsed;
         loop->count[pace->one] += 1.0;
         if (!pace->one) {

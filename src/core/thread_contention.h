@@ -9,32 +9,32 @@
 #define PD_THREAD_CONTENTION_H
 #include "core/config.h"
 
-enum { PD_PACE_LOOPS = 64 };
+enum { PD_THREAD_CONTENTION_LOOPS = 64 };
 
 /* Timings of loops of one kind and size, on all threads [0] and on one thread [1]. */
-typedef struct pd_pace_loop {
+typedef struct pd_thread_contention_loop {
     uint64_t key;
     double best;     /* [s] shortest time on all threads; 0: not measured */
     double sum[2];   /* [s] time, exponentially weighted over the last windows */
     double count[2]; /* [-] number of loops, weighted likewise */
-} pd_pace_loop;
+} pd_thread_contention_loop;
 
 /* State of the detector. Zero-initialise. */
-typedef struct pd_pace {
+typedef struct pd_thread_contention {
     int one;       /* 1: loops run on one thread */
     int trying;    /* 1: the present choice is a trial */
     double since;  /* [s] start of the present window */
     double until;  /* [s] when the next trial may begin */
     double pause;  /* [s] between unsuccessful trials */
     double spent, lost; /* [s] in this window, loops on all threads: total time, and excess over the expected time */
-    pd_pace_loop loop[PD_PACE_LOOPS];
-} pd_pace;
+    pd_thread_contention_loop loop[PD_THREAD_CONTENTION_LOOPS];
+} pd_thread_contention;
 
 #ifdef PDI_INTERNAL
 /* Record one timed loop of `work` scalar operations, worth `threads` threads, that ran from start to end [s, monotonic
  * clock], and update the choice between one thread and all. Loops of one key take the same time on one machine. */
-PDI_FN void pdi_thread_contention_record(pd_pace *pace, uint64_t key, int threads, double work, double start,
-                                         double end);
+PDI_FN void pdi_thread_contention_record(pd_thread_contention *pace, uint64_t key, int threads, double work,
+                                         double start, double end);
 #endif
 
 #endif

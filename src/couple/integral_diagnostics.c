@@ -20,7 +20,7 @@ static int pdi_integral_diagnostics_is_inside(const pd_grid *grid, int32_t node,
 /* Area and means over the fluid faces of a plane; the value on a face is the mean of both cells. */
 static void pdi_integral_diagnostics_plane_means(const pd_bonds *bonds, const pd_flow *flow,
                                                  const pd_transport *transport, int axis, int index,
-                                                 pd_measure_plane_result *r)
+                                                 pd_diagnostics_plane_result *r)
 {
     const pd_grid *grid = bonds->grid;
     pdi_compensated_sum pressure = {0.0, 0.0}, mean = {0.0, 0.0}, stream = {0.0, 0.0}, carried = {0.0, 0.0};
@@ -45,12 +45,12 @@ static void pdi_integral_diagnostics_plane_means(const pd_bonds *bonds, const pd
     r->pressure = flow ? flow->rho * pdi_compensated_sum_total(&pressure) / faces : 0.0;
 }
 
-void pd_measure_plane(pd_ctx *ctx, const pd_bonds *bonds, pd_flow *flow, pd_transport *transport, int axis, int index,
-                      pd_measure_plane_result *r)
+void pd_diagnostics_plane(pd_ctx *ctx, const pd_bonds *bonds, pd_flow *flow, pd_transport *transport, int axis,
+                          int index, pd_diagnostics_plane_result *r)
 {
     memset(r, 0, sizeof *r);
     pdi_integral_diagnostics_plane_means(bonds, flow, transport, axis, index, r);
-    if (flow) r->flow = pd_flow_section(ctx, flow, axis, index);
+    if (flow) r->flow = pd_flow_integrate_section(ctx, flow, axis, index);
     if (transport) r->species = pdi_amount_section(ctx, transport, axis, index);
     r->speed = r->flow / r->area;
 }
@@ -58,8 +58,8 @@ void pd_measure_plane(pd_ctx *ctx, const pd_bonds *bonds, pd_flow *flow, pd_tran
 /* ---- exchange ---- */
 
 /* 1: the surface that bond k of a node hits is metal that dissolves, or a wall with a prescribed concentration. */
-static int pdi_integral_diagnostics_is_source(const pd_paths *paths, const pd_transport *t, const pd_dissolve *dissolve,
-                                              int32_t node, int k)
+static int pdi_integral_diagnostics_is_source(const pd_bond_paths *paths, const pd_transport *t,
+                                              const pd_dissolve *dissolve, int32_t node, int k)
 {
     double x[PD_DIM];
     int all;
@@ -80,7 +80,7 @@ static int pdi_integral_diagnostics_is_dissolved(const pd_grid *grid, int32_t no
 }
 
 /* 1: all surfaces in the family of a node are sides of the box or smooth shapes that have not receded. */
-static int pdi_integral_diagnostics_is_smooth(const pd_paths *paths, const pd_dissolve *dissolve, int32_t node)
+static int pdi_integral_diagnostics_is_smooth(const pd_bond_paths *paths, const pd_dissolve *dissolve, int32_t node)
 {
     const pd_grid *grid = paths->grid;
     int recedes = dissolve && grid->solid >= 0 && pdi_shape_is_smooth(grid->shapes, grid->solid);
@@ -98,7 +98,7 @@ static int pdi_integral_diagnostics_is_smooth(const pd_paths *paths, const pd_di
 }
 
 /* 1: all nodes in the family are fluid or open. */
-static int pdi_integral_diagnostics_is_interior(const pd_paths *paths, int32_t node)
+static int pdi_integral_diagnostics_is_interior(const pd_bond_paths *paths, int32_t node)
 {
     for (int k = 0; k < paths->stencil->count; k++)
         if (!pdi_grid_is_open(paths->grid->kind[node + paths->shift[k]])) return 0;
@@ -107,7 +107,7 @@ static int pdi_integral_diagnostics_is_interior(const pd_paths *paths, int32_t n
 
 /* Area [m^(d-1)] of dissolving or prescribed surfaces at a node: of its closed faces where they are smooth, otherwise
  * by the area weights c(n) V of its bonds that end behind them. */
-static double pdi_integral_diagnostics_node_area(const pd_paths *paths, const pd_transport *t,
+static double pdi_integral_diagnostics_node_area(const pd_bond_paths *paths, const pd_transport *t,
                                                  const pd_dissolve *dissolve, int32_t node)
 {
     const pd_stencil *s = paths->stencil;
@@ -130,8 +130,9 @@ static double pdi_integral_diagnostics_node_area(const pd_paths *paths, const pd
     return sum;
 }
 
-void pd_measure_exchange(pd_ctx *ctx, const pd_paths *paths, const pd_transport *t, const pd_dissolve *dissolve,
-                         const double *lo, const double *hi, int axis, double *flux, double *area)
+void pd_diagnostics_surface_flux(pd_ctx *ctx, const pd_bond_paths *paths, const pd_transport *t,
+                                 const pd_dissolve *dissolve, const double *lo, const double *hi, int axis,
+                                 double *flux, double *area)
 {
     const pd_grid *grid = t->grid;
     int layers = axis < 0 ? 1 : grid->n[axis];
@@ -152,8 +153,9 @@ void pd_measure_exchange(pd_ctx *ctx, const pd_paths *paths, const pd_transport 
 
 /* ---- box ---- */
 
-void pd_measure_box(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, const pd_flow *flow, const double *c,
-                    const double *metal, const double *lo, const double *hi, pd_measure_box_result *r)
+void pd_diagnostics_box(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, const pd_flow *flow,
+                        const double *c, const double *metal, const double *lo, const double *hi,
+                        pd_diagnostics_box_result *r)
 {
     pdi_compensated_sum energy = {0.0, 0.0}, dissolved = {0.0, 0.0}, solid = {0.0, 0.0}, momentum[PD_DIM];
     double nodes = 0.0, volume = stencil->volume;

@@ -10,7 +10,7 @@
 #define PD_INTEGRAL_DIAGNOSTICS_H
 #include "metal/dissolve.h"
 
-typedef struct pd_measure_plane_result {
+typedef struct pd_diagnostics_plane_result {
     double area;     /* [m^(d-1)] faces between two fluid cells */
     double flow;     /* [m^d/s] volume flux towards + */
     double speed;    /* [m/s] flow over area */
@@ -18,37 +18,37 @@ typedef struct pd_measure_plane_result {
     double mean;     /* [mol/m3] concentration, mean over the area */
     double bulk;     /* [mol/m3] concentration of the mixed stream, sum u c / sum u over the faces; NaN at rest */
     double species;  /* [mol/s] metal that is carried and diffuses towards + */
-} pd_measure_plane_result;
+} pd_diagnostics_plane_result;
 
-typedef struct pd_measure_box_result {
+typedef struct pd_diagnostics_box_result {
     double volume;   /* [m^d] of the fluid */
     double energy;   /* [J] kinetic */
     double momentum[PD_DIM]; /* [kg m/s] */
     double dissolved; /* [mol] */
     double solid;    /* [mol] left in the metal */
     double least, most; /* [mol/m3] smallest and largest concentration of the fluid; NaN without fluid */
-} pd_measure_box_result;
+} pd_diagnostics_box_result;
 
-#define pd_measure_plane PD_NAME(pd_measure_plane)
-#define pd_measure_exchange PD_NAME(pd_measure_exchange)
-#define pd_measure_box PD_NAME(pd_measure_box)
+#define pd_diagnostics_plane PD_NAME(pd_diagnostics_plane)
+#define pd_diagnostics_surface_flux PD_NAME(pd_diagnostics_surface_flux)
+#define pd_diagnostics_box PD_NAME(pd_diagnostics_box)
 
 /* The plane between the cells index - 1 and index of `axis`, index 1 .. n-1. flow and transport may be NULL; their
  * figures are 0 then. The flux of metal is that at the end of the last step. */
-PD_API void pd_measure_plane(pd_ctx *ctx, const pd_bonds *bonds, pd_flow *flow, pd_transport *transport, int axis,
-                             int index, pd_measure_plane_result *result);
+PD_API void pd_diagnostics_plane(pd_ctx *ctx, const pd_bonds *bonds, pd_flow *flow, pd_transport *transport, int axis,
+                                 int index, pd_diagnostics_plane_result *result);
 /* flux [mol/s]: what walls that hold a concentration, and with `dissolve` (or NULL) the metal, give to the fluid nodes
  * between lo and hi [m] at the end of the last step. area [m^(d-1)]: of these surfaces beside the faces of those nodes
  * (theory: eq. 5.12b); where a shape has receded, or is one of voxels, as the nodes see them by the area weights (6.3)
  * of `paths`, the better the wider their stencil, and where a closed side meets such a surface a part of a cell is
  * missed. axis -1: one value each; otherwise [n of that axis], one for each layer of cells. */
-PD_API void pd_measure_exchange(pd_ctx *ctx, const pd_paths *paths, const pd_transport *transport,
-                                const pd_dissolve *dissolve, const double *lo, const double *hi, int axis, double *flux,
-                                double *area);
+PD_API void pd_diagnostics_surface_flux(pd_ctx *ctx, const pd_bond_paths *paths, const pd_transport *transport,
+                                        const pd_dissolve *dissolve, const double *lo, const double *hi, int axis,
+                                        double *flux, double *area);
 /* What the nodes between lo and hi [m] hold. c [total]: concentration of fluid nodes; metal [total]: contents of solid
  * nodes, [mol/m3] both; these and flow may be NULL, their figures are 0 then. */
-PD_API void pd_measure_box(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, const pd_flow *flow,
-                           const double *c, const double *metal, const double *lo, const double *hi,
-                           pd_measure_box_result *result);
+PD_API void pd_diagnostics_box(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, const pd_flow *flow,
+                               const double *c, const double *metal, const double *lo, const double *hi,
+                               pd_diagnostics_box_result *result);
 
 #endif

@@ -9,21 +9,27 @@
 #define PDI_INTERPENETRATION_ROUNDING 1e-6
 
 /* 1: i is a point whose metal has not dissolved. */
-static int pdi_interpenetration_is_solid(const pd_overlap *s, int32_t i) { return i >= 0 && s->stiff[i] > 0.0; }
+static int pdi_interpenetration_is_solid(const pd_interpenetration *s, int32_t i)
+{
+    return i >= 0 && s->stiff[i] > 0.0;
+}
 
 /* 1: no unbroken bond connects two points. */
-static int pdi_interpenetration_is_unbonded(const pd_overlap *s, int32_t i, int32_t j)
+static int pdi_interpenetration_is_unbonded(const pd_interpenetration *s, int32_t i, int32_t j)
 {
-    for (pd_walk f = pdi_body_bonds_begin(s->body, i); pdi_body_bonds_next(&f);)
+    for (pd_bond_iterator f = pdi_body_bonds_begin(s->body, i); pdi_body_bonds_next(&f);)
         if (f.to == j) return pdi_body_bond_is_broken(&f);
     return 1;
 }
 
 /* Component of a point. */
-static int32_t pdi_interpenetration_get_component(const pd_overlap *s, int32_t i) { return s->part ? s->part[i] : 0; }
+static int32_t pdi_interpenetration_get_component(const pd_interpenetration *s, int32_t i)
+{
+    return s->part ? s->part[i] : 0;
+}
 
 /* The adjacent point above point i along axis d; -1: none. */
-static int32_t pdi_interpenetration_neighbour(const pd_overlap *s, int32_t i, int d)
+static int32_t pdi_interpenetration_neighbour(const pd_interpenetration *s, int32_t i, int d)
 {
     int at[PD_DIM];
     pdi_grid_index(s->grid, s->node[i], at);
@@ -32,7 +38,7 @@ static int32_t pdi_interpenetration_neighbour(const pd_overlap *s, int32_t i, in
 }
 
 /* Length [m] of the line from x along xi outside of the initial metal. */
-static double pdi_interpenetration_initial_gap(const pd_overlap *s, const double *x, const double *xi)
+static double pdi_interpenetration_initial_gap(const pd_interpenetration *s, const double *x, const double *xi)
 {
     const pd_grid *grid = s->grid;
     int last = grid->solid > grid->wall ? grid->solid : grid->wall;
@@ -48,7 +54,7 @@ static double pdi_interpenetration_initial_gap(const pd_overlap *s, const double
 }
 
 /* Records an overlap of two points [m]: within a component, or of two components. */
-static void pdi_interpenetration_record(pd_overlap *s, int32_t i, int32_t j, double depth)
+static void pdi_interpenetration_record(pd_interpenetration *s, int32_t i, int32_t j, double depth)
 {
     if (pdi_interpenetration_get_component(s, i) == pdi_interpenetration_get_component(s, j)) {
         if (pdi_body_count_intact(s->body, i) && pdi_body_count_intact(s->body, j)) s->crack = pdi_max(s->crack, depth);
@@ -61,7 +67,8 @@ static void pdi_interpenetration_record(pd_overlap *s, int32_t i, int32_t j, dou
 
 /* Adjacent points: pass 0: largest relative shortening of bonded ones, returned; pass 1: overlaps of those without a
  * bond, beyond the shortening max_shortening. */
-static double pdi_interpenetration_check_neighbours(pd_overlap *s, const double *u, int pass, double max_shortening)
+static double pdi_interpenetration_check_neighbours(pd_interpenetration *s, const double *u, int pass,
+                                                    double max_shortening)
 {
     const pd_body *body = s->body;
     for (int32_t i = 0; i < s->count; i++)
@@ -85,7 +92,7 @@ static double pdi_interpenetration_check_neighbours(pd_overlap *s, const double 
 /* ---- points that come from afar ---- */
 
 /* Hash of the cell of point i at displacements u, shifted by off cells unless that is NULL. */
-static int32_t pdi_interpenetration_hash_cell(const pd_overlap *s, const double *u, int32_t i, const int *off)
+static int32_t pdi_interpenetration_hash_cell(const pd_interpenetration *s, const double *u, int32_t i, const int *off)
 {
     uint64_t key = 0;
     for (int d = 0; d < PD_DIM; d++) {
@@ -98,7 +105,8 @@ static int32_t pdi_interpenetration_hash_cell(const pd_overlap *s, const double 
 }
 
 /* Overlap of two points that were not adjacent. */
-static void pdi_interpenetration_check_pair(pd_overlap *s, const double *u, int32_t i, int32_t j, double max_shortening)
+static void pdi_interpenetration_check_pair(pd_interpenetration *s, const double *u, int32_t i, int32_t j,
+                                            double max_shortening)
 {
     double h = s->grid->h[0], square = 0.0, was = 0.0, near = (1.0 - max_shortening) * h;
     for (int d = 0; d < PD_DIM; d++) {
@@ -112,7 +120,7 @@ static void pdi_interpenetration_check_pair(pd_overlap *s, const double *u, int3
 }
 
 /* Point i against the points that are in the hash table already, in its and the adjacent cells. */
-static void pdi_interpenetration_check_nearby(pd_overlap *s, const double *u, int32_t i, double max_shortening)
+static void pdi_interpenetration_check_nearby(pd_interpenetration *s, const double *u, int32_t i, double max_shortening)
 {
     int32_t seen[27];
     int all = 1, bins = 0;
@@ -129,7 +137,7 @@ static void pdi_interpenetration_check_nearby(pd_overlap *s, const double *u, in
     }
 }
 
-PDI_FN void pdi_interpenetration_compute(pd_overlap *s, const double *u)
+PDI_FN void pdi_interpenetration_compute(pd_interpenetration *s, const double *u)
 {
     s->crack = s->pieces = 0.0;
     double most = pdi_interpenetration_check_neighbours(s, u, 0, PDI_INTERPENETRATION_ROUNDING);
@@ -147,7 +155,7 @@ PDI_FN void pdi_interpenetration_compute(pd_overlap *s, const double *u)
 
 /* ---- build ---- */
 
-PDI_FN pd_status pdi_interpenetration_build(pd_ctx *ctx, pd_overlap *s)
+PDI_FN pd_status pdi_interpenetration_build(pd_ctx *ctx, pd_interpenetration *s)
 {
     int32_t *piece = NULL, all = s->body->count;
     uint8_t *seen = NULL;
@@ -167,7 +175,7 @@ PDI_FN pd_status pdi_interpenetration_build(pd_ctx *ctx, pd_overlap *s)
     return status;
 }
 
-PDI_FN pd_status pdi_interpenetration_prepare(pd_ctx *ctx, pd_overlap *s)
+PDI_FN pd_status pdi_interpenetration_prepare(pd_ctx *ctx, pd_interpenetration *s)
 {
     int32_t bins = 1024;
     while (bins < s->count && bins < 1 << 29) bins *= 2;
@@ -176,7 +184,7 @@ PDI_FN pd_status pdi_interpenetration_prepare(pd_ctx *ctx, pd_overlap *s)
     return PDI_NEW(ctx, "overlap", s->count, s->next);
 }
 
-PDI_FN void pdi_interpenetration_free(pd_ctx *ctx, pd_overlap *s)
+PDI_FN void pdi_interpenetration_free(pd_ctx *ctx, pd_interpenetration *s)
 {
     PDI_DELETE(ctx, s->count, s->part);
     PDI_DELETE(ctx, s->bins, s->bin);

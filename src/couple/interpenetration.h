@@ -10,7 +10,7 @@
 #include "lattice/grid.h"
 #include "solid/body.h"
 
-typedef struct pd_overlap {
+typedef struct pd_interpenetration {
     const pd_grid *grid;  /* borrowed, as all below */
     const pd_body *body;
     const int32_t *node;  /* [count] of the points */
@@ -26,16 +26,16 @@ typedef struct pd_overlap {
     double most;          /* [m] the same of all checks */
     double pieces;        /* [m] largest overlap of two components that were apart at the start; 0: none */
     int32_t first, other; /* points of these */
-} pd_overlap;
+} pd_interpenetration;
 
 #ifdef PDI_INTERNAL
 /* Finds the components that unbroken bonds connect now; grid to count are set before. */
-PDI_FN pd_status pdi_interpenetration_build(pd_ctx *ctx, pd_overlap *overlap);
+PDI_FN pd_status pdi_interpenetration_build(pd_ctx *ctx, pd_interpenetration *overlap);
 /* Allocates the hash table for checks. */
-PDI_FN pd_status pdi_interpenetration_prepare(pd_ctx *ctx, pd_overlap *overlap);
+PDI_FN pd_status pdi_interpenetration_prepare(pd_ctx *ctx, pd_interpenetration *overlap);
 /* Computes the overlaps at displacements u [count][PD_DIM] [m]: crack, most, pieces, first, other. */
-PDI_FN void pdi_interpenetration_compute(pd_overlap *overlap, const double *u);
-PDI_FN void pdi_interpenetration_free(pd_ctx *ctx, pd_overlap *overlap);
+PDI_FN void pdi_interpenetration_compute(pd_interpenetration *overlap, const double *u);
+PDI_FN void pdi_interpenetration_free(pd_ctx *ctx, pd_interpenetration *overlap);
 #endif
 
 #endif

@@ -13,7 +13,7 @@
 
 /* Layers of image cells behind a side along axis d: three horizons, but with one plane alone no more than the box
  * has. */
-static int pdi_point_cells_count_behind(const pd_sites *s, int d, int upper)
+static int pdi_point_cells_count_behind(const pd_point_cells *s, int d, int upper)
 {
     int depth = 3 * (int)floor(s->m + 0.5), n = s->grid->n[d];
     if (!(s->mirrors >> (2 * d + upper) & 1)) return 0;
@@ -21,7 +21,7 @@ static int pdi_point_cells_count_behind(const pd_sites *s, int d, int upper)
 }
 
 /* Maps a cell of the extended box to the one it mirrors, in place. Returns a bit mask of the reflected axes. */
-static int pdi_point_cells_fold_cell(const pd_sites *s, int *at)
+static int pdi_point_cells_fold_cell(const pd_point_cells *s, int *at)
 {
     int flip = 0;
     for (int d = 0; d < PD_DIM; d++) {
@@ -39,7 +39,7 @@ static int pdi_point_cells_fold_cell(const pd_sites *s, int *at)
 
 /* Cell number k of the extended box: its index at, the metal node that it is or mirrors (returned; -1: none), and
  * *flip: reflected axes, -1: within the box. */
-static int32_t pdi_point_cells_find_image(const pd_sites *s, int64_t k, int *at, int *flip)
+static int32_t pdi_point_cells_find_image(const pd_point_cells *s, int64_t k, int *at, int *flip)
 {
     int folded[PD_DIM];
     for (int d = 0; d < PD_DIM; d++, k /= s->wide[d - 1]) folded[d] = at[d] = (int)(k % s->wide[d]) - s->below[d];
@@ -51,7 +51,7 @@ static int32_t pdi_point_cells_find_image(const pd_sites *s, int64_t k, int *at,
 }
 
 /* Cells of the extended box. */
-static int64_t pdi_point_cells_count_cells(const pd_sites *s)
+static int64_t pdi_point_cells_count_cells(const pd_point_cells *s)
 {
     int64_t cells = 1;
     for (int d = 0; d < PD_DIM; d++) cells *= s->wide[d];
@@ -59,7 +59,7 @@ static int64_t pdi_point_cells_count_cells(const pd_sites *s)
 }
 
 /* How many images there are. */
-PDI_FN void pdi_point_cells_count_images(pd_sites *s)
+PDI_FN void pdi_point_cells_count_images(pd_point_cells *s)
 {
     int at[PD_DIM], flip;
     for (int d = 0; d < PD_DIM; d++) {
@@ -71,7 +71,7 @@ PDI_FN void pdi_point_cells_count_images(pd_sites *s)
 }
 
 /* The images, behind the points. */
-PDI_FN void pdi_point_cells_add_images(pd_sites *s)
+PDI_FN void pdi_point_cells_add_images(pd_point_cells *s)
 {
     int at[PD_DIM], flip;
     int32_t g = 0;
@@ -91,20 +91,20 @@ PDI_FN void pdi_point_cells_add_images(pd_sites *s)
 }
 
 /* The real point that i is or mirrors. */
-static int32_t pdi_point_cells_real_point(const pd_sites *s, int32_t i)
+static int32_t pdi_point_cells_real_point(const pd_point_cells *s, int32_t i)
 {
     return i < s->count ? i : s->of[i - s->count];
 }
 
 /* Cell index of a point or image. */
-static void pdi_point_cells_get_cell(const pd_sites *s, int32_t i, int *at)
+static void pdi_point_cells_get_cell(const pd_point_cells *s, int32_t i, int *at)
 {
     if (i < s->count) pdi_grid_index(s->grid, s->node[i], at);
     else
         for (int d = 0; d < PD_DIM; d++) at[d] = s->cell[(i - s->count) * PD_DIM + d];
 }
 
-PDI_FN void pdi_point_cells_position(const pd_sites *s, int32_t i, double *x)
+PDI_FN void pdi_point_cells_position(const pd_point_cells *s, int32_t i, double *x)
 {
     int at[PD_DIM];
     pdi_point_cells_get_cell(s, i, at);
@@ -112,7 +112,7 @@ PDI_FN void pdi_point_cells_position(const pd_sites *s, int32_t i, double *x)
 }
 
 /* The point or image in a cell; -1: none. */
-static int32_t pdi_point_cells_find_point(const pd_sites *s, const int *at)
+static int32_t pdi_point_cells_find_point(const pd_point_cells *s, const int *at)
 {
     int64_t k = 0;
     if (!s->images) return pdi_grid_is_inside(s->grid, at) ? s->point[pd_grid_node(s->grid, at)] : -1;
@@ -129,13 +129,13 @@ static int32_t pdi_point_cells_find_point(const pd_sites *s, const int *at)
 /* 1: a cell is metal, or has dissolved in this step and still counts as metal. */
 static int pdi_point_cells_is_metal(const void *self, const int *at)
 {
-    const pd_sites *s = (const pd_sites *)self;
+    const pd_point_cells *s = (const pd_point_cells *)self;
     int32_t i = pdi_point_cells_find_point(s, at);
     return i >= 0 && (s->grid->kind[s->node[pdi_point_cells_real_point(s, i)]] == PD_SOLID || s->stiff[i] > 0.0);
 }
 
 /* Offset in cells from point i to point j. */
-static void pdi_point_cells_cell_offset(const pd_sites *s, int32_t i, int32_t j, int *step)
+static void pdi_point_cells_cell_offset(const pd_point_cells *s, int32_t i, int32_t j, int *step)
 {
     int from[PD_DIM];
     pdi_point_cells_get_cell(s, i, from);
@@ -144,7 +144,7 @@ static void pdi_point_cells_cell_offset(const pd_sites *s, int32_t i, int32_t j,
 }
 
 /* 1: one of the staircase paths of cells from point i by step[] is metal throughout. */
-static int pdi_point_cells_is_connected(const pd_sites *s, int32_t i, const int *step)
+static int pdi_point_cells_is_connected(const pd_point_cells *s, int32_t i, const int *step)
 {
     int from[PD_DIM];
     pdi_point_cells_get_cell(s, i, from);
@@ -152,7 +152,7 @@ static int pdi_point_cells_is_connected(const pd_sites *s, int32_t i, const int 
 }
 
 /* Parameter t > after where the line x + t xi crosses the next side of the box or of its mirror images; at most 1. */
-static double pdi_point_cells_next_side(const pd_sites *s, const double *x, const double *xi, double after)
+static double pdi_point_cells_next_side(const pd_point_cells *s, const double *x, const double *xi, double after)
 {
     double best = 1.0;
     for (int d = 0; d < PD_DIM; d++) {
@@ -168,7 +168,7 @@ static double pdi_point_cells_next_side(const pd_sites *s, const double *x, cons
 }
 
 /* 1: the line from x along xi, folded into the box segment by segment, stays within the smooth metal. */
-static int pdi_point_cells_is_within(const pd_sites *s, const double *x, const double *xi)
+static int pdi_point_cells_is_within(const pd_point_cells *s, const double *x, const double *xi)
 {
     const pd_grid *grid = s->grid;
     for (double from = 0.0; from < 1.0;) {
@@ -189,20 +189,20 @@ static int pdi_point_cells_is_within(const pd_sites *s, const double *x, const d
     return 1;
 }
 
-/* A pd_joined_fn: by the metal cells between two points. */
+/* A pd_bond_inside_fn: by the metal cells between two points. */
 static int pdi_point_cells_joined_by_cells(void *user, int32_t i, int32_t j, const double *xi)
 {
-    const pd_sites *s = (const pd_sites *)user;
+    const pd_point_cells *s = (const pd_point_cells *)user;
     int step[PD_DIM];
     (void)xi;
     pdi_point_cells_cell_offset(s, i, j, step);
     return pdi_point_cells_is_connected(s, i, step);
 }
 
-/* A pd_joined_fn: by the smooth surface. Where the depths of both ends cover the line, it needs no test. */
+/* A pd_bond_inside_fn: by the smooth surface. Where the depths of both ends cover the line, it needs no test. */
 static int pdi_point_cells_joined_by_surface(void *user, int32_t i, int32_t j, const double *xi)
 {
-    const pd_sites *s = (const pd_sites *)user;
+    const pd_point_cells *s = (const pd_point_cells *)user;
     double from[PD_DIM], deep = pdi_max(s->depth[i], 0.0) + pdi_max(s->depth[j], 0.0);
     if (deep * deep >= pdi_vec_dot(xi, xi)) return 1;
     pdi_point_cells_position(s, i, from);
@@ -210,7 +210,7 @@ static int pdi_point_cells_joined_by_surface(void *user, int32_t i, int32_t j, c
 }
 
 /* Which bonds leave the metal of the start is to be asked of these. */
-PDI_FN void pdi_point_cells_set_joined(pd_ctx *ctx, pd_sites *s, pd_body_desc *desc)
+PDI_FN void pdi_point_cells_set_joined(pd_ctx *ctx, pd_point_cells *s, pd_body_desc *desc)
 {
     int nt = pdi_par_threads(ctx, (int64_t)s->count * 100);
     (void)nt;
@@ -263,10 +263,10 @@ static int pdi_point_cells_is_crossed(const int *off, const int *step)
 
 /* Breaks the bonds of point i that led through the dissolved point `gone` alone. A bond that no staircase connected
  * before, as in a thin part with smooth faces, breaks where its line passes the cell. */
-static void pdi_point_cells_break_through(const pd_sites *s, pd_body *body, int32_t gone, int32_t i)
+static void pdi_point_cells_break_through(const pd_point_cells *s, pd_body *body, int32_t gone, int32_t i)
 {
     double stiff = s->stiff[gone];
-    for (pd_walk f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
+    for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
         int off[PD_DIM], step[PD_DIM];
         if (f.to < i || pdi_body_bond_is_broken(&f)) continue;
         pdi_point_cells_cell_offset(s, i, gone, off);
@@ -281,7 +281,7 @@ static void pdi_point_cells_break_through(const pd_sites *s, pd_body *body, int3
 }
 
 /* Point `gone` has dissolved: breaks its bonds, and those of all points nearby that led through it. */
-static void pdi_point_cells_dissolve_point(const pd_sites *s, pd_body *body, int32_t gone)
+static void pdi_point_cells_dissolve_point(const pd_point_cells *s, pd_body *body, int32_t gone)
 {
     int reach = (int)ceil(s->m + 0.5), wide = 2 * reach + 1, all = pdi_grid_count_cube(reach), cell[PD_DIM];
     pdi_body_break_all_bonds(body, gone);
@@ -296,7 +296,7 @@ static void pdi_point_cells_dissolve_point(const pd_sites *s, pd_body *body, int
 }
 
 /* Points and their images, one after another: each sees the others as metal until it is its turn. */
-PDI_FN int pdi_point_cells_dissolve_nodes(const pd_sites *s, pd_body *body, const int32_t *turned, int32_t count)
+PDI_FN int pdi_point_cells_dissolve_nodes(const pd_point_cells *s, pd_body *body, const int32_t *turned, int32_t count)
 {
     int gone = 0;
     for (int way = 0; way < 2; way++)
@@ -311,7 +311,7 @@ PDI_FN int pdi_point_cells_dissolve_nodes(const pd_sites *s, pd_body *body, cons
 
 PDI_FN void pdi_point_cells_list(pdi_array_visitor *owner, void *object)
 {
-    pd_sites *sites = (pd_sites *)object;
+    pd_point_cells *sites = (pd_point_cells *)object;
     int64_t all = (int64_t)sites->count + sites->images;
     PDI_ARRAY(owner, sites, cell, sites->images * PD_DIM, "1");
     PDI_ARRAY(owner, sites, chain, all, "1");

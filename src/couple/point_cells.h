@@ -6,13 +6,13 @@
 #include "lattice/grid.h"
 #include "solid/body.h"
 
-typedef struct pd_sites {
+typedef struct pd_point_cells {
     const pd_grid *grid;  /* borrowed, as all down to flip */
     const int32_t *node;  /* [count] of the points */
     const int32_t *point; /* [total] of the nodes; -1: none */
     double *stiff;        /* [count + images] [-] stiffness factor; 0: dissolved */
     double *depth;        /* [count + images] [m] below the surface, while the body is built */
-    int32_t *of;          /* [images] as of pd_mirrored */
+    int32_t *of;          /* [images] as of pd_mirror_symmetry */
     uint8_t *flip;        /* [images] */
     double m;             /* [-] horizon over the spacing */
     int mirrors;          /* bit s: side s of the box is a plane of symmetry */
@@ -23,23 +23,24 @@ typedef struct pd_sites {
     int32_t *chart;       /* [wide[0] ..] with images: the point of each cell of the extended box, -1: none */
     int32_t wide[PD_DIM]; /* cells of the extended box along each axis */
     int below[PD_DIM];    /* of these below the lower side of the box */
-} pd_sites;
+} pd_point_cells;
 
 #ifdef PDI_INTERNAL
 /* Describes the arrays of mirror images. */
 PDI_FN void pdi_point_cells_list(pdi_array_visitor *owner, void *sites);
 /* Counts the mirror images by grid, horizon and planes of symmetry, and sizes the extended box. */
-PDI_FN void pdi_point_cells_count_images(pd_sites *sites);
+PDI_FN void pdi_point_cells_count_images(pd_point_cells *sites);
 /* Fills in the mirror images, numbered behind the points, and the map of cells. */
-PDI_FN void pdi_point_cells_add_images(pd_sites *sites);
+PDI_FN void pdi_point_cells_add_images(pd_point_cells *sites);
 /* Position x [m] of a point or image. */
-PDI_FN void pdi_point_cells_position(const pd_sites *sites, int32_t i, double *x);
+PDI_FN void pdi_point_cells_position(const pd_point_cells *sites, int32_t i, double *x);
 /* Sets the callback of desc that decides which bonds lie within the initial metal: none for convex metal, by smooth
  * surfaces, or by cells. */
-PDI_FN void pdi_point_cells_set_joined(pd_ctx *ctx, pd_sites *sites, pd_body_desc *desc);
+PDI_FN void pdi_point_cells_set_joined(pd_ctx *ctx, pd_point_cells *sites, pd_body_desc *desc);
 /* Nodes turned [count] have become fluid: breaks their bonds, and those of other points that led through them alone.
  * Returns 1: one of them was a point of the body. */
-PDI_FN int pdi_point_cells_dissolve_nodes(const pd_sites *sites, pd_body *body, const int32_t *turned, int32_t count);
+PDI_FN int pdi_point_cells_dissolve_nodes(const pd_point_cells *sites, pd_body *body, const int32_t *turned,
+                                          int32_t count);
 #endif
 
 #endif

@@ -17,7 +17,7 @@ enum { PDI_SOLID_COUPLING_TENSOR = PD_DIM * PD_DIM };
 
 PDI_FN void pdi_solid_coupling_list(pdi_array_visitor *owner, void *object)
 {
-    pd_structure *structure = (pd_structure *)object;
+    pd_solid_coupling *structure = (pd_solid_coupling *)object;
     int64_t all = (int64_t)structure->count + structure->sites.images;
     PDI_ARRAY(owner, structure, node, structure->count, "1");
     PDI_ARRAY(owner, structure, point, structure->total, "1");
@@ -36,7 +36,7 @@ PDI_FN void pdi_solid_coupling_list(pdi_array_visitor *owner, void *object)
     PDI_ARRAY(owner, structure, target, all * PD_DIM, "m");
 }
 
-PDI_FN double pdi_solid_coupling_damage(const pd_structure *s, int32_t point)
+PDI_FN double pdi_solid_coupling_damage(const pd_solid_coupling *s, int32_t point)
 {
     int64_t all = s->body.row[point + 1] - s->body.row[point];
     return all ? 1.0 - (double)pdi_body_count_intact(&s->body, point) / (double)all : 0.0;
@@ -45,19 +45,19 @@ PDI_FN double pdi_solid_coupling_damage(const pd_structure *s, int32_t point)
 /* ---- build ---- */
 
 /* 1: the description has a failure criterion of bonds. */
-static int pdi_solid_coupling_has_failure(const pd_structure_desc *desc)
+static int pdi_solid_coupling_has_failure(const pd_solid_coupling_desc *desc)
 {
     return desc->breaks.critical > 0.0 || desc->breaks.fracture > 0.0;
 }
 
-PDI_FN int pdi_solid_coupling_can_interpenetrate(const pd_structure *s)
+PDI_FN int pdi_solid_coupling_can_interpenetrate(const pd_solid_coupling *s)
 {
     return s->overlap.parts > 1 || s->body.places > s->body.charted || !pdi_body_is_intact(&s->body) ||
            pdi_solid_coupling_has_failure(&s->desc) || s->desc.fracture > 0.0;
 }
 
 /* Material points at the solid nodes, their mirror images, and the body with its bonds. */
-static pd_status pdi_solid_coupling_build_body(pd_ctx *ctx, pd_structure *s)
+static pd_status pdi_solid_coupling_build_body(pd_ctx *ctx, pd_solid_coupling *s)
 {
     const pd_grid *grid = s->grid;
     double *position = NULL, *volume = NULL, cell = 1.0;
@@ -107,7 +107,7 @@ static pd_status pdi_solid_coupling_build_body(pd_ctx *ctx, pd_structure *s)
 }
 
 /* Counts the solid nodes and their images. PD_ERR_ARGUMENT, PD_ERR_GEOMETRY: a lattice or metal that does not suit. */
-static pd_status pdi_solid_coupling_count_points(pd_ctx *ctx, pd_structure *s)
+static pd_status pdi_solid_coupling_count_points(pd_ctx *ctx, pd_solid_coupling *s)
 {
     const pd_grid *grid = s->grid;
     for (int d = 1; d < PD_DIM; d++)
@@ -133,16 +133,17 @@ static pd_status pdi_solid_coupling_count_points(pd_ctx *ctx, pd_structure *s)
 }
 
 /* Breaks the bonds that cross a pre-crack, segment by segment of a polyline. PD_ERR_GEOMETRY: it crosses none. */
-static pd_status pdi_solid_coupling_apply_precrack(pd_ctx *ctx, pd_structure *s, const pd_structure_cut *cut)
+static pd_status pdi_solid_coupling_apply_precrack(pd_ctx *ctx, pd_solid_coupling *s,
+                                                   const pd_solid_coupling_precrack *cut)
 {
     int pieces = PD_DIM == 2 && cut->corners > 2 ? cut->corners - 1 : 1;
     int64_t broken, all = 0;
     for (int k = 0; k < pieces; k++) {
         char message[PD_MESSAGE_SIZE];
-        pd_cut piece;
+        pd_precrack piece;
         piece.corners = PD_DIM == 2 && cut->corners > 2 ? 2 : cut->corners;
         piece.corner = cut->corner + k * PD_DIM;
-        pd_status status = pd_body_cut(ctx, &s->body, &piece, 1, &broken);
+        pd_status status = pd_body_apply_precracks(ctx, &s->body, &piece, 1, &broken);
         memcpy(message, ctx->message, sizeof message);
         if (status < 0) return pdi_fail(ctx, status, "structure", "'%.60s': %.400s", cut->name, message);
         all += broken;
@@ -152,7 +153,7 @@ static pd_status pdi_solid_coupling_apply_precrack(pd_ctx *ctx, pd_structure *s,
 }
 
 /* Sets up the interpenetration check with the initial components. */
-static pd_status pdi_solid_coupling_init_interpenetration(pd_ctx *ctx, pd_structure *s)
+static pd_status pdi_solid_coupling_init_interpenetration(pd_ctx *ctx, pd_solid_coupling *s)
 {
     s->overlap.grid = s->grid;
     s->overlap.body = &s->body;
@@ -164,7 +165,7 @@ static pd_status pdi_solid_coupling_init_interpenetration(pd_ctx *ctx, pd_struct
 }
 
 /* 1: a point has an unbroken bond. */
-static int pdi_solid_coupling_has_bonds(const pd_structure *s)
+static int pdi_solid_coupling_has_bonds(const pd_solid_coupling *s)
 {
     for (int32_t i = 0; i < s->count; i++)
         if (pdi_body_count_intact(&s->body, i)) return 1;
@@ -172,7 +173,7 @@ static int pdi_solid_coupling_has_bonds(const pd_structure *s)
 }
 
 /* Description of the bond-based material. */
-static pd_microelastic_desc pdi_solid_coupling_microelastic_desc(const pd_structure *s)
+static pd_microelastic_desc pdi_solid_coupling_microelastic_desc(const pd_solid_coupling *s)
 {
     pd_microelastic_desc desc;
     memset(&desc, 0, sizeof desc);
@@ -184,9 +185,9 @@ static pd_microelastic_desc pdi_solid_coupling_microelastic_desc(const pd_struct
 }
 
 /* Description of the ordinary state-based material. */
-static pd_ordinary_desc pdi_solid_coupling_ordinary_desc(const pd_structure *s)
+static pd_ordinary_state_desc pdi_solid_coupling_ordinary_desc(const pd_solid_coupling *s)
 {
-    pd_ordinary_desc desc;
+    pd_ordinary_state_desc desc;
     memset(&desc, 0, sizeof desc);
     desc.young = s->desc.elastic.young;
     desc.poisson = s->desc.elastic.poisson;
@@ -199,13 +200,13 @@ static pd_ordinary_desc pdi_solid_coupling_ordinary_desc(const pd_structure *s)
 }
 
 /* Description of the large-strain material. */
-static pd_finite_desc pdi_solid_coupling_finite_strain_desc(const pd_structure *s)
+static pd_finite_strain_desc pdi_solid_coupling_finite_strain_desc(const pd_solid_coupling *s)
 {
-    pd_finite_desc desc;
+    pd_finite_strain_desc desc;
     memset(&desc, 0, sizeof desc);
-    desc.law.kind = s->desc.material == PD_STRUCTURE_NEO_HOOKEAN ? PD_FINITE_NEO_HOOKEAN
-                    : pdi_solid_coupling_is_plastic(s)           ? PD_FINITE_J2
-                                                                 : PD_FINITE_HENCKY;
+    desc.law.kind = s->desc.material == PD_SOLID_COUPLING_NEO_HOOKEAN ? PD_FINITE_STRAIN_NEO_HOOKEAN
+                    : pdi_solid_coupling_is_plastic(s)                ? PD_FINITE_STRAIN_J2
+                                                                      : PD_FINITE_STRAIN_HENCKY;
     desc.law.young = s->desc.elastic.young;
     desc.law.poisson = s->desc.elastic.poisson;
     desc.law.plane = s->desc.elastic.plane;
@@ -218,55 +219,56 @@ static pd_finite_desc pdi_solid_coupling_finite_strain_desc(const pd_structure *
     return desc;
 }
 
-PDI_FN void pdi_solid_coupling_attach_material(pd_structure *s)
+PDI_FN void pdi_solid_coupling_attach_material(pd_solid_coupling *s)
 {
     switch (s->desc.material) {
-    case PD_STRUCTURE_SPRINGS: s->springs.body = &s->body; break;
-    case PD_STRUCTURE_ORDINARY: s->ordinary.body = &s->body; break;
-    case PD_STRUCTURE_NEO_HOOKEAN:
-    case PD_STRUCTURE_HENCKY:
+    case PD_SOLID_COUPLING_BOND_BASED: s->springs.body = &s->body; break;
+    case PD_SOLID_COUPLING_ORDINARY_STATE: s->ordinary.body = &s->body; break;
+    case PD_SOLID_COUPLING_NEO_HOOKEAN:
+    case PD_SOLID_COUPLING_HENCKY:
         s->finite.body = &s->body;
         s->finite.desc = pdi_solid_coupling_finite_strain_desc(s);
         break;
-    case PD_STRUCTURE_CORRESPONDENCE:
+    case PD_SOLID_COUPLING_CORRESPONDENCE:
         s->elastic.body = &s->body;
         s->elastic.plastic.count = pdi_solid_coupling_is_plastic(s) ? s->count : 0;
     }
 }
 
-PDI_FN pd_solid pdi_solid_coupling_material_interface(pd_structure *s)
+PDI_FN pd_material_interface pdi_solid_coupling_material_interface(pd_solid_coupling *s)
 {
     switch (s->desc.material) {
-    case PD_STRUCTURE_SPRINGS: return pd_microelastic_solid(&s->springs);
-    case PD_STRUCTURE_ORDINARY: return pd_ordinary_solid(&s->ordinary);
-    case PD_STRUCTURE_NEO_HOOKEAN:
-    case PD_STRUCTURE_HENCKY: return pd_finite_solid(&s->finite);
-    case PD_STRUCTURE_CORRESPONDENCE: break;
+    case PD_SOLID_COUPLING_BOND_BASED: return pd_microelastic_material(&s->springs);
+    case PD_SOLID_COUPLING_ORDINARY_STATE: return pd_ordinary_state_material(&s->ordinary);
+    case PD_SOLID_COUPLING_NEO_HOOKEAN:
+    case PD_SOLID_COUPLING_HENCKY: return pd_finite_strain_material(&s->finite);
+    case PD_SOLID_COUPLING_CORRESPONDENCE: break;
     }
-    return pd_elastic_solid(&s->elastic);
+    return pd_correspondence_material(&s->elastic);
 }
 
 /* Builds the chosen material. */
-static pd_status pdi_solid_coupling_build_material(pd_ctx *ctx, pd_structure *s)
+static pd_status pdi_solid_coupling_build_material(pd_ctx *ctx, pd_solid_coupling *s)
 {
     pd_microelastic_desc springs = pdi_solid_coupling_microelastic_desc(s);
-    pd_ordinary_desc ordinary = pdi_solid_coupling_ordinary_desc(s);
-    pd_finite_desc finite = pdi_solid_coupling_finite_strain_desc(s);
+    pd_ordinary_state_desc ordinary = pdi_solid_coupling_ordinary_desc(s);
+    pd_finite_strain_desc finite = pdi_solid_coupling_finite_strain_desc(s);
     switch (s->desc.material) {
-    case PD_STRUCTURE_SPRINGS: return pd_microelastic_build(ctx, &s->body, &springs, &s->springs);
-    case PD_STRUCTURE_ORDINARY: return pd_ordinary_build(ctx, &s->body, &ordinary, &s->ordinary);
-    case PD_STRUCTURE_NEO_HOOKEAN:
-    case PD_STRUCTURE_HENCKY: return pd_finite_build(ctx, &s->body, &finite, &s->finite);
-    case PD_STRUCTURE_CORRESPONDENCE: break;
+    case PD_SOLID_COUPLING_BOND_BASED: return pd_microelastic_build(ctx, &s->body, &springs, &s->springs);
+    case PD_SOLID_COUPLING_ORDINARY_STATE: return pd_ordinary_state_build(ctx, &s->body, &ordinary, &s->ordinary);
+    case PD_SOLID_COUPLING_NEO_HOOKEAN:
+    case PD_SOLID_COUPLING_HENCKY: return pd_finite_strain_build(ctx, &s->body, &finite, &s->finite);
+    case PD_SOLID_COUPLING_CORRESPONDENCE: break;
     }
     s->desc.elastic.stiff = s->stiff;
     s->desc.elastic.loose = 1;
-    return pd_elastic_build(ctx, &s->body, &s->desc.elastic, &s->elastic);
+    return pd_correspondence_build(ctx, &s->body, &s->desc.elastic, &s->elastic);
 }
 
 /* Replaces the fracture energy of a criterion by the critical bond energy of a growing crack, in 2D and 3D. In 1D a
  * chain breaks at once. */
-static pd_status pdi_solid_coupling_calibrate_fracture(pd_ctx *ctx, const pd_structure *s, pd_criterion_desc *criterion)
+static pd_status pdi_solid_coupling_calibrate_fracture(pd_ctx *ctx, const pd_solid_coupling *s,
+                                                       pd_bond_failure_desc *criterion)
 {
 #if PD_DIM > 1
     if (!(criterion->fracture > 0.0)) return PD_OK;
@@ -281,7 +283,7 @@ static pd_status pdi_solid_coupling_calibrate_fracture(pd_ctx *ctx, const pd_str
 }
 
 /* Builds the quasi-static solver. */
-static pd_status pdi_solid_coupling_build_static(pd_ctx *ctx, pd_structure *s)
+static pd_status pdi_solid_coupling_build_static(pd_ctx *ctx, pd_solid_coupling *s)
 {
     pd_quasi_static_desc rest;
     memset(&rest, 0, sizeof rest);
@@ -289,7 +291,7 @@ static pd_status pdi_solid_coupling_build_static(pd_ctx *ctx, pd_structure *s)
     rest.load = s->desc.load;
     rest.user = s->desc.user;
     rest.criterion = s->desc.breaks;
-    if (s->desc.material == PD_STRUCTURE_SPRINGS) rest.criterion.critical = s->springs.critical;
+    if (s->desc.material == PD_SOLID_COUPLING_BOND_BASED) rest.criterion.critical = s->springs.critical;
     PDI_TRY(pdi_solid_coupling_calibrate_fracture(ctx, s, &rest.criterion));
     rest.eager = -1.0;
     rest.rtol = s->desc.rtol;
@@ -297,7 +299,7 @@ static pd_status pdi_solid_coupling_build_static(pd_ctx *ctx, pd_structure *s)
 }
 
 /* Builds the Verlet integrator. */
-static pd_status pdi_solid_coupling_build_dynamic(pd_ctx *ctx, pd_structure *s)
+static pd_status pdi_solid_coupling_build_dynamic(pd_ctx *ctx, pd_solid_coupling *s)
 {
     pd_verlet_desc motion;
     memset(&motion, 0, sizeof motion);
@@ -308,31 +310,33 @@ static pd_status pdi_solid_coupling_build_dynamic(pd_ctx *ctx, pd_structure *s)
 }
 
 /* PD_ERR_ARGUMENT: values or combinations of material, failure, plasticity and dynamics that do not exist. */
-static pd_status pdi_solid_coupling_check(pd_ctx *ctx, const pd_structure_desc *desc)
+static pd_status pdi_solid_coupling_check(pd_ctx *ctx, const pd_solid_coupling_desc *desc)
 {
-    int springs = desc->material == PD_STRUCTURE_SPRINGS, flows = desc->elastic.yield > 0.0;
-    if ((int)desc->material < 0 || desc->material > PD_STRUCTURE_HENCKY || !(desc->density >= 0.0) ||
+    int springs = desc->material == PD_SOLID_COUPLING_BOND_BASED, flows = desc->elastic.yield > 0.0;
+    if ((int)desc->material < 0 || desc->material > PD_SOLID_COUPLING_HENCKY || !(desc->density >= 0.0) ||
         !(desc->fracture >= 0.0))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "material %d, a density of %g kg/m3 and %g J/m2, expected 0 "
-                        "to %d and numbers that are not negative", (int)desc->material, desc->density, desc->fracture,
-                        (int)PD_STRUCTURE_HENCKY);
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure",
+                        "material %d, a density of %g kg/m3 and %g J/m2, expected 0 "
+                        "to %d and numbers that are not negative",
+                        (int)desc->material, desc->density, desc->fracture, (int)PD_SOLID_COUPLING_HENCKY);
     if (springs && (pdi_solid_coupling_has_failure(desc) || flows || desc->pace))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "springs with a criterion, a yield stress or a pace, "
                         "expected an energy of cracks alone");
     if (!springs && (desc->fracture > 0.0 || (desc->density > 0.0 && (pdi_solid_coupling_has_failure(desc) || flows))))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "metal other than springs with an energy of cracks, or that "
                         "breaks or flows in motion, expected a balance with a criterion, or springs");
-    if (desc->breaks.fracture > 0.0 && desc->material != PD_STRUCTURE_CORRESPONDENCE)
+    if (desc->breaks.fracture > 0.0 && desc->material != PD_SOLID_COUPLING_CORRESPONDENCE)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "an energy of cracks of material %d, expected small strains "
                         "by correspondence, springs, or a critical value of bonds", (int)desc->material);
-    if (flows && desc->material != PD_STRUCTURE_CORRESPONDENCE && desc->material != PD_STRUCTURE_HENCKY)
+    if (flows && desc->material != PD_SOLID_COUPLING_CORRESPONDENCE && desc->material != PD_SOLID_COUPLING_HENCKY)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "a yield stress of material %d, expected one of small "
                         "strains or Hencky's", (int)desc->material);
     return PD_OK;
 }
 
 /* PD_ERR_ARGUMENT: planes of symmetry with cracks or breaking bonds, which are not reflected. */
-static pd_status pdi_solid_coupling_check_images(pd_ctx *ctx, const pd_structure *s, const pd_structure_desc *desc)
+static pd_status pdi_solid_coupling_check_images(pd_ctx *ctx, const pd_solid_coupling *s,
+                                                 const pd_solid_coupling_desc *desc)
 {
     if (!s->sites.images || !(desc->cut_count || pdi_solid_coupling_has_failure(desc) || desc->fracture > 0.0))
         return PD_OK;
@@ -341,8 +345,8 @@ static pd_status pdi_solid_coupling_check_images(pd_ctx *ctx, const pd_structure
 }
 
 /* Inner part of the build; after an error the caller frees. */
-static pd_status pdi_solid_coupling_build_inner(pd_ctx *ctx, const pd_grid *grid, const pd_structure_desc *desc,
-                                                pd_structure *s)
+static pd_status pdi_solid_coupling_build_inner(pd_ctx *ctx, const pd_grid *grid, const pd_solid_coupling_desc *desc,
+                                                pd_solid_coupling *s)
 {
     memset(s, 0, sizeof *s);
     PDI_TRY(pdi_solid_coupling_check(ctx, desc));
@@ -363,7 +367,7 @@ static pd_status pdi_solid_coupling_build_inner(pd_ctx *ctx, const pd_grid *grid
     PDI_TRY(pdi_solid_coupling_build_material(ctx, s));
     s->solid = pdi_solid_coupling_material_interface(s);
     if (s->sites.images) {
-        pd_solid inner = s->solid;
+        pd_material_interface inner = s->solid;
         s->solid = pdi_mirror_symmetry_build_interface(&s->mirrored, &inner);
     }
     if (!pdi_solid_coupling_has_bonds(s))
@@ -375,21 +379,22 @@ static pd_status pdi_solid_coupling_build_inner(pd_ctx *ctx, const pd_grid *grid
                                             : pdi_solid_coupling_build_static(ctx, s);
 }
 
-pd_status pd_structure_build(pd_ctx *ctx, const pd_grid *grid, const pd_structure_desc *desc, pd_structure *s)
+pd_status pd_solid_coupling_build(pd_ctx *ctx, const pd_grid *grid, const pd_solid_coupling_desc *desc,
+                                  pd_solid_coupling *s)
 {
     pd_status status = pdi_solid_coupling_build_inner(ctx, grid, desc, s);
-    if (status < 0) pd_structure_free(ctx, s);
+    if (status < 0) pd_solid_coupling_free(ctx, s);
     return status;
 }
 
-void pd_structure_free(pd_ctx *ctx, pd_structure *s)
+void pd_solid_coupling_free(pd_ctx *ctx, pd_solid_coupling *s)
 {
     pd_verlet_free(ctx, &s->motion);
     pd_quasi_static_free(ctx, &s->rest);
-    pd_finite_free(ctx, &s->finite);
-    pd_ordinary_free(ctx, &s->ordinary);
+    pd_finite_strain_free(ctx, &s->finite);
+    pd_ordinary_state_free(ctx, &s->ordinary);
     pd_microelastic_free(ctx, &s->springs);
-    pd_elastic_free(ctx, &s->elastic);
+    pd_correspondence_free(ctx, &s->elastic);
     pdi_interpenetration_free(ctx, &s->overlap);
     pdi_array_registry_free(ctx, pdi_point_cells_list, &s->sites);
     pdi_mirror_symmetry_free(ctx, &s->mirrored);
@@ -402,9 +407,9 @@ void pd_structure_free(pd_ctx *ctx, pd_structure *s)
 
 /* Stress of the remaining metal: stress tensors, pressure, von Mises and plastic strain of all points. Bond-based
  * materials have none. */
-static void pdi_solid_coupling_compute_stress(pd_ctx *ctx, pd_structure *s)
+static void pdi_solid_coupling_compute_stress(pd_ctx *ctx, pd_solid_coupling *s)
 {
-    const pd_solid *solid = &s->solid;
+    const pd_material_interface *solid = &s->solid;
     s->seen = s->rest.solves;
     if (solid->slip) solid->slip(ctx, solid->self, s->slip);
     if (!solid->stress) return;
@@ -420,10 +425,11 @@ static void pdi_solid_coupling_compute_stress(pd_ctx *ctx, pd_structure *s)
 }
 
 /* PD_ERR_STATE: strains of a small-strain material are too large. */
-static pd_status pdi_solid_coupling_check_small_strains(pd_ctx *ctx, const pd_structure *s)
+static pd_status pdi_solid_coupling_check_small_strains(pd_ctx *ctx, const pd_solid_coupling *s)
 {
     double young = s->desc.elastic.young, x[PD_DIM];
-    if (s->desc.material != PD_STRUCTURE_CORRESPONDENCE && s->desc.material != PD_STRUCTURE_ORDINARY) return PD_OK;
+    if (s->desc.material != PD_SOLID_COUPLING_CORRESPONDENCE && s->desc.material != PD_SOLID_COUPLING_ORDINARY_STATE)
+        return PD_OK;
     for (int32_t i = 0; i < s->count; i++) {
         double strain = pdi_max(s->mises[i], fabs(s->pressure[i])) / young;
         double slip = s->solid.slip ? s->slip[i] : 0.0;
@@ -436,9 +442,9 @@ static pd_status pdi_solid_coupling_check_small_strains(pd_ctx *ctx, const pd_st
 }
 
 /* PD_ERR_STATE: components that were apart at the start interpenetrate, as contact is not computed. */
-static pd_status pdi_solid_coupling_check_interpenetration(pd_ctx *ctx, pd_structure *s, double t)
+static pd_status pdi_solid_coupling_check_interpenetration(pd_ctx *ctx, pd_solid_coupling *s, double t)
 {
-    pd_overlap *o = &s->overlap;
+    pd_interpenetration *o = &s->overlap;
     char place[2][PDI_GRID_POSITION_LENGTH];
     if (!o->bins) return PD_OK;
     pdi_interpenetration_compute(o, pdi_solid_coupling_displacements(s));
@@ -453,9 +459,9 @@ static pd_status pdi_solid_coupling_check_interpenetration(pd_ctx *ctx, pd_struc
 
 /* Factors of the dissolution rate at all solid nodes, by stress and plastic strain. PD_ERR_STATE: one is negative or
  * not finite. */
-static pd_status pdi_solid_coupling_update_rate_factors(pd_ctx *ctx, pd_structure *s)
+static pd_status pdi_solid_coupling_update_rate_factors(pd_ctx *ctx, pd_solid_coupling *s)
 {
-    pd_structure_at at;
+    pd_local_stress_state at;
     for (int32_t i = 0; i < s->count && s->desc.pace; i++) {
         int32_t node = s->node[i];
         if (s->grid->kind[node] != PD_SOLID) continue;
@@ -477,9 +483,10 @@ static pd_status pdi_solid_coupling_update_rate_factors(pd_ctx *ctx, pd_structur
 /* ---- a process ---- */
 
 /* PD_ERR_ARGUMENT: a body in dynamics, or a bond-based one, is to dissolve. */
-static pd_status pdi_solid_coupling_check_no_dissolution(pd_ctx *ctx, const pd_structure *s)
+static pd_status pdi_solid_coupling_check_no_dissolution(pd_ctx *ctx, const pd_solid_coupling *s)
 {
-    if (!s->dissolve || (!pdi_solid_coupling_is_dynamic(s) && s->desc.material != PD_STRUCTURE_SPRINGS)) return PD_OK;
+    if (!s->dissolve || (!pdi_solid_coupling_is_dynamic(s) && s->desc.material != PD_SOLID_COUPLING_BOND_BASED))
+        return PD_OK;
     return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure",
                     "a body %s is to dissolve, expected one in balance that is none "
                     "of springs",
@@ -487,7 +494,7 @@ static pd_status pdi_solid_coupling_check_no_dissolution(pd_ctx *ctx, const pd_s
 }
 
 /* Stiffness factors from the remaining metal; marks the equilibrium as stale where one has changed. */
-static void pdi_solid_coupling_update_stiffness(pd_structure *s)
+static void pdi_solid_coupling_update_stiffness(pd_solid_coupling *s)
 {
     const pd_dissolve *d = s->dissolve;
     for (int32_t i = 0; i < s->count; i++) {
@@ -501,10 +508,10 @@ static void pdi_solid_coupling_update_stiffness(pd_structure *s)
 }
 
 /* Equilibrium at time t [s], then stress, checks and rate factors where it is new. */
-static pd_status pdi_solid_coupling_solve_at(pd_ctx *ctx, pd_structure *s, double t)
+static pd_status pdi_solid_coupling_solve_at(pd_ctx *ctx, pd_solid_coupling *s, double t)
 {
     if (s->dissolve) pdi_solid_coupling_update_stiffness(s);
-    pd_status status = pd_quasi_static_to(ctx, &s->rest, t);
+    pd_status status = pd_quasi_static_solve_at(ctx, &s->rest, t);
     if (status < 0) return status;
     if (s->seen != s->rest.solves) {
         pdi_solid_coupling_compute_stress(ctx, s);
@@ -519,7 +526,7 @@ static pd_status pdi_solid_coupling_solve_at(pd_ctx *ctx, pd_structure *s, doubl
  * last step. */
 static pd_status pdi_solid_coupling_process_solve_at(pd_ctx *ctx, void *self, double t)
 {
-    pd_structure *s = (pd_structure *)self;
+    pd_solid_coupling *s = (pd_solid_coupling *)self;
     PDI_TRY(pdi_solid_coupling_check_no_dissolution(ctx, s));
     return s->dissolve && s->rest.known ? PD_OK : pdi_solid_coupling_solve_at(ctx, s, t);
 }
@@ -527,13 +534,13 @@ static pd_status pdi_solid_coupling_process_solve_at(pd_ctx *ctx, void *self, do
 /* Process callback, statics: equilibrium at the end of a step. */
 static pd_status pdi_solid_coupling_process_finish(pd_ctx *ctx, void *self, double t)
 {
-    return pdi_solid_coupling_solve_at(ctx, (pd_structure *)self, t);
+    return pdi_solid_coupling_solve_at(ctx, (pd_solid_coupling *)self, t);
 }
 
 /* Process callback: nodes turned [count] have become fluid and lose their bonds. */
 static pd_status pdi_solid_coupling_process_changed(pd_ctx *ctx, void *self, const int32_t *turned, int32_t count)
 {
-    pd_structure *s = (pd_structure *)self;
+    pd_solid_coupling *s = (pd_solid_coupling *)self;
     (void)ctx;
     if (pdi_point_cells_dissolve_nodes(&s->sites, &s->body, turned, count)) s->rest.stale = 1;
     return PD_OK;
@@ -542,8 +549,8 @@ static pd_status pdi_solid_coupling_process_changed(pd_ctx *ctx, void *self, con
 /* Process callback, statics: checkpoint. */
 static pd_status pdi_solid_coupling_process_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
-    pd_structure *s = (pd_structure *)self;
-    pd_process rest = pd_quasi_static_process(&s->rest);
+    pd_solid_coupling *s = (pd_solid_coupling *)self;
+    pd_physics rest = pd_quasi_static_process(&s->rest);
     PDI_TRY(pdi_array_registry_store(ctx, pdi_solid_coupling_list, s, archive));
     PDI_TRY(rest.store(ctx, rest.self, archive));
     if (!archive->reading || !s->rest.known) return PD_OK;
@@ -554,7 +561,7 @@ static pd_status pdi_solid_coupling_process_store(pd_ctx *ctx, void *self, pd_ar
 /* ---- motion ---- */
 
 /* Loads at time t, and prescribed displacements at that time into s->target. */
-static pd_status pdi_solid_coupling_set_loads(pd_ctx *ctx, pd_structure *s, double t)
+static pd_status pdi_solid_coupling_set_loads(pd_ctx *ctx, pd_solid_coupling *s, double t)
 {
     int64_t n = (int64_t)s->count * PD_DIM;
     for (int64_t k = 0; k < n; k++) s->load[k] = 0.0;
@@ -565,7 +572,7 @@ static pd_status pdi_solid_coupling_set_loads(pd_ctx *ctx, pd_structure *s, doub
 /* Process callback, dynamics: initial loads and prescribed displacements. */
 static pd_status pdi_solid_coupling_dynamic_start(pd_ctx *ctx, void *self, double t)
 {
-    pd_structure *s = (pd_structure *)self;
+    pd_solid_coupling *s = (pd_solid_coupling *)self;
     PDI_TRY(pdi_solid_coupling_check_no_dissolution(ctx, s));
     PDI_TRY(pdi_solid_coupling_set_loads(ctx, s, t));
     memcpy(s->motion.u, s->target, (size_t)s->count * PD_DIM * sizeof *s->target);
@@ -575,7 +582,7 @@ static pd_status pdi_solid_coupling_dynamic_start(pd_ctx *ctx, void *self, doubl
 }
 
 /* Velocities of prescribed components: uniform motion to s->target in the step dt; adds the work of changing them. */
-static void pdi_solid_coupling_prescribe_velocities(pd_structure *s, double dt)
+static void pdi_solid_coupling_prescribe_velocities(pd_solid_coupling *s, double dt)
 {
     pdi_compensated_sum work = {0.0, 0.0};
     for (int64_t k = 0; k < (int64_t)s->count * PD_DIM; k++) {
@@ -590,8 +597,8 @@ static void pdi_solid_coupling_prescribe_velocities(pd_structure *s, double dt)
 /* Process callback, dynamics: one step with the loads of its middle. */
 static pd_status pdi_solid_coupling_dynamic_attempt(pd_ctx *ctx, void *self, pd_step *step)
 {
-    pd_structure *s = (pd_structure *)self;
-    pd_process motion = pd_verlet_process(&s->motion);
+    pd_solid_coupling *s = (pd_solid_coupling *)self;
+    pd_physics motion = pd_verlet_process(&s->motion);
     if (s->desc.timed) {
         PDI_TRY(pdi_solid_coupling_set_loads(ctx, s, step->time + step->dt));
         pdi_solid_coupling_prescribe_velocities(s, step->dt);
@@ -603,15 +610,15 @@ static pd_status pdi_solid_coupling_dynamic_attempt(pd_ctx *ctx, void *self, pd_
 /* Process callback, dynamics: stable time step. */
 static pd_status pdi_solid_coupling_dynamic_limit(pd_ctx *ctx, void *self, pd_step *step)
 {
-    pd_process motion = pd_verlet_process(&((pd_structure *)self)->motion);
+    pd_physics motion = pd_verlet_process(&((pd_solid_coupling *)self)->motion);
     return motion.limit(ctx, motion.self, step);
 }
 
 /* Process callback, dynamics: accepts the step; checks interpenetration now and then. */
 static pd_status pdi_solid_coupling_dynamic_accept(pd_ctx *ctx, void *self, pd_step *step)
 {
-    pd_structure *s = (pd_structure *)self;
-    pd_process motion = pd_verlet_process(&s->motion);
+    pd_solid_coupling *s = (pd_solid_coupling *)self;
+    pd_physics motion = pd_verlet_process(&s->motion);
     PDI_TRY(motion.accept(ctx, motion.self, step));
     int look = s->overlap.bins && s->motion.steps % PDI_SOLID_COUPLING_CHECK_INTERVAL == 0;
     return look ? pdi_solid_coupling_check_interpenetration(ctx, s, step->end) : PD_OK;
@@ -620,15 +627,15 @@ static pd_status pdi_solid_coupling_dynamic_accept(pd_ctx *ctx, void *self, pd_s
 /* Process callback, dynamics: stress and interpenetration at the end of a step of the run. */
 static pd_status pdi_solid_coupling_dynamic_finish(pd_ctx *ctx, void *self, double t)
 {
-    pdi_solid_coupling_compute_stress(ctx, (pd_structure *)self);
-    return pdi_solid_coupling_check_interpenetration(ctx, (pd_structure *)self, t);
+    pdi_solid_coupling_compute_stress(ctx, (pd_solid_coupling *)self);
+    return pdi_solid_coupling_check_interpenetration(ctx, (pd_solid_coupling *)self, t);
 }
 
 /* Process callback, dynamics: checkpoint. */
 static pd_status pdi_solid_coupling_dynamic_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
-    pd_structure *s = (pd_structure *)self;
-    pd_process motion = pd_verlet_process(&s->motion);
+    pd_solid_coupling *s = (pd_solid_coupling *)self;
+    pd_physics motion = pd_verlet_process(&s->motion);
     PDI_TRY(pdi_array_registry_store(ctx, pdi_solid_coupling_list, s, archive));
     PDI_TRY(motion.store(ctx, motion.self, archive));
     if (archive->reading) pdi_solid_coupling_compute_stress(ctx, s);
@@ -636,9 +643,9 @@ static pd_status pdi_solid_coupling_dynamic_store(pd_ctx *ctx, void *self, pd_ar
 }
 
 /* The process table of dynamics. */
-static pd_process pdi_solid_coupling_dynamic_process(pd_structure *s)
+static pd_physics pdi_solid_coupling_dynamic_process(pd_solid_coupling *s)
 {
-    pd_process p = pd_verlet_process(&s->motion);
+    pd_physics p = pd_verlet_process(&s->motion);
     p.name = "structure";
     p.self = s;
     p.inner = 1;
@@ -651,9 +658,9 @@ static pd_process pdi_solid_coupling_dynamic_process(pd_structure *s)
     return p;
 }
 
-pd_process pd_structure_process(pd_structure *s, pd_dissolve *dissolve)
+pd_physics pd_solid_coupling_process(pd_solid_coupling *s, pd_dissolve *dissolve)
 {
-    pd_process p = pd_quasi_static_process(&s->rest);
+    pd_physics p = pd_quasi_static_process(&s->rest);
     s->dissolve = dissolve;
     if (pdi_solid_coupling_is_dynamic(s)) return pdi_solid_coupling_dynamic_process(s);
     p.name = "structure";

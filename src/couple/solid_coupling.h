@@ -22,38 +22,40 @@
 #include "solid/fracture_calibration.h"
 #include "solid/verlet.h"
 
-typedef enum pd_structure_material {
-    PD_STRUCTURE_CORRESPONDENCE = 0, /* small strains, elastic or J2-plastic (correspondence.h) */
-    PD_STRUCTURE_SPRINGS = 1,        /* bond-based model with breaking bonds (microelastic.h); there is no stress */
-    PD_STRUCTURE_ORDINARY = 2,       /* ordinary state-based model of small strains (ordinary_state.h) */
-    PD_STRUCTURE_NEO_HOOKEAN = 3,    /* large strains (finite_strain.h) */
-    PD_STRUCTURE_HENCKY = 4          /* large strains, elastic or J2-plastic (finite_strain.h) */
-} pd_structure_material;
+typedef enum pd_solid_coupling_material {
+    PD_SOLID_COUPLING_CORRESPONDENCE = 0, /* small strains, elastic or J2-plastic (correspondence.h) */
+    /* bond-based model with breaking bonds (microelastic.h); there is no stress */
+    PD_SOLID_COUPLING_BOND_BASED = 1,
+    PD_SOLID_COUPLING_ORDINARY_STATE = 2, /* ordinary state-based model of small strains (ordinary_state.h) */
+    PD_SOLID_COUPLING_NEO_HOOKEAN = 3,    /* large strains (finite_strain.h) */
+    PD_SOLID_COUPLING_HENCKY = 4          /* large strains, elastic or J2-plastic (finite_strain.h) */
+} pd_solid_coupling_material;
 
 /* Local state that the factor of the dissolution rate may depend on. */
-typedef struct pd_structure_at {
+typedef struct pd_local_stress_state {
     double pressure;  /* [Pa] mean of the normal stresses, tension positive */
     double mises;     /* [Pa] stress of von Mises */
     double slip;      /* [-] equivalent plastic strain */
     double x[PD_DIM]; /* [m] */
     double t;         /* [s] */
-} pd_structure_at;
+} pd_local_stress_state;
 
 /* Factor [-] of the dissolution rate at this state, at least 0. */
-typedef double (*pd_pace_fn)(void *user, const pd_structure_at *at);
+typedef double (*pd_rate_factor_fn)(void *user, const pd_local_stress_state *at);
 
 /* A pre-crack of the metal. */
-typedef struct pd_structure_cut {
+typedef struct pd_solid_coupling_precrack {
     const char *name;     /* for messages */
     int corners;          /* 1D: 1; 2D: at least 2, of a line of straight pieces; 3D: at least 3, of a polygon */
-    const double *corner; /* [corners][PD_DIM] [m] as of pd_cut */
-} pd_structure_cut;
+    const double *corner; /* [corners][PD_DIM] [m] as of pd_precrack */
+} pd_solid_coupling_precrack;
 
-typedef struct pd_structure_desc {
+typedef struct pd_solid_coupling_desc {
     double m;                /* [-] horizon over the spacing, which is the same along all axes */
-    pd_structure_material material;
-    pd_elastic_desc elastic; /* `stiff` and `loose` are those of the structure; of springs young, plane, influence */
-    pd_criterion_desc breaks; /* failure criterion of bonds, in statics; zero: none breaks. Not for springs */
+    pd_solid_coupling_material material;
+    /* `stiff` and `loose` are those of the structure; of springs young, plane, influence */
+    pd_correspondence_desc elastic;
+    pd_bond_failure_desc breaks; /* failure criterion of bonds, in statics; zero: none breaks. Not for springs */
     double fracture;         /* [J/m2] energy of a crack per area, of springs; 0: nothing breaks */
     double density;          /* [kg/m3] dynamics; 0: statics */
     int timed;               /* 1: dynamics with loads that depend on time */
@@ -61,15 +63,15 @@ typedef struct pd_structure_desc {
     double rtol;             /* [-] as of pd_equilibrium_desc */
     pd_load_fn load;
     void *user;
-    pd_pace_fn pace;         /* factor of the dissolution rate; NULL: it does not depend on stress */
+    pd_rate_factor_fn pace; /* factor of the dissolution rate; NULL: it does not depend on stress */
     void *pace_user;
     const double *factor;    /* [total] [-] of the dissolution rate without stress; NULL: 1. Borrowed */
-    const pd_structure_cut *cuts; /* [cut_count] read by the build */
+    const pd_solid_coupling_precrack *cuts; /* [cut_count] read by the build */
     int cut_count;
-} pd_structure_desc;
+} pd_solid_coupling_desc;
 
-typedef struct pd_structure {
-    pd_structure_desc desc;
+typedef struct pd_solid_coupling {
+    pd_solid_coupling_desc desc;
     const pd_grid *grid;
     pd_dissolve *dissolve;   /* NULL: the metal stays */
     int32_t count;           /* points */
@@ -77,13 +79,13 @@ typedef struct pd_structure {
     int32_t *node;           /* [count] */
     int32_t *point;          /* [total] of a node; -1: none */
     pd_body body;
-    pd_elastic elastic;
+    pd_correspondence elastic;
     pd_microelastic springs;
-    pd_ordinary ordinary;
-    pd_finite finite;
-    pd_mirrored mirrored;    /* behind planes of symmetry */
-    pd_sites sites;          /* cells of points, and of images behind those planes */
-    pd_solid solid;          /* one of them */
+    pd_ordinary_state ordinary;
+    pd_finite_strain finite;
+    pd_mirror_symmetry mirrored; /* behind planes of symmetry */
+    pd_point_cells sites;        /* cells of points, and of images behind those planes */
+    pd_material_interface solid; /* one of them */
     pd_quasi_static rest;    /* statics */
     pd_verlet motion;        /* dynamics */
     double *load, *target;   /* [count + images][PD_DIM] [N/m3], [m] in dynamics: loads, prescribed displacements */
@@ -96,52 +98,52 @@ typedef struct pd_structure {
     double *across;          /* [count] [Pa] out-of-plane normal stress in 2D */
     double *density;         /* [count + images] [J/m3] energy that is stored, as the field was asked for last */
     double *factor;          /* [total] [-] of the dissolution rate; empty without `pace` */
-    pd_overlap overlap;      /* of faces that no bond joins */
+    pd_interpenetration overlap; /* of faces that no bond joins */
     int64_t seen;            /* number of the solve that the stress belongs to */
-} pd_structure;
+} pd_solid_coupling;
 
-#define pd_structure_build PD_NAME(pd_structure_build)
-#define pd_structure_process PD_NAME(pd_structure_process)
-#define pd_structure_free PD_NAME(pd_structure_free)
+#define pd_solid_coupling_build PD_NAME(pd_solid_coupling_build)
+#define pd_solid_coupling_process PD_NAME(pd_solid_coupling_process)
+#define pd_solid_coupling_free PD_NAME(pd_solid_coupling_free)
 
 /* The grid is borrowed. PD_ERR_ARGUMENT: unequal spacings, rings, a number out of range; metal other than springs that
  * is plastic or breaks in dynamics; plasticity of a material that is neither correspondence nor Hencky.
  * PD_ERR_GEOMETRY: no metal; a node whose bonds do not span all directions; a pre-crack that crosses no bond. */
-PD_API pd_status pd_structure_build(pd_ctx *ctx, const pd_grid *grid, const pd_structure_desc *desc,
-                                    pd_structure *structure);
+PD_API pd_status pd_solid_coupling_build(pd_ctx *ctx, const pd_grid *grid, const pd_solid_coupling_desc *desc,
+                                         pd_solid_coupling *structure);
 /* The process table, statics or dynamics, to be added before that of the dissolution (NULL: the metal does not
  * dissolve), which is built with structure->factor. Bond-based bodies and those in dynamics do not dissolve:
  * PD_ERR_ARGUMENT at the start. */
-PD_API pd_process pd_structure_process(pd_structure *structure, pd_dissolve *dissolve);
-PD_API void pd_structure_free(pd_ctx *ctx, pd_structure *structure);
+PD_API pd_physics pd_solid_coupling_process(pd_solid_coupling *structure, pd_dissolve *dissolve);
+PD_API void pd_solid_coupling_free(pd_ctx *ctx, pd_solid_coupling *structure);
 
 #ifdef PDI_INTERNAL
 /* Describes the arrays; stiffness factors, and in dynamics loads, are stored. */
 PDI_FN void pdi_solid_coupling_list(pdi_array_visitor *owner, void *structure);
 /* Sets body and description of the chosen material, without its arrays: for memory estimates. */
-PDI_FN void pdi_solid_coupling_attach_material(pd_structure *structure);
-/* The pd_solid table of the chosen material. */
-PDI_FN pd_solid pdi_solid_coupling_material_interface(pd_structure *structure);
+PDI_FN void pdi_solid_coupling_attach_material(pd_solid_coupling *structure);
+/* The pd_material_interface table of the chosen material. */
+PDI_FN pd_material_interface pdi_solid_coupling_material_interface(pd_solid_coupling *structure);
 /* Damage [-] of a point: share of its bonds that are broken. */
-PDI_FN double pdi_solid_coupling_damage(const pd_structure *structure, int32_t point);
+PDI_FN double pdi_solid_coupling_damage(const pd_solid_coupling *structure, int32_t point);
 /* 1: surfaces may interpenetrate: there are several components, gaps, cracks, or bonds that break. */
-PDI_FN int pdi_solid_coupling_can_interpenetrate(const pd_structure *structure);
+PDI_FN int pdi_solid_coupling_can_interpenetrate(const pd_solid_coupling *structure);
 /* 1: dynamics; 0: statics. */
-static inline int pdi_solid_coupling_is_dynamic(const pd_structure *s) { return s->desc.density > 0.0; }
+static inline int pdi_solid_coupling_is_dynamic(const pd_solid_coupling *s) { return s->desc.density > 0.0; }
 /* 1: the metal has a yield stress. */
-static inline int pdi_solid_coupling_is_plastic(const pd_structure *s) { return s->desc.elastic.yield > 0.0; }
+static inline int pdi_solid_coupling_is_plastic(const pd_solid_coupling *s) { return s->desc.elastic.yield > 0.0; }
 /* [count][PD_DIM] displacements [m] now. */
-static inline const double *pdi_solid_coupling_displacements(const pd_structure *s)
+static inline const double *pdi_solid_coupling_displacements(const pd_solid_coupling *s)
 {
     return pdi_solid_coupling_is_dynamic(s) ? s->motion.u : s->rest.u;
 }
 /* [count][PD_DIM] internal forces [N/m3] now. */
-static inline const double *pdi_solid_coupling_forces(const pd_structure *s)
+static inline const double *pdi_solid_coupling_forces(const pd_solid_coupling *s)
 {
     return pdi_solid_coupling_is_dynamic(s) ? s->motion.force : s->rest.force;
 }
 /* [count][PD_DIM] loads [N/m3] now. */
-static inline const double *pdi_solid_coupling_loads(const pd_structure *s)
+static inline const double *pdi_solid_coupling_loads(const pd_solid_coupling *s)
 {
     return pdi_solid_coupling_is_dynamic(s) ? s->load : s->rest.load;
 }

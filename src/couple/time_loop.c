@@ -7,7 +7,8 @@
 /* Default of rtol (error in time of the lost metal) is `fraction` over this number. */
 #define PDI_TIME_LOOP_RTOL_RATIO 25.0
 
-pd_status pd_couple_build(pd_ctx *ctx, const pd_couple_desc *desc, pd_grid *grid, pd_bonds *bonds, pd_couple *c)
+pd_status pd_time_loop_build(pd_ctx *ctx, const pd_time_loop_desc *desc, pd_grid *grid, pd_bonds *bonds,
+                             pd_time_loop *c)
 {
     memset(c, 0, sizeof *c);
     if (!(desc->fraction >= 0.0) || desc->fraction > 1.0 || !(desc->rtol >= 0.0) || desc->rtol > 1.0 ||
@@ -26,21 +27,21 @@ pd_status pd_couple_build(pd_ctx *ctx, const pd_couple_desc *desc, pd_grid *grid
 }
 
 /* Index of the ledger of an element; c->elements: there is none yet. */
-static int pdi_time_loop_find_ledger(const pd_couple *c, const pd_element *element)
+static int pdi_time_loop_find_ledger(const pd_time_loop *c, const pd_element *element)
 {
     int e = 0;
     while (e < c->elements && strcmp(c->element[e].name, element->name) != 0) e++;
     return e;
 }
 
-pd_status pd_couple_add(pd_ctx *ctx, pd_couple *c, pd_process process)
+pd_status pd_time_loop_add_process(pd_ctx *ctx, pd_time_loop *c, pd_physics process)
 {
-    if (c->count == PD_COUPLE_PROCESSES)
-        return pdi_fail(ctx, PD_ERR_SIZE, "couple", "more than %d processes", PD_COUPLE_PROCESSES);
+    if (c->count == PD_TIME_LOOP_MAX_PROCESSES)
+        return pdi_fail(ctx, PD_ERR_SIZE, "couple", "more than %d processes", PD_TIME_LOOP_MAX_PROCESSES);
     for (int k = 0; k < process.elements; k++) {
         int e = pdi_time_loop_find_ledger(c, &process.element[k]);
-        if (e == PD_COUPLE_ELEMENTS)
-            return pdi_fail(ctx, PD_ERR_SIZE, "couple", "more than %d elements", PD_COUPLE_ELEMENTS);
+        if (e == PD_TIME_LOOP_MAX_ELEMENTS)
+            return pdi_fail(ctx, PD_ERR_SIZE, "couple", "more than %d elements", PD_TIME_LOOP_MAX_ELEMENTS);
         c->element[e] = process.element[k];
         if (e == c->elements) c->elements++;
     }
@@ -51,17 +52,17 @@ pd_status pd_couple_add(pd_ctx *ctx, pd_couple *c, pd_process process)
 /* ---- ledger ---- */
 
 /* Sums the amounts of all processes into the ledgers; at step 0 the initial amounts, too. */
-static void pdi_time_loop_sum_amounts(pd_ctx *ctx, pd_couple *c)
+static void pdi_time_loop_sum_amounts(pd_ctx *ctx, pd_time_loop *c)
 {
-    pd_amounts sum[PD_COUPLE_ELEMENTS];
+    pd_amounts sum[PD_TIME_LOOP_MAX_ELEMENTS];
     memset(sum, 0, sizeof sum);
     for (int n = 0; n < c->count; n++) {
-        const pd_process *p = &c->process[n];
+        const pd_physics *p = &c->process[n];
         for (int k = 0; k < p->elements; k++)
             p->balance(ctx, p->self, k, &sum[pdi_time_loop_find_ledger(c, &p->element[k])]);
     }
     for (int e = 0; e < c->elements; e++) {
-        pd_ledger *l = &c->ledger[e];
+        pd_mass_balance *l = &c->ledger[e];
         l->solid = sum[e].solid;
         l->volume = sum[e].volume;
         l->dissolved = sum[e].dissolved;
@@ -75,26 +76,28 @@ static void pdi_time_loop_sum_amounts(pd_ctx *ctx, pd_couple *c)
     }
 }
 
-/* Largest imbalance of processes that keep balances of their own. PD_ERR_LEDGER: above the tolerance. */
-static pd_status pdi_time_loop_check_own_balances(pd_ctx *ctx, pd_couple *c)
+/* Largest imbalance of processes that keep balances of their own. PD_ERR_BALANCE: above the tolerance. */
+static pd_status pdi_time_loop_check_own_balances(pd_ctx *ctx, pd_time_loop *c)
 {
     c->apart = 0.0;
     for (int n = 0; n < c->count; n++) {
-        const pd_process *p = &c->process[n];
+        const pd_physics *p = &c->process[n];
         if (p->imbalance) c->apart = pdi_max(c->apart, p->imbalance(ctx, p->self));
         if (c->apart <= c->desc.ledger_tolerance) continue;
-        return pdi_fail(ctx, PD_ERR_LEDGER, "couple", "at t = %g s the balances of %s miss by %.3g of what they have, "
-                        "expected at most %g", c->time, p->name, c->apart, c->desc.ledger_tolerance);
+        return pdi_fail(ctx, PD_ERR_BALANCE, "couple",
+                        "at t = %g s the balances of %s miss by %.3g of what they have, "
+                        "expected at most %g",
+                        c->time, p->name, c->apart, c->desc.ledger_tolerance);
     }
     return PD_OK;
 }
 
-/* Updates the ledgers and their imbalances. PD_ERR_LEDGER: amounts are not conserved within the tolerance. */
-static pd_status pdi_time_loop_check_balance(pd_ctx *ctx, pd_couple *c)
+/* Updates the ledgers and their imbalances. PD_ERR_BALANCE: amounts are not conserved within the tolerance. */
+static pd_status pdi_time_loop_check_balance(pd_ctx *ctx, pd_time_loop *c)
 {
     pdi_time_loop_sum_amounts(ctx, c);
     for (int e = 0; e < c->elements; e++) {
-        pd_ledger *l = &c->ledger[e];
+        pd_mass_balance *l = &c->ledger[e];
         l->imbalance = (l->solid + l->dissolved + l->carry - l->start) + (l->out - l->in);
         /* what has passed may be many times the metal, and its sums are solved to a share of it */
         double scale = pdi_max(l->solid_start > 0.0 ? l->solid_start : l->start, pdi_max(fabs(l->in), fabs(l->out)));
@@ -103,10 +106,11 @@ static pd_status pdi_time_loop_check_balance(pd_ctx *ctx, pd_couple *c)
         double rounding = DBL_EPSILON * (double)(c->steps + 8) * (fabs(l->in) + fabs(l->out) + fabs(l->dissolved)) +
                           DBL_MIN;
         if (!(fabs(l->imbalance) <= c->desc.ledger_tolerance * scale + rounding))
-            return pdi_fail(ctx, PD_ERR_LEDGER, "couple",
+            return pdi_fail(ctx, PD_ERR_BALANCE, "couple",
                             "at t = %g s solid %.9g + dissolved %.9g + out %.9g - in %.9g %s of %s misses the start "
-                            "%.9g %s by %.3g", c->time, l->solid, l->dissolved, l->out, l->in, c->element[e].unit,
-                            c->element[e].name, l->start, c->element[e].unit, l->imbalance);
+                            "%.9g %s by %.3g",
+                            c->time, l->solid, l->dissolved, l->out, l->in, c->element[e].unit, c->element[e].name,
+                            l->start, c->element[e].unit, l->imbalance);
     }
     return pdi_time_loop_check_own_balances(ctx, c);
 }
@@ -114,18 +118,18 @@ static pd_status pdi_time_loop_check_balance(pd_ctx *ctx, pd_couple *c)
 /* ---- steps ---- */
 
 /* Solid lost since the start by the elements of a process [unit]. */
-static double pdi_time_loop_lost_solid(const pd_couple *c, const pd_process *p)
+static double pdi_time_loop_lost_solid(const pd_time_loop *c, const pd_physics *p)
 {
     double lost = 0.0;
     for (int k = 0; k < p->elements; k++) {
-        const pd_ledger *l = &c->ledger[pdi_time_loop_find_ledger(c, &p->element[k])];
+        const pd_mass_balance *l = &c->ledger[pdi_time_loop_find_ledger(c, &p->element[k])];
         lost += l->solid_start - l->solid;
     }
     return lost;
 }
 
 /* Notes that process n is solved at time t [s], for progress messages. */
-static void pdi_time_loop_set_current(pd_couple *c, int n, double t)
+static void pdi_time_loop_set_current(pd_time_loop *c, int n, double t)
 {
     memset(&c->now, 0, sizeof c->now);
     c->now.name = c->process[n].name;
@@ -135,7 +139,7 @@ static void pdi_time_loop_set_current(pd_couple *c, int n, double t)
 /* Solves all quasi-steady processes at time t [s]: the callback pd_step.at. */
 static pd_status pdi_time_loop_solve_quasi_steady(pd_ctx *ctx, void *user, double t)
 {
-    pd_couple *c = (pd_couple *)user;
+    pd_time_loop *c = (pd_time_loop *)user;
     pd_attempt around = c->now;
     for (int n = 0; n < c->count; n++) {
         if (!c->process[n].at) continue;
@@ -146,7 +150,7 @@ static pd_status pdi_time_loop_solve_quasi_steady(pd_ctx *ctx, void *user, doubl
     return PD_OK;
 }
 
-pd_status pd_couple_start(pd_ctx *ctx, pd_couple *c)
+pd_status pd_time_loop_start(pd_ctx *ctx, pd_time_loop *c)
 {
     for (int n = 0; n < c->count; n++) {
         pdi_time_loop_set_current(c, n, c->time);
@@ -158,7 +162,7 @@ pd_status pd_couple_start(pd_ctx *ctx, pd_couple *c)
 }
 
 /* Process n has made a step: clears its bits of nodes that have become fluid. */
-static void pdi_time_loop_clear_new_fluid(pd_couple *c, int n)
+static void pdi_time_loop_clear_new_fluid(pd_time_loop *c, int n)
 {
     int left = 0;
     for (int32_t i = 0; i < c->grid->total && c->freshened; i++) left |= c->fresh[i] &= (uint8_t)~(1 << n);
@@ -166,7 +170,7 @@ static void pdi_time_loop_clear_new_fluid(pd_couple *c, int n)
 }
 
 /* Nodes turned [count] have become fluid: updates bond data and all processes. */
-static pd_status pdi_time_loop_update_geometry(pd_ctx *ctx, pd_couple *c, const int32_t *turned, int32_t count)
+static pd_status pdi_time_loop_update_geometry(pd_ctx *ctx, pd_time_loop *c, const int32_t *turned, int32_t count)
 {
     if (!count) return PD_OK;
     if (c->bonds) PDI_TRY(pd_bonds_update(ctx, turned, count, c->bonds));
@@ -181,7 +185,7 @@ static pd_status pdi_time_loop_update_geometry(pd_ctx *ctx, pd_couple *c, const 
 
 /* Step of the run where the first process takes several steps of its own in it: the longest that suits all, into
  * s->limit and s->dt. PD_ERR_STATE: it is below rounding. */
-static pd_status pdi_time_loop_choose_step(pd_ctx *ctx, const pd_couple *c, pd_step *s)
+static pd_status pdi_time_loop_choose_step(pd_ctx *ctx, const pd_time_loop *c, pd_step *s)
 {
     double left = s->limit - s->time;
     s->dt = left;
@@ -202,7 +206,7 @@ static pd_status pdi_time_loop_choose_step(pd_ctx *ctx, const pd_couple *c, pd_s
 
 /* Advances a process to s->limit, or until those behind it have to follow (s->ends), or by one step (once 1). Returns
  * the worst status. */
-static pd_status pdi_time_loop_advance_process(pd_ctx *ctx, pd_couple *c, const pd_process *p, int once, pd_step *s)
+static pd_status pdi_time_loop_advance_process(pd_ctx *ctx, pd_time_loop *c, const pd_physics *p, int once, pd_step *s)
 {
     pd_status worst = PD_OK;
     pdi_physics_progress pace = {s->time, 0};
@@ -222,11 +226,12 @@ static pd_status pdi_time_loop_advance_process(pd_ctx *ctx, pd_couple *c, const 
 }
 
 /* Advances the processes from number n on from time `from` [s] to `end` [s]. */
-static pd_status pdi_time_loop_advance_followers(pd_ctx *ctx, pd_couple *c, int n, double from, double end, pd_step *s)
+static pd_status pdi_time_loop_advance_followers(pd_ctx *ctx, pd_time_loop *c, int n, double from, double end,
+                                                 pd_step *s)
 {
     pd_status worst = PD_OK;
     for (; n < c->count; n++) {
-        const pd_process *p = &c->process[n];
+        const pd_physics *p = &c->process[n];
         double reached = from;
         if (!p->attempt) continue;
         for (;;) {
@@ -249,7 +254,7 @@ static pd_status pdi_time_loop_advance_followers(pd_ctx *ctx, pd_couple *c, int 
 }
 
 /* One step of all processes in their order. *end, *dt [s]: end and length of the step; on entry the limit. */
-static pd_status pdi_time_loop_advance_all(pd_ctx *ctx, pd_couple *c, double *end, double *dt)
+static pd_status pdi_time_loop_advance_all(pd_ctx *ctx, pd_time_loop *c, double *end, double *dt)
 {
     pd_step s;
     int n = 0;
@@ -264,7 +269,7 @@ static pd_status pdi_time_loop_advance_all(pd_ctx *ctx, pd_couple *c, double *en
     s.now = &c->now;
     while (n < c->count && !c->process[n].attempt) n++;
     if (n < c->count) {
-        const pd_process *p = &c->process[n];
+        const pd_physics *p = &c->process[n];
         s.time = c->time;
         s.limit = *end;
         if (p->inner) PDI_TRY(pdi_time_loop_choose_step(ctx, c, &s));
@@ -283,7 +288,7 @@ static pd_status pdi_time_loop_advance_all(pd_ctx *ctx, pd_couple *c, double *en
     return pdi_time_loop_solve_quasi_steady(ctx, c, *end);
 }
 
-pd_status pd_couple_step(pd_ctx *ctx, pd_couple *c, double t_limit)
+pd_status pd_time_loop_step(pd_ctx *ctx, pd_time_loop *c, double t_limit)
 {
     double end = t_limit, dt = t_limit - c->time;
     if (!(t_limit > c->time))
@@ -301,13 +306,14 @@ pd_status pd_couple_step(pd_ctx *ctx, pd_couple *c, double t_limit)
     return status;
 }
 
-pd_status pd_couple_run(pd_ctx *ctx, pd_couple *c, double t_end, double every, pd_observer_fn observer, void *user)
+pd_status pd_time_loop_run(pd_ctx *ctx, pd_time_loop *c, double t_end, double every, pd_observer_fn observer,
+                           void *user)
 {
     if (!(t_end >= c->time) || !(every >= 0.0))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "couple", "the run from %g s to %g s with output every %g s", c->time,
                         t_end, every);
     if (!c->started) {
-        PDI_TRY(pd_couple_start(ctx, c));
+        PDI_TRY(pd_time_loop_start(ctx, c));
         if (observer && observer(user, c)) return PD_OK;
     }
     pdi_physics_progress pace = {c->time, 0};
@@ -319,14 +325,14 @@ pd_status pd_couple_run(pd_ctx *ctx, pd_couple *c, double t_end, double every, p
             limit = (floor(c->time / every * (1.0 + 1e-12)) + 1.0) * every;
             if (limit > t_end * (1.0 - 1e-12)) limit = t_end;
         }
-        PDI_TRY(pd_couple_step(ctx, c, limit));
+        PDI_TRY(pd_time_loop_step(ctx, c, limit));
         PDI_TRY(pdi_physics_check_progress(ctx, c->count ? c->process[n].name : "couple", &pace, c->time, t_end));
         if (observer && observer(user, c)) break;
     }
     return c->unsolved ? PD_NOT_CONVERGED : PD_OK;
 }
 
-double pd_couple_volume_loss(const pd_couple *c)
+double pd_time_loop_volume_loss(const pd_time_loop *c)
 {
     double start = 0.0, left = 0.0;
     for (int e = 0; e < c->elements; e++) {
@@ -336,7 +342,7 @@ double pd_couple_volume_loss(const pd_couple *c)
     return start > 0.0 ? 1.0 - left / start : 0.0;
 }
 
-double pd_couple_imbalance(const pd_couple *c)
+double pd_time_loop_imbalance(const pd_time_loop *c)
 {
     double worst = c->apart;
     for (int e = 0; e < c->elements; e++) worst = pdi_max(worst, c->ledger[e].relative);
@@ -346,7 +352,7 @@ double pd_couple_imbalance(const pd_couple *c)
 /* ---- state ---- */
 
 /* Checks that a checkpoint has the same lattice and processes. */
-static pd_status pdi_time_loop_check_compatible(pd_ctx *ctx, const pd_couple *c, pd_archive *archive)
+static pd_status pdi_time_loop_check_compatible(pd_ctx *ctx, const pd_time_loop *c, pd_archive *archive)
 {
     const pd_grid *grid = c->grid;
     static const char *const cells[] = {"cells along x", "cells along y", "cells along z"};
@@ -366,7 +372,7 @@ static pd_status pdi_time_loop_check_compatible(pd_ctx *ctx, const pd_couple *c,
 
 /* Converts the metal nodes that `kind` [total] says are fluid. turned: work. PD_ERR_GEOMETRY: kinds differ
  * otherwise. */
-static pd_status pdi_time_loop_restore_fluid(pd_ctx *ctx, pd_couple *c, const uint8_t *kind, int32_t *turned)
+static pd_status pdi_time_loop_restore_fluid(pd_ctx *ctx, pd_time_loop *c, const uint8_t *kind, int32_t *turned)
 {
     int32_t count = 0;
     for (int32_t i = 0; i < c->grid->total; i++) {
@@ -383,7 +389,7 @@ static pd_status pdi_time_loop_restore_fluid(pd_ctx *ctx, pd_couple *c, const ui
 }
 
 /* Writes or restores the node kinds of the grid. */
-static pd_status pdi_time_loop_store_kinds(pd_ctx *ctx, pd_couple *c, pd_archive *archive)
+static pd_status pdi_time_loop_store_kinds(pd_ctx *ctx, pd_time_loop *c, pd_archive *archive)
 {
     uint8_t *kind = NULL;
     int32_t *turned = NULL, total = c->grid->total;
@@ -398,7 +404,7 @@ static pd_status pdi_time_loop_store_kinds(pd_ctx *ctx, pd_couple *c, pd_archive
     return status;
 }
 
-pd_status pd_couple_store(pd_ctx *ctx, pd_couple *c, pd_archive *archive)
+pd_status pd_time_loop_store(pd_ctx *ctx, pd_time_loop *c, pd_archive *archive)
 {
     PDI_TRY(pdi_time_loop_check_compatible(ctx, c, archive));
     PDI_TRY(pdi_time_loop_store_kinds(ctx, c, archive));

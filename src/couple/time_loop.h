@@ -11,12 +11,12 @@
 #include "lattice/bond.h"
 #include "solve/physics.h"
 
-#define PD_COUPLE_PROCESSES 8 /* most processes of a run */
-#define PD_COUPLE_ELEMENTS 8  /* most elements with a ledger */
+#define PD_TIME_LOOP_MAX_PROCESSES 8 /* most processes of a run */
+#define PD_TIME_LOOP_MAX_ELEMENTS 8  /* most elements with a ledger */
 
 /* Mass balance of an element [unit of the element, per m depth in planar 2D, per m2 in 1D].
  * imbalance = solid + dissolved + carry + out - in - start. */
-typedef struct pd_ledger {
+typedef struct pd_mass_balance {
     double start;       /* [unit] solid and dissolved at the start */
     double solid_start; /* [unit] solid at the start */
     double solid;       /* [unit] now */
@@ -27,25 +27,25 @@ typedef struct pd_ledger {
     double out, in;     /* [unit] through outlets and inlets since the start */
     double imbalance;   /* [unit] */
     double relative;    /* [-] |imbalance| over the largest of the initial solid (start without solid), in and out */
-} pd_ledger;
+} pd_mass_balance;
 
-typedef struct pd_couple_desc {
+typedef struct pd_time_loop_desc {
     double fraction;        /* [-] largest share of a node's content lost in one step; 0: 0.1 */
     double rtol;            /* [-] error in time of the metal lost in a step, over all that is lost; 0: fraction/25 */
     double max_step;        /* [s] 0: none */
     double (*until)(void *user, double t, double end); /* see pd_step; NULL: nothing depends on time */
     void *until_user;
-    double ledger_tolerance; /* [-] 0: 1e-10: a larger relative imbalance is PD_ERR_LEDGER */
-} pd_couple_desc;
+    double ledger_tolerance; /* [-] 0: 1e-10: a larger relative imbalance is PD_ERR_BALANCE */
+} pd_time_loop_desc;
 
-typedef struct pd_couple {
-    pd_couple_desc desc; /* defaults filled in */
+typedef struct pd_time_loop {
+    pd_time_loop_desc desc; /* defaults filled in */
     pd_grid *grid;
     pd_bonds *bonds;     /* NULL: no process needs their rows */
-    pd_process process[PD_COUPLE_PROCESSES];
+    pd_physics process[PD_TIME_LOOP_MAX_PROCESSES];
     int count;           /* of processes */
-    pd_element element[PD_COUPLE_ELEMENTS];
-    pd_ledger ledger[PD_COUPLE_ELEMENTS];
+    pd_element element[PD_TIME_LOOP_MAX_ELEMENTS];
+    pd_mass_balance ledger[PD_TIME_LOOP_MAX_ELEMENTS];
     int elements;
     double apart;        /* [-] largest relative imbalance of processes with balances of their own */
     double time;         /* [s] */
@@ -58,41 +58,41 @@ typedef struct pd_couple {
     uint8_t *fresh;      /* [nodes of the grid] bit n: the node has become fluid since the last step of process n, which
                           * has no values there yet; borrowed, all 0 at first. NULL: not used */
     int freshened;       /* 0: no bit is set */
-} pd_couple;
+} pd_time_loop;
 
 /* Called after the start (step 0) and after every step; a non-zero return stops the run. */
-typedef int (*pd_observer_fn)(void *user, const pd_couple *couple);
+typedef int (*pd_observer_fn)(void *user, const pd_time_loop *couple);
 
-#define pd_couple_build PD_NAME(pd_couple_build)
-#define pd_couple_add PD_NAME(pd_couple_add)
-#define pd_couple_start PD_NAME(pd_couple_start)
-#define pd_couple_step PD_NAME(pd_couple_step)
-#define pd_couple_run PD_NAME(pd_couple_run)
-#define pd_couple_volume_loss PD_NAME(pd_couple_volume_loss)
-#define pd_couple_imbalance PD_NAME(pd_couple_imbalance)
-#define pd_couple_store PD_NAME(pd_couple_store)
+#define pd_time_loop_build PD_NAME(pd_time_loop_build)
+#define pd_time_loop_add_process PD_NAME(pd_time_loop_add_process)
+#define pd_time_loop_start PD_NAME(pd_time_loop_start)
+#define pd_time_loop_step PD_NAME(pd_time_loop_step)
+#define pd_time_loop_run PD_NAME(pd_time_loop_run)
+#define pd_time_loop_volume_loss PD_NAME(pd_time_loop_volume_loss)
+#define pd_time_loop_imbalance PD_NAME(pd_time_loop_imbalance)
+#define pd_time_loop_store PD_NAME(pd_time_loop_store)
 
 /* Grid and bonds are borrowed; nothing is allocated, so there is no free. PD_ERR_ARGUMENT: a knob is out of range. */
-PD_API pd_status pd_couple_build(pd_ctx *ctx, const pd_couple_desc *desc, pd_grid *grid, pd_bonds *bonds,
-                                 pd_couple *couple);
+PD_API pd_status pd_time_loop_build(pd_ctx *ctx, const pd_time_loop_desc *desc, pd_grid *grid, pd_bonds *bonds,
+                                    pd_time_loop *couple);
 /* Append a process. PD_ERR_SIZE: there are too many processes or elements. */
-PD_API pd_status pd_couple_add(pd_ctx *ctx, pd_couple *couple, pd_process process);
+PD_API pd_status pd_time_loop_add_process(pd_ctx *ctx, pd_time_loop *couple, pd_physics process);
 /* Starts all processes and computes the initial mass balance. */
-PD_API pd_status pd_couple_start(pd_ctx *ctx, pd_couple *couple);
+PD_API pd_status pd_time_loop_start(pd_ctx *ctx, pd_time_loop *couple);
 /* One step that does not pass t_limit [s]. PD_NOT_CONVERGED: the step is done, but a linear solver missed its
  * tolerance; what is missing is owed to the next step. */
-PD_API pd_status pd_couple_step(pd_ctx *ctx, pd_couple *couple, double t_limit);
+PD_API pd_status pd_time_loop_step(pd_ctx *ctx, pd_time_loop *couple, double t_limit);
 /* Start unless that is done, then steps up to t_end [s]; observer may be NULL. Steps end exactly on multiples of
  * `every` [s] (0: only on t_end). PD_NOT_CONVERGED: done, with such steps; `unsolved` counts them. */
-PD_API pd_status pd_couple_run(pd_ctx *ctx, pd_couple *couple, double t_end, double every, pd_observer_fn observer,
-                               void *user);
+PD_API pd_status pd_time_loop_run(pd_ctx *ctx, pd_time_loop *couple, double t_end, double every,
+                                  pd_observer_fn observer, void *user);
 /* Share [-] of the initial solid amount that is gone, all elements taken together. */
-PD_API double pd_couple_volume_loss(const pd_couple *couple);
+PD_API double pd_time_loop_volume_loss(const pd_time_loop *couple);
 /* Worst relative imbalance [-] of all ledgers, and of processes with balances of their own. */
-PD_API double pd_couple_imbalance(const pd_couple *couple);
+PD_API double pd_time_loop_imbalance(const pd_time_loop *couple);
 /* Writes a checkpoint of all processes, or restores it into processes that were built alike and have made no step; the
  * run then continues with the same bits. Results of the last step (fluxes of transport and metal) are available after
  * the next one. Errors: those of the archive; PD_ERR_GEOMETRY: other metal nodes; afterwards only free is allowed. */
-PD_API pd_status pd_couple_store(pd_ctx *ctx, pd_couple *couple, pd_archive *archive);
+PD_API pd_status pd_time_loop_store(pd_ctx *ctx, pd_time_loop *couple, pd_archive *archive);
 
 #endif

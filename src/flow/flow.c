@@ -16,7 +16,7 @@ PDI_FN void pdi_flow_compute_pressure_gradient(const pd_ctx *ctx, const pd_flow 
     pd_op_gradient(ctx, flow->bonds, p, grad);
     if (flow->even) pdi_reconstruct_set_gradient(ctx, &flow->slopes, p, grad);
     if (flow->sharp.bonds) pdi_fourth_order_compute_pressure_gradient(ctx, &flow->sharp, p, grad);
-    pd_ghosts_vector(&flow->bonds->ghosts, grad);
+    pd_ghosts_set_vector(&flow->bonds->ghosts, grad);
 }
 
 /* v = K v at `node`, with the tensor K of row r (eq. 4.2b), mirrored along the axes whose bits are set in `odd`. */
@@ -62,7 +62,7 @@ PDI_FN void pdi_flow_compute_advecting_velocity(const pd_ctx *ctx, const pd_flow
             pdi_flow_apply_advection_tensor(flow, r, ghosts->node[g], ghosts->odd[g], advecting);
     }
     if (flow->mirrors) pdi_inflow_set_advecting_velocity(bonds, flow->sided, flow->entry, flow->even, advecting);
-    pd_ghosts_vector(ghosts, advecting);
+    pd_ghosts_set_vector(ghosts, advecting);
 }
 
 /* ---- divergence beside smooth surfaces ---- */
@@ -183,7 +183,7 @@ PDI_COLD_END
 
 PDI_FN void pdi_flow_update_velocity_ghosts(const pd_flow *flow, int is_state, double *v)
 {
-    pd_ghosts_vector(&flow->bonds->ghosts, v);
+    pd_ghosts_set_vector(&flow->bonds->ghosts, v);
     if (flow->mirrors && flow->held)
         pdi_ghosts_set_inlet_velocity(&flow->bonds->ghosts, is_state ? flow->held : NULL, v);
 }
@@ -369,7 +369,7 @@ PDI_FN void pdi_flow_add_body_force(const pd_ctx *ctx, const pd_flow *flow, doub
 PDI_FN void pdi_flow_add_fourth_order(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *advecting,
                                       const double *grad, double *ru)
 {
-    const pd_sharp *sharp = &flow->sharp;
+    const pd_fourth_order *sharp = &flow->sharp;
     pdi_fourth_order_field state, step;
     pdi_fourth_order_wall_terms drive;
     memset(&drive, 0, sizeof drive);
@@ -435,7 +435,7 @@ static double pdi_flow_compute_section_bond(const void *user, int32_t i, int k)
     return pdi_flow_compute_bond_flux((const pd_flow *)user, i, k);
 }
 
-double pd_flow_section(pd_ctx *ctx, pd_flow *flow, int axis, int index)
+double pd_flow_integrate_section(pd_ctx *ctx, pd_flow *flow, int axis, int index)
 {
     pdi_flow_update_derived_fields(ctx, flow);
     return pdi_node_loop_sum_plane_flux(flow->bonds, axis, index, pdi_flow_compute_section_bond, flow) *
@@ -718,10 +718,10 @@ static pd_status pdi_flow_try_build(pd_ctx *ctx, const pd_grid *grid, const pd_b
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow",
                         "rho = %g kg/m3, mu = %g Pa s, speed = %g m/s, length = %g m: expected positive ones, or 0 for "
                         "the last two", desc->rho, desc->mu, desc->speed, desc->length);
-    if (desc->order != 0 && desc->order != 2 && desc->order != 4 && desc->order != PD_FLOW_PAYING)
+    if (desc->order != 0 && desc->order != 2 && desc->order != 4 && desc->order != PD_FLOW_ORDER_AUTO)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "order = %d, expected 2 or 4", desc->order);
-    if (bonds->options & PD_BONDS_AT_REST)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "the bonds are those of fluid at rest (PD_BONDS_AT_REST)");
+    if (bonds->options & PD_BONDS_NO_FLOW)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "the bonds are those of fluid at rest (PD_BONDS_NO_FLOW)");
     flow->grid = grid;
     flow->bonds = bonds;
     flow->rho = desc->rho;

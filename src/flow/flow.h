@@ -13,7 +13,7 @@
 #include "lattice/node_loop.h"
 #include <math.h>
 
-#define PD_FLOW_PAYING (-1)
+#define PD_FLOW_ORDER_AUTO (-1)
 
 typedef struct pd_flow_desc {
     double rho;             /* [kg/m3] */
@@ -31,9 +31,9 @@ typedef struct pd_flow_desc {
     int developed;          /* bit s: the inlet on side s has developed flow, constant along its normal */
     pd_velocity_fn wall;    /* [m/s] tangential velocity of walls and solids at points on them; NULL: no slip at rest */
     void *wall_user;
-    int order;              /* of steady and implicit flow: 2 or 4; 0: 2. 4 needs m = 1 and a planar lattice.
-                             * PD_FLOW_PAYING: 4 in steady flows where that is known to pay (theory: eq. 4.6h), else 2;
-                             * pd_implicit takes 2 or 4 */
+    int order; /* of steady and implicit flow: 2 or 4; 0: 2. 4 needs m = 1 and a planar lattice.
+                * PD_FLOW_ORDER_AUTO: 4 in steady flows where that is known to pay (theory: eq. 4.6h), else 2;
+                * pd_implicit takes 2 or 4 */
 } pd_flow_desc;
 
 typedef struct pd_flow {
@@ -79,10 +79,12 @@ typedef struct pd_flow {
     int32_t rim;            /* rows that patch, more and leak have room for */
     int32_t *patch;         /* [rim] connected patch of a row beside a smooth surface: its first row; -1: other rows */
     uint32_t patched;       /* version of the bonds (geometry) that the patches belong to */
-    pd_reconstruct slopes;  /* quadratic fits of pressure and velocity beside smooth surfaces (eq. 3.4b, 3.5b) */
-    int order;              /* 2 or 4; the steady solver builds `sharp` for 4. PD_FLOW_PAYING: it decides which */
-    pd_sharp sharp;         /* corrections of fourth order; empty: second order */
-    pd_isotropic isotropic; /* isotropic friction weights of second order (eq. 4.1c); empty: those of the Laplacian */
+    /* quadratic fits of pressure and velocity beside smooth surfaces (eq. 3.4b, 3.5b) */
+    pd_quadratic_reconstruction slopes;
+    int order;             /* 2 or 4; the steady solver builds `sharp` for 4. PD_FLOW_ORDER_AUTO: it decides which */
+    pd_fourth_order sharp; /* corrections of fourth order; empty: second order */
+    /* isotropic friction weights of second order (eq. 4.1c); empty: those of the Laplacian */
+    pd_isotropic_stencil isotropic;
     double isotropy;        /* [-] blending factor of these weights (eq. 4.1f) */
     double *more, *leak;    /* [rim] [1/s] work of (4.2c): excess of a row; [2 rim] sum over a patch, row count */
     int64_t evaluations;    /* operator evaluations so far: residuals and linearised products */
@@ -90,7 +92,7 @@ typedef struct pd_flow {
 
 #define pd_flow_build PD_NAME(pd_flow_build)
 #define pd_flow_update PD_NAME(pd_flow_update)
-#define pd_flow_section PD_NAME(pd_flow_section)
+#define pd_flow_integrate_section PD_NAME(pd_flow_integrate_section)
 #define pd_flow_free PD_NAME(pd_flow_free)
 
 /* Allocates the fields (fluid at rest, p = p_out) and fills the inlet ghosts. Grid and bonds are borrowed.
@@ -115,7 +117,7 @@ PDI_FN void pdi_flow_assemble_residual(pd_ctx *ctx, pd_flow *flow, double *ru, d
 #endif
 /* Volume flux [m^d/s; planar 2D: per unit depth, axisymmetric: m3/s] of all bonds that cross the plane between cells
  * `index - 1` and `index` of `axis` (index 1 .. n-1): the quantity that the scheme conserves. */
-PD_API double pd_flow_section(pd_ctx *ctx, pd_flow *flow, int axis, int index);
+PD_API double pd_flow_integrate_section(pd_ctx *ctx, pd_flow *flow, int axis, int index);
 #ifdef PDI_INTERNAL
 /* Volume flux [m^d/s] through a section from the node velocities of the layer `index` of `axis`: sum of u_axis times
  * the face of a cell. */

@@ -33,7 +33,7 @@ static int pdi_force_is_on_shape(const pdi_force_query *q, int32_t closed, int s
 {
     double x[PD_DIM];
     if (q->shape == PD_FORCE_ALL) return 1;
-    if (side || q->shape == PD_FORCE_SIDES) return side && q->shape == PD_FORCE_SIDES;
+    if (side || q->shape == PD_FORCE_BOX_SIDES) return side && q->shape == PD_FORCE_BOX_SIDES;
     pd_grid_position(q->flow->grid, closed, x);
     return pdi_grid_signed_distance(q->flow->grid, q->shape, x) <= pdi_shape_tolerance(q->flow->grid->h, x);
 }
@@ -588,7 +588,7 @@ static pd_status pdi_force_integrate_box_sides(pd_ctx *ctx, const pd_flow *flow,
     return PD_OK;
 }
 
-pd_status pd_force_balance(pd_ctx *ctx, pd_flow *flow, const double *lo, const double *hi, double *force)
+pd_status pd_force_momentum_balance(pd_ctx *ctx, pd_flow *flow, const double *lo, const double *hi, double *force)
 {
     const pd_grid *grid = flow->grid;
     pdi_compensated_sum sum[PD_DIM];

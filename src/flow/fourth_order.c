@@ -11,14 +11,14 @@
 
 /* Second differences of component `component` along `axis`, [total], in the array of
  * pdi_fourth_order_compute_second_differences. */
-static const double *pdi_fourth_order_get_second_difference(const pd_sharp *sharp, const double *second, int axis,
-                                                            int component)
+static const double *pdi_fourth_order_get_second_difference(const pd_fourth_order *sharp, const double *second,
+                                                            int axis, int component)
 {
     return second + (int64_t)(axis * PD_DIM + component) * sharp->bonds->grid->total;
 }
 
 /* 1: the node is fluid, or a ghost that stands for fluid. */
-static int pdi_fourth_order_is_open(const pd_sharp *sharp, int32_t node)
+static int pdi_fourth_order_is_open(const pd_fourth_order *sharp, int32_t node)
 {
     return pdi_grid_is_open(sharp->bonds->grid->kind[node]);
 }
@@ -49,8 +49,9 @@ static double pdi_fourth_order_compute_second_derivative(const double *x, const 
 
 /* Second difference of a component of v along axis d at row r beside a wall: cubic through the wall value, the node and
  * the next two (eq. 4.6b); a quadratic where there are fewer. */
-static double pdi_fourth_order_compute_wall_second_difference(const pd_sharp *sharp, pd_velocity_fn wall, void *user,
-                                                              const double *v, int32_t r, int d, int component)
+static double pdi_fourth_order_compute_wall_second_difference(const pd_fourth_order *sharp, pd_velocity_fn wall,
+                                                              void *user, const double *v, int32_t r, int d,
+                                                              int component)
 {
     const pd_grid *grid = sharp->bonds->grid;
     const double *leg = sharp->bonds->leg + ((int64_t)r * PD_DIM + d) * 2;
@@ -86,11 +87,11 @@ static double pdi_fourth_order_compute_wall_second_difference(const pd_sharp *sh
 }
 
 /* Second differences along `axis` at ghosts. Behind inlets the velocity is odd about the value of the inlet. */
-static void pdi_fourth_order_update_ghost_second_differences(const pd_sharp *sharp, int axis, double *second)
+static void pdi_fourth_order_update_ghost_second_differences(const pd_fourth_order *sharp, int axis, double *second)
 {
     const pd_ghosts *ghosts = &sharp->bonds->ghosts;
     int64_t total = sharp->bonds->grid->total;
-    pd_ghosts_vector(ghosts, second);
+    pd_ghosts_set_vector(ghosts, second);
     for (int of = 0; of < PD_DIM; of++)
         for (int32_t g = ghosts->count; g < ghosts->listed; g++) {
             int odd = ghosts->across[g] >> axis & 1;
@@ -100,8 +101,9 @@ static void pdi_fourth_order_update_ghost_second_differences(const pd_sharp *sha
         }
 }
 
-PDI_FN void pdi_fourth_order_compute_second_differences(const pd_ctx *ctx, const pd_sharp *sharp, pd_velocity_fn wall,
-                                                        void *user, const double *v, double *second)
+PDI_FN void pdi_fourth_order_compute_second_differences(const pd_ctx *ctx, const pd_fourth_order *sharp,
+                                                        pd_velocity_fn wall, void *user, const double *v,
+                                                        double *second)
 {
     const pd_grid *grid = sharp->bonds->grid;
     int64_t total = grid->total;
@@ -129,8 +131,8 @@ PDI_FN void pdi_fourth_order_compute_second_differences(const pd_ctx *ctx, const
 /* ---- advecting velocity ---- */
 
 /* Sum of the differences of f from `node` to its neighbours along axis b: open ones, or those of the kind `only`. */
-static double pdi_fourth_order_compute_neighbour_difference(const pd_sharp *sharp, const double *f, int32_t node, int b,
-                                                            int only)
+static double pdi_fourth_order_compute_neighbour_difference(const pd_fourth_order *sharp, const double *f, int32_t node,
+                                                            int b, int only)
 {
     const pd_grid *grid = sharp->bonds->grid;
     double sum = 0.0;
@@ -143,15 +145,15 @@ static double pdi_fourth_order_compute_neighbour_difference(const pd_sharp *shar
 
 /* Half the number of open neighbours along axis d: 1, 0.5 beside a wall, 0 between two. The tensor of (4.2b) doubles a
  * component that points at a wall, which (4.6c) needs not. */
-static double pdi_fourth_order_compute_open_half_count(const pd_sharp *sharp, int32_t node, int d)
+static double pdi_fourth_order_compute_open_half_count(const pd_fourth_order *sharp, int32_t node, int d)
 {
     int32_t stride = sharp->bonds->grid->stride[d];
     return 0.5 * (pdi_fourth_order_is_open(sharp, node - stride) + pdi_fourth_order_is_open(sharp, node + stride));
 }
 
 /* Component d of the advecting velocity (4.6c) at a node. */
-static double pdi_fourth_order_compute_velocity_component(const pd_sharp *sharp, const double *v, const double *second,
-                                                          int32_t node, int d)
+static double pdi_fourth_order_compute_velocity_component(const pd_fourth_order *sharp, const double *v,
+                                                          const double *second, int32_t node, int d)
 {
     const double *f = v + (int64_t)d * sharp->bonds->grid->total;
     double sides = pdi_fourth_order_compute_open_half_count(sharp, node, d), value = f[node];
@@ -167,8 +169,8 @@ static double pdi_fourth_order_compute_velocity_component(const pd_sharp *sharp,
 
 /* Second difference of the inlet profile f along axis b; at its end that of the next node, since a wall is no part of
  * it. */
-static double pdi_fourth_order_compute_inlet_second_difference(const pd_sharp *sharp, const double *f, int32_t node,
-                                                               int b)
+static double pdi_fourth_order_compute_inlet_second_difference(const pd_fourth_order *sharp, const double *f,
+                                                               int32_t node, int b)
 {
     const pd_grid *grid = sharp->bonds->grid;
     int32_t stride = grid->stride[b];
@@ -181,7 +183,7 @@ static double pdi_fourth_order_compute_inlet_second_difference(const pd_sharp *s
 
 /* Sets the inlet ghost at place k of the list so that its mean with the node that it mirrors is (4.6c) of the inlet
  * profile, which is in `work`. */
-static void pdi_fourth_order_set_inlet_ghost(const pd_sharp *sharp, int32_t k, double *corrected)
+static void pdi_fourth_order_set_inlet_ghost(const pd_fourth_order *sharp, int32_t k, double *corrected)
 {
     const pd_ghosts *ghosts = &sharp->bonds->ghosts;
     int32_t node = ghosts->node[k], source = ghosts->source[k];
@@ -206,7 +208,7 @@ static void pdi_fourth_order_set_inlet_ghost(const pd_sharp *sharp, int32_t k, d
 }
 
 /* Sets all inlet ghosts. Those behind periodic and mirror sides repeat others. */
-static void pdi_fourth_order_set_inlet_ghosts(const pd_sharp *sharp, const double *v, double *corrected)
+static void pdi_fourth_order_set_inlet_ghosts(const pd_fourth_order *sharp, const double *v, double *corrected)
 {
     const pd_grid *grid = sharp->bonds->grid;
     const pd_ghosts *ghosts = &sharp->bonds->ghosts;
@@ -232,8 +234,8 @@ static void pdi_fourth_order_set_inlet_ghosts(const pd_sharp *sharp, const doubl
         }
 }
 
-PDI_FN void pdi_fourth_order_compute_advecting_velocity(const pd_ctx *ctx, const pd_sharp *sharp, const double *v,
-                                                        const double *second, double *corrected)
+PDI_FN void pdi_fourth_order_compute_advecting_velocity(const pd_ctx *ctx, const pd_fourth_order *sharp,
+                                                        const double *v, const double *second, double *corrected)
 {
     const pd_grid *grid = sharp->bonds->grid;
     int nt = pdi_par_threads(ctx, (int64_t)grid->total * PD_DIM * PD_DIM * 4);
@@ -251,13 +253,13 @@ PDI_FN void pdi_fourth_order_compute_advecting_velocity(const pd_ctx *ctx, const
 /* ---- pressure gradient ---- */
 
 /* 1: the node has a pressure: it is open and no inlet. */
-static int pdi_fourth_order_has_pressure(const pd_sharp *sharp, int32_t node)
+static int pdi_fourth_order_has_pressure(const pd_fourth_order *sharp, int32_t node)
 {
     return pdi_fourth_order_is_open(sharp, node) && sharp->bonds->grid->kind[node] != PD_INLET;
 }
 
 /* Second difference of p with `stride`. At the end of a line it is extrapolated linearly from the next ones. */
-static double pdi_fourth_order_compute_pressure_curvature(const pd_sharp *sharp, const double *p, int32_t i,
+static double pdi_fourth_order_compute_pressure_curvature(const pd_fourth_order *sharp, const double *p, int32_t i,
                                                           int32_t stride)
 {
     int below = pdi_fourth_order_has_pressure(sharp, i - stride),
@@ -274,7 +276,7 @@ static double pdi_fourth_order_compute_pressure_curvature(const pd_sharp *sharp,
 
 /* Derivative of p along the stride, times h, with its second differences q (eq. 4.6d): one-sided at the end of a line.
  * Exact for cubics. */
-static double pdi_fourth_order_compute_derivative(const pd_sharp *sharp, const double *p, const double *q,
+static double pdi_fourth_order_compute_derivative(const pd_fourth_order *sharp, const double *p, const double *q,
                                                   int32_t stride, int32_t i)
 {
     int below = pdi_fourth_order_has_pressure(sharp, i - stride),
@@ -285,7 +287,7 @@ static double pdi_fourth_order_compute_derivative(const pd_sharp *sharp, const d
     return 0.0;
 }
 
-PDI_FN void pdi_fourth_order_compute_pressure_gradient(const pd_ctx *ctx, const pd_sharp *sharp, const double *p,
+PDI_FN void pdi_fourth_order_compute_pressure_gradient(const pd_ctx *ctx, const pd_fourth_order *sharp, const double *p,
                                                        double *grad)
 {
     const pd_grid *grid = sharp->bonds->grid;
@@ -317,7 +319,7 @@ typedef struct pdi_fourth_order_face_flux {
 } pdi_fourth_order_face_flux;
 
 /* 1: no smooth surface is at the face between i and j, or beside it across axis d: the face gets the correction. */
-static int pdi_fourth_order_is_regular_face(const pd_sharp *sharp, int32_t i, int32_t j, int d)
+static int pdi_fourth_order_is_regular_face(const pd_fourth_order *sharp, int32_t i, int32_t j, int d)
 {
     const int32_t *stride = sharp->bonds->grid->stride;
     if (!sharp->calm[i] || !sharp->calm[j]) return 0;
@@ -332,7 +334,7 @@ static int pdi_fourth_order_is_regular_face(const pd_sharp *sharp, int32_t i, in
 
 /* Fourth-order fluxes through the face between i and j, neighbours along d, from bonds of one and of two spacings
  * (4.6e). */
-static void pdi_fourth_order_compute_face(const pd_sharp *sharp, int32_t i, int32_t j, int d,
+static void pdi_fourth_order_compute_face(const pd_fourth_order *sharp, int32_t i, int32_t j, int d,
                                           const pdi_fourth_order_field *w, const pdi_fourth_order_field *u,
                                           pdi_fourth_order_face_flux *face)
 {
@@ -353,7 +355,7 @@ static void pdi_fourth_order_compute_face(const pd_sharp *sharp, int32_t i, int3
 }
 
 /* Subtracts the second-order fluxes of bond k from i to j; share: the part of the bond that passes this face. */
-static void pdi_fourth_order_remove_bond(const pd_sharp *sharp, int32_t i, int32_t j, int k, double share,
+static void pdi_fourth_order_remove_bond(const pd_fourth_order *sharp, int32_t i, int32_t j, int k, double share,
                                          const pdi_fourth_order_field *w, const pdi_fourth_order_field *u,
                                          pdi_fourth_order_face_flux *face)
 {
@@ -372,7 +374,7 @@ static void pdi_fourth_order_remove_bond(const pd_sharp *sharp, int32_t i, int32
 
 /* Fourth-order less second-order fluxes through the upper face of i along d. Half of each diagonal bond goes each way
  * round the edge, so that its ends lose what they had. Returns 0 when the face gets no correction. */
-static int pdi_fourth_order_compute_face_excess(const pd_sharp *sharp, int32_t i, int d,
+static int pdi_fourth_order_compute_face_excess(const pd_fourth_order *sharp, int32_t i, int d,
                                                 const pdi_fourth_order_field *w, const pdi_fourth_order_field *u,
                                                 pdi_fourth_order_face_flux *face)
 {
@@ -397,7 +399,7 @@ static int pdi_fourth_order_compute_face_excess(const pd_sharp *sharp, int32_t i
 
 /* Corrections at the upper face along d of each fluid node, and the one below it, into `work`: momentum, then
  * volume. */
-static void pdi_fourth_order_compute_faces(const pd_ctx *ctx, const pd_sharp *sharp, int d,
+static void pdi_fourth_order_compute_faces(const pd_ctx *ctx, const pd_fourth_order *sharp, int d,
                                            const pdi_fourth_order_field *w, const pdi_fourth_order_field *u, double nu)
 {
     const pd_grid *grid = sharp->bonds->grid;
@@ -416,8 +418,9 @@ static void pdi_fourth_order_compute_faces(const pd_ctx *ctx, const pd_sharp *sh
     }
 }
 
-PDI_FN void pdi_fourth_order_add_momentum(const pd_ctx *ctx, const pd_sharp *sharp, const pdi_fourth_order_field *w,
-                                          const pdi_fourth_order_field *u, double nu, double *ru)
+PDI_FN void pdi_fourth_order_add_momentum(const pd_ctx *ctx, const pd_fourth_order *sharp,
+                                          const pdi_fourth_order_field *w, const pdi_fourth_order_field *u, double nu,
+                                          double *ru)
 {
     const pd_grid *grid = sharp->bonds->grid;
     int64_t total = grid->total;
@@ -439,7 +442,7 @@ PDI_FN void pdi_fourth_order_add_momentum(const pd_ctx *ctx, const pd_sharp *sha
     }
 }
 
-PDI_FN int pdi_fourth_order_compute_wall_laplacian(const pd_sharp *sharp, int32_t r, const double *v,
+PDI_FN int pdi_fourth_order_compute_wall_laplacian(const pd_fourth_order *sharp, int32_t r, const double *v,
                                                    const double *second, double *lap)
 {
     const pd_grid *grid = sharp->bonds->grid;
@@ -463,7 +466,7 @@ PDI_FN int pdi_fourth_order_compute_wall_laplacian(const pd_sharp *sharp, int32_
     return walls;
 }
 
-PDI_FN void pdi_fourth_order_add_wall_friction(const pd_ctx *ctx, const pd_sharp *sharp,
+PDI_FN void pdi_fourth_order_add_wall_friction(const pd_ctx *ctx, const pd_fourth_order *sharp,
                                                const pdi_fourth_order_field *u,
                                                const pdi_fourth_order_wall_terms *drive, double nu, double *ru)
 {
@@ -487,10 +490,10 @@ PDI_FN void pdi_fourth_order_add_wall_friction(const pd_ctx *ctx, const pd_sharp
 /* ---- objects ---- */
 
 PDI_COLD_BEGIN
-/* Lists the arrays of a pd_sharp. */
+/* Lists the arrays of a pd_fourth_order. */
 PDI_FN void pdi_fourth_order_list(pdi_array_visitor *owner, void *object)
 {
-    pd_sharp *sharp = (pd_sharp *)object;
+    pd_fourth_order *sharp = (pd_fourth_order *)object;
     int64_t total = sharp->bonds ? sharp->bonds->grid->total : 0;
     PDI_ARRAY(owner, sharp, calm, total, "1");
     PDI_ARRAY(owner, sharp, bend, PD_DIM * PD_DIM * total, "m/s");
@@ -498,7 +501,7 @@ PDI_FN void pdi_fourth_order_list(pdi_array_visitor *owner, void *object)
     PDI_ARRAY(owner, sharp, work, (PD_DIM + 1) * total, "");
 }
 
-PDI_FN void pdi_fourth_order_mark_regular_nodes(const pd_sharp *sharp)
+PDI_FN void pdi_fourth_order_mark_regular_nodes(const pd_fourth_order *sharp)
 {
     const pd_bonds *bonds = sharp->bonds;
     const pd_ghosts *ghosts = &bonds->ghosts;
@@ -566,7 +569,7 @@ PDI_FN int pdi_fourth_order_is_efficient(const pd_bonds *bonds, double rate, dou
            pdi_fourth_order_is_fluid_box(bonds->grid);
 }
 
-PDI_FN pd_status pdi_fourth_order_build(pd_ctx *ctx, const pd_bonds *bonds, pd_sharp *sharp)
+PDI_FN pd_status pdi_fourth_order_build(pd_ctx *ctx, const pd_bonds *bonds, pd_fourth_order *sharp)
 {
     const pd_stencil *s = bonds->stencil;
     memset(sharp, 0, sizeof *sharp);
@@ -592,7 +595,7 @@ PDI_FN pd_status pdi_fourth_order_build(pd_ctx *ctx, const pd_bonds *bonds, pd_s
     return status;
 }
 
-PDI_FN void pdi_fourth_order_free(pd_ctx *ctx, pd_sharp *sharp)
+PDI_FN void pdi_fourth_order_free(pd_ctx *ctx, pd_fourth_order *sharp)
 {
     pdi_array_registry_free(ctx, pdi_fourth_order_list, sharp);
     memset(sharp, 0, sizeof *sharp);

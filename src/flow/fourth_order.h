@@ -7,7 +7,7 @@
 #include "core/array_registry.h"
 #include "lattice/bond.h"
 
-typedef struct pd_sharp {
+typedef struct pd_fourth_order {
     const pd_bonds *bonds;        /* NULL: second order */
     double third[PD_DIM][PD_DIM]; /* [-] third moments sum g_d xi_d n_b^2 of the gradient */
     int facing[PD_DIM][2 * PD_DIM - 1]; /* bonds through the upper face along axis d: the one along d, and for each
@@ -17,7 +17,7 @@ typedef struct pd_sharp {
                                    * step of a solver */
     double *work;                 /* [PD_DIM+1][total] velocity behind inlets [m/s]; of the pressure [m2/s2]; momentum
                                    * [m/s2] and volume [1/s] of faces */
-} pd_sharp;
+} pd_fourth_order;
 
 #ifdef PDI_INTERNAL
 /* A velocity field in the momentum sums, with what derives from it. Ghosts are filled. */
@@ -36,27 +36,29 @@ PDI_FN int pdi_fourth_order_is_fluid_box(const pd_grid *grid);
 PDI_FN int pdi_fourth_order_is_efficient(const pd_bonds *bonds, double rate, double length);
 /* Prepares the corrections for these bonds. PD_ERR_ARGUMENT: the family reaches beyond the nearest neighbours, or the
  * lattice is axisymmetric. */
-PDI_FN pd_status pdi_fourth_order_build(pd_ctx *ctx, const pd_bonds *bonds, pd_sharp *sharp);
-/* Lists the arrays of a pd_sharp (`object`). */
+PDI_FN pd_status pdi_fourth_order_build(pd_ctx *ctx, const pd_bonds *bonds, pd_fourth_order *sharp);
+/* Lists the arrays of a pd_fourth_order (`object`). */
 PDI_FN void pdi_fourth_order_list(pdi_array_visitor *owner, void *object);
 /* Marks the nodes that get the correction (fluid beside no smooth surface, and their ghosts) after a change of
  * geometry. */
-PDI_FN void pdi_fourth_order_mark_regular_nodes(const pd_sharp *sharp);
+PDI_FN void pdi_fourth_order_mark_regular_nodes(const pd_fourth_order *sharp);
 /* second [PD_DIM axes][PD_DIM][total] = second differences of v [PD_DIM][total] along all axes (eq. 4.6b), not divided
  * by h^2. wall: velocity of the walls; NULL: at rest. */
-PDI_FN void pdi_fourth_order_compute_second_differences(const pd_ctx *ctx, const pd_sharp *sharp, pd_velocity_fn wall,
-                                                        void *user, const double *v, double *second);
+PDI_FN void pdi_fourth_order_compute_second_differences(const pd_ctx *ctx, const pd_fourth_order *sharp,
+                                                        pd_velocity_fn wall, void *user, const double *v,
+                                                        double *second);
 /* corrected [PD_DIM][total] [m/s] = advecting velocity of fourth order: v less the third-derivative error of the bond
  * fluxes, at fluid nodes and inlet ghosts (eq. 4.6c). Holds v on entry. The tensor of (4.2b) is applied after it. */
-PDI_FN void pdi_fourth_order_compute_advecting_velocity(const pd_ctx *ctx, const pd_sharp *sharp, const double *v,
-                                                        const double *second, double *corrected);
+PDI_FN void pdi_fourth_order_compute_advecting_velocity(const pd_ctx *ctx, const pd_fourth_order *sharp,
+                                                        const double *v, const double *second, double *corrected);
 /* grad [PD_DIM][total] = pressure gradient of fourth order, at marked nodes alone (eq. 4.6d). */
-PDI_FN void pdi_fourth_order_compute_pressure_gradient(const pd_ctx *ctx, const pd_sharp *sharp, const double *p,
+PDI_FN void pdi_fourth_order_compute_pressure_gradient(const pd_ctx *ctx, const pd_fourth_order *sharp, const double *p,
                                                        double *grad);
 /* ru += fourth-order correction of convection of u by w and of friction nu of u, face by face (eq. 4.6e, 4.6f). nu
  * [m2/s], 0: convection alone. */
-PDI_FN void pdi_fourth_order_add_momentum(const pd_ctx *ctx, const pd_sharp *sharp, const pdi_fourth_order_field *w,
-                                          const pdi_fourth_order_field *u, double nu, double *ru);
+PDI_FN void pdi_fourth_order_add_momentum(const pd_ctx *ctx, const pd_fourth_order *sharp,
+                                          const pdi_fourth_order_field *w, const pdi_fourth_order_field *u, double nu,
+                                          double *ru);
 /* Terms by which (3.3) and (3.4) take the wall friction that is replaced. NULL: none. */
 typedef struct pdi_fourth_order_wall_terms {
     const double *grad;        /* [PD_DIM][total] [m/s2] of the pressure */
@@ -64,14 +66,14 @@ typedef struct pdi_fourth_order_wall_terms {
     const double *wall_motion;  /* [PD_DIM][total] [1/m/s] of moving walls */
 } pdi_fourth_order_wall_terms;
 /* ru += friction nu of flat walls by the cubic (4.6g), in place of that by the parabola of (3.3) and (3.4). */
-PDI_FN void pdi_fourth_order_add_wall_friction(const pd_ctx *ctx, const pd_sharp *sharp,
+PDI_FN void pdi_fourth_order_add_wall_friction(const pd_ctx *ctx, const pd_fourth_order *sharp,
                                                const pdi_fourth_order_field *u,
                                                const pdi_fourth_order_wall_terms *drive, double nu, double *ru);
 /* lap [PD_DIM] [1/m/s] = wall part of the Laplacian of v at row r (eq. 4.6g). Returns 1 when the row is beside a flat
  * wall and has one. */
-PDI_FN int pdi_fourth_order_compute_wall_laplacian(const pd_sharp *sharp, int32_t r, const double *v,
+PDI_FN int pdi_fourth_order_compute_wall_laplacian(const pd_fourth_order *sharp, int32_t r, const double *v,
                                                    const double *second, double *lap);
-PDI_FN void pdi_fourth_order_free(pd_ctx *ctx, pd_sharp *sharp);
+PDI_FN void pdi_fourth_order_free(pd_ctx *ctx, pd_fourth_order *sharp);
 #endif
 
 #endif

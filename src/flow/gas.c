@@ -649,9 +649,9 @@ static void pdi_gas_add_balance(pd_ctx *ctx, void *self, int k, pd_amounts *a)
     a->in += gas->in[k];
 }
 
-pd_process pd_gas_process(pd_gas *gas)
+pd_physics pd_gas_process(pd_gas *gas)
 {
-    pd_process p;
+    pd_physics p;
     memset(&p, 0, sizeof p);
     p.name = "gas";
     p.self = gas;

@@ -77,7 +77,7 @@ PD_API pd_status pd_gas_limit(pd_ctx *ctx, pd_gas *gas, double *limit);
 PD_API pd_status pd_gas_step(pd_ctx *ctx, pd_gas *gas, double dt);
 /* The gas as a process, with ledgers of mass and energy. Steps of cfl times the limit; rejected steps are halved.
  * PD_ERR_STATE: 20 halvings did not help. */
-PD_API pd_process pd_gas_process(pd_gas *gas);
+PD_API pd_physics pd_gas_process(pd_gas *gas);
 #ifdef PDI_INTERNAL
 /* stock [PD_GAS_FIELDS] = mass [kg], momentum [kg m/s], energy [J] of all fluid nodes (1D: per m2; 2D: per m). */
 PDI_FN void pdi_gas_integrate_state(pd_ctx *ctx, const pd_gas *gas, double *stock);

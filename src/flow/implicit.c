@@ -375,9 +375,9 @@ static pd_status pdi_implicit_store(pd_ctx *ctx, void *self, pd_archive *archive
     return PD_OK;
 }
 
-pd_process pd_implicit_process(pd_implicit *im)
+pd_physics pd_implicit_process(pd_implicit *im)
 {
-    pd_process p;
+    pd_physics p;
     memset(&p, 0, sizeof p);
     p.name = "flow in time";
     p.self = im;

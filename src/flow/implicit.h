@@ -48,7 +48,7 @@ PD_API pd_status pd_implicit_build(pd_ctx *ctx, pd_flow *flow, pd_steady *steady
 PD_API pd_status pd_implicit_step(pd_ctx *ctx, pd_implicit *implicit, double dt);
 /* The flow as a process; it prepares the flow. Steps of controlled error. PD_ERR_STATE: steps of 1e-12 of the first one
  * do not converge, or their error does not fall. */
-PD_API pd_process pd_implicit_process(pd_implicit *implicit);
+PD_API pd_physics pd_implicit_process(pd_implicit *implicit);
 PD_API void pd_implicit_free(pd_ctx *ctx, pd_implicit *implicit);
 
 #ifdef PDI_INTERNAL

@@ -11,8 +11,8 @@
 
 /* Mixed second difference of component f over a square with a missing bond, to be taken off (eq. 4.1d); 0: it is
  * complete. */
-static double pdi_isotropic_stencil_compute_incomplete_square(const pd_bonds *bonds, const pd_square *square, int32_t r,
-                                                              const double *f)
+static double pdi_isotropic_stencil_compute_incomplete_square(const pd_bonds *bonds, const pd_isotropic_square *square,
+                                                              int32_t r, const double *f)
 {
     int32_t node = bonds->node[r];
     int across = pdi_bond_is_open(bonds, r, square->across), open[2];
@@ -24,7 +24,8 @@ static double pdi_isotropic_stencil_compute_incomplete_square(const pd_bonds *bo
     return across && open[0] && open[1] ? 0.0 : square->more * sum;
 }
 
-PDI_FN double pdi_isotropic_stencil_compute_row_correction(const pd_isotropic *isotropic, int32_t r, const double *f)
+PDI_FN double pdi_isotropic_stencil_compute_row_correction(const pd_isotropic_stencil *isotropic, int32_t r,
+                                                           const double *f)
 {
     double lap = 0.0;
     for (int s = 0; s < isotropic->squares; s++)
@@ -32,8 +33,8 @@ PDI_FN double pdi_isotropic_stencil_compute_row_correction(const pd_isotropic *i
     return lap;
 }
 
-PDI_FN void pdi_isotropic_stencil_add_row_corrections(const pd_ctx *ctx, const pd_isotropic *isotropic, double nu,
-                                                      const double *u, double *ru)
+PDI_FN void pdi_isotropic_stencil_add_row_corrections(const pd_ctx *ctx, const pd_isotropic_stencil *isotropic,
+                                                      double nu, const double *u, double *ru)
 {
     const pd_bonds *bonds = isotropic->bonds;
     if (!bonds) return;
@@ -47,7 +48,7 @@ PDI_FN void pdi_isotropic_stencil_add_row_corrections(const pd_ctx *ctx, const p
                 nu * pdi_isotropic_stencil_compute_row_correction(isotropic, r, u + d * total);
 }
 
-PDI_FN void pdi_isotropic_stencil_add_velocity_correction(const pd_ctx *ctx, const pd_isotropic *isotropic,
+PDI_FN void pdi_isotropic_stencil_add_velocity_correction(const pd_ctx *ctx, const pd_isotropic_stencil *isotropic,
                                                           const double *v, double *advecting)
 {
     const pd_bonds *bonds = isotropic->bonds;
@@ -111,7 +112,7 @@ PDI_FN double pdi_isotropic_stencil_compute_derivative(const pdi_isotropic_stenc
 }
 
 PDI_COLD_BEGIN
-PDI_FN double pdi_isotropic_stencil_compute_blending(const pd_isotropic *isotropic, double rate)
+PDI_FN double pdi_isotropic_stencil_compute_blending(const pd_isotropic_stencil *isotropic, double rate)
 {
     double longest = 0.0;
     if (!isotropic->bonds) return 0.0;
@@ -129,11 +130,11 @@ static int pdi_isotropic_stencil_find_bond(const pd_stencil *s, const int *n)
 }
 
 /* Adds the four squares around a node in the plane of axes a and b. 0: the family has no diagonal bonds. */
-static int pdi_isotropic_stencil_build_plane(const pd_stencil *s, int a, int b, pd_isotropic *isotropic)
+static int pdi_isotropic_stencil_build_plane(const pd_stencil *s, int a, int b, pd_isotropic_stencil *isotropic)
 {
     double wanted = (1.0 / (s->h[a] * s->h[a]) + 1.0 / (s->h[b] * s->h[b])) / 12.0;
     for (int which = 0; which < 4; which++) {
-        pd_square *square = &isotropic->square[isotropic->squares++];
+        pd_isotropic_square *square = &isotropic->square[isotropic->squares++];
         int n[PD_DIM];
         memset(n, 0, sizeof n);
         n[a] = which & 1 ? 1 : -1;
@@ -163,7 +164,7 @@ static double pdi_isotropic_stencil_compute_third_moment(const pd_stencil *s, in
     return bend;
 }
 
-PDI_FN void pdi_isotropic_stencil_build(const pd_bonds *bonds, pd_isotropic *isotropic)
+PDI_FN void pdi_isotropic_stencil_build(const pd_bonds *bonds, pd_isotropic_stencil *isotropic)
 {
     const pd_stencil *s = bonds->stencil;
     memset(isotropic, 0, sizeof *isotropic);

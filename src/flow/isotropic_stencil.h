@@ -8,18 +8,18 @@
 #include "lattice/bond.h"
 
 /* A square of four neighbouring nodes in the plane of two axes, seen from one of them. */
-typedef struct pd_square {
+typedef struct pd_isotropic_square {
     int across, side[2]; /* bonds of the node: the diagonal, and those along both axes */
     double more;         /* [1/m2] weight c_ab that the diagonal gains and both sides lose (eq. 4.1d) */
-} pd_square;
+} pd_isotropic_square;
 
-typedef struct pd_isotropic {
+typedef struct pd_isotropic_stencil {
     const pd_bonds *bonds; /* NULL: friction has the weights of the Laplacian */
     int squares;
-    pd_square square[2 * PD_DIM * PD_DIM];
+    pd_isotropic_square square[2 * PD_DIM * PD_DIM];
     double excess[2 * PD_DIM * PD_DIM]; /* [1/m2] isotropic less Laplacian weight of bonds in complete squares */
     double bend[PD_DIM]; /* [-] factor on the second difference of each velocity component along its own axis (4.2d) */
-} pd_isotropic;
+} pd_isotropic_stencil;
 
 #ifdef PDI_INTERNAL
 /* A row (node with a cut family) beside a surface with the velocity `wall`; NULL: at rest. */
@@ -32,20 +32,21 @@ typedef struct pdi_isotropic_stencil_place {
 
 /* Weights with isotropic leading error for families of the nearest neighbours on planar lattices (eq. 4.1c); for others
  * isotropic->bonds stays NULL. */
-PDI_FN void pdi_isotropic_stencil_build(const pd_bonds *bonds, pd_isotropic *isotropic);
+PDI_FN void pdi_isotropic_stencil_build(const pd_bonds *bonds, pd_isotropic_stencil *isotropic);
 /* Blending factor of the isotropic weights, 1 to 0 (eq. 4.1f): 1/(1 + (U h/(2 nu))^2) with the longest spacing h, since
  * convection errs by more than friction in fast flow. rate: U/nu [1/m]. */
-PDI_FN double pdi_isotropic_stencil_compute_blending(const pd_isotropic *isotropic, double rate);
+PDI_FN double pdi_isotropic_stencil_compute_blending(const pd_isotropic_stencil *isotropic, double rate);
 /* Correction of the Laplacian [1/m2 times f] of component f [total] at row r, for squares that cut bonds leave
  * incomplete (eq. 4.1d). */
-PDI_FN double pdi_isotropic_stencil_compute_row_correction(const pd_isotropic *isotropic, int32_t r, const double *f);
+PDI_FN double pdi_isotropic_stencil_compute_row_correction(const pd_isotropic_stencil *isotropic, int32_t r,
+                                                           const double *f);
 /* ru += nu [m2/s] times the correction of the Laplacian of u [PD_DIM][total] for squares that cut bonds leave
  * incomplete (eq. 4.1d), at all rows. */
-PDI_FN void pdi_isotropic_stencil_add_row_corrections(const pd_ctx *ctx, const pd_isotropic *isotropic, double nu,
-                                                      const double *u, double *ru);
+PDI_FN void pdi_isotropic_stencil_add_row_corrections(const pd_ctx *ctx, const pd_isotropic_stencil *isotropic,
+                                                      double nu, const double *u, double *ru);
 /* advecting -= third-moment correction (4.2d): a factor times the second difference of v [PD_DIM][total] along its own
  * axis, at fluid nodes between two open ones. */
-PDI_FN void pdi_isotropic_stencil_add_velocity_correction(const pd_ctx *ctx, const pd_isotropic *isotropic,
+PDI_FN void pdi_isotropic_stencil_add_velocity_correction(const pd_ctx *ctx, const pd_isotropic_stencil *isotropic,
                                                           const double *v, double *advecting);
 /* Derivative [1/s] of component d of u along axis d: parabola through both neighbours, or through the surface where it
  * is nearer. In 2D on nearest neighbours a cubic with the node behind the open neighbour (for eq. 4.2c). */

@@ -137,9 +137,9 @@ static pd_status pdi_quasi_steady_store(pd_ctx *ctx, void *self, pd_archive *arc
     return PDI_ARCHIVE_ARRAY(ctx, archive, "continuity residual", &q->result.continuity, 1);
 }
 
-pd_process pd_quasi_steady_process(pd_flow *flow, pd_steady *steady, pd_quasi_steady *q)
+pd_physics pd_quasi_steady_process(pd_flow *flow, pd_steady *steady, pd_quasi_steady *q)
 {
-    pd_process p;
+    pd_physics p;
     memset(&p, 0, sizeof p);
     memset(q, 0, sizeof *q);
     q->flow = flow;

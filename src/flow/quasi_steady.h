@@ -20,6 +20,6 @@ typedef struct pd_quasi_steady {
 #define pd_quasi_steady_process PD_NAME(pd_quasi_steady_process)
 
 /* Zeroes `quasi`, which must live as long as the process. Flow and solver are borrowed. */
-PD_API pd_process pd_quasi_steady_process(pd_flow *flow, pd_steady *steady, pd_quasi_steady *quasi);
+PD_API pd_physics pd_quasi_steady_process(pd_flow *flow, pd_steady *steady, pd_quasi_steady *quasi);
 
 #endif

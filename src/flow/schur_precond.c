@@ -227,9 +227,9 @@ static void pdi_schur_precond_solve_commutator(pd_ctx *ctx, const pd_flow *flow,
     const pd_ghosts *ghosts = &flow->bonds->ghosts;
     pdi_ghosts_set_pressure(ghosts, 0.0, q);
     pdi_schur_precond_apply_sweep(ctx, flow, pdi_schur_precond_compute_gradient, q, precond->grad);
-    pd_ghosts_vector(ghosts, precond->grad);
+    pd_ghosts_set_vector(ghosts, precond->grad);
     pdi_schur_precond_apply_sweep(ctx, flow, pdi_schur_precond_apply_convection, precond->grad, precond->convective);
-    pd_ghosts_vector(ghosts, precond->convective);
+    pd_ghosts_set_vector(ghosts, precond->convective);
     pdi_schur_precond_apply_sweep(ctx, flow, pdi_schur_precond_apply_divergence, precond->convective, precond->grad);
     pdi_multigrid_cycle(ctx, precond->poisson, precond->grad, dp);
 }

@@ -102,7 +102,7 @@ static void pdi_stability_limit_by_streams(const pdi_stability_state *q, const d
 }
 
 /* Wave vector k [PD_DIM] [rad per node] of the wave with this index. */
-static void pdi_stability_get_wave_vector(const pd_spectrum *sp, int wave, double *k)
+static void pdi_stability_get_wave_vector(const pd_stability *sp, int wave, double *k)
 {
     for (int d = 0; d < PD_DIM; d++) {
         k[d] = PDI_PI * (wave % sp->along) / (sp->along - 1);
@@ -111,7 +111,7 @@ static void pdi_stability_get_wave_vector(const pd_spectrum *sp, int wave, doubl
 }
 
 /* Lowers *dt by a search for the worst wave around k, along one axis after the other. */
-static void pdi_stability_limit_by_refined_waves(const pd_spectrum *sp, const pdi_stability_state *q, double *k,
+static void pdi_stability_limit_by_refined_waves(const pd_stability *sp, const pdi_stability_state *q, double *k,
                                                  double *dt)
 {
     double step = PDI_PI / (sp->along - 1), gradient[PD_DIM], laplacian, diffusion;
@@ -129,7 +129,7 @@ static void pdi_stability_limit_by_refined_waves(const pd_spectrum *sp, const pd
 }
 
 /* Longest stable step [s] without cut families: the worst of all waves (eq. 4.14). */
-static double pdi_stability_limit_by_waves(const pd_spectrum *sp, const pdi_stability_state *q)
+static double pdi_stability_limit_by_waves(const pd_stability *sp, const pdi_stability_state *q)
 {
     double dt, k[PD_DIM];
     int worst = 0;
@@ -149,7 +149,7 @@ static double pdi_stability_limit_by_waves(const pd_spectrum *sp, const pdi_stab
 
 /* Longest stable step [s] with cut families, from operator norms (eq. 4.14b): with the part cos^2 of the energy in the
  * density, dissipation is at most x, sound and stream at most y, so the numerical range lies in these rectangles. */
-static double pdi_stability_limit_by_norms(const pd_spectrum *sp, const pdi_stability_state *q)
+static double pdi_stability_limit_by_norms(const pd_stability *sp, const pdi_stability_state *q)
 {
     double speed = 0.0, dt = HUGE_VAL;
     for (int d = 0; d < PD_DIM; d++) speed += q->max_velocity[d] * q->max_velocity[d];
@@ -165,7 +165,7 @@ static double pdi_stability_limit_by_norms(const pd_spectrum *sp, const pdi_stab
     return dt;
 }
 
-PDI_FN double pdi_stability_compute_limit(const pd_spectrum *sp, const pdi_stability_state *q)
+PDI_FN double pdi_stability_compute_limit(const pd_stability *sp, const pdi_stability_state *q)
 {
     return PDI_STABILITY_SAFETY * (sp->cut ? pdi_stability_limit_by_norms(sp, q) : pdi_stability_limit_by_waves(sp, q));
 }
@@ -189,7 +189,7 @@ static void pdi_stability_apply_acoustic_operator(const pd_ctx *ctx, pdi_stabili
     for (int32_t r = 0; r < bonds->rows; r++)
         for (int d = 0; d < PD_DIM; d++)
             w->grad[d * total + bonds->node[r]] *= pdi_max(1.0 - bonds->wall_curv[r], 0.0);
-    pd_ghosts_vector(&bonds->ghosts, w->grad);
+    pd_ghosts_set_vector(&bonds->ghosts, w->grad);
     pdi_flow_compute_advecting_velocity(ctx, w->flow, w->grad, NULL, w->advecting);
     pd_op_divergence(ctx, bonds, w->advecting, w->after);
     for (int64_t i = 0; i < total; i++)
@@ -300,16 +300,16 @@ static double pdi_stability_compute_ring_bound(const pd_bonds *bonds)
     return most;
 }
 
-/* Lists the arrays of a pd_spectrum. */
+/* Lists the arrays of a pd_stability. */
 static void pdi_stability_list(pdi_array_visitor *owner, void *object)
 {
-    pd_spectrum *spectrum = (pd_spectrum *)object;
+    pd_stability *spectrum = (pd_stability *)object;
     PDI_ARRAY(owner, spectrum, slope, (int64_t)spectrum->waves * PD_DIM, "1/m");
     PDI_ARRAY(owner, spectrum, spread, spectrum->waves, "1/m2");
     PDI_ARRAY(owner, spectrum, stabilisation, spectrum->waves, "1/m2");
 }
 
-PDI_FN pd_status pdi_stability_build(pd_ctx *ctx, const pd_flow *flow, pd_spectrum *sp)
+PDI_FN pd_status pdi_stability_build(pd_ctx *ctx, const pd_flow *flow, pd_stability *sp)
 {
     const pd_stencil *s = flow->bonds->stencil;
     memset(sp, 0, sizeof *sp);
@@ -331,7 +331,7 @@ PDI_FN pd_status pdi_stability_build(pd_ctx *ctx, const pd_flow *flow, pd_spectr
     return pdi_stability_estimate_gradient_norm(ctx, flow, &sp->gradient);
 }
 
-PDI_FN void pdi_stability_free(pd_ctx *ctx, pd_spectrum *sp)
+PDI_FN void pdi_stability_free(pd_ctx *ctx, pd_stability *sp)
 {
     pdi_array_registry_free(ctx, pdi_stability_list, sp);
     memset(sp, 0, sizeof *sp);

@@ -6,7 +6,7 @@
 #define PD_STABILITY_H
 #include "flow/flow.h"
 
-typedef struct pd_spectrum {
+typedef struct pd_stability {
     const pd_stencil *stencil;
     int waves;        /* sampled wave vectors of the first octant */
     int along;        /* wave numbers along an axis */
@@ -17,7 +17,7 @@ typedef struct pd_spectrum {
     double laplacian; /* [1/m2] largest eigenvalue of -Laplacian without walls */
     double wall;      /* [1/m2] by which walls raise it at most */
     double gradient;  /* [1/m] norm of the gradient; 0: not needed, no cut families */
-} pd_spectrum;
+} pd_stability;
 
 #ifdef PDI_INTERNAL
 /* Coefficients of the linearised flow: waves in a stream within a box of velocities. */
@@ -30,10 +30,10 @@ typedef struct pdi_stability_state {
 
 /* Symbols of gradient, Laplacian and density diffusion for all sampled waves, and with cut families the operator norms.
  * Bonds and grid of the flow must not change afterwards. */
-PDI_FN pd_status pdi_stability_build(pd_ctx *ctx, const pd_flow *flow, pd_spectrum *spectrum);
+PDI_FN pd_status pdi_stability_build(pd_ctx *ctx, const pd_flow *flow, pd_stability *spectrum);
 /* Longest stable step [s] of the three-stage Runge-Kutta method for a state (eq. 4.14, 4.14b). */
-PDI_FN double pdi_stability_compute_limit(const pd_spectrum *spectrum, const pdi_stability_state *state);
-PDI_FN void pdi_stability_free(pd_ctx *ctx, pd_spectrum *spectrum);
+PDI_FN double pdi_stability_compute_limit(const pd_stability *spectrum, const pdi_stability_state *state);
+PDI_FN void pdi_stability_free(pd_ctx *ctx, pd_stability *spectrum);
 #endif
 
 #endif

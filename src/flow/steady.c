@@ -165,11 +165,12 @@ static void pdi_steady_apply_preconditioned_jacobian(void *user, const double *x
 }
 
 /* Sets up multigrid mg for a pressure Laplacian with the coefficients media; NULL: 1. */
-static pd_status pdi_steady_build_pressure_multigrid(pd_ctx *ctx, pd_steady *s, const pd_media *media, pd_multigrid *mg)
+static pd_status pdi_steady_build_pressure_multigrid(pd_ctx *ctx, pd_steady *s, const pd_bond_diffusivity *media,
+                                                     pd_multigrid *mg)
 {
     const pdi_compact_operator_bc pressure = {0, 0, 1, NULL}; /* outlets hold it */
     pdi_compact_operator_convection resting;
-    pd_compact *c = &s->compact;
+    pd_compact_operator *c = &s->compact;
     resting.numerical_diffusivity = resting.u = NULL;
     pdi_compact_operator_assemble(ctx, 1.0, media, &resting, 0.0, &pressure, c);
     return pdi_multigrid_setup(ctx, mg, c->active, (const float *const *)c->conduct, NULL, c->wall, c->mass);
@@ -191,12 +192,12 @@ static pd_status pdi_steady_build_multigrids(pd_ctx *ctx, pd_steady *s)
     pdi_compact_operator_convection moving;
     moving.u = s->flow->u;
     moving.numerical_diffusivity = NULL;
-    pd_compact *c = &s->compact;
-    pd_media seep;
+    pd_compact_operator *c = &s->compact;
+    pd_bond_diffusivity seep;
     memset(&seep, 0, sizeof seep);
     seep.at = s->advecting;
     pdi_schur_precond_compute_mobility(ctx, s->flow, s->shift, seep.at);
-    pd_ghosts_scalar(&s->flow->bonds->ghosts, seep.at);
+    pd_ghosts_set_scalar(&s->flow->bonds->ghosts, seep.at);
     PDI_TRY(pdi_steady_build_pressure_multigrid(ctx, s, &seep, &s->mg_seep));
     pdi_compact_operator_assemble(ctx, s->flow->nu, NULL, &moving, s->shift, &velocity, c);
     PDI_TRY(pdi_multigrid_setup(ctx, &s->mg_u, c->active, (const float *const *)c->conduct,
@@ -354,7 +355,7 @@ static void pdi_steady_init_newton_krylov(pd_steady *s, pd_krylov_desc *kd)
     kd->zero_guess = kd->lean = kd->trusting = 1; /* Newton's residual shows what it has come to */
     /* stages ask for four digits, steps for three; on stretched spacings the solver needs all that it can get */
     kd->compressed =
-        s->timed || pdi_compact_operator_is_stretched(s->flow->grid->h) ? PD_KRYLOV_SINGLE : PD_KRYLOV_INTEGER;
+        s->timed || pdi_compact_operator_is_stretched(s->flow->grid->h) ? PD_KRYLOV_SINGLE : PD_KRYLOV_INT16;
 }
 
 /* Options of GMRES for the potential. */
@@ -414,7 +415,7 @@ PDI_FN size_t pdi_steady_count_work_bytes(pd_steady *s)
 /* Decides on the order of a flow that leaves it open (eq. 4.6h). It stays, whatever the flow becomes. */
 static void pdi_steady_set_order(pd_flow *flow)
 {
-    if (flow->order != PD_FLOW_PAYING) return;
+    if (flow->order != PD_FLOW_ORDER_AUTO) return;
     flow->order = pdi_fourth_order_is_efficient(flow->bonds, flow->speed / flow->nu, flow->length) ? 4 : 2;
     if (flow->order == 2) return;
     memset(&flow->isotropic, 0, sizeof flow->isotropic);

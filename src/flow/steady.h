@@ -26,7 +26,7 @@ typedef struct pd_steady {
     pd_flow *flow;
     pd_arena own;                       /* scratch memory, where desc has none */
     int held;                           /* nesting of solves that share the scratch arrays, marked `lent` below */
-    pd_compact compact;                 /* nearest-neighbour coefficients, while multigrids are set up */
+    pd_compact_operator compact;        /* nearest-neighbour coefficients, while multigrids are set up */
     pd_multigrid mg_u, mg_p, mg_seep;   /* for the velocity block, the Laplacian and div(mobility grad); lent */
     int timed;                          /* 1: ready for stages of steps in time */
     int boxed;                          /* 1: fluid alone fills a closed box: corrections are projected (eq. 4.9d) */

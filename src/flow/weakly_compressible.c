@@ -7,7 +7,7 @@
 #define PDI_WEAKLY_COMPRESSIBLE_MAX_HALVINGS 20 /* most halvings of a step that leaves the admissible range */
 
 /* Kinematic pressure p/rho0 [m2/s2] of rho/rho0 by the equation of state (eq. 4.11). */
-static double pdi_weakly_compressible_compute_pressure(const pd_unsteady_desc *d, double density)
+static double pdi_weakly_compressible_compute_pressure(const pd_weakly_compressible_desc *d, double density)
 {
     double c2 = d->sound * d->sound;
     if (d->eos == PD_EOS_LINEAR) return c2 * (density - 1.0);
@@ -15,7 +15,7 @@ static double pdi_weakly_compressible_compute_pressure(const pd_unsteady_desc *d
 }
 
 /* Density rho/rho0 [-] of a kinematic pressure [m2/s2] by the equation of state. */
-static double pdi_weakly_compressible_compute_density(const pd_unsteady_desc *d, double pressure)
+static double pdi_weakly_compressible_compute_density(const pd_weakly_compressible_desc *d, double pressure)
 {
     double c2 = d->sound * d->sound;
     if (d->eos == PD_EOS_LINEAR) return 1.0 + pressure / c2;
@@ -25,7 +25,7 @@ static double pdi_weakly_compressible_compute_density(const pd_unsteady_desc *d,
 PDI_COLD_BEGIN
 PDI_FN void pdi_weakly_compressible_list(pdi_array_visitor *owner, void *object)
 {
-    pd_unsteady *unsteady = (pd_unsteady *)object;
+    pd_weakly_compressible *unsteady = (pd_weakly_compressible *)object;
     int64_t total = unsteady->flow ? unsteady->flow->grid->total : 0;
     PDI_ARRAY_STATE(owner, unsteady, density, total, "1");
     PDI_ARRAY(owner, unsteady, mass, PD_DIM * total, "m/s");
@@ -37,8 +37,8 @@ PDI_FN void pdi_weakly_compressible_list(pdi_array_visitor *owner, void *object)
 
 /* Inner part of the build: checks desc, sets defaults, initial density from the pressure. The caller frees after an
  * error. */
-static pd_status pdi_weakly_compressible_try_build(pd_ctx *ctx, pd_flow *flow, const pd_unsteady_desc *desc,
-                                                   pd_unsteady *un)
+static pd_status pdi_weakly_compressible_try_build(pd_ctx *ctx, pd_flow *flow, const pd_weakly_compressible_desc *desc,
+                                                   pd_weakly_compressible *un)
 {
     const pd_stencil *s = flow->bonds->stencil;
     const pd_grid *grid = flow->grid;
@@ -72,17 +72,18 @@ static pd_status pdi_weakly_compressible_try_build(pd_ctx *ctx, pd_flow *flow, c
     return pdi_stability_build(ctx, flow, &un->spectrum);
 }
 
-pd_status pd_unsteady_build(pd_ctx *ctx, pd_flow *flow, const pd_unsteady_desc *desc, pd_unsteady *un)
+pd_status pd_weakly_compressible_build(pd_ctx *ctx, pd_flow *flow, const pd_weakly_compressible_desc *desc,
+                                       pd_weakly_compressible *un)
 {
     pd_status status = pdi_weakly_compressible_try_build(ctx, flow, desc, un);
-    if (status < 0) pd_unsteady_free(ctx, un);
+    if (status < 0) pd_weakly_compressible_free(ctx, un);
     return status;
 }
 PDI_COLD_END
 
 /* Updates pressure, ghosts, momentum rho v, advecting velocity and pressure gradient from velocity and density. Inlets
  * bring fluid of rest density. */
-static void pdi_weakly_compressible_update_derived_fields(const pd_ctx *ctx, pd_unsteady *un)
+static void pdi_weakly_compressible_update_derived_fields(const pd_ctx *ctx, pd_weakly_compressible *un)
 {
     pd_flow *flow = un->flow;
     const pd_ghosts *ghosts = &flow->bonds->ghosts;
@@ -93,7 +94,7 @@ static void pdi_weakly_compressible_update_derived_fields(const pd_ctx *ctx, pd_
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < total; i++)
         if (kind[i] == PD_FLUID) flow->p[i] = pdi_weakly_compressible_compute_pressure(&un->desc, un->density[i]);
-    pd_ghosts_vector(ghosts, flow->u);
+    pd_ghosts_set_vector(ghosts, flow->u);
     pdi_ghosts_set_pressure(ghosts, flow->p_out, flow->p);
     pdi_ghosts_set_pressure(ghosts, pdi_weakly_compressible_compute_density(&un->desc, flow->p_out), un->density);
     PDI_PARALLEL_FOR(nt)
@@ -106,7 +107,7 @@ static void pdi_weakly_compressible_update_derived_fields(const pd_ctx *ctx, pd_
 
 /* Time derivatives of velocity [m/s2] and density [1/s] (eq. 4.12, 4.13). The bond sums give half of div(rho v v); half
  * of v div(rho v) is taken off to make it rho v.grad v. */
-static void pdi_weakly_compressible_compute_rates(const pd_ctx *ctx, pd_unsteady *un)
+static void pdi_weakly_compressible_compute_rates(const pd_ctx *ctx, pd_weakly_compressible *un)
 {
     pd_flow *flow = un->flow;
     const uint8_t *kind = flow->grid->kind;
@@ -139,7 +140,8 @@ static void pdi_weakly_compressible_compute_rates(const pd_ctx *ctx, pd_unsteady
 
 /* One Runge-Kutta stage (Shu and Osher 1988): state = start_weight start + (1 - start_weight) (state + dt rate). 0: a
  * value left the admissible range. */
-static int pdi_weakly_compressible_step_stage(const pd_ctx *ctx, pd_unsteady *un, double start_weight, double dt)
+static int pdi_weakly_compressible_step_stage(const pd_ctx *ctx, pd_weakly_compressible *un, double start_weight,
+                                              double dt)
 {
     pd_flow *flow = un->flow;
     const uint8_t *kind = flow->grid->kind;
@@ -164,7 +166,7 @@ static int pdi_weakly_compressible_step_stage(const pd_ctx *ctx, pd_unsteady *un
     return good;
 }
 
-pd_status pd_unsteady_step(pd_ctx *ctx, pd_unsteady *un, double dt)
+pd_status pd_weakly_compressible_step(pd_ctx *ctx, pd_weakly_compressible *un, double dt)
 {
     static const double old_share[3] = {0.0, 0.75, 1.0 / 3.0}, instant[3] = {0.0, 1.0, 0.5};
     pd_flow *flow = un->flow;
@@ -194,7 +196,7 @@ static double pdi_weakly_compressible_round_up(double x) { return ceil(128.0 * x
 
 /* Rounded upper bounds of the present state, key [PD_DIM+2]: velocity components over c0, speed of sound and specific
  * volume over those at rest. */
-static void pdi_weakly_compressible_compute_bounds(const pd_unsteady *un, double *key)
+static void pdi_weakly_compressible_compute_bounds(const pd_weakly_compressible *un, double *key)
 {
     const pd_grid *grid = un->flow->grid;
     double high = 1.0, low = 1.0;
@@ -212,7 +214,7 @@ static void pdi_weakly_compressible_compute_bounds(const pd_unsteady *un, double
     key[PD_DIM + 1] = pdi_weakly_compressible_round_up(1.0 / low);
 }
 
-double pd_unsteady_limit(pd_ctx *ctx, pd_unsteady *un)
+double pd_weakly_compressible_limit(pd_ctx *ctx, pd_weakly_compressible *un)
 {
     double key[PD_DIM + 2], c = un->desc.sound;
     int same = un->limit > 0.0;
@@ -237,29 +239,29 @@ PDI_COLD_BEGIN
 static pd_status pdi_weakly_compressible_begin(pd_ctx *ctx, void *self, double t)
 {
     (void)t;
-    pdi_flow_update_derived_fields(ctx, ((pd_unsteady *)self)->flow);
+    pdi_flow_update_derived_fields(ctx, ((pd_weakly_compressible *)self)->flow);
     return PD_OK;
 }
 
 /* Process callback: the step is cfl times the stability limit. */
 static pd_status pdi_weakly_compressible_limit_step(pd_ctx *ctx, void *self, pd_step *s)
 {
-    pd_unsteady *un = (pd_unsteady *)self;
-    s->dt = un->desc.cfl * pd_unsteady_limit(ctx, un);
+    pd_weakly_compressible *un = (pd_weakly_compressible *)self;
+    s->dt = un->desc.cfl * pd_weakly_compressible_limit(ctx, un);
     return PD_OK;
 }
 
 /* Process callback: tries one step. */
 static pd_status pdi_weakly_compressible_attempt(pd_ctx *ctx, void *self, pd_step *s)
 {
-    return pd_unsteady_step(ctx, (pd_unsteady *)self, s->dt);
+    return pd_weakly_compressible_step(ctx, (pd_weakly_compressible *)self, s->dt);
 }
 
 /* Process callback: sets the time. */
 static pd_status pdi_weakly_compressible_accept(pd_ctx *ctx, void *self, pd_step *s)
 {
     (void)ctx;
-    ((pd_unsteady *)self)->time = s->end;
+    ((pd_weakly_compressible *)self)->time = s->end;
     return PD_OK;
 }
 
@@ -276,7 +278,7 @@ static pd_status pdi_weakly_compressible_reject_step(pd_ctx *ctx, void *self, pd
 /* Process callback: fails with a message, since steps have become too short for the time to advance. */
 static pd_status pdi_weakly_compressible_fail_step_underflow(pd_ctx *ctx, void *self, const pd_step *s)
 {
-    const pd_unsteady *un = (const pd_unsteady *)self;
+    const pd_weakly_compressible *un = (const pd_weakly_compressible *)self;
     return pdi_fail(ctx, PD_ERR_STATE, "unsteady",
                     "steps of %g s do not lead on from t = %g s to %g s: the speed of sound (%g m/s) or the viscosity "
                     "(%g m2/s) asks for them on this lattice", s->dt, s->time, s->limit, un->desc.sound, un->flow->nu);
@@ -287,7 +289,7 @@ static pd_status pdi_weakly_compressible_fail_step_underflow(pd_ctx *ctx, void *
 static pd_status pdi_weakly_compressible_update_geometry(pd_ctx *ctx, void *self, const int32_t *converted,
                                                          int32_t count)
 {
-    pd_unsteady *un = (pd_unsteady *)self;
+    pd_weakly_compressible *un = (pd_weakly_compressible *)self;
     PDI_TRY(pd_flow_update(ctx, converted, count, un->flow));
     for (int32_t n = 0; n < count; n++)
         un->density[converted[n]] = pdi_weakly_compressible_compute_density(&un->desc, un->flow->p[converted[n]]);
@@ -299,16 +301,16 @@ static pd_status pdi_weakly_compressible_update_geometry(pd_ctx *ctx, void *self
 /* Process callback: writes or reads the checkpoint. */
 static pd_status pdi_weakly_compressible_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
-    pd_unsteady *un = (pd_unsteady *)self;
+    pd_weakly_compressible *un = (pd_weakly_compressible *)self;
     PDI_TRY(pdi_flow_store(ctx, un->flow, archive));
     PDI_TRY(pdi_array_registry_store(ctx, pdi_weakly_compressible_list, un, archive));
     if (archive->reading) pdi_weakly_compressible_update_derived_fields(ctx, un);
     return PD_OK;
 }
 
-pd_process pd_unsteady_process(pd_unsteady *un)
+pd_physics pd_weakly_compressible_process(pd_weakly_compressible *un)
 {
-    pd_process p;
+    pd_physics p;
     memset(&p, 0, sizeof p);
     p.name = "explicit flow";
     p.self = un;
@@ -327,7 +329,7 @@ pd_process pd_unsteady_process(pd_unsteady *un)
     return p;
 }
 
-void pd_unsteady_free(pd_ctx *ctx, pd_unsteady *un)
+void pd_weakly_compressible_free(pd_ctx *ctx, pd_weakly_compressible *un)
 {
     pdi_array_registry_free(ctx, pdi_weakly_compressible_list, un);
     pdi_stability_free(ctx, &un->spectrum);

@@ -14,48 +14,49 @@ typedef enum pd_eos {
     PD_EOS_LINEAR = 1 /* p = c0^2 (rho - rho0) */
 } pd_eos;
 
-typedef struct pd_unsteady_desc {
+typedef struct pd_weakly_compressible_desc {
     pd_eos eos;
     double sound;     /* [m/s] c0, positive; about ten times the largest speed or more */
     double gamma;     /* [-] of Tait; 0: 7 */
     double diffusion; /* [-] eta of the density diffusion eta c0 delta; 0: 0.1 */
     double cfl;       /* [-] share of the stability limit; 0: 0.8 */
-} pd_unsteady_desc;
+} pd_weakly_compressible_desc;
 
-typedef struct pd_unsteady {
-    pd_unsteady_desc desc; /* defaults filled in */
+typedef struct pd_weakly_compressible {
+    pd_weakly_compressible_desc desc; /* defaults filled in */
     pd_flow *flow;         /* its u and p are the state; its tau becomes that of the density diffusion */
     double *density;       /* [total] [-] rho/rho0 */
     double *mass;          /* [PD_DIM][total] [m/s] rho v/rho0, work */
     double *start;         /* [PD_DIM+1][total] [m/s], [-] state at the start of the step: v, then density */
     double *rate;          /* [PD_DIM+1][total] [m/s2], [1/s] time derivatives of the stage */
-    pd_spectrum spectrum;  /* of the linear flow, for the limit */
+    pd_stability spectrum; /* of the linear flow, for the limit */
     double key[PD_DIM + 2], limit; /* [-] [s] the last stability limit, and the rounded state that it belongs to */
     double time;           /* [s] */
     int64_t steps;
-} pd_unsteady;
+} pd_weakly_compressible;
 
-#define pd_unsteady_build PD_NAME(pd_unsteady_build)
-#define pd_unsteady_limit PD_NAME(pd_unsteady_limit)
-#define pd_unsteady_step PD_NAME(pd_unsteady_step)
-#define pd_unsteady_process PD_NAME(pd_unsteady_process)
-#define pd_unsteady_free PD_NAME(pd_unsteady_free)
+#define pd_weakly_compressible_build PD_NAME(pd_weakly_compressible_build)
+#define pd_weakly_compressible_limit PD_NAME(pd_weakly_compressible_limit)
+#define pd_weakly_compressible_step PD_NAME(pd_weakly_compressible_step)
+#define pd_weakly_compressible_process PD_NAME(pd_weakly_compressible_process)
+#define pd_weakly_compressible_free PD_NAME(pd_weakly_compressible_free)
 
 /* Starts from the velocity and pressure in flow (borrowed). PD_ERR_ARGUMENT: sound not positive, gamma below 1,
  * negative diffusion or cfl. */
-PD_API pd_status pd_unsteady_build(pd_ctx *ctx, pd_flow *flow, const pd_unsteady_desc *desc, pd_unsteady *unsteady);
+PD_API pd_status pd_weakly_compressible_build(pd_ctx *ctx, pd_flow *flow, const pd_weakly_compressible_desc *desc,
+                                              pd_weakly_compressible *unsteady);
 /* Stability limit [s] of the present state (cfl not applied): sound, stream, viscosity and density diffusion of one
  * wave, the worst; beside walls of the norms of all of them (eq. 4.14). */
-PD_API double pd_unsteady_limit(pd_ctx *ctx, pd_unsteady *unsteady);
+PD_API double pd_weakly_compressible_limit(pd_ctx *ctx, pd_weakly_compressible *unsteady);
 /* One step of dt [s]. PD_RETRY, state unchanged: a density became non-positive or a value not finite. */
-PD_API pd_status pd_unsteady_step(pd_ctx *ctx, pd_unsteady *unsteady, double dt);
+PD_API pd_status pd_weakly_compressible_step(pd_ctx *ctx, pd_weakly_compressible *unsteady, double dt);
 /* The flow as a process; it prepares the flow. Steps of cfl times the limit; rejected steps are halved. PD_ERR_STATE:
  * 20 halvings did not help. */
-PD_API pd_process pd_unsteady_process(pd_unsteady *unsteady);
-PD_API void pd_unsteady_free(pd_ctx *ctx, pd_unsteady *unsteady);
+PD_API pd_physics pd_weakly_compressible_process(pd_weakly_compressible *unsteady);
+PD_API void pd_weakly_compressible_free(pd_ctx *ctx, pd_weakly_compressible *unsteady);
 
 #ifdef PDI_INTERNAL
-/* Lists the arrays of a pd_unsteady. */
+/* Lists the arrays of a pd_weakly_compressible. */
 PDI_FN void pdi_weakly_compressible_list(pdi_array_visitor *owner, void *object);
 #endif
 

@@ -21,7 +21,7 @@ enum { PDI_ARCHIVE_FILE_OFFSET_COUNT = 32, PDI_ARCHIVE_FILE_OFFSET_SIZE = 40 };
 
 /* Header of an item. */
 typedef struct pdi_archive_file_item {
-    char name[PD_STORE_NAME];
+    char name[PD_ARCHIVE_FILE_NAME_SIZE];
     uint64_t count;        /* number of elements */
     uint32_t element_size; /* [byte] of an element */
 } pdi_archive_file_item;
@@ -57,14 +57,14 @@ static void pdi_archive_file_init_header(uint8_t head[PDI_ARCHIVE_FILE_HEADER_SI
     memset(head, 0, PDI_ARCHIVE_FILE_HEADER_SIZE);
     for (int k = 0; k < 8; k++) head[k] = (uint8_t)PDI_ARCHIVE_FILE_MAGIC[k];
     pdi_archive_file_put_u32(head + PDI_ARCHIVE_FILE_OFFSET_ORDER, PDI_ARCHIVE_FILE_BYTE_ORDER_MARK);
-    pdi_archive_file_put_u32(head + PDI_ARCHIVE_FILE_OFFSET_FORMAT, PD_STORE_FORMAT);
+    pdi_archive_file_put_u32(head + PDI_ARCHIVE_FILE_OFFSET_FORMAT, PD_ARCHIVE_FILE_FORMAT);
     pdi_archive_file_put_u32(head + PDI_ARCHIVE_FILE_OFFSET_DIM, PD_DIM);
     memcpy(head + PDI_ARCHIVE_FILE_OFFSET_VERSION, PD_VERSION, sizeof PD_VERSION);
     pdi_archive_file_set_checksum(head, PDI_ARCHIVE_FILE_HEADER_SIZE);
 }
 
 /* Report that format or dimension of the file differ from the expected one, as PD_ERR_ARGUMENT. */
-static pd_status pdi_archive_file_fail_mismatch(pd_ctx *ctx, const pd_store *s, const char *what, unsigned found,
+static pd_status pdi_archive_file_fail_mismatch(pd_ctx *ctx, const pd_archive_file *s, const char *what, unsigned found,
                                                 unsigned expected)
 {
     return pdi_fail(ctx, PD_ERR_ARGUMENT, "store", "'%s' is of %s %u, expected %u", s->file.path, what, found,
@@ -72,19 +72,20 @@ static pd_status pdi_archive_file_fail_mismatch(pd_ctx *ctx, const pd_store *s, 
 }
 
 /* Report a damaged file as PD_ERR_FILE: "'<path>' <what>". */
-static pd_status pdi_archive_file_fail_damaged(pd_ctx *ctx, const pd_store *s, const char *what)
+static pd_status pdi_archive_file_fail_damaged(pd_ctx *ctx, const pd_archive_file *s, const char *what)
 {
     return pdi_fail(ctx, PD_ERR_FILE, "store", "'%s' %s", s->file.path, what);
 }
 
 /* Report a damaged item `name` as PD_ERR_FILE. */
-static pd_status pdi_archive_file_fail_damaged_item(pd_ctx *ctx, const pd_store *s, const char *what, const char *name)
+static pd_status pdi_archive_file_fail_damaged_item(pd_ctx *ctx, const pd_archive_file *s, const char *what,
+                                                    const char *name)
 {
     return pdi_fail(ctx, PD_ERR_FILE, "store", "'%s' is %s in the item '%s'", s->file.path, what, name);
 }
 
 /* Read the file header and check format, dimension, byte order and version. */
-static pd_status pdi_archive_file_read_header(pd_ctx *ctx, pd_store *s)
+static pd_status pdi_archive_file_read_header(pd_ctx *ctx, pd_archive_file *s)
 {
     uint8_t head[PDI_ARCHIVE_FILE_HEADER_SIZE], wanted[PDI_ARCHIVE_FILE_HEADER_SIZE];
     size_t got;
@@ -99,7 +100,8 @@ static pd_status pdi_archive_file_read_header(pd_ctx *ctx, pd_store *s)
         return pdi_archive_file_fail_damaged(ctx, s, "is damaged in its head");
     uint32_t format = pdi_archive_file_get_u32(head + PDI_ARCHIVE_FILE_OFFSET_FORMAT),
              dim = pdi_archive_file_get_u32(head + PDI_ARCHIVE_FILE_OFFSET_DIM);
-    if (format != PD_STORE_FORMAT) return pdi_archive_file_fail_mismatch(ctx, s, "format", format, PD_STORE_FORMAT);
+    if (format != PD_ARCHIVE_FILE_FORMAT)
+        return pdi_archive_file_fail_mismatch(ctx, s, "format", format, PD_ARCHIVE_FILE_FORMAT);
     if (dim != PD_DIM) return pdi_archive_file_fail_mismatch(ctx, s, "dimension", dim, PD_DIM);
     pdi_archive_file_init_header(wanted);
     if (memcmp(head, wanted, sizeof head) != 0)
@@ -110,7 +112,7 @@ static pd_status pdi_archive_file_read_header(pd_ctx *ctx, pd_store *s)
 }
 
 /* Read and check an item header. after: name of the item before it, for the message. */
-static pd_status pdi_archive_file_read_item_header(pd_ctx *ctx, pd_store *s, const char *after,
+static pd_status pdi_archive_file_read_item_header(pd_ctx *ctx, pd_archive_file *s, const char *after,
                                                    pdi_archive_file_item *item)
 {
     uint8_t head[PDI_ARCHIVE_FILE_ITEM_HEADER_SIZE];
@@ -120,7 +122,7 @@ static pd_status pdi_archive_file_read_item_header(pd_ctx *ctx, pd_store *s, con
     if (!pdi_archive_file_is_checksum_valid(head, sizeof head))
         return pdi_archive_file_fail_damaged_item(ctx, s, "damaged behind what is", after);
     memcpy(item->name, head, sizeof item->name);
-    item->name[PD_STORE_NAME - 1] = '\0';
+    item->name[PD_ARCHIVE_FILE_NAME_SIZE - 1] = '\0';
     memcpy(&item->count, head + PDI_ARCHIVE_FILE_OFFSET_COUNT, sizeof item->count);
     item->element_size = pdi_archive_file_get_u32(head + PDI_ARCHIVE_FILE_OFFSET_SIZE);
     return PD_OK;
@@ -129,7 +131,7 @@ static pd_status pdi_archive_file_read_item_header(pd_ctx *ctx, pd_store *s, con
 /* ---- check of a whole file ---- */
 
 /* Read the elements of an item without keeping them, and verify their CRC-32. */
-static pd_status pdi_archive_file_check_elements(pd_ctx *ctx, pd_store *s, const pdi_archive_file_item *item)
+static pd_status pdi_archive_file_check_elements(pd_ctx *ctx, pd_archive_file *s, const pdi_archive_file_item *item)
 {
     uint8_t bytes[4096];
     uint32_t crc = 0;
@@ -147,7 +149,7 @@ static pd_status pdi_archive_file_check_elements(pd_ctx *ctx, pd_store *s, const
 }
 
 /* Read a whole file and verify all checksums and the number of items. */
-static pd_status pdi_archive_file_check_file(pd_ctx *ctx, pd_store *s)
+static pd_status pdi_archive_file_check_file(pd_ctx *ctx, pd_archive_file *s)
 {
     pdi_archive_file_item item;
     char more;
@@ -155,7 +157,7 @@ static pd_status pdi_archive_file_check_file(pd_ctx *ctx, pd_store *s)
     memset(&item, 0, sizeof item);
     PDI_TRY(pdi_archive_file_read_header(ctx, s));
     for (uint64_t items = 0;; items++) {
-        char after[PD_STORE_NAME];
+        char after[PD_ARCHIVE_FILE_NAME_SIZE];
         memcpy(after, items ? item.name : "head", items ? sizeof after : 5);
         PDI_TRY(pdi_archive_file_read_item_header(ctx, s, after, &item));
         if (strcmp(item.name, PDI_ARCHIVE_FILE_END_NAME) == 0) {
@@ -171,7 +173,7 @@ static pd_status pdi_archive_file_check_file(pd_ctx *ctx, pd_store *s)
 /* ---- in memory ---- */
 
 /* Append bytes to the file or to its copy in memory. */
-static pd_status pdi_archive_file_write_bytes(pd_ctx *ctx, pd_store *s, const void *data, size_t size)
+static pd_status pdi_archive_file_write_bytes(pd_ctx *ctx, pd_archive_file *s, const void *data, size_t size)
 {
     if (!s->kept) return pdi_file_write(ctx, &s->file, data, size);
     if (size > s->capacity - s->length) {
@@ -188,13 +190,13 @@ static pd_status pdi_archive_file_write_bytes(pd_ctx *ctx, pd_store *s, const vo
 
 /* Write an item: header, `count` elements of `size` bytes, and their CRC-32 (in memory: 0, computed when it goes to
  * disk). */
-static pd_status pdi_archive_file_write_item(pd_ctx *ctx, pd_store *s, const char *name, const void *data, size_t size,
-                                             int64_t count)
+static pd_status pdi_archive_file_write_item(pd_ctx *ctx, pd_archive_file *s, const char *name, const void *data,
+                                             size_t size, int64_t count)
 {
     uint8_t head[PDI_ARCHIVE_FILE_ITEM_HEADER_SIZE], tail[4];
     uint64_t number = (uint64_t)count;
     size_t bytes = (size_t)count * size;
-    PD_ASSERT(strlen(name) < PD_STORE_NAME);
+    PD_ASSERT(strlen(name) < PD_ARCHIVE_FILE_NAME_SIZE);
     memset(head, 0, sizeof head);
     memcpy(head, name, strlen(name) + 1);
     memcpy(head + PDI_ARCHIVE_FILE_OFFSET_COUNT, &number, sizeof number);
@@ -207,7 +209,7 @@ static pd_status pdi_archive_file_write_item(pd_ctx *ctx, pd_store *s, const cha
 }
 
 /* Read the next item into data. PD_ERR_ARGUMENT: another name, count or element size than expected. */
-static pd_status pdi_archive_file_read_item(pd_ctx *ctx, pd_store *s, const char *name, void *data, size_t size,
+static pd_status pdi_archive_file_read_item(pd_ctx *ctx, pd_archive_file *s, const char *name, void *data, size_t size,
                                             int64_t count)
 {
     pdi_archive_file_item item;
@@ -232,7 +234,7 @@ static pd_status pdi_archive_file_read_item(pd_ctx *ctx, pd_store *s, const char
 static pd_status pdi_archive_file_item_callback(pd_ctx *ctx, void *user, const char *name, void *data, size_t size,
                                                 int64_t count)
 {
-    pd_store *s = (pd_store *)user;
+    pd_archive_file *s = (pd_archive_file *)user;
     s->items++;
     return s->archive.reading ? pdi_archive_file_read_item(ctx, s, name, data, size, count)
                               : pdi_archive_file_write_item(ctx, s, name, data, size, count);
@@ -241,7 +243,7 @@ static pd_status pdi_archive_file_item_callback(pd_ctx *ctx, void *user, const c
 /* Callback of the archive: write a number, or check that the file holds the same one. PD_ERR_ARGUMENT: it differs. */
 static pd_status pdi_archive_file_check_callback(pd_ctx *ctx, void *user, const char *name, double value)
 {
-    pd_store *s = (pd_store *)user;
+    pd_archive_file *s = (pd_archive_file *)user;
     char was[PDI_FILE_NUMBER_SIZE], is[PDI_FILE_NUMBER_SIZE];
     double kept = value;
     PDI_TRY(pdi_archive_file_item_callback(ctx, s, name, &kept, sizeof kept, 1));
@@ -256,7 +258,7 @@ static pd_status pdi_archive_file_check_callback(pd_ctx *ctx, void *user, const 
 }
 
 /* Set the callbacks of the archive. reading 1: they read. */
-static void pdi_archive_file_set_callbacks(pd_store *s, int reading)
+static void pdi_archive_file_set_callbacks(pd_archive_file *s, int reading)
 {
     s->archive.item = pdi_archive_file_item_callback;
     s->archive.check = pdi_archive_file_check_callback;
@@ -267,7 +269,7 @@ static void pdi_archive_file_set_callbacks(pd_store *s, int reading)
 
 /* ---- begin and end ---- */
 
-PDI_FN pd_status pdi_archive_file_begin_in_memory(pd_ctx *ctx, pd_store *s)
+PDI_FN pd_status pdi_archive_file_begin_in_memory(pd_ctx *ctx, pd_archive_file *s)
 {
     uint8_t head[PDI_ARCHIVE_FILE_HEADER_SIZE];
     pdi_archive_file_set_callbacks(s, 0);
@@ -279,7 +281,7 @@ PDI_FN pd_status pdi_archive_file_begin_in_memory(pd_ctx *ctx, pd_store *s)
 }
 
 /* Compute the checksums of all items held in memory. */
-static void pdi_archive_file_compute_checksums(pd_store *s)
+static void pdi_archive_file_compute_checksums(pd_archive_file *s)
 {
     uint64_t count;
     for (uint8_t *item = s->image + PDI_ARCHIVE_FILE_HEADER_SIZE;
@@ -292,7 +294,7 @@ static void pdi_archive_file_compute_checksums(pd_store *s)
     }
 }
 
-PDI_FN pd_status pdi_archive_file_write_memory(pd_ctx *ctx, pd_store *s, const char *path)
+PDI_FN pd_status pdi_archive_file_write_memory(pd_ctx *ctx, pd_archive_file *s, const char *path)
 {
     pdi_archive_file_compute_checksums(s);
     PDI_TRY(pdi_file_create(ctx, path, &s->file));
@@ -302,7 +304,7 @@ PDI_FN pd_status pdi_archive_file_write_memory(pd_ctx *ctx, pd_store *s, const c
     return status;
 }
 
-PDI_FN void pdi_archive_file_free_memory(pd_ctx *ctx, pd_store *s)
+PDI_FN void pdi_archive_file_free_memory(pd_ctx *ctx, pd_archive_file *s)
 {
     PDI_DELETE(ctx, s->capacity, s->image);
     memset(s, 0, sizeof *s);
@@ -310,7 +312,7 @@ PDI_FN void pdi_archive_file_free_memory(pd_ctx *ctx, pd_store *s)
 
 /* ---- create, open, close ---- */
 
-pd_status pd_store_create(pd_ctx *ctx, const char *path, pd_store *s)
+pd_status pd_archive_file_create(pd_ctx *ctx, const char *path, pd_archive_file *s)
 {
     uint8_t head[PDI_ARCHIVE_FILE_HEADER_SIZE];
     memset(s, 0, sizeof *s);
@@ -322,7 +324,7 @@ pd_status pd_store_create(pd_ctx *ctx, const char *path, pd_store *s)
     return status;
 }
 
-pd_status pd_store_open(pd_ctx *ctx, const char *path, pd_store *s)
+pd_status pd_archive_file_open(pd_ctx *ctx, const char *path, pd_archive_file *s)
 {
     memset(s, 0, sizeof *s);
     pdi_archive_file_set_callbacks(s, 1);
@@ -335,10 +337,10 @@ pd_status pd_store_open(pd_ctx *ctx, const char *path, pd_store *s)
     return status;
 }
 
-PDI_FN void pdi_archive_file_abandon(pd_store *s) { pdi_file_abandon(&s->file); }
+PDI_FN void pdi_archive_file_abandon(pd_archive_file *s) { pdi_file_abandon(&s->file); }
 
 /* Reading: check that the end was reached. Writing: write the end item and commit the file. */
-static pd_status pdi_archive_file_end(pd_ctx *ctx, pd_store *s)
+static pd_status pdi_archive_file_end(pd_ctx *ctx, pd_archive_file *s)
 {
     pdi_archive_file_item item;
     uint8_t head[PDI_ARCHIVE_FILE_ITEM_HEADER_SIZE];
@@ -357,7 +359,7 @@ static pd_status pdi_archive_file_end(pd_ctx *ctx, pd_store *s)
     return s->kept ? PD_OK : pdi_file_commit(ctx, &s->file);
 }
 
-pd_status pd_store_close(pd_ctx *ctx, pd_store *s)
+pd_status pd_archive_file_close(pd_ctx *ctx, pd_archive_file *s)
 {
     pd_status status = pdi_archive_file_end(ctx, s);
     pdi_archive_file_abandon(s);

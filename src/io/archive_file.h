@@ -1,8 +1,8 @@
 /* archive_file: checkpoint file: an archive of named arrays with lengths and checksums, in a file or in memory.
  *
- *   pd_store_create(&ctx, "state", &store)  or  pd_store_open(&ctx, "state", &store)
- *   pd_couple_store(&ctx, &couple, &store.archive)
- *   pd_store_close(&ctx, &store)
+ *   pd_archive_file_create(&ctx, "state", &store)  or  pd_archive_file_open(&ctx, "state", &store)
+ *   pd_time_loop_store(&ctx, &couple, &store.archive)
+ *   pd_archive_file_close(&ctx, &store)
  *
  * File header, in the byte order of the machine: "PDSTORE\n", 4 bytes that show this order, format, dimension, 4 bytes
  * 0, version of pdcorr [32], 4 bytes 0, CRC-32 of these. Item: name [32], count [8], bytes of an element [4], CRC-32
@@ -13,43 +13,43 @@
 #include "core/archive.h"
 #include "io/file.h"
 
-#define PD_STORE_FORMAT 2u /* version of the file format */
-#define PD_STORE_NAME 32 /* [byte] of a name with its end */
+#define PD_ARCHIVE_FILE_FORMAT 2u    /* version of the file format */
+#define PD_ARCHIVE_FILE_NAME_SIZE 32 /* [byte] of a name with its end */
 
 /* A checkpoint file that is written or read. Zero-initialise; do not move it while it is open. */
-typedef struct pd_store {
+typedef struct pd_archive_file {
     pd_archive archive; /* the interface that objects write to and read from */
     pd_file file;
     uint64_t items; /* number of items so far */
     int kept;       /* 1: the file is written to memory, not to disk */
     uint8_t *image; /* [capacity] bytes of the file in memory */
     size_t length, capacity; /* [byte] */
-} pd_store;
+} pd_archive_file;
 
-#define pd_store_create PD_NAME(pd_store_create)
-#define pd_store_open PD_NAME(pd_store_open)
-#define pd_store_close PD_NAME(pd_store_close)
+#define pd_archive_file_create PD_NAME(pd_archive_file_create)
+#define pd_archive_file_open PD_NAME(pd_archive_file_open)
+#define pd_archive_file_close PD_NAME(pd_archive_file_close)
 
 /* Begin to write a checkpoint to a temporary file; a file of this name stays until it is closed. PD_ERR_FILE. */
-PD_API pd_status pd_store_create(pd_ctx *ctx, const char *path, pd_store *store);
+PD_API pd_status pd_archive_file_create(pd_ctx *ctx, const char *path, pd_archive_file *store);
 /* Open a checkpoint to read. All checksums are verified first. PD_ERR_FILE: it cannot be read, is cut off or damaged.
  * PD_ERR_ARGUMENT: another format, version, dimension or byte order. Reading an item later fails with PD_ERR_ARGUMENT
  * when the next item of the file has another name or length. */
-PD_API pd_status pd_store_open(pd_ctx *ctx, const char *path, pd_store *store);
+PD_API pd_status pd_archive_file_open(pd_ctx *ctx, const char *path, pd_archive_file *store);
 /* After writing: end the file and give it its final name. After reading: check that everything was read. It is closed
  * on failure, too. */
-PD_API pd_status pd_store_close(pd_ctx *ctx, pd_store *store);
+PD_API pd_status pd_archive_file_close(pd_ctx *ctx, pd_archive_file *store);
 
 #ifdef PDI_INTERNAL
 /* Close, and delete the temporary file. A closed or zeroed store is allowed. */
-PDI_FN void pdi_archive_file_abandon(pd_store *store);
+PDI_FN void pdi_archive_file_abandon(pd_archive_file *store);
 
 /* Begin to write a checkpoint in memory, over the one held there; closing ends it and keeps it. */
-PDI_FN pd_status pdi_archive_file_begin_in_memory(pd_ctx *ctx, pd_store *store);
+PDI_FN pd_status pdi_archive_file_begin_in_memory(pd_ctx *ctx, pd_archive_file *store);
 /* Write the checkpoint held in memory to the file `path`. PD_ERR_FILE. */
-PDI_FN pd_status pdi_archive_file_write_memory(pd_ctx *ctx, pd_store *store, const char *path);
+PDI_FN pd_status pdi_archive_file_write_memory(pd_ctx *ctx, pd_archive_file *store, const char *path);
 /* Free the checkpoint held in memory. */
-PDI_FN void pdi_archive_file_free_memory(pd_ctx *ctx, pd_store *store);
+PDI_FN void pdi_archive_file_free_memory(pd_ctx *ctx, pd_archive_file *store);
 #endif
 
 #endif

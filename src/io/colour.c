@@ -99,20 +99,20 @@ static pdi_colour_oklab pdi_colour_interpolate_viridis(double t)
 }
 
 /* OKLab colour of a map at its parameter t = 0..1, before equalising the arc length. */
-static pdi_colour_oklab pdi_colour_evaluate_map(pd_map map, double t)
+static pdi_colour_oklab pdi_colour_evaluate_map(pd_colour_map map, double t)
 {
     static const double chroma[5] = {0.120, 0.100, 0.088, 0.150, 0.180}, hue[5] = {316, 268, 194, 152, 106};
-    if (map == PD_MAP_SEQUENTIAL)
+    if (map == PD_COLOUR_MAP_SEQUENTIAL)
         return pdi_colour_lch_to_oklab(0.27 + 0.65 * t, pdi_colour_interpolate_spline(chroma, t),
                                        pdi_colour_interpolate_spline(hue, t));
-    if (map == PD_MAP_VIRIDIS) return pdi_colour_interpolate_viridis(t);
-    if (map == PD_MAP_GREY) return pdi_colour_lch_to_oklab(0.2 + 0.78 * t, 0, 0);
+    if (map == PD_COLOUR_MAP_VIRIDIS) return pdi_colour_interpolate_viridis(t);
+    if (map == PD_COLOUR_MAP_GREY) return pdi_colour_lch_to_oklab(0.2 + 0.78 * t, 0, 0);
     double s = 2 * t - 1, distance = fabs(s);
     return pdi_colour_lch_to_oklab(0.965 - 0.525 * distance, 0.165 * sqrt(distance) * (0.6 + 0.4 * distance),
                                    s < 0 ? 255 : 28);
 }
 
-PDI_FN void pdi_colour_fill_table(pd_map map, uint32_t *table)
+PDI_FN void pdi_colour_fill_table(pd_colour_map map, uint32_t *table)
 {
     double length[PDI_COLOUR_ARC_SAMPLES + 1];
     pdi_colour_oklab before = pdi_colour_evaluate_map(map, 0);

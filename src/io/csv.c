@@ -7,9 +7,9 @@
 /* Check the number of columns and their names. */
 static pd_status pdi_csv_check_names(pd_ctx *ctx, const char *path, const char *const *names, int columns)
 {
-    if (columns < 1 || columns > PD_CSV_COLUMNS)
+    if (columns < 1 || columns > PD_CSV_MAX_COLUMNS)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "csv", "%s: %d columns, expected 1 to %d", path, columns,
-                        PD_CSV_COLUMNS);
+                        PD_CSV_MAX_COLUMNS);
     for (int k = 0; k < columns; k++) {
         if (!names[k] || !names[k][0])
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "csv", "%s: column %d has no name", path, k);
@@ -47,7 +47,7 @@ static pd_status pdi_csv_write_header(pd_ctx *ctx, pd_file *file, const char *co
 /* Write one row of numbers. */
 static pd_status pdi_csv_write_values(pd_ctx *ctx, pd_file *file, const double *values, int columns)
 {
-    char row[PD_CSV_COLUMNS * PDI_FILE_NUMBER_SIZE];
+    char row[PD_CSV_MAX_COLUMNS * PDI_FILE_NUMBER_SIZE];
     size_t used = 0;
     for (int k = 0; k < columns; k++) {
         if (k) row[used++] = ',';
@@ -178,7 +178,7 @@ static pd_status pdi_csv_read_line(pd_ctx *ctx, pdi_csv_reader *r, int *fields)
     for (*fields = 0;;) {
         size_t stop = 0;
         while (text[r->position] == ' ' || text[r->position] == '\t') r->position++;
-        if (++*fields > PD_CSV_COLUMNS) return pdi_csv_fail_at_line(ctx, r, "more than 256 fields");
+        if (++*fields > PD_CSV_MAX_COLUMNS) return pdi_csv_fail_at_line(ctx, r, "more than 256 fields");
         if (text[r->position] == '"') PDI_TRY(pdi_csv_read_quoted_field(ctx, r, &stop));
         else PDI_TRY(pdi_csv_read_plain_field(ctx, r, &stop));
         char end = text[r->position];
@@ -248,7 +248,7 @@ PDI_FN pd_status pdi_table_read(pd_ctx *ctx, const char *path, pd_table *table)
 {
     size_t size = 0;
     memset(table, 0, sizeof *table);
-    PDI_TRY(pdi_file_read_all(ctx, path, PD_CSV_FILE_LIMIT, &table->text, &size));
+    PDI_TRY(pdi_file_read_all(ctx, path, PD_CSV_MAX_FILE_SIZE, &table->text, &size));
     table->text_size = size + 1;
     strcpy(table->path, path);
     pd_status status = pdi_csv_parse(ctx, table);

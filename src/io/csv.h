@@ -9,8 +9,8 @@
 #include "core/archive.h"
 #include "io/file.h"
 
-#define PD_CSV_COLUMNS 256       /* maximum number of columns */
-#define PD_CSV_FILE_LIMIT 536870912 /* [byte] largest table that is read */
+#define PD_CSV_MAX_COLUMNS 256         /* maximum number of columns */
+#define PD_CSV_MAX_FILE_SIZE 536870912 /* [byte] largest table that is read */
 
 /* A CSV file that rows are appended to. Zero-initialise. */
 typedef struct pd_csv {

@@ -20,7 +20,7 @@ typedef struct pdi_deformed_plot_raster {
  * moves by the mean over the cells that meet there and are connected with this one, directly or through others. */
 static void pdi_deformed_plot_displace_corner(const pdi_deformed_plot *w, int i, int j, int s, int t, double *position)
 {
-    const pd_picture *p = w->undeformed;
+    const pd_field_plot *p = w->undeformed;
     int cell[4], in[4] = {1, 0, 0, 0}, count = 0;
     size_t cells = (size_t)p->nx * (size_t)p->ny;
     double sum[2] = {0.0, 0.0};
@@ -52,7 +52,7 @@ static void pdi_deformed_plot_displace_cell(const pdi_deformed_plot *w, int cell
 
 PDI_FN pd_status pdi_deformed_plot_extend_range(pd_ctx *ctx, const pdi_deformed_plot *w, double *lo, double *hi)
 {
-    const pd_picture *p = w->undeformed;
+    const pd_field_plot *p = w->undeformed;
     double at[4][2];
     for (int d = 0; d < 2; d++) {
         lo[d] = pdi_min(lo[d], p->lo[d]);
@@ -78,19 +78,19 @@ PDI_FN pd_status pdi_deformed_plot_extend_range(pd_ctx *ctx, const pdi_deformed_
 static void pdi_deformed_plot_init_raster(const pdi_deformed_plot *w, const double *lo, const double *hi,
                                           pdi_deformed_plot_raster *raster)
 {
-    double wide[2], width = w->undeformed->width ? w->undeformed->width : PD_PICTURE_WIDTH; /* [pixel] */
+    double wide[2], width = w->undeformed->width ? w->undeformed->width : PD_FIELD_PLOT_WIDTH; /* [pixel] */
     for (int d = 0; d < 2; d++) {
         raster->lo[d] = lo[d];
         wide[d] = hi[d] - lo[d];
     }
-    raster->size = pdi_max(wide[0] / width, wide[1] / (PD_PICTURE_SQUAT * width));
+    raster->size = pdi_max(wide[0] / width, wide[1] / (PD_FIELD_PLOT_MAX_ASPECT * width));
     for (int d = 0; d < 2; d++) raster->n[d] = (int)pdi_max(1.0, ceil(wide[d] / raster->size - 1e-6));
 }
 
 /* Draw the cells without displacement; background where cells have moved away and outside of the picture. */
 static void pdi_deformed_plot_draw_undisplaced(const pdi_deformed_plot *w, pdi_deformed_plot_raster *raster)
 {
-    const pd_picture *p = w->undeformed;
+    const pd_field_plot *p = w->undeformed;
     for (int y = 0; y < raster->n[1]; y++)
         for (int x = 0; x < raster->n[0]; x++) {
             size_t to = (size_t)y * (size_t)raster->n[0] + (size_t)x;
@@ -152,7 +152,7 @@ static void pdi_deformed_plot_draw_cell(const pdi_deformed_plot *w, int cell, pd
 static pd_status pdi_deformed_plot_draw_raster(pd_ctx *ctx, const pdi_deformed_plot *w,
                                                pdi_deformed_plot_raster *raster, const char *path, pd_image *image)
 {
-    pd_picture picture = *w->undeformed;
+    pd_field_plot picture = *w->undeformed;
     int64_t pixels = (int64_t)raster->n[0] * raster->n[1];
     PDI_TRY(PDI_NEW(ctx, "warp", pixels, raster->value));
     PDI_TRY(PDI_NEW(ctx, "warp", pixels, raster->paint));
@@ -169,7 +169,7 @@ static pd_status pdi_deformed_plot_draw_raster(pd_ctx *ctx, const pdi_deformed_p
         picture.lo[d] = raster->lo[d];
         picture.hi[d] = raster->lo[d] + raster->n[d] * raster->size;
     }
-    return image ? pdi_field_plot_draw_image(ctx, &picture, image) : pd_picture_write(ctx, path, &picture);
+    return image ? pdi_field_plot_draw_image(ctx, &picture, image) : pd_field_plot_write(ctx, path, &picture);
 }
 
 /* Determine the extent and draw into the image, or into the file `path` where image is NULL. */

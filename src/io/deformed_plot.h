@@ -10,7 +10,7 @@
 #ifdef PDI_INTERNAL
 /* A picture and the displacements of its cells. */
 typedef struct pdi_deformed_plot {
-    const pd_picture *undeformed; /* the undeformed picture; its magnification is not used */
+    const pd_field_plot *undeformed; /* the undeformed picture; its magnification is not used */
     const double *displacement;   /* [2][nx * ny] [m] displacements, already multiplied by their scale; NaN: none */
     int (*is_connected)(const void *user, int cell, int other); /* 1: the two neighbouring cells are connected */
     const void *user;

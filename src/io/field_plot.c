@@ -51,7 +51,7 @@ typedef struct pdi_field_plot_layout {
 } pdi_field_plot_layout;
 
 /* Check all members of a picture; PD_ERR_ARGUMENT names the wrong one. */
-static pd_status pdi_field_plot_check(pd_ctx *ctx, const pd_picture *p)
+static pd_status pdi_field_plot_check(pd_ctx *ctx, const pd_field_plot *p)
 {
     if (p->nx < 1 || p->ny < 1 || p->nx > INT32_MAX / p->ny || !p->values)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture", "%d x %d cells cannot be drawn", p->nx, p->ny);
@@ -59,9 +59,9 @@ static pd_status pdi_field_plot_check(pd_ctx *ctx, const pd_picture *p)
         if (!(p->hi[d] - p->lo[d] > 0) || isinf(p->hi[d] - p->lo[d]))
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture", "the extent %g .. %g m of axis %d is empty", p->lo[d],
                             p->hi[d], d);
-    if (p->width != 0 && (p->width < PD_PICTURE_LEAST || p->width > PD_PICTURE_MOST))
+    if (p->width != 0 && (p->width < PD_FIELD_PLOT_MIN_WIDTH || p->width > PD_FIELD_PLOT_MAX_WIDTH))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture", "a width of %d pixels, expected %d to %d", p->width,
-                        PD_PICTURE_LEAST, PD_PICTURE_MOST);
+                        PD_FIELD_PLOT_MIN_WIDTH, PD_FIELD_PLOT_MAX_WIDTH);
     if (p->magnification < 0 || p->magnification > 256)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture", "magnification %d, expected 0 (automatic) to 256",
                         p->magnification);
@@ -71,16 +71,20 @@ static pd_status pdi_field_plot_check(pd_ctx *ctx, const pd_picture *p)
     if (p->log && p->range_lo < p->range_hi && !(p->range_lo > 0))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture", "a logarithmic range from %g on, expected a positive one",
                         p->range_lo);
-    if ((int)p->map < 0 || (int)p->map > PD_MAP_VIRIDIS)
+    if ((int)p->map < 0 || (int)p->map > PD_COLOUR_MAP_VIRIDIS)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture", "colour map %d does not exist", (int)p->map);
-    if (p->contour_count < 0 || p->contour_count > PD_PICTURE_CONTOURS || (p->contour_count && p->map == PD_MAP_LABELS))
+    if (p->contour_count < 0 || p->contour_count > PD_FIELD_PLOT_MAX_CONTOURS ||
+        (p->contour_count && p->map == PD_COLOUR_MAP_LABELS))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture", "%d contours, expected 0 to %d, and none of labels",
-                        p->contour_count, PD_PICTURE_CONTOURS);
+                        p->contour_count, PD_FIELD_PLOT_MAX_CONTOURS);
     for (int k = 0; k < 2; k++) {
         int across = k ? p->vectors : p->streamlines;
-        if (across && (across < PD_PICTURE_FEWEST || across > PD_PICTURE_DENSEST || !p->velocity))
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture", "%d %s side by side, expected 0 or %d to %d, with "
-                            "velocities", across, k ? "vectors" : "streamlines", PD_PICTURE_FEWEST, PD_PICTURE_DENSEST);
+        if (across && (across < PD_FIELD_PLOT_MIN_DENSITY || across > PD_FIELD_PLOT_MAX_DENSITY || !p->velocity))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture",
+                            "%d %s side by side, expected 0 or %d to %d, with "
+                            "velocities",
+                            across, k ? "vectors" : "streamlines", PD_FIELD_PLOT_MIN_DENSITY,
+                            PD_FIELD_PLOT_MAX_DENSITY);
     }
     for (int64_t k = 0; p->paint && k < (int64_t)p->nx * p->ny; k++)
         if (p->paint[k] > PD_PAINT_OUTSIDE)
@@ -90,18 +94,18 @@ static pd_status pdi_field_plot_check(pd_ctx *ctx, const pd_picture *p)
 }
 
 /* What a cell shows; without a paint array all cells show the field. */
-static pd_paint pdi_field_plot_get_paint(const pd_picture *p, size_t cell)
+static pd_paint pdi_field_plot_get_paint(const pd_field_plot *p, size_t cell)
 {
     return p->paint ? (pd_paint)p->paint[cell] : PD_PAINT_FIELD;
 }
 
-PDI_FN void pdi_field_plot_adjust_range(pd_map map, int log_scale, double *lo, double *hi)
+PDI_FN void pdi_field_plot_adjust_range(pd_colour_map map, int log_scale, double *lo, double *hi)
 {
     if (*lo > *hi) { /* nothing to show */
         *lo = log_scale ? 1 : 0;
         *hi = log_scale ? 10 : 1;
     } else if (log_scale) *lo = pdi_max(*lo, *hi * pow(10.0, -PDI_FIELD_PLOT_MAX_DECADES));
-    else if (map == PD_MAP_DIVERGING) {
+    else if (map == PD_COLOUR_MAP_DIVERGING) {
         *hi = pdi_max(fabs(*lo), fabs(*hi));
         if (!(*hi > 0)) *hi = 1;
         *lo = -*hi;
@@ -110,10 +114,10 @@ PDI_FN void pdi_field_plot_adjust_range(pd_map map, int log_scale, double *lo, d
 
 /* Range of values of the field, set as range of the bar and the legend; also notes whether solid, walls and blank
  * values occur. */
-static void pdi_field_plot_compute_range(const pd_picture *p, pdi_field_plot_layout *l)
+static void pdi_field_plot_compute_range(const pd_field_plot *p, pdi_field_plot_layout *l)
 {
     double lo = INFINITY, hi = -INFINITY;
-    l->axis_bar.log = p->log && p->map != PD_MAP_LABELS;
+    l->axis_bar.log = p->log && p->map != PD_COLOUR_MAP_LABELS;
     for (size_t k = 0; k < (size_t)p->nx * (size_t)p->ny; k++) {
         pd_paint paint = pdi_field_plot_get_paint(p, k);
         if (paint == PD_PAINT_SOLID) l->has_solid = 1;
@@ -137,7 +141,7 @@ static void pdi_field_plot_compute_range(const pd_picture *p, pdi_field_plot_lay
     l->legend.colours = p->colours;
     l->legend.count = p->name_count;
     pdi_axis_ticks_widen_range(0, &l->axis_bar);
-    l->has_bar = p->map != PD_MAP_LABELS;
+    l->has_bar = p->map != PD_COLOUR_MAP_LABELS;
 }
 
 /* Scale of an axis of `cells` cells that are wanted on `wanted` pixels, with at most `max_pixels` pixels. */
@@ -180,13 +184,13 @@ static const char *pdi_field_plot_set_axis_unit(double size, double lo, double h
 }
 
 /* Scales, units and ticks of the axes and of the colour bar. */
-static void pdi_field_plot_compute_scales(const pd_picture *p, pdi_field_plot_layout *l)
+static void pdi_field_plot_compute_scales(const pd_field_plot *p, pdi_field_plot_layout *l)
 {
     double lx = p->hi[0] - p->lo[0], ly = p->hi[1] - p->lo[1]; /* [m] */
-    double width = p->width ? p->width : PD_PICTURE_WIDTH; /* [pixel] */
-    double scale = pdi_min(width / lx, PD_PICTURE_SQUAT * width / ly); /* [pixel/m] */
+    double width = p->width ? p->width : PD_FIELD_PLOT_WIDTH;  /* [pixel] */
+    double scale = pdi_min(width / lx, PD_FIELD_PLOT_MAX_ASPECT * width / ly); /* [pixel/m] */
     if (p->magnification) scale = p->magnification * p->nx / lx;
-    int largest = (int)(PDI_FIELD_PLOT_MAX_WIDTH_FACTOR * width), smooth = p->smooth && p->map != PD_MAP_LABELS;
+    int largest = (int)(PDI_FIELD_PLOT_MAX_WIDTH_FACTOR * width), smooth = p->smooth && p->map != PD_COLOUR_MAP_LABELS;
     smooth = smooth && scale * lx >= p->nx && scale * ly >= p->ny;
     l->x = pdi_field_plot_fit_axis(p->nx, scale * lx, largest, smooth);
     l->y = pdi_field_plot_fit_axis(p->ny, scale * ly, largest, smooth);
@@ -206,7 +210,7 @@ static void pdi_field_plot_compute_scales(const pd_picture *p, pdi_field_plot_la
 }
 
 /* Name of an axis. */
-static const char *pdi_field_plot_get_axis_name(const pd_picture *p, int axis)
+static const char *pdi_field_plot_get_axis_name(const pd_field_plot *p, int axis)
 {
     return p->axes[axis] ? p->axes[axis] : axis ? "y" : "x";
 }
@@ -219,7 +223,7 @@ static double pdi_field_plot_cells_to_pixels(const pdi_field_plot_scale *scale, 
 }
 
 /* The velocity field of the picture, with lengths in the picture in pixels. */
-static pdi_streamline_field pdi_field_plot_velocity_field(const pd_picture *p, const pdi_field_plot_layout *l)
+static pdi_streamline_field pdi_field_plot_velocity_field(const pd_field_plot *p, const pdi_field_plot_layout *l)
 {
     pdi_streamline_field f;
     const pdi_field_plot_scale *scale[2] = {&l->x, &l->y};
@@ -231,17 +235,17 @@ static pdi_streamline_field pdi_field_plot_velocity_field(const pd_picture *p, c
         f.pixel_size[d] = pdi_field_plot_cells_to_pixels(scale[d], 1.0);
         f.cell_size[d] = (p->hi[d] - p->lo[d]) / scale[d]->cells;
     }
-    f.spacing = p->streamlines ? (double)(p->width ? p->width : PD_PICTURE_WIDTH) / p->streamlines : 0.0;
+    f.spacing = p->streamlines ? (double)(p->width ? p->width : PD_FIELD_PLOT_WIDTH) / p->streamlines : 0.0;
     memcpy(f.side_closed, p->closed, sizeof f.side_closed);
     return f;
 }
 
 /* Length of the longest arrow and of the reference arrow. */
-static void pdi_field_plot_compute_arrow_scale(const pd_picture *p, pdi_field_plot_layout *l)
+static void pdi_field_plot_compute_arrow_scale(const pd_field_plot *p, pdi_field_plot_layout *l)
 {
     if (!p->vectors) return;
     pdi_streamline_field f = pdi_field_plot_velocity_field(p, l);
-    l->max_arrow = (double)(p->width ? p->width : PD_PICTURE_WIDTH) / p->vectors;
+    l->max_arrow = (double)(p->width ? p->width : PD_FIELD_PLOT_WIDTH) / p->vectors;
     l->max_speed = p->fastest > 0 ? p->fastest : pdi_streamline_compute_max_speed(&f);
     if (!(l->max_speed > 0)) return;
     /* a stretched axis has longer arrows: those along x are explained */
@@ -256,7 +260,7 @@ static int pdi_field_plot_reference_width(const pdi_field_plot_layout *l)
 }
 
 /* Label of the x axis; it says when one axis is stretched against the other. */
-static void pdi_field_plot_format_x_label(const pd_picture *p, pdi_field_plot_layout *l)
+static void pdi_field_plot_format_x_label(const pd_field_plot *p, pdi_field_plot_layout *l)
 {
     const char *axis = pdi_field_plot_get_axis_name(p, l->aspect > 1), *x = pdi_field_plot_get_axis_name(p, 0);
     double times = l->aspect > 1 ? l->aspect : 1 / l->aspect;
@@ -267,7 +271,7 @@ static void pdi_field_plot_format_x_label(const pd_picture *p, pdi_field_plot_la
 }
 
 /* Positions of all parts and the size of the picture. */
-static void pdi_field_plot_compute_layout(const pd_picture *p, pdi_field_plot_layout *l)
+static void pdi_field_plot_compute_layout(const pd_field_plot *p, pdi_field_plot_layout *l)
 {
     int title = p->title ? pdi_canvas_compute_text_width(p->title) + 1 : 0;
     const char *widest = p->widest ? p->widest : p->stamp;
@@ -305,14 +309,14 @@ static const uint32_t pdi_field_plot_paint_colours[4] = {0, PDI_FIELD_PLOT_SOLID
                                                          PDI_CANVAS_BACKGROUND};
 
 /* Returns 1 when the cell has a value that the colour bar shows. */
-static int pdi_field_plot_has_bar_colour(const pd_picture *p, const pdi_field_plot_layout *l, size_t cell)
+static int pdi_field_plot_has_bar_colour(const pd_field_plot *p, const pdi_field_plot_layout *l, size_t cell)
 {
     return pdi_field_plot_get_paint(p, cell) == PD_PAINT_FIELD && !isnan(p->values[cell]) &&
            (!l->axis_bar.log || p->values[cell] > 0);
 }
 
 /* Colour of pixel (px, py), interpolated bilinearly between cell centres; cells without a value keep their edges. */
-static uint32_t pdi_field_plot_interpolate_colour(const pd_picture *p, const pdi_field_plot_layout *l,
+static uint32_t pdi_field_plot_interpolate_colour(const pd_field_plot *p, const pdi_field_plot_layout *l,
                                                   const uint32_t *table, int px, int py)
 {
     double at[2], sum = 0, weights = 0;
@@ -343,7 +347,7 @@ static uint32_t pdi_field_plot_interpolate_colour(const pd_picture *p, const pdi
 }
 
 /* Colour of pixel (px, py): that of its cell, or of several cells the most frequent paint and the mean of the field. */
-static uint32_t pdi_field_plot_get_pixel_colour(const pd_picture *p, const pdi_field_plot_layout *l,
+static uint32_t pdi_field_plot_get_pixel_colour(const pd_field_plot *p, const pdi_field_plot_layout *l,
                                                 const uint32_t *table, int px, int py)
 {
     if (l->x.smooth) return pdi_field_plot_interpolate_colour(p, l, table, px, py);
@@ -364,14 +368,14 @@ static uint32_t pdi_field_plot_get_pixel_colour(const pd_picture *p, const pdi_f
     double value = count[0] > 1 ? sum / count[0] : first; /* one cell: no rounding */
     if (isnan(value)) return PDI_FIELD_PLOT_NAN_COLOUR;
     /* Means of labels mean nothing. */
-    if (p->map == PD_MAP_LABELS)
+    if (p->map == PD_COLOUR_MAP_LABELS)
         return fabs(first) < 9e15 ? pdi_legend_get_colour(&l->legend, first) : PDI_FIELD_PLOT_NAN_COLOUR;
     if (l->axis_bar.log && !(value > 0)) return PDI_CANVAS_BACKGROUND;
     return pdi_colour_bar_get_colour(table, pdi_axis_ticks_value_to_fraction(&l->axis_bar, value));
 }
 
 /* Draw the cells, the upper left corner of the field at (left, top). */
-static void pdi_field_plot_draw_cells(const pd_ctx *ctx, const pd_picture *p, const pdi_field_plot_layout *l,
+static void pdi_field_plot_draw_cells(const pd_ctx *ctx, const pd_field_plot *p, const pdi_field_plot_layout *l,
                                       const uint32_t *table, int left, int top, pdi_canvas *canvas)
 {
     int nt = pdi_par_threads(ctx, (int64_t)p->nx * p->ny * 8);
@@ -389,7 +393,7 @@ static void pdi_field_plot_draw_cells(const pd_ctx *ctx, const pd_picture *p, co
 /* ---- contour lines ---- */
 
 /* Position 0..1 of contour k on the colour bar; outside 0..1 the colours do not show its value. */
-static double pdi_field_plot_contour_position(const pd_picture *p, const pdi_field_plot_layout *l, int k)
+static double pdi_field_plot_contour_position(const pd_field_plot *p, const pdi_field_plot_layout *l, int k)
 {
     if (!p->contours) return (k + 1.0) / (p->contour_count + 1.0);
     return l->axis_bar.log && !(p->contours[k] > 0) ? (double)NAN
@@ -415,7 +419,8 @@ static void pdi_field_plot_draw_segment(void *user, const double *a, const doubl
 }
 
 /* Position 0..1 of each cell on the colour bar, position[nx * ny]; NaN: the cell has no value. */
-static void pdi_field_plot_compute_bar_positions(const pd_picture *p, const pdi_field_plot_layout *l, double *position)
+static void pdi_field_plot_compute_bar_positions(const pd_field_plot *p, const pdi_field_plot_layout *l,
+                                                 double *position)
 {
     for (size_t k = 0; k < (size_t)p->nx * (size_t)p->ny; k++) {
         int placed = pdi_field_plot_has_bar_colour(p, l, k) && !isinf(p->values[k]);
@@ -424,7 +429,7 @@ static void pdi_field_plot_compute_bar_positions(const pd_picture *p, const pdi_
 }
 
 /* Draw the contour lines. */
-static pd_status pdi_field_plot_draw_contours(pd_ctx *ctx, const pd_picture *p, const pdi_field_plot_layout *l,
+static pd_status pdi_field_plot_draw_contours(pd_ctx *ctx, const pd_field_plot *p, const pdi_field_plot_layout *l,
                                               pdi_canvas *canvas)
 {
     size_t cells = (size_t)p->nx * (size_t)p->ny;
@@ -451,7 +456,7 @@ static pd_status pdi_field_plot_draw_contours(pd_ctx *ctx, const pd_picture *p, 
 }
 
 /* Draw arrows and streamlines. In a mirrored picture streamlines are computed in the upper half and drawn twice. */
-static pd_status pdi_field_plot_draw_velocity(pd_ctx *ctx, const pd_picture *p, const pdi_field_plot_layout *l,
+static pd_status pdi_field_plot_draw_velocity(pd_ctx *ctx, const pd_field_plot *p, const pdi_field_plot_layout *l,
                                               pdi_canvas *canvas)
 {
     pd_status status = PD_OK;
@@ -473,7 +478,8 @@ static pd_status pdi_field_plot_draw_velocity(pd_ctx *ctx, const pd_picture *p, 
 }
 
 /* Mark the values of the contours on the colour bar. */
-static void pdi_field_plot_draw_contour_marks(const pd_picture *p, const pdi_field_plot_layout *l, pdi_canvas *canvas)
+static void pdi_field_plot_draw_contour_marks(const pd_field_plot *p, const pdi_field_plot_layout *l,
+                                              pdi_canvas *canvas)
 {
     int bottom = l->top + l->y.pixels, right = l->bar_left + PDI_COLOUR_BAR_WIDTH;
     for (int k = 0; k < p->contour_count; k++) {
@@ -487,7 +493,7 @@ static void pdi_field_plot_draw_contour_marks(const pd_picture *p, const pdi_fie
 }
 
 /* Draw the cells (in SVG an embedded image), contours and velocity. */
-static pd_status pdi_field_plot_draw_field(pd_ctx *ctx, const pd_picture *p, const pdi_field_plot_layout *l,
+static pd_status pdi_field_plot_draw_field(pd_ctx *ctx, const pd_field_plot *p, const pdi_field_plot_layout *l,
                                            const uint32_t *table, pdi_canvas *canvas)
 {
     pdi_canvas cells;
@@ -504,7 +510,7 @@ static pd_status pdi_field_plot_draw_field(pd_ctx *ctx, const pd_picture *p, con
 }
 
 /* Draw ticks and labels of both axes. */
-static void pdi_field_plot_draw_axes(const pd_picture *p, const pdi_field_plot_layout *l, pdi_canvas *canvas)
+static void pdi_field_plot_draw_axes(const pd_field_plot *p, const pdi_field_plot_layout *l, pdi_canvas *canvas)
 {
     int bottom = l->top + l->y.pixels;
     char text[64];
@@ -527,8 +533,8 @@ static void pdi_field_plot_draw_axes(const pd_picture *p, const pdi_field_plot_l
 }
 
 /* Draw the colour bar with the marks of the contours. */
-static void pdi_field_plot_draw_colour_bar(const pd_picture *p, const pdi_field_plot_layout *l, const uint32_t *table,
-                                           pdi_canvas *canvas)
+static void pdi_field_plot_draw_colour_bar(const pd_field_plot *p, const pdi_field_plot_layout *l,
+                                           const uint32_t *table, pdi_canvas *canvas)
 {
     pdi_colour_bar bar = {
         l->bar_left, l->top, l->y.pixels, l->bar_label_left, &l->axis_bar, table, p->label ? l->label : NULL};
@@ -567,7 +573,7 @@ static pd_status pdi_field_plot_draw_key(pd_ctx *ctx, const pdi_field_plot_layou
 }
 
 /* Draw title, label (of fields with a legend) and time stamp above the field. */
-static void pdi_field_plot_draw_header(const pd_picture *p, const pdi_field_plot_layout *l, pdi_canvas *canvas)
+static void pdi_field_plot_draw_header(const pd_field_plot *p, const pdi_field_plot_layout *l, pdi_canvas *canvas)
 {
     int y = 24, right = l->left + l->x.pixels;
     if (p->title) pdi_canvas_draw_bold_text(canvas, l->left, y, PDI_CANVAS_TEXT_COLOUR, p->title);
@@ -584,7 +590,7 @@ static void pdi_field_plot_draw_header(const pd_picture *p, const pdi_field_plot
 /* Draw the picture `what` on a new canvas: an image, or SVG where svg is given. The caller frees the image or svg. */
 static pd_status pdi_field_plot_draw_on_canvas(pd_ctx *ctx, const void *what, pdi_svg *svg, pdi_canvas *canvas)
 {
-    const pd_picture *picture = (const pd_picture *)what;
+    const pd_field_plot *picture = (const pd_field_plot *)what;
     uint32_t table[PDI_COLOUR_TABLE_SIZE];
     pdi_field_plot_layout l;
     memset(canvas, 0, sizeof *canvas);
@@ -596,7 +602,7 @@ static pd_status pdi_field_plot_draw_on_canvas(pd_ctx *ctx, const void *what, pd
     pdi_field_plot_compute_arrow_scale(picture, &l);
     if (picture->label) pdi_unit_label_format(picture->label, l.label);
     pdi_field_plot_compute_layout(picture, &l);
-    pdi_colour_fill_table(picture->map == PD_MAP_LABELS ? PD_MAP_SEQUENTIAL : picture->map, table);
+    pdi_colour_fill_table(picture->map == PD_COLOUR_MAP_LABELS ? PD_COLOUR_MAP_SEQUENTIAL : picture->map, table);
     PDI_TRY(svg ? pdi_canvas_build_svg(ctx, l.width, l.height, svg, canvas)
                 : pdi_canvas_build_image(ctx, l.width, l.height, canvas));
     PDI_TRY(pdi_field_plot_draw_field(ctx, picture, &l, table, canvas));
@@ -607,12 +613,12 @@ static pd_status pdi_field_plot_draw_on_canvas(pd_ctx *ctx, const void *what, pd
     return pdi_field_plot_draw_key(ctx, &l, canvas);
 }
 
-PDI_FN pd_status pdi_field_plot_draw_image(pd_ctx *ctx, const pd_picture *picture, pd_image *image)
+PDI_FN pd_status pdi_field_plot_draw_image(pd_ctx *ctx, const pd_field_plot *picture, pd_image *image)
 {
     return pdi_canvas_draw_to_image(ctx, pdi_field_plot_draw_on_canvas, picture, image);
 }
 
-pd_status pd_picture_write(pd_ctx *ctx, const char *path, const pd_picture *picture)
+pd_status pd_field_plot_write(pd_ctx *ctx, const char *path, const pd_field_plot *picture)
 {
     return pdi_canvas_draw_to_file(ctx, path, pdi_field_plot_draw_on_canvas, picture);
 }

@@ -4,13 +4,13 @@
 #include "io/png.h"
 #include "io/colour.h"
 
-#define PD_PICTURE_WIDTH 1000 /* [pixel] default width of a field */
-#define PD_PICTURE_SQUAT 0.9 /* maximum height of a field over that width */
-#define PD_PICTURE_LEAST 120 /* [pixel] smallest width that can be asked for */
-#define PD_PICTURE_MOST 4000 /* [pixel] largest one */
-#define PD_PICTURE_CONTOURS 32 /* maximum number of contour lines */
-#define PD_PICTURE_FEWEST 4 /* minimum number of streamlines or arrows side by side */
-#define PD_PICTURE_DENSEST 100 /* maximum number of these */
+#define PD_FIELD_PLOT_WIDTH 1000      /* [pixel] default width of a field */
+#define PD_FIELD_PLOT_MAX_ASPECT 0.9  /* maximum height of a field over that width */
+#define PD_FIELD_PLOT_MIN_WIDTH 120   /* [pixel] smallest width that can be asked for */
+#define PD_FIELD_PLOT_MAX_WIDTH 4000  /* [pixel] largest one */
+#define PD_FIELD_PLOT_MAX_CONTOURS 32 /* maximum number of contour lines */
+#define PD_FIELD_PLOT_MIN_DENSITY 4   /* minimum number of streamlines or arrows side by side */
+#define PD_FIELD_PLOT_MAX_DENSITY 100 /* maximum number of these */
 
 /* What a cell shows: the field, or one colour. */
 typedef enum pd_paint {
@@ -21,13 +21,13 @@ typedef enum pd_paint {
 } pd_paint;
 
 /* Zero-initialise, then fill in. Cell (i, j) is values[j * nx + i], i to the right, j upward. */
-typedef struct pd_picture {
+typedef struct pd_field_plot {
     int nx, ny;
     const double *values;  /* [nx * ny] [-] in the unit of the label; NaN is shown in magenta */
     const uint8_t *paint;  /* [nx * ny] pd_paint; NULL: the field everywhere */
     double lo[2], hi[2];   /* [m] the rectangle that the cells fill */
     double range_lo, range_hi; /* [-] range of colours; equal: that of the shown values (diverging: symmetric to 0) */
-    pd_map map;
+    pd_colour_map map;
     int magnification;     /* pixels per cell; 0: so that the field is about `width` pixels wide */
     const char *title, *stamp, *label; /* "Mg pin", "t = 6.1 s", "C [mol/m3]"; NULL: none */
     int width;             /* [pixel] approximate width of the field, its height at most 0.9 of that; 0: 1000 */
@@ -39,7 +39,8 @@ typedef struct pd_picture {
     const char *const *names; /* [name_count] legend of the labels 0, 1, ...; NULL: their numbers */
     const uint32_t *colours;  /* [name_count] 0xRRGGBB of these labels; NULL: one for each number */
     int name_count;
-    int contour_count;        /* number of contour lines, at most PD_PICTURE_CONTOURS; not with PD_MAP_LABELS */
+    /* number of contour lines, at most PD_FIELD_PLOT_MAX_CONTOURS; not with PD_COLOUR_MAP_LABELS */
+    int contour_count;
     const double *contours;   /* [contour_count] [-] their values; NULL: evenly spaced over the range of colours */
     int streamlines;          /* density of evenly spaced streamlines: how many fit side by side into `width`, 4 to 100;
                                * 0: none are drawn */
@@ -47,20 +48,20 @@ typedef struct pd_picture {
     const double *velocity;   /* [2][nx * ny] [m/s] components along both axes; NaN: no fluid */
     double fastest;           /* [m/s] speed of the longest arrow; 0: the largest speed of the field */
     int closed[4];            /* 1: nothing flows through the side x-, x+, y-, y+ */
-} pd_picture;
+} pd_field_plot;
 
-#define pd_picture_write PD_NAME(pd_picture_write)
+#define pd_field_plot_write PD_NAME(pd_field_plot_write)
 
 #ifdef PDI_INTERNAL
 /* Turn the smallest and largest value (log_scale: positive ones) into the ends of the range of colours: a diverging map
  * is symmetric to 0, a logarithmic range has at most eight decades. lo > hi: there is no value, and a default range
  * results. */
-PDI_FN void pdi_field_plot_adjust_range(pd_map map, int log_scale, double *lo, double *hi);
+PDI_FN void pdi_field_plot_adjust_range(pd_colour_map map, int log_scale, double *lo, double *hi);
 /* Draw into an RGB image (freed by its own function). The axes have equal scales as far as whole pixels allow; a field
  * thinner than 120 pixels is stretched, and the axis label says so. PD_ERR_ARGUMENT, PD_ERR_SIZE. */
-PDI_FN pd_status pdi_field_plot_draw_image(pd_ctx *ctx, const pd_picture *picture, pd_image *image);
+PDI_FN pd_status pdi_field_plot_draw_image(pd_ctx *ctx, const pd_field_plot *picture, pd_image *image);
 #endif
 /* Draw and write as PNG, or as SVG where the path ends in ".svg". Also PD_ERR_FILE. */
-PD_API pd_status pd_picture_write(pd_ctx *ctx, const char *path, const pd_picture *picture);
+PD_API pd_status pd_field_plot_write(pd_ctx *ctx, const char *path, const pd_field_plot *picture);
 
 #endif

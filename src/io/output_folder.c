@@ -163,11 +163,11 @@ static pd_status pdi_output_folder_fail_not_lock(pd_ctx *ctx, const char *lock)
 }
 
 /* Lock the folder and write the process id into the lock file. */
-static pd_status pdi_output_folder_acquire_lock(pd_ctx *ctx, pd_folder *f)
+static pd_status pdi_output_folder_acquire_lock(pd_ctx *ctx, pd_output_folder *f)
 {
     char path[PD_PATH_SIZE], number[32];
     pdi_output_folder_lock_state state = PDI_OUTPUT_FOLDER_LOCK_MISSING;
-    PDI_TRY(pd_file_join(ctx, f->path, PD_FOLDER_LOCK, path));
+    PDI_TRY(pd_file_join(ctx, f->path, PD_OUTPUT_FOLDER_LOCK, path));
     for (int k = 0; k < PDI_OUTPUT_FOLDER_LOCK_ATTEMPTS && state == PDI_OUTPUT_FOLDER_LOCK_MISSING; k++)
         state = pdi_output_folder_try_lock(path, 1, &f->lock);
     if (state == PDI_OUTPUT_FOLDER_LOCK_ERROR)
@@ -189,7 +189,7 @@ static int pdi_output_folder_is_output_name(const char *name)
 {
     static const char *const ends[] = {".csv", ".png", ".svg", ".vti", ".pvd", ".bin"};
     size_t length = strlen(name);
-    if (strcmp(name, PD_FOLDER_SCRIPT) == 0) return 1;
+    if (strcmp(name, PD_OUTPUT_FOLDER_SCRIPT) == 0) return 1;
     if (length < 5 || length >= PD_PATH_SIZE - 8 || strpbrk(name, "/\\:")) return 0;
     for (size_t k = 0; k < sizeof ends / sizeof ends[0]; k++)
         if (strcmp(name + length - 4, ends[k]) == 0) return 1;
@@ -210,7 +210,7 @@ static int pdi_output_folder_read_line(pd_file *file, char *line)
 static pd_status pdi_output_folder_open_list(pd_ctx *ctx, const char *folder, pd_file *file, char *run_name, int *found)
 {
     char path[PD_PATH_SIZE], line[PD_PATH_SIZE];
-    PDI_TRY(pd_file_join(ctx, folder, PD_FOLDER_LIST, path));
+    PDI_TRY(pd_file_join(ctx, folder, PD_OUTPUT_FOLDER_LIST, path));
     *found = pdi_file_exists(path);
     memset(file, 0, sizeof *file);
     if (!*found) return PD_OK;
@@ -226,7 +226,7 @@ static pd_status pdi_output_folder_open_list(pd_ctx *ctx, const char *folder, pd
 }
 
 /* Delete the files that the rest of the list names, and count them. */
-static void pdi_output_folder_remove_listed(pd_ctx *ctx, pd_folder *f, pd_file *file)
+static void pdi_output_folder_remove_listed(pd_ctx *ctx, pd_output_folder *f, pd_file *file)
 {
     char name[PD_PATH_SIZE], path[PD_PATH_SIZE];
     while (pdi_output_folder_read_line(file, name)) {
@@ -247,7 +247,7 @@ static pd_status pdi_output_folder_check_run_name(pd_ctx *ctx, const char *folde
 }
 
 /* Delete the files of the previous run and begin a new list. */
-static pd_status pdi_output_folder_begin_list(pd_ctx *ctx, pd_folder *f)
+static pd_status pdi_output_folder_begin_list(pd_ctx *ctx, pd_output_folder *f)
 {
     char path[PD_PATH_SIZE], found[PD_PATH_SIZE];
     pd_file former;
@@ -257,7 +257,7 @@ static pd_status pdi_output_folder_begin_list(pd_ctx *ctx, pd_folder *f)
     if (listed && status == PD_OK) pdi_output_folder_remove_listed(ctx, f, &former);
     pdi_file_abandon(&former);
     PDI_TRY(status);
-    PDI_TRY(pd_file_join(ctx, f->path, PD_FOLDER_LIST, path));
+    PDI_TRY(pd_file_join(ctx, f->path, PD_OUTPUT_FOLDER_LIST, path));
     PDI_TRY(pdi_file_create(ctx, path, &f->list));
     status = pdi_file_write_text(ctx, &f->list, PDI_OUTPUT_FOLDER_LIST_HEADER "run ");
     if (status == PD_OK) status = pdi_file_write_text(ctx, &f->list, f->run);
@@ -270,7 +270,7 @@ static pd_status pdi_output_folder_begin_list(pd_ctx *ctx, pd_folder *f)
 /* ---- open, add, close ---- */
 
 /* Set path and name of a zeroed folder; newlines in the name become underscores. */
-static pd_status pdi_output_folder_init(pd_ctx *ctx, const char *path, const char *run_name, pd_folder *f)
+static pd_status pdi_output_folder_init(pd_ctx *ctx, const char *path, const char *run_name, pd_output_folder *f)
 {
     memset(f, 0, sizeof *f);
     if (strlen(path) >= PD_PATH_SIZE || strlen(run_name) >= PD_PATH_SIZE - 8)
@@ -282,7 +282,7 @@ static pd_status pdi_output_folder_init(pd_ctx *ctx, const char *path, const cha
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_output_folder_open(pd_ctx *ctx, const char *path, const char *run_name, pd_folder *f)
+PDI_FN pd_status pdi_output_folder_open(pd_ctx *ctx, const char *path, const char *run_name, pd_output_folder *f)
 {
     PDI_TRY(pdi_output_folder_init(ctx, path, run_name, f));
     PDI_TRY(pd_file_make_directory(ctx, path));
@@ -295,12 +295,12 @@ PDI_FN pd_status pdi_output_folder_open(pd_ctx *ctx, const char *path, const cha
 PDI_FN pd_status pdi_output_folder_check(pd_ctx *ctx, const char *path, const char *run_name)
 {
     char found[PD_PATH_SIZE], lock[PD_PATH_SIZE];
-    pd_folder f;
+    pd_output_folder f;
     pd_file list;
     int listed;
     PDI_TRY(pdi_output_folder_init(ctx, path, run_name, &f));
     PDI_TRY(pdi_file_check_writable(ctx, path));
-    PDI_TRY(pd_file_join(ctx, path, PD_FOLDER_LOCK, lock));
+    PDI_TRY(pd_file_join(ctx, path, PD_OUTPUT_FOLDER_LOCK, lock));
     pdi_output_folder_lock_state state = pdi_output_folder_try_lock(lock, 0, &f.lock);
     if (state == PDI_OUTPUT_FOLDER_LOCK_BUSY) return pdi_output_folder_fail_in_use(ctx, path, lock);
     if (state == PDI_OUTPUT_FOLDER_LOCK_FOREIGN) return pdi_output_folder_fail_not_lock(ctx, lock);
@@ -311,17 +311,18 @@ PDI_FN pd_status pdi_output_folder_check(pd_ctx *ctx, const char *path, const ch
     return listed ? pdi_output_folder_check_run_name(ctx, path, f.run, found) : PD_OK;
 }
 
-PDI_FN pd_status pdi_output_folder_lock_existing(pd_ctx *ctx, const char *path, const char *run_name, pd_folder *f)
+PDI_FN pd_status pdi_output_folder_lock_existing(pd_ctx *ctx, const char *path, const char *run_name,
+                                                 pd_output_folder *f)
 {
     char list[PD_PATH_SIZE];
     PDI_TRY(pdi_output_folder_init(ctx, path, run_name, f));
-    PDI_TRY(pd_file_join(ctx, path, PD_FOLDER_LIST, list));
+    PDI_TRY(pd_file_join(ctx, path, PD_OUTPUT_FOLDER_LIST, list));
     /* nothing to go on with: reading the checkpoint fails later, with a message */
     if (!pdi_file_exists(list)) return PD_OK;
     return pdi_output_folder_acquire_lock(ctx, f);
 }
 
-PDI_FN pd_status pdi_output_folder_add_file(pd_ctx *ctx, pd_folder *f, const char *name, char *path)
+PDI_FN pd_status pdi_output_folder_add_file(pd_ctx *ctx, pd_output_folder *f, const char *name, char *path)
 {
     PD_ASSERT(pdi_output_folder_is_output_name(name));
     PDI_TRY(pd_file_join(ctx, f->path, name, path));
@@ -330,18 +331,18 @@ PDI_FN pd_status pdi_output_folder_add_file(pd_ctx *ctx, pd_folder *f, const cha
     return pdi_file_flush(ctx, &f->list);
 }
 
-PDI_FN pd_status pdi_output_folder_store(pd_ctx *ctx, pd_folder *f, pd_archive *archive)
+PDI_FN pd_status pdi_output_folder_store(pd_ctx *ctx, pd_output_folder *f, pd_archive *archive)
 {
     if (!archive->reading) PDI_TRY(pdi_file_get_length(ctx, &f->list, &f->length));
     return PDI_ARCHIVE_ARRAY(ctx, archive, "length of the list", &f->length, 1);
 }
 
-PDI_FN pd_status pdi_output_folder_resume_list(pd_ctx *ctx, pd_folder *f)
+PDI_FN pd_status pdi_output_folder_resume_list(pd_ctx *ctx, pd_output_folder *f)
 {
     char path[PD_PATH_SIZE], found[PD_PATH_SIZE];
     pd_file former;
     int listed;
-    PDI_TRY(pd_file_join(ctx, f->path, PD_FOLDER_LIST, path));
+    PDI_TRY(pd_file_join(ctx, f->path, PD_OUTPUT_FOLDER_LIST, path));
     PDI_TRY(pdi_output_folder_open_list(ctx, f->path, &former, found, &listed));
     pd_status status = listed ? pdi_output_folder_check_run_name(ctx, f->path, f->run, found)
                               : pdi_fail(ctx, PD_ERR_FILE, "folder",
@@ -353,13 +354,13 @@ PDI_FN pd_status pdi_output_folder_resume_list(pd_ctx *ctx, pd_folder *f)
     return status == PD_OK ? pdi_file_resume(ctx, path, f->length, &f->list) : status;
 }
 
-PDI_FN void pdi_output_folder_close(pd_folder *f)
+PDI_FN void pdi_output_folder_close(pd_output_folder *f)
 {
     char path[PD_PATH_SIZE];
     pd_ctx quiet;
     pd_ctx_init(&quiet);
     pdi_file_abandon(&f->list);
-    if (f->held && pd_file_join(&quiet, f->path, PD_FOLDER_LOCK, path) == PD_OK)
+    if (f->held && pd_file_join(&quiet, f->path, PD_OUTPUT_FOLDER_LOCK, path) == PD_OK)
         pdi_output_folder_release_lock(path, f->lock);
     f->held = 0;
 }

@@ -1,23 +1,23 @@
 /* output_folder: the output folder of a run: the list of its files, and a lock against other runs.
  *
- * The list PD_FOLDER_LIST holds the name of the run and one line for each file, written before the file appears. The
- * next run of that name deletes the listed files, so that frames of two runs are never mixed; other files stay. A
+ * The list PD_OUTPUT_FOLDER_LIST holds the name of the run and one line for each file, written before the file appears.
+ * The next run of that name deletes the listed files, so that frames of two runs are never mixed; other files stay. A
  * folder with the list of another run is refused.
  *
- * The lock file PD_FOLDER_LOCK is locked by the operating system, which releases it when the process ends. Where files
- * cannot be locked, an existing lock file counts as locked, and the message says which file to remove.
+ * The lock file PD_OUTPUT_FOLDER_LOCK is locked by the operating system, which releases it when the process ends. Where
+ * files cannot be locked, an existing lock file counts as locked, and the message says which file to remove.
  */
 #ifndef PD_OUTPUT_FOLDER_H
 #define PD_OUTPUT_FOLDER_H
 #include "core/archive.h"
 #include "io/file.h"
 
-#define PD_FOLDER_LIST "pdcorr.files"
-#define PD_FOLDER_LOCK "pdcorr.lock"
-#define PD_FOLDER_SCRIPT "open_in_paraview.py" /* see paraview.h */
+#define PD_OUTPUT_FOLDER_LIST "pdcorr.files"
+#define PD_OUTPUT_FOLDER_LOCK "pdcorr.lock"
+#define PD_OUTPUT_FOLDER_SCRIPT "open_in_paraview.py" /* see paraview.h */
 
 /* Zero-initialise. */
-typedef struct pd_folder {
+typedef struct pd_output_folder {
     char path[PD_PATH_SIZE];
     char run[PD_PATH_SIZE]; /* name of the run */
     pd_file list;           /* list of output files, open to append */
@@ -25,26 +25,26 @@ typedef struct pd_folder {
     int held;               /* 1: this run holds the lock */
     int lock;               /* descriptor of the lock file */
     int removed;            /* number of deleted files of the previous run */
-} pd_folder;
+} pd_output_folder;
 
 #ifdef PDI_INTERNAL
 /* Create and lock the output folder `path` of a run, delete the files of its previous run and begin the list of files.
  * PD_ERR_STATE: another run writes there, or its lock file is none. PD_ERR_ARGUMENT: it holds the files of a run of
  * another name. */
-PDI_FN pd_status pdi_output_folder_open(pd_ctx *ctx, const char *path, const char *run_name, pd_folder *folder);
+PDI_FN pd_status pdi_output_folder_open(pd_ctx *ctx, const char *path, const char *run_name, pd_output_folder *folder);
 /* Check, without writing, whether the folder could be opened. Same errors. */
 PDI_FN pd_status pdi_output_folder_check(pd_ctx *ctx, const char *path, const char *run_name);
 /* Lock the existing output folder of a run that restarts from a checkpoint; a missing folder is no error. */
 PDI_FN pd_status pdi_output_folder_lock_existing(pd_ctx *ctx, const char *path, const char *run_name,
-                                                 pd_folder *folder);
+                                                 pd_output_folder *folder);
 /* Enter an output file in the list before it is written. path[PD_PATH_SIZE]: its path. */
-PDI_FN pd_status pdi_output_folder_add_file(pd_ctx *ctx, pd_folder *folder, const char *name, char *path);
+PDI_FN pd_status pdi_output_folder_add_file(pd_ctx *ctx, pd_output_folder *folder, const char *name, char *path);
 /* Write the length of the list of files to the checkpoint, or read it back. */
-PDI_FN pd_status pdi_output_folder_store(pd_ctx *ctx, pd_folder *folder, pd_archive *archive);
+PDI_FN pd_status pdi_output_folder_store(pd_ctx *ctx, pd_output_folder *folder, pd_archive *archive);
 /* After a restart: delete the files that were listed after the checkpoint, and reopen the list at its length. */
-PDI_FN pd_status pdi_output_folder_resume_list(pd_ctx *ctx, pd_folder *folder);
+PDI_FN pd_status pdi_output_folder_resume_list(pd_ctx *ctx, pd_output_folder *folder);
 /* Close the list and release the lock. A zeroed folder is allowed, and closing twice. */
-PDI_FN void pdi_output_folder_close(pd_folder *folder);
+PDI_FN void pdi_output_folder_close(pd_output_folder *folder);
 #endif
 
 #endif

@@ -43,8 +43,8 @@ static double pdi_plot_error_bar_end(const pd_plot *plot, const pd_series *s, in
 /* Check the series and the size of a plot; PD_ERR_ARGUMENT names what is wrong. */
 static pd_status pdi_plot_check(pd_ctx *ctx, const pd_plot *plot)
 {
-    if (plot->count < 1 || plot->count > PD_PLOT_SERIES)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "plot", "%d series, expected 1 to %d", plot->count, PD_PLOT_SERIES);
+    if (plot->count < 1 || plot->count > PD_PLOT_MAX_SERIES)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "plot", "%d series, expected 1 to %d", plot->count, PD_PLOT_MAX_SERIES);
     if (plot->width < 0 || plot->height < 0 || (plot->width && plot->width < 320) ||
         (plot->height && plot->height < 240) || plot->width > 8000 || plot->height > 8000)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "plot", "%d x %d pixels, expected 320 x 240 to 8000 x 8000",
@@ -242,8 +242,9 @@ static void pdi_plot_draw_series(const pd_plot *plot, const pdi_plot_layout *l, 
             continue;
         }
         double x = pdi_plot_x_to_pixel(l, s->x[i]), y = pdi_plot_y_to_pixel(l, s->y[i]);
-        if (s->stroke == PD_STROKE_DASHED && before) pdi_plot_draw_dashes(canvas, xa, ya, x, y, &arc_length, colour);
-        else if (s->stroke != PD_STROKE_MARKERS && s->stroke != PD_STROKE_DASHED && before)
+        if (s->stroke == PD_SERIES_STYLE_DASHED && before)
+            pdi_plot_draw_dashes(canvas, xa, ya, x, y, &arc_length, colour);
+        else if (s->stroke != PD_SERIES_STYLE_MARKERS && s->stroke != PD_SERIES_STYLE_DASHED && before)
             pdi_canvas_draw_line(canvas, xa, ya, x, y, PDI_PLOT_CURVE_WIDTH, colour);
         xa = x;
         ya = y;
@@ -273,7 +274,7 @@ static void pdi_plot_draw_error_bars(const pd_plot *plot, const pdi_plot_layout 
 static void pdi_plot_draw_markers(const pd_plot *plot, const pdi_plot_layout *l, int k, pdi_canvas *canvas)
 {
     const pd_series *s = &plot->series[k];
-    if (s->stroke != PD_STROKE_MARKERS && s->stroke != PD_STROKE_BOTH) return;
+    if (s->stroke != PD_SERIES_STYLE_MARKERS && s->stroke != PD_SERIES_STYLE_BOTH) return;
     for (int i = 0; i < s->count; i++) {
         if (!pdi_plot_is_shown(plot, s, i)) continue;
         double x = pdi_plot_x_to_pixel(l, s->x[i]), y = pdi_plot_y_to_pixel(l, s->y[i]);
@@ -293,7 +294,7 @@ static int pdi_plot_count_hidden_points(const pd_plot *plot, const pdi_plot_layo
             const pd_series *s = &plot->series[k];
             if (!pdi_plot_is_shown(plot, s, i)) continue;
             double x = pdi_plot_x_to_pixel(l, s->x[i]), y = pdi_plot_y_to_pixel(l, s->y[i]), xa = x, ya = y;
-            int line = s->stroke != PD_STROKE_MARKERS && i > 0 && pdi_plot_is_shown(plot, s, i - 1);
+            int line = s->stroke != PD_SERIES_STYLE_MARKERS && i > 0 && pdi_plot_is_shown(plot, s, i - 1);
             if (line) {
                 xa = pdi_plot_x_to_pixel(l, s->x[i - 1]);
                 ya = pdi_plot_y_to_pixel(l, s->y[i - 1]);
@@ -342,11 +343,11 @@ static void pdi_plot_draw_legend(const pd_plot *plot, const pdi_plot_layout *l, 
         if (!pdi_plot_is_in_legend(plot, s)) continue;
         double y = top + 5 + (row++ + 0.5) * PDI_PLOT_LEGEND_ROW_HEIGHT, arc_length = 0;
         uint32_t colour = pdi_colour_get_series_colour(k);
-        if (s->stroke == PD_STROKE_DASHED)
+        if (s->stroke == PD_SERIES_STYLE_DASHED)
             pdi_plot_draw_dashes(canvas, left + 12, y, left + 48, y, &arc_length, colour);
-        else if (s->stroke != PD_STROKE_MARKERS)
+        else if (s->stroke != PD_SERIES_STYLE_MARKERS)
             pdi_canvas_draw_line(canvas, left + 12, y, left + 48, y, PDI_PLOT_CURVE_WIDTH, colour);
-        if (s->stroke == PD_STROKE_MARKERS || s->stroke == PD_STROKE_BOTH)
+        if (s->stroke == PD_SERIES_STYLE_MARKERS || s->stroke == PD_SERIES_STYLE_BOTH)
             pdi_plot_draw_marker(canvas, k, left + 30, y, colour);
         pdi_canvas_draw_text(canvas, left + 58, (int)y - PDI_CANVAS_CAPITAL_HEIGHT / 2, PDI_ALIGN_START,
                              PDI_CANVAS_TEXT_COLOUR, s->name);

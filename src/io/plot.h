@@ -3,15 +3,15 @@
 #define PD_PLOT_H
 #include "io/png.h"
 
-#define PD_PLOT_SERIES 12 /* maximum number of series; six colours, each for a solid and a dashed line */
+#define PD_PLOT_MAX_SERIES 12 /* maximum number of series; six colours, each for a solid and a dashed line */
 
 /* How a series is drawn. */
-typedef enum pd_stroke {
-    PD_STROKE_LINE = 0,
-    PD_STROKE_DASHED = 1,
-    PD_STROKE_MARKERS = 2, /* no line */
-    PD_STROKE_BOTH = 3 /* line and markers */
-} pd_stroke;
+typedef enum pd_series_style {
+    PD_SERIES_STYLE_LINE = 0,
+    PD_SERIES_STYLE_DASHED = 1,
+    PD_SERIES_STYLE_MARKERS = 2, /* no line */
+    PD_SERIES_STYLE_BOTH = 3     /* line and markers */
+} pd_series_style;
 
 /* A series of points. */
 typedef struct pd_series {
@@ -19,14 +19,14 @@ typedef struct pd_series {
     const double *x, *y; /* [count] [-] in the unit of the labels; points that an axis cannot show (NaN, <= 0 on a log
                           * axis) leave a gap */
     int count;
-    pd_stroke stroke;
+    pd_series_style stroke;
     const double *spread; /* [count] [-] half the length of the error bar of a point; 0: no bar. NULL: none has one */
 } pd_series;
 
 /* Zero-initialise, then fill in. */
 typedef struct pd_plot {
     const char *title, *x_label, *y_label; /* "t [h]"; NULL: none */
-    pd_series series[PD_PLOT_SERIES];
+    pd_series series[PD_PLOT_MAX_SERIES];
     int count;
     int x_log, y_log;
     double x_lo, x_hi, y_lo, y_hi; /* [-] lo == hi: from the data */

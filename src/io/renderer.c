@@ -42,7 +42,8 @@ static void pdi_renderer_normalise(double *v)
 
 /* ---- the view ---- */
 
-PDI_FN void pdi_renderer_init_view(const double *lo, const double *hi, const double *direction, int width, pd_shade *s)
+PDI_FN void pdi_renderer_init_view(const double *lo, const double *hi, const double *direction, int width,
+                                   pd_rendering *s)
 {
     double least[2] = {HUGE_VAL, HUGE_VAL}, most[2] = {-HUGE_VAL, -HUGE_VAL}, above[3] = {0.0, 0.0, 1.0};
     memset(s, 0, sizeof *s);
@@ -74,7 +75,7 @@ PDI_FN void pdi_renderer_init_view(const double *lo, const double *hi, const dou
 }
 
 PDI_FN pd_status pdi_renderer_build(pd_ctx *ctx, const double *lo, const double *hi, const double *direction, int width,
-                                    pd_shade *s)
+                                    pd_rendering *s)
 {
     pdi_renderer_init_view(lo, hi, direction, width, s);
     int64_t pixels = (int64_t)s->width * s->height;
@@ -84,7 +85,7 @@ PDI_FN pd_status pdi_renderer_build(pd_ctx *ctx, const double *lo, const double 
     return PDI_NEW(ctx, "shade", pixels, s->edge);
 }
 
-PDI_FN void pdi_renderer_free(pd_ctx *ctx, pd_shade *s)
+PDI_FN void pdi_renderer_free(pd_ctx *ctx, pd_rendering *s)
 {
     int64_t pixels = (int64_t)s->width * s->height;
     PDI_DELETE(ctx, pixels, s->value);
@@ -94,14 +95,14 @@ PDI_FN void pdi_renderer_free(pd_ctx *ctx, pd_shade *s)
     memset(s, 0, sizeof *s);
 }
 
-PDI_FN void pdi_renderer_project_point(const pd_shade *s, const double *x, double *position)
+PDI_FN void pdi_renderer_project_point(const pd_rendering *s, const double *x, double *position)
 {
     position[0] = (pdi_renderer_dot(x, s->right) - s->corner[0]) / s->size;
     position[1] = s->height - (pdi_renderer_dot(x, s->up) - s->corner[1]) / s->size;
     position[2] = pdi_renderer_dot(x, s->eye) - pdi_renderer_dot(s->lo, s->eye);
 }
 
-PDI_FN double pdi_renderer_compute_brightness(const pd_shade *s, const double *normal)
+PDI_FN double pdi_renderer_compute_brightness(const pd_rendering *s, const double *normal)
 {
     static const double from[3] = {-0.3, 0.4, 0.866}; /* to the right, up, towards the eye */
     double along = from[0] * pdi_renderer_dot(normal, s->right) + from[1] * pdi_renderer_dot(normal, s->up) +
@@ -120,8 +121,8 @@ static double pdi_renderer_edge_function(const double *a, const double *b, doubl
 
 /* Rasterise a triangle into the z-buffer, front faces alone. flat 1: one `value`; 0: values interpolated between
  * corners. */
-static void pdi_renderer_draw_triangle(const pd_shade *s, const pdi_renderer_corner *const *c, int flat, double value,
-                                       pdi_renderer_zbuffer *p)
+static void pdi_renderer_draw_triangle(const pd_rendering *s, const pdi_renderer_corner *const *c, int flat,
+                                       double value, pdi_renderer_zbuffer *p)
 {
     double area = pdi_renderer_edge_function(c[0]->position, c[1]->position, c[2]->position[0], c[2]->position[1]),
            lo[2], hi[2];
@@ -159,7 +160,7 @@ static void pdi_renderer_draw_triangle(const pd_shade *s, const pdi_renderer_cor
 }
 
 /* Rasterise all faces of the mesh, each as two triangles along its shorter diagonal. */
-static void pdi_renderer_draw_faces(const pd_shade *s, const pdi_surface_nets_mesh *shell, int labels,
+static void pdi_renderer_draw_faces(const pd_rendering *s, const pdi_surface_nets_mesh *shell, int labels,
                                     pdi_renderer_zbuffer *p)
 {
     for (int64_t f = 0; f < shell->face_count; f++) {
@@ -186,7 +187,7 @@ static void pdi_renderer_draw_faces(const pd_shade *s, const pdi_surface_nets_me
 
 /* ---- edges of the box ---- */
 
-PDI_FN void pdi_renderer_project_box_edge(const pd_shade *s, int d, int k, double *a, double *b)
+PDI_FN void pdi_renderer_project_box_edge(const pd_rendering *s, int d, int k, double *a, double *b)
 {
     int e = (d + 1) % 3, g = (d + 2) % 3;
     double x[3];
@@ -199,7 +200,7 @@ PDI_FN void pdi_renderer_project_box_edge(const pd_shade *s, int d, int k, doubl
 }
 
 /* Count a sample for each pixel on the line a-b that no face hides. */
-static void pdi_renderer_draw_edge(pd_shade *s, const pdi_renderer_zbuffer *p, const double *a, const double *b)
+static void pdi_renderer_draw_edge(pd_rendering *s, const pdi_renderer_zbuffer *p, const double *a, const double *b)
 {
     double dx = b[0] - a[0], dy = b[1] - a[1], square = dx * dx + dy * dy;
     int steep = fabs(dy) > fabs(dx), along = steep ? 1 : 0;
@@ -223,7 +224,7 @@ static void pdi_renderer_draw_edge(pd_shade *s, const pdi_renderer_zbuffer *p, c
 }
 
 /* Draw the edges of the box, but those between two sides that face the eye, which would lie over the body. */
-static void pdi_renderer_draw_box_edges(pd_shade *s, const pdi_renderer_zbuffer *p)
+static void pdi_renderer_draw_box_edges(pd_rendering *s, const pdi_renderer_zbuffer *p)
 {
     for (int d = 0; d < 3; d++)
         for (int k = 0; k < 4; k++) {
@@ -245,7 +246,7 @@ typedef struct pdi_renderer_sums {
 } pdi_renderer_sums;
 
 /* Add one sample of each pixel to the sums; labels 1: the first value counts, since means of labels mean nothing. */
-static void pdi_renderer_add_sample(pd_shade *s, const pdi_renderer_zbuffer *p, int labels, pdi_renderer_sums *sums)
+static void pdi_renderer_add_sample(pd_rendering *s, const pdi_renderer_zbuffer *p, int labels, pdi_renderer_sums *sums)
 {
     for (size_t k = 0; k < (size_t)s->width * (size_t)s->height; k++) {
         if (!(p->depth[k] > -FLT_MAX)) continue;
@@ -258,7 +259,7 @@ static void pdi_renderer_add_sample(pd_shade *s, const pdi_renderer_zbuffer *p, 
 }
 
 /* Render all samples of the pixels and average them. */
-static void pdi_renderer_draw_samples(pd_shade *s, const pdi_surface_nets_mesh *shell, int labels,
+static void pdi_renderer_draw_samples(pd_rendering *s, const pdi_surface_nets_mesh *shell, int labels,
                                       pdi_renderer_zbuffer *p, pdi_renderer_sums *sums)
 {
     size_t pixels = (size_t)s->width * (size_t)s->height;
@@ -279,7 +280,7 @@ static void pdi_renderer_draw_samples(pd_shade *s, const pdi_surface_nets_mesh *
     }
 }
 
-PDI_FN pd_status pdi_renderer_draw_surface(pd_ctx *ctx, const pdi_surface_nets_mesh *shell, int labels, pd_shade *s)
+PDI_FN pd_status pdi_renderer_draw_surface(pd_ctx *ctx, const pdi_surface_nets_mesh *shell, int labels, pd_rendering *s)
 {
     pdi_renderer_zbuffer p;
     pdi_renderer_sums sums;

@@ -9,7 +9,7 @@
 #include "io/surface_nets.h"
 
 /* A view and the image rendered in it. */
-typedef struct pd_shade {
+typedef struct pd_rendering {
     int width, height;          /* [pixel] */
     double size;                /* [m] size of a pixel */
     double right[3], up[3], eye[3]; /* [-] unit vectors of the view: right, up, and towards the eye */
@@ -19,7 +19,7 @@ typedef struct pd_shade {
     uint8_t *light;             /* [width * height] brightness of the surface, 1/255 of full light */
     uint8_t *cover;             /* [width * height] number of samples that the body covers */
     uint8_t *edge;              /* [width * height] number of samples on visible edges of the box */
-} pd_shade;
+} pd_rendering;
 
 #ifdef PDI_INTERNAL
 #define PDI_RENDERER_SAMPLES_PER_SIDE 3 /* samples of a pixel along each axis */
@@ -28,22 +28,22 @@ typedef struct pd_shade {
 /* Set up the view of the box lo[3]..hi[3] [m] from direction[3] (towards the eye, any length) and allocate the image:
  * `width` pixels wide, or less where its height would exceed 0.9 of that. */
 PDI_FN pd_status pdi_renderer_build(pd_ctx *ctx, const double *lo, const double *hi, const double *direction, int width,
-                                    pd_shade *shade);
+                                    pd_rendering *shade);
 /* Free the image. A zeroed one is allowed. */
-PDI_FN void pdi_renderer_free(pd_ctx *ctx, pd_shade *shade);
+PDI_FN void pdi_renderer_free(pd_ctx *ctx, pd_rendering *shade);
 /* Set up the view alone: vectors, scale and size in pixels. */
 PDI_FN void pdi_renderer_init_view(const double *lo, const double *hi, const double *direction, int width,
-                                   pd_shade *shade);
+                                   pd_rendering *shade);
 /* Render a surface mesh. labels 1: each face has its own value; 0: values are interpolated between corners. */
 PDI_FN pd_status pdi_renderer_draw_surface(pd_ctx *ctx, const pdi_surface_nets_mesh *shell, int labels,
-                                           pd_shade *shade);
+                                           pd_rendering *shade);
 /* Project a point x[3] [m]: position[0], [1]: its pixel position, y down; position[2]: its depth [m] towards the
  * eye. */
-PDI_FN void pdi_renderer_project_point(const pd_shade *shade, const double *x, double *position);
+PDI_FN void pdi_renderer_project_point(const pd_rendering *shade, const double *x, double *position);
 /* Projected ends a[3], b[3] of edge k (0 to 3) of the box along axis d. */
-PDI_FN void pdi_renderer_project_box_edge(const pd_shade *shade, int d, int k, double *a, double *b);
+PDI_FN void pdi_renderer_project_box_edge(const pd_rendering *shade, int d, int k, double *a, double *b);
 /* Brightness 0..1 of a surface with this unit normal (Lambert). */
-PDI_FN double pdi_renderer_compute_brightness(const pd_shade *shade, const double *normal);
+PDI_FN double pdi_renderer_compute_brightness(const pd_rendering *shade, const double *normal);
 #endif
 
 #endif

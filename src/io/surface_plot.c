@@ -28,7 +28,7 @@ typedef struct pdi_surface_plot_layout {
 } pdi_surface_plot_layout;
 
 /* Length of the scale bar: the largest of 1, 2 and 5 times a power of ten [m] that fits, and its label. */
-static void pdi_surface_plot_compute_scale_bar(const pd_shade *s, pdi_surface_plot_layout *l)
+static void pdi_surface_plot_compute_scale_bar(const pd_rendering *s, pdi_surface_plot_layout *l)
 {
     static const char *const units[] = {"nm", "\xC2\xB5m", "mm", "m"};
     static const double sizes[] = {1e-9, 1e-6, 1e-3, 1.0};
@@ -43,7 +43,7 @@ static void pdi_surface_plot_compute_scale_bar(const pd_shade *s, pdi_surface_pl
 /* Set up the legend with the labels that are visible. */
 static void pdi_surface_plot_init_legend(const pdi_surface_plot *r, pdi_surface_plot_layout *l)
 {
-    const pd_shade *s = r->rendering;
+    const pd_rendering *s = r->rendering;
     l->legend.names = r->names;
     l->legend.colours = r->colours;
     l->legend.count = r->name_count;
@@ -56,14 +56,14 @@ static void pdi_surface_plot_init_legend(const pdi_surface_plot *r, pdi_surface_
 /* Positions of all parts and the size of the picture. */
 static void pdi_surface_plot_compute_layout(const pdi_surface_plot *r, pdi_surface_plot_layout *l)
 {
-    const pd_shade *s = r->rendering;
+    const pd_rendering *s = r->rendering;
     const char *widest = r->widest_stamp ? r->widest_stamp : r->stamp;
     int title = r->title ? pdi_canvas_compute_text_width(r->title) + 1 : 0;
     int stamp = r->stamp ? pdi_canvas_compute_text_width(widest) : 0;
     l->left = PDI_SURFACE_PLOT_LEFT_MARGIN;
     l->top = 52;
     int right = l->left + s->width, header = l->left + title + stamp + 30;
-    if (r->use_values && r->map != PD_MAP_LABELS) {
+    if (r->use_values && r->map != PD_COLOUR_MAP_LABELS) {
         pdi_colour_bar *b = &l->bar;
         l->axis.log = r->log;
         l->axis.lo = r->lo;
@@ -92,7 +92,7 @@ static uint32_t pdi_surface_plot_get_unshaded_colour(const pdi_surface_plot *r, 
                                                      double value)
 {
     if (!r->use_values || isnan(value)) return PDI_SURFACE_PLOT_BODY_COLOUR;
-    if (r->map == PD_MAP_LABELS && fabs(value) < 9e15) return pdi_legend_get_colour(&l->legend, value);
+    if (r->map == PD_COLOUR_MAP_LABELS && fabs(value) < 9e15) return pdi_legend_get_colour(&l->legend, value);
     if (r->log && !(value > 0)) return PDI_SURFACE_PLOT_BODY_COLOUR;
     return pdi_colour_bar_get_colour(l->table, pdi_axis_ticks_value_to_fraction(&l->axis, value));
 }
@@ -100,7 +100,7 @@ static uint32_t pdi_surface_plot_get_unshaded_colour(const pdi_surface_plot *r, 
 /* Colour of pixel k: the shaded surface over the background, below the edges of the box. */
 static uint32_t pdi_surface_plot_get_pixel_colour(const pdi_surface_plot *r, const pdi_surface_plot_layout *l, size_t k)
 {
-    const pd_shade *s = r->rendering;
+    const pd_rendering *s = r->rendering;
     double samples = PDI_RENDERER_SAMPLES_PER_SIDE * PDI_RENDERER_SAMPLES_PER_SIDE, cover = s->cover[k] / samples,
            edge = s->edge[k] / samples;
     uint32_t base =
@@ -130,7 +130,7 @@ static void pdi_surface_plot_draw_pixels(const pdi_surface_plot *r, const pdi_su
 
 /* Draw the letter of axis d outside the box, beside an edge of its silhouette: of x and y the lowest edge, of z the
  * leftmost. */
-static void pdi_surface_plot_draw_axis_letter(const pd_shade *s, const pdi_surface_plot_layout *l, int d,
+static void pdi_surface_plot_draw_axis_letter(const pd_rendering *s, const pdi_surface_plot_layout *l, int d,
                                               pdi_canvas *canvas)
 {
     int e = (d + 1) % 3, g = (d + 2) % 3, edge = -1;
@@ -181,12 +181,12 @@ static void pdi_surface_plot_draw_texts(const pdi_surface_plot *r, const pdi_sur
 static pd_status pdi_surface_plot_draw_on_canvas(pd_ctx *ctx, const void *what, pdi_svg *svg, pdi_canvas *canvas)
 {
     const pdi_surface_plot *r = (const pdi_surface_plot *)what;
-    const pd_shade *s = r->rendering;
+    const pd_rendering *s = r->rendering;
     pdi_surface_plot_layout l;
     pdi_canvas view;
     memset(canvas, 0, sizeof *canvas);
     memset(&l, 0, sizeof l);
-    pdi_colour_fill_table(r->map == PD_MAP_LABELS ? PD_MAP_SEQUENTIAL : r->map, l.table);
+    pdi_colour_fill_table(r->map == PD_COLOUR_MAP_LABELS ? PD_COLOUR_MAP_SEQUENTIAL : r->map, l.table);
     if (r->label) pdi_unit_label_format(r->label, l.label);
     pdi_surface_plot_compute_scale_bar(s, &l);
     pdi_surface_plot_init_legend(r, &l);

@@ -9,9 +9,10 @@
 #ifdef PDI_INTERNAL
 /* Zero-initialise, then fill in. */
 typedef struct pdi_surface_plot {
-    const pd_shade *rendering; /* the rendered surface */
+    const pd_rendering *rendering; /* the rendered surface */
     int use_values;            /* 1: coloured by its values in the range lo..hi; 0: in the colour of metal */
-    pd_map map;             /* PD_MAP_LABELS: a colour for each whole number, and a legend of those that are seen */
+    /* PD_COLOUR_MAP_LABELS: a colour for each whole number, and a legend of those that are seen */
+    pd_colour_map map;
     int log;                /* 1: logarithmic colours */
     double lo, hi;          /* [-] range of colours, in the unit of the label */
     const char *const *names; /* [name_count] legend of the labels 0, 1, ...; NULL: their numbers */

@@ -11,7 +11,7 @@ static int pdi_active_range_is_active(const pd_grid *grid, int32_t node)
 }
 
 /* Counts the ranges and their nodes; with `list` also stores them. */
-static void pdi_active_range_find(const pd_grid *grid, pd_spans *s, int list)
+static void pdi_active_range_find(const pd_grid *grid, pd_active_ranges *s, int list)
 {
     int32_t line = grid->np[0];
     s->count = s->nodes = 0;
@@ -33,13 +33,13 @@ static void pdi_active_range_find(const pd_grid *grid, pd_spans *s, int list)
 /* Describes the arrays of the ranges to the array registry. */
 static void pdi_active_range_list_arrays(pdi_array_visitor *owner, void *object)
 {
-    pd_spans *spans = (pd_spans *)object;
+    pd_active_ranges *spans = (pd_active_ranges *)object;
     PDI_ARRAY(owner, spans, first, spans->capacity, "1");
     PDI_ARRAY(owner, spans, start, spans->capacity, "1");
     PDI_ARRAY(owner, spans, length, spans->capacity, "1");
 }
 
-PDI_FN pd_status pdi_active_range_build(pd_ctx *ctx, const pd_grid *grid, pd_spans *s)
+PDI_FN pd_status pdi_active_range_build(pd_ctx *ctx, const pd_grid *grid, pd_active_ranges *s)
 {
     memset(s, 0, sizeof *s);
     s->total = grid->total;
@@ -50,7 +50,7 @@ PDI_FN pd_status pdi_active_range_build(pd_ctx *ctx, const pd_grid *grid, pd_spa
     return PD_OK;
 }
 
-PDI_FN void pdi_active_range_free(pd_ctx *ctx, pd_spans *s)
+PDI_FN void pdi_active_range_free(pd_ctx *ctx, pd_active_ranges *s)
 {
     pdi_array_registry_free(ctx, pdi_active_range_list_arrays, s);
     memset(s, 0, sizeof *s);
@@ -58,7 +58,7 @@ PDI_FN void pdi_active_range_free(pd_ctx *ctx, pd_spans *s)
 
 /* Sets to zero the nodes of one component of a full vector behind range k, up to the next one; in front of the first
  * range, too. */
-static void pdi_active_range_set_gaps_zero(const pd_spans *s, int32_t k, double *full)
+static void pdi_active_range_set_gaps_zero(const pd_active_ranges *s, int32_t k, double *full)
 {
     int32_t behind = s->first[k] + s->length[k], next = k + 1 < s->count ? s->first[k + 1] : s->total;
     memset(full + behind, 0, (size_t)(next - behind) * sizeof *full);
@@ -66,7 +66,8 @@ static void pdi_active_range_set_gaps_zero(const pd_spans *s, int32_t k, double 
 }
 
 /* Body of one thread: copies range by range from full to packed vectors (pack 1) or back (pack 0). */
-static void pdi_active_range_copy_ranges(const pd_spans *s, int components, const double *from, double *to, int pack)
+static void pdi_active_range_copy_ranges(const pd_active_ranges *s, int components, const double *from, double *to,
+                                         int pack)
 {
     PDI_FOR_NOWAIT
     for (int32_t k = 0; k < components * s->count; k++) {
@@ -78,20 +79,20 @@ static void pdi_active_range_copy_ranges(const pd_spans *s, int components, cons
 }
 
 /* Copies between full and packed vectors with all threads. */
-static void pdi_active_range_copy(const pd_ctx *ctx, const pd_spans *s, int components, const double *from, double *to,
-                                  int pack)
+static void pdi_active_range_copy(const pd_ctx *ctx, const pd_active_ranges *s, int components, const double *from,
+                                  double *to, int pack)
 {
     int nt = pdi_par_threads(ctx, (int64_t)components * s->nodes);
     PDI_PARALLEL_CALL(nt, pdi_active_range_copy_ranges(s, components, from, to, pack));
 }
 
-PDI_FN void pdi_active_range_pack(const pd_ctx *ctx, const pd_spans *s, int components, const double *full,
+PDI_FN void pdi_active_range_pack(const pd_ctx *ctx, const pd_active_ranges *s, int components, const double *full,
                                   double *packed)
 {
     pdi_active_range_copy(ctx, s, components, full, packed, 1);
 }
 
-PDI_FN void pdi_active_range_unpack(const pd_ctx *ctx, const pd_spans *s, int components, const double *packed,
+PDI_FN void pdi_active_range_unpack(const pd_ctx *ctx, const pd_active_ranges *s, int components, const double *packed,
                                     double *full)
 {
     pdi_active_range_copy(ctx, s, components, packed, full, 0);

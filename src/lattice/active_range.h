@@ -7,23 +7,23 @@
 #define PD_ACTIVE_RANGE_H
 #include "lattice/grid.h"
 
-typedef struct pd_spans {
+typedef struct pd_active_ranges {
     int32_t count, capacity;
     int32_t *first, *start, *length; /* [count] first node, its index in a packed vector, number of nodes */
     int32_t nodes;                   /* length of a packed vector */
     int32_t total;                   /* nodes of the grid, ghosts included */
-} pd_spans;
+} pd_active_ranges;
 
 #ifdef PDI_INTERNAL
 /* Finds the ranges. Solid nodes belong to them, as they may dissolve. */
-PDI_FN pd_status pdi_active_range_build(pd_ctx *ctx, const pd_grid *grid, pd_spans *spans);
-PDI_FN void pdi_active_range_free(pd_ctx *ctx, pd_spans *spans);
+PDI_FN pd_status pdi_active_range_build(pd_ctx *ctx, const pd_grid *grid, pd_active_ranges *spans);
+PDI_FN void pdi_active_range_free(pd_ctx *ctx, pd_active_ranges *spans);
 /* Copies the active nodes of full [components][total] to packed [components][nodes]. */
-PDI_FN void pdi_active_range_pack(const pd_ctx *ctx, const pd_spans *spans, int components, const double *full,
+PDI_FN void pdi_active_range_pack(const pd_ctx *ctx, const pd_active_ranges *spans, int components, const double *full,
                                   double *packed);
 /* Copies packed [components][nodes] to the active nodes of full [components][total]; all others become zero. */
-PDI_FN void pdi_active_range_unpack(const pd_ctx *ctx, const pd_spans *spans, int components, const double *packed,
-                                    double *full);
+PDI_FN void pdi_active_range_unpack(const pd_ctx *ctx, const pd_active_ranges *spans, int components,
+                                    const double *packed, double *full);
 #endif
 
 #endif

@@ -38,7 +38,7 @@ typedef struct pdi_bond_intersection {
 
 /* Intersection with the face of the closed cell that the bond enters. Through an edge or corner the normal is that of
  * the faces whose near side is open. */
-static void pdi_bond_intersect_cell_face(const pd_paths *paths, int32_t node, int k, int group,
+static void pdi_bond_intersect_cell_face(const pd_bond_paths *paths, int32_t node, int k, int group,
                                          pdi_bond_intersection *cut)
 {
     const pd_stencil *s = paths->stencil;
@@ -74,7 +74,7 @@ static double pdi_bond_shape_distance_along(const pd_grid *grid, int shape, cons
 
 /* 1: a node inside `shape` has dissolved in front of the closed group of the bond, so the surface is that of cell
  * faces, no longer the shape. */
-static int pdi_bond_has_receded(const pd_paths *paths, int shape, int32_t node, int k, int group)
+static int pdi_bond_has_receded(const pd_bond_paths *paths, int shape, int32_t node, int k, int group)
 {
     const pd_stencil *s = paths->stencil;
     const pd_grid *grid = paths->grid;
@@ -184,7 +184,7 @@ static void pdi_bond_add_ring_curvature(const pd_grid *grid, const double *x, co
 }
 
 /* Computes the intersection of bond k of `node`, blocked at `group`, with the surface: smooth shape or cell face. */
-static void pdi_bond_find_intersection(const pd_paths *paths, int32_t node, int k, int group,
+static void pdi_bond_find_intersection(const pd_bond_paths *paths, int32_t node, int k, int group,
                                        pdi_bond_intersection *cut)
 {
     const pd_grid *grid = paths->grid;
@@ -245,7 +245,8 @@ static void pdi_bond_add_wall_terms(const pd_bonds *bonds, int32_t node, int k, 
 }
 
 /* 1: the bond is blocked by cells of a smooth surface that its line intersects behind its far end, or nowhere. */
-static int pdi_bond_is_grazing(const pd_paths *paths, int32_t node, int k, int group, const pdi_bond_intersection *cut)
+static int pdi_bond_is_grazing(const pd_bond_paths *paths, int32_t node, int k, int group,
+                               const pdi_bond_intersection *cut)
 {
     const pd_grid *grid = paths->grid;
     const double *xi = paths->stencil->xi + k * PD_DIM;
@@ -259,7 +260,7 @@ static int pdi_bond_is_grazing(const pd_paths *paths, int32_t node, int k, int g
              PDI_BOND_SURFACE_TOLERANCE * pdi_vec_min(grid->h));
 }
 
-PDI_FN double pdi_bond_find_cut_fraction(const pd_paths *paths, int32_t node, int k, double *x)
+PDI_FN double pdi_bond_find_cut_fraction(const pd_bond_paths *paths, int32_t node, int k, double *x)
 {
     const double *xi = paths->stencil->xi + k * PD_DIM;
     pdi_bond_intersection cut;
@@ -371,7 +372,7 @@ static void pdi_bond_sum_wall_closure(pd_bonds *bonds, int32_t r, double *closur
                                    &cut);
         double factor = 2.0 * s->base[k] * pdi_max(1.0 - cut.fraction, 0.0) * pdi_vec_dot(xi, cut.normal);
         for (int i = 0; i < PD_DIM * PD_DIM; i++) closure[i] += factor * xi[i / PD_DIM] * cut.normal[i % PD_DIM];
-        if (bonds->options & PD_BONDS_AT_REST) continue;
+        if (bonds->options & PD_BONDS_NO_FLOW) continue;
         pdi_bond_add_wall_terms(bonds, node, k, &cut, &bonds->wall_lap[r], &bonds->wall_curv[r]);
         if (cut.is_smooth) bonds->smooth[r] = 1;
         if (neighbour >= 0) bonds->leg[(int64_t)r * 2 * PD_DIM + neighbour] = -cut.fraction;
@@ -423,7 +424,7 @@ static void pdi_bond_compute_row(pd_bonds *bonds, int32_t r)
     const pd_stencil *s = bonds->stencil;
     const pd_grid *grid = bonds->grid;
     int32_t node = bonds->node[r];
-    int at_rest = bonds->options & PD_BONDS_AT_REST;
+    int at_rest = bonds->options & PD_BONDS_NO_FLOW;
     double moment[N], closure[N], inner[N], entry[N], norm[PD_DIM];
     memset(moment, 0, sizeof moment);
     memset(inner, 0, sizeof inner);
@@ -466,9 +467,9 @@ PDI_FN void pdi_bond_list_row_arrays(pdi_array_visitor *owner, void *object)
     PDI_ARRAY(owner, bonds, node, rows, "1");
     PDI_ARRAY(owner, bonds, mask, rows * bonds->paths.words, "1");
     PDI_ARRAY(owner, bonds, inlet, rows, "1");
-    if (bonds->options & PD_BONDS_LEAN) return;
+    if (bonds->options & PD_BONDS_LOW_MEMORY) return;
     PDI_ARRAY(owner, bonds, moment, rows * PD_DIM * PD_DIM, "1");
-    if (bonds->options & PD_BONDS_AT_REST) return;
+    if (bonds->options & PD_BONDS_NO_FLOW) return;
     PDI_ARRAY(owner, bonds, smooth, rows, "1");
     PDI_ARRAY(owner, bonds, leg, rows * 2 * PD_DIM, "1");
     PDI_ARRAY(owner, bonds, wall_lap, rows, "1/m2");
@@ -479,9 +480,9 @@ PDI_FN void pdi_bond_list_row_arrays(pdi_array_visitor *owner, void *object)
 /* Copies moments and wall terms of the first `rows` rows. */
 static void pdi_bond_copy_row_data(const pd_bonds *from, size_t rows, pd_bonds *to)
 {
-    if (from->options & PD_BONDS_LEAN) return;
+    if (from->options & PD_BONDS_LOW_MEMORY) return;
     memcpy(to->moment, from->moment, rows * PD_DIM * PD_DIM * sizeof *from->moment);
-    if (from->options & PD_BONDS_AT_REST) return;
+    if (from->options & PD_BONDS_NO_FLOW) return;
     memcpy(to->smooth, from->smooth, rows * sizeof *from->smooth);
     memcpy(to->leg, from->leg, rows * 2 * PD_DIM * sizeof *from->leg);
     memcpy(to->wall_lap, from->wall_lap, rows * sizeof *from->wall_lap);
@@ -546,9 +547,9 @@ static void pdi_bond_swap_rows(pd_bonds *b, int32_t r, int32_t q)
     b->row[b->node[r]] = r;
     b->row[b->node[q]] = q;
     pdi_bond_swap_bytes(b->inlet, r, q);
-    if (b->options & PD_BONDS_LEAN) return;
+    if (b->options & PD_BONDS_LOW_MEMORY) return;
     pdi_bond_swap_doubles(b->moment, PD_DIM * PD_DIM, r, q);
-    if (b->options & PD_BONDS_AT_REST) return;
+    if (b->options & PD_BONDS_NO_FLOW) return;
     pdi_bond_swap_bytes(b->smooth, r, q);
     pdi_bond_swap_doubles(b->wall_lap, 1, r, q);
     pdi_bond_swap_doubles(b->wall_curv, 1, r, q);
@@ -572,17 +573,17 @@ static void pdi_bond_sort_rows(pd_bonds *b)
     }
 }
 
-/* Describes the arrays of pd_runs to the array registry. */
+/* Describes the arrays of pd_node_ranges to the array registry. */
 static void pdi_bond_list_range_arrays(pdi_array_visitor *owner, void *object)
 {
-    pd_runs *list = (pd_runs *)object;
+    pd_node_ranges *list = (pd_node_ranges *)object;
     PDI_ARRAY(owner, list, first, list->capacity, "1");
     PDI_ARRAY(owner, list, length, list->capacity, "1");
 }
 
 /* Lists the ranges of nodes with plain rows (cut 1) or with full families (cut 0), up to the capacity; returns their
  * number. */
-static int32_t pdi_bond_find_ranges(const pd_bonds *b, int cut, pd_runs *list)
+static int32_t pdi_bond_find_ranges(const pd_bonds *b, int cut, pd_node_ranges *list)
 {
     int32_t count = 0, length = 0;
     for (int32_t node = 0; node <= b->grid->total; node++) {
@@ -604,7 +605,7 @@ static int32_t pdi_bond_find_ranges(const pd_bonds *b, int cut, pd_runs *list)
 }
 
 /* Updates a list of ranges, and grows it when it is too short. */
-static pd_status pdi_bond_update_ranges(pd_ctx *ctx, const pd_bonds *b, int cut, pd_runs *list)
+static pd_status pdi_bond_update_ranges(pd_ctx *ctx, const pd_bonds *b, int cut, pd_node_ranges *list)
 {
     int32_t count = pdi_bond_find_ranges(b, cut, list);
     if (count > list->capacity) {
@@ -670,8 +671,8 @@ static pd_status pdi_bond_build_inner(pd_ctx *ctx, const pd_stencil *stencil, co
                                       pd_bonds *bonds)
 {
     memset(bonds, 0, sizeof *bonds);
-    if ((options & PD_BONDS_LEAN) && !(options & PD_BONDS_AT_REST))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "bonds", "PD_BONDS_LEAN, expected PD_BONDS_AT_REST with it");
+    if ((options & PD_BONDS_LOW_MEMORY) && !(options & PD_BONDS_NO_FLOW))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "bonds", "PD_BONDS_LOW_MEMORY, expected PD_BONDS_NO_FLOW with it");
     bonds->stencil = stencil;
     bonds->grid = grid;
     bonds->options = options;

@@ -20,25 +20,25 @@
 typedef void (*pd_velocity_fn)(void *user, const double *x, double *u);
 
 /* Ranges of consecutive nodes along axis 0. */
-typedef struct pd_runs {
+typedef struct pd_node_ranges {
     int32_t count, capacity;
     int32_t *first, *length; /* [capacity] first node, and number of nodes */
-} pd_runs;
+} pd_node_ranges;
 
 /* Which nodes own rows, and what rows store: a sum of these. */
 typedef enum pd_bonds_options {
-    PD_BONDS_ALL_ROWS = 1, /* every fluid node owns a row (to compare both ways of evaluation) */
-    PD_BONDS_AT_REST = 2,  /* no flow: the wall terms of the momentum equation are not stored */
-    PD_BONDS_LEAN = 4      /* with PD_BONDS_AT_REST: moments of rows are computed when a gradient needs them */
+    PD_BONDS_ALL_ROWS = 1,  /* every fluid node owns a row (to compare both ways of evaluation) */
+    PD_BONDS_NO_FLOW = 2,   /* no flow: the wall terms of the momentum equation are not stored */
+    PD_BONDS_LOW_MEMORY = 4 /* with PD_BONDS_NO_FLOW: moments of rows are computed when a gradient needs them */
 } pd_bonds_options;
 
 typedef struct pd_bonds {
     const pd_stencil *stencil;
     const pd_grid *grid;
     pd_ghosts ghosts;    /* of the grid: to set the values at far ends of bonds */
-    pd_spans spans;      /* of the grid */
+    pd_active_ranges spans; /* of the grid */
     int options;         /* pd_bonds_options */
-    pd_paths paths;      /* of the stencil on the grid */
+    pd_bond_paths paths; /* of the stencil on the grid */
     int32_t *line_shift; /* [lines of the stencil] node id on a grid line minus that of the node at its middle */
     double norm[PD_DIM]; /* [unit of base m2] sum w xi_a^2 over a full family */
     pd_axisym axisym;      /* weights of an axisymmetric grid; empty: planar */
@@ -52,7 +52,7 @@ typedef struct pd_bonds {
     uint8_t *inlet;      /* [capacity] 1: an open bond ends on an inlet ghost */
     double *moment;      /* [capacity][PD_DIM][PD_DIM] [unit of 1/(base m2)] inverse of sum w xi xi^T over open bonds
                           * (eq. 3.5); NULL: lean */
-    /* NULL with PD_BONDS_AT_REST: */
+    /* NULL with PD_BONDS_NO_FLOW: */
     uint8_t *smooth;     /* [capacity] 1: a closed bond ends on a shape that is curved or inclined there */
     double *leg;         /* [capacity][2 PD_DIM] [-] distance to the neighbour x-, x+, y-, ... in spacings: 1, or minus
                           * the fraction of it up to the surface when the neighbour is closed */
@@ -60,8 +60,8 @@ typedef struct pd_bonds {
     double *wall_curv;   /* [capacity] [-] sum over cut bonds of a (xi.N)^2 (1-t)/2 (eq. 3.4), with the curvature */
     double *advecting;   /* [capacity][PD_DIM][PD_DIM] [-] correction of bond fluxes of a truncated family (eq. 4.2b):
                           * the transpose of the correction of g in eq. 3.5, inlets included */
-    pd_runs whole;      /* nodes with full families */
-    pd_runs cut;        /* nodes of plain rows; the rows of a range are consecutive, too */
+    pd_node_ranges whole; /* nodes with full families */
+    pd_node_ranges cut;   /* nodes of plain rows; the rows of a range are consecutive, too */
 } pd_bonds;
 
 #define pd_bonds_build PD_NAME(pd_bonds_build)
@@ -70,7 +70,7 @@ typedef struct pd_bonds {
 #define pd_bonds_free PD_NAME(pd_bonds_free)
 
 /* Builds the rows of all irregular nodes and the ranges of nodes. Grid and stencil are borrowed. options: 0, or a sum
- * of pd_bonds_options. PD_ERR_ARGUMENT: PD_BONDS_LEAN without PD_BONDS_AT_REST. */
+ * of pd_bonds_options. PD_ERR_ARGUMENT: PD_BONDS_LOW_MEMORY without PD_BONDS_NO_FLOW. */
 PD_API pd_status pd_bonds_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid, int options,
                                 pd_bonds *bonds);
 /* Updates the rows within one bond of the nodes changed[count], whose kinds have changed (solid became fluid). */
@@ -161,7 +161,7 @@ PDI_FN void pdi_bond_sum_wall_velocity(const pd_bonds *bonds, int32_t row, pd_ve
  * the node lies behind a side of the box. */
 PDI_FN int pdi_bond_find_surface_shape(const pd_grid *grid, int32_t closed, int walled);
 /* Fraction t at which cut bond k of a node intersects the surface; x: the point [m]. */
-PDI_FN double pdi_bond_find_cut_fraction(const pd_paths *paths, int32_t node, int k, double *x);
+PDI_FN double pdi_bond_find_cut_fraction(const pd_bond_paths *paths, int32_t node, int k, double *x);
 /* Point x [m] at which cut bond k of a row intersects the surface, and the unit normal towards the fluid. Returns the
  * closed node behind it, or -1 where the line only grazes the cells of a smooth surface. */
 PDI_FN int32_t pdi_bond_find_surface_point(const pd_bonds *bonds, int32_t row, int k, double *x, double *normal);

@@ -17,7 +17,7 @@
 
 /* A straight segment from x to x + xi. */
 typedef struct pdi_bond_diffusivity_segment {
-    const pd_media *media;
+    const pd_bond_diffusivity *media;
     double x[PD_DIM], xi[PD_DIM]; /* [m] */
     double material_begin, length;            /* [-] fraction of it where the present material begins; [m] its length */
     double near_diffusivity, far_diffusivity; /* [m2/s] diffusivity at both ends; NaN: unknown */
@@ -65,7 +65,7 @@ static double pdi_bond_diffusivity_find_surface(const pdi_bond_diffusivity_segme
 /* Diffusivity [m2/s] of a segment 0 .. end that lies within the surface: the mean of both sides. */
 static double pdi_bond_diffusivity_mean_in_surface(const pdi_bond_diffusivity_segment *w, double end)
 {
-    const pd_media *m = w->media;
+    const pd_bond_diffusivity *m = w->media;
     double normal[PD_DIM], eps = PDI_BOND_DIFFUSIVITY_SIDE_OFFSET * m->smallest, sum = 0.0;
     pdi_bond_diffusivity_segment across = *w;
     for (int d = 0; d < PD_DIM; d++) across.x[d] += 0.5 * end * w->xi[d];
@@ -134,7 +134,7 @@ static void pdi_bond_diffusivity_add_point(pdi_bond_diffusivity_integral *state,
  * bounds (Lipschitz constant 1). The points are the same from whichever end the segment begins. */
 static void pdi_bond_diffusivity_bisect(pdi_bond_diffusivity_integral *state, double to, double level)
 {
-    const pd_media *m = state->segment->media;
+    const pd_bond_diffusivity *m = state->segment->media;
     double from = state->last_fraction,
            part = (to - from) * state->segment->length * (1.0 - PDI_BOND_DIFFUSIVITY_TOLERANCE);
     if (part > fabs(state->last_distance) + fabs(level) && part > PDI_BOND_DIFFUSIVITY_MIN_LAYER * m->smallest) {
@@ -167,7 +167,8 @@ static double pdi_bond_diffusivity_mean_in_series(pdi_bond_diffusivity_segment *
 }
 
 /* Sets the segment to bond k of node i. */
-static void pdi_bond_diffusivity_init_segment(const pd_media *m, int32_t i, int k, pdi_bond_diffusivity_segment *w)
+static void pdi_bond_diffusivity_init_segment(const pd_bond_diffusivity *m, int32_t i, int k,
+                                              pdi_bond_diffusivity_segment *w)
 {
     w->media = m;
     pd_grid_position(m->grid, i, w->x);
@@ -178,7 +179,7 @@ static void pdi_bond_diffusivity_init_segment(const pd_media *m, int32_t i, int 
     w->far_diffusivity = (double)NAN;
 }
 
-PDI_FN double pdi_bond_diffusivity_get_part(const pd_media *m, int32_t i, int k, double end)
+PDI_FN double pdi_bond_diffusivity_get_part(const pd_bond_diffusivity *m, int32_t i, int k, double end)
 {
     pdi_bond_diffusivity_segment w;
     if (!m->along) return m->at[i];
@@ -192,7 +193,7 @@ PDI_FN double pdi_bond_diffusivity_get_part(const pd_media *m, int32_t i, int k,
 static int pdi_bond_diffusivity_is_member(const pd_grid *grid, int32_t i)
 {
     int at[PD_DIM];
-    if (grid->kind[i] != PD_OUTSIDE && grid->kind[i] != PD_WALL) return 1;
+    if (grid->kind[i] != PD_INACTIVE && grid->kind[i] != PD_WALL) return 1;
     pdi_grid_index(grid, i, at);
     for (int d = 0; d < PD_DIM; d++)
         if ((at[d] < 0 && grid->side[2 * d] == PD_SIDE_WALL) ||
@@ -202,7 +203,7 @@ static int pdi_bond_diffusivity_is_member(const pd_grid *grid, int32_t i)
 }
 
 /* Node at `times` bonds k from node i; -1: outside of the arrays, or a wall. */
-static int32_t pdi_bond_diffusivity_find_node(const pd_media *m, int32_t i, int k, int times)
+static int32_t pdi_bond_diffusivity_find_node(const pd_bond_diffusivity *m, int32_t i, int k, int times)
 {
     int at[PD_DIM];
     pdi_grid_index(m->grid, i, at);
@@ -215,14 +216,14 @@ static int32_t pdi_bond_diffusivity_find_node(const pd_media *m, int32_t i, int 
 }
 
 /* Node at the far end of bond k of node i; -1: outside of the arrays, or a wall. */
-static int32_t pdi_bond_diffusivity_find_far_node(const pd_media *m, int32_t i, int k)
+static int32_t pdi_bond_diffusivity_find_far_node(const pd_bond_diffusivity *m, int32_t i, int k)
 {
     return pdi_bond_diffusivity_find_node(m, i, k, 1);
 }
 
 /* Computes the diffusivities of all bonds of node i, which has a row; writes the same number for the opposite bond of
  * the far end. */
-static void pdi_bond_diffusivity_compute_row(pd_media *m, int32_t i)
+static void pdi_bond_diffusivity_compute_row(pd_bond_diffusivity *m, int32_t i)
 {
     int count = m->stencil->count;
     double *row = m->along + (int64_t)m->near[i] * count;
@@ -249,7 +250,7 @@ typedef struct pdi_bond_diffusivity_correction {
 
 /* Axis normal to the surface near node i, to rounding; -1: the surface is inclined. Where two parts of it are equally
  * near on both sides of the node, central differences cancel, and the axis is that along which the distance changes. */
-static int pdi_bond_diffusivity_find_normal_axis(const pd_media *m, int32_t i)
+static int pdi_bond_diffusivity_find_normal_axis(const pd_bond_diffusivity *m, int32_t i)
 {
     double gradient[PD_DIM], change[PD_DIM], length = 0.0, changes = 0.0;
     pdi_bond_diffusivity_segment w;
@@ -274,7 +275,7 @@ static int pdi_bond_diffusivity_find_normal_axis(const pd_media *m, int32_t i)
 }
 
 /* Mean diffusivity [m2/s] of the cell of node i along `axis`, material by material. */
-static double pdi_bond_diffusivity_cell_mean(const pd_media *m, int32_t i, int axis)
+static double pdi_bond_diffusivity_cell_mean(const pd_bond_diffusivity *m, int32_t i, int axis)
 {
     pdi_bond_diffusivity_segment w;
     int side;
@@ -290,7 +291,7 @@ static double pdi_bond_diffusivity_cell_mean(const pd_media *m, int32_t i, int a
 
 /* Mean diffusivity of the cell of node i minus that of the node [m2/s], at least 0, when the surface cuts the cell. The
  * neighbours in the material of higher diffusivity carry this surplus. */
-static double pdi_bond_diffusivity_cell_surplus(const pd_media *m, int32_t i, int axis)
+static double pdi_bond_diffusivity_cell_surplus(const pd_bond_diffusivity *m, int32_t i, int axis)
 {
     pdi_bond_diffusivity_segment w;
     if (m->near[i] < 0) return 0.0;
@@ -301,7 +302,7 @@ static double pdi_bond_diffusivity_cell_surplus(const pd_media *m, int32_t i, in
 
 /* Mean diffusivity [m2/s] of the layer of cells of node i: of its cell, without its surplus and with that of
  * neighbours of lower diffusivity. */
-static double pdi_bond_diffusivity_layer_mean(const pd_media *m, int32_t i, int axis)
+static double pdi_bond_diffusivity_layer_mean(const pd_bond_diffusivity *m, int32_t i, int axis)
 {
     double mean = pdi_bond_diffusivity_cell_mean(m, i, axis) - pdi_bond_diffusivity_cell_surplus(m, i, axis);
     for (int side = -1; side < 2; side += 2) {
@@ -315,7 +316,7 @@ static double pdi_bond_diffusivity_layer_mean(const pd_media *m, int32_t i, int 
 }
 
 /* 1: bond k is parallel to surfaces normal to `axis`. */
-static int pdi_bond_diffusivity_is_bond_parallel(const pd_media *m, int k, int axis)
+static int pdi_bond_diffusivity_is_bond_parallel(const pd_bond_diffusivity *m, int k, int axis)
 {
     return axis >= 0 && m->stencil->offset[k * PD_DIM + axis] == 0;
 }
@@ -335,7 +336,7 @@ static int pdi_bond_diffusivity_count_reflections(const pd_stencil *s, int n, in
 
 /* Diffusivity [m2/s] of bond k of node i, or, where that ends in a wall, the mean of its mirror images with the fewest
  * reflections: what walls cut off is corrected elsewhere (theory: eq. 5.7). */
-static double pdi_bond_diffusivity_get_mirrored(const pd_media *m, int32_t i, int k, int axis)
+static double pdi_bond_diffusivity_get_mirrored(const pd_bond_diffusivity *m, int32_t i, int k, int axis)
 {
     const pd_stencil *s = m->stencil;
     const double *row = m->along + (int64_t)m->near[i] * s->count;
@@ -357,7 +358,8 @@ static double pdi_bond_diffusivity_get_mirrored(const pd_media *m, int32_t i, in
  * along the surface than the materials do; a cell that the surface cuts has the material of its node. The deficit of
  * the moments of the node against the mean of its cell is given to its bonds parallel to the surface. Then the layers
  * together conduct along the surface what the materials do, and nothing changes across it. */
-static void pdi_bond_diffusivity_compute_correction(const pd_media *m, int32_t i, pdi_bond_diffusivity_correction *lift)
+static void pdi_bond_diffusivity_compute_correction(const pd_bond_diffusivity *m, int32_t i,
+                                                    pdi_bond_diffusivity_correction *lift)
 {
     const pd_stencil *s = m->stencil;
     double matrix[PD_DIM * PD_DIM], deficit[PD_DIM], inverse[PD_DIM * PD_DIM];
@@ -386,8 +388,8 @@ static void pdi_bond_diffusivity_compute_correction(const pd_media *m, int32_t i
 
 /* Adds to bond k of node i, and to its opposite bond, the mean of the corrections of both ends; at least a quarter of
  * the diffusivity stays. */
-static void pdi_bond_diffusivity_add_correction(const pd_media *m, const pdi_bond_diffusivity_correction *lift,
-                                                int32_t i, int k)
+static void pdi_bond_diffusivity_add_correction(const pd_bond_diffusivity *m,
+                                                const pdi_bond_diffusivity_correction *lift, int32_t i, int k)
 {
     const pd_stencil *s = m->stencil;
     const double *xi = s->xi + k * PD_DIM;
@@ -404,7 +406,7 @@ static void pdi_bond_diffusivity_add_correction(const pd_media *m, const pdi_bon
 }
 
 /* Computes the corrections of all nodes near the surface, and adds them to their bonds. */
-static pd_status pdi_bond_diffusivity_correct_bonds(pd_ctx *ctx, pd_media *m)
+static pd_status pdi_bond_diffusivity_correct_bonds(pd_ctx *ctx, pd_bond_diffusivity *m)
 {
     pdi_bond_diffusivity_correction *lift = NULL;
     PDI_TRY(PDI_NEW(ctx, "media", m->rows, lift));
@@ -421,7 +423,7 @@ static pd_status pdi_bond_diffusivity_correct_bonds(pd_ctx *ctx, pd_media *m)
 
 PDI_FN void pdi_bond_diffusivity_list_node_arrays(pdi_array_visitor *owner, void *object)
 {
-    pd_media *media = (pd_media *)object;
+    pd_bond_diffusivity *media = (pd_bond_diffusivity *)object;
     int32_t total = media->grid ? media->grid->total : 0;
     PDI_ARRAY(owner, media, at, total, "m2/s");
     if (media->level) PDI_ARRAY(owner, media, near, total, "1");
@@ -429,13 +431,13 @@ PDI_FN void pdi_bond_diffusivity_list_node_arrays(pdi_array_visitor *owner, void
 
 PDI_FN void pdi_bond_diffusivity_list_row_arrays(pdi_array_visitor *owner, void *object)
 {
-    pd_media *media = (pd_media *)object;
+    pd_bond_diffusivity *media = (pd_bond_diffusivity *)object;
     PDI_ARRAY(owner, media, along, media->rows ? (int64_t)media->rows * media->stencil->count : 0, "m2/s");
 }
 
 /* Numbers the nodes within one bond of the surface and computes the diffusivities of their bonds. The tolerance
  * includes all neighbours of a node on the surface, so that both ends of a bond have the same diffusivity. */
-static pd_status pdi_bond_diffusivity_build_rows(pd_ctx *ctx, pd_media *m)
+static pd_status pdi_bond_diffusivity_build_rows(pd_ctx *ctx, pd_bond_diffusivity *m)
 {
     double longest = 0.0;
     for (int k = 0; k < m->stencil->count; k++) longest = pdi_max(longest, pdi_vec_norm(m->stencil->xi + k * PD_DIM));
@@ -459,7 +461,7 @@ static pd_status pdi_bond_diffusivity_build_rows(pd_ctx *ctx, pd_media *m)
 }
 
 PDI_FN pd_status pdi_bond_diffusivity_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid,
-                                            pd_point_fn field, pd_point_fn level, void *user, pd_media *m)
+                                            pd_point_fn field, pd_point_fn level, void *user, pd_bond_diffusivity *m)
 {
     memset(m, 0, sizeof *m);
     m->stencil = stencil;
@@ -477,7 +479,7 @@ PDI_FN pd_status pdi_bond_diffusivity_build(pd_ctx *ctx, const pd_stencil *stenc
         }
     for (int32_t i = 0; i < grid->total; i++) {
         double x[PD_DIM];
-        if (grid->kind[i] == PD_OUTSIDE) continue;
+        if (grid->kind[i] == PD_INACTIVE) continue;
         pd_grid_position(grid, i, x);
         pdi_grid_fold_position(grid, x);
         m->at[i] = field(user, x);
@@ -489,7 +491,7 @@ PDI_FN pd_status pdi_bond_diffusivity_build(pd_ctx *ctx, const pd_stencil *stenc
     return level ? pdi_bond_diffusivity_build_rows(ctx, m) : PD_OK;
 }
 
-PDI_FN void pdi_bond_diffusivity_free(pd_ctx *ctx, pd_media *m)
+PDI_FN void pdi_bond_diffusivity_free(pd_ctx *ctx, pd_bond_diffusivity *m)
 {
     pdi_array_registry_free(ctx, pdi_bond_diffusivity_list_node_arrays, m);
     pdi_array_registry_free(ctx, pdi_bond_diffusivity_list_row_arrays, m);

@@ -14,7 +14,7 @@
 typedef double (*pd_point_fn)(void *user, const double *x);
 
 /* Diffusivities of nodes and bonds. at NULL: the medium is homogeneous, nothing is stored. */
-typedef struct pd_media {
+typedef struct pd_bond_diffusivity {
     const pd_stencil *stencil;
     const pd_grid *grid;
     pd_point_fn field;  /* [m2/s] diffusivity */
@@ -26,20 +26,21 @@ typedef struct pd_media {
     double *along;      /* [rows][count] [m2/s] mean diffusivity of the bonds of these nodes; NULL: no surface */
     int32_t rows;       /* nodes within one bond of the surface */
     int unit[PD_DIM];   /* index of the bond of one cell in the positive direction of an axis */
-} pd_media;
+} pd_bond_diffusivity;
 
 #ifdef PDI_INTERNAL
-/* Describes the arrays of pd_media with one entry a node to the array registry. */
+/* Describes the arrays of pd_bond_diffusivity with one entry a node to the array registry. */
 PDI_FN void pdi_bond_diffusivity_list_node_arrays(pdi_array_visitor *owner, void *object);
-/* Describes the arrays of pd_media with one entry for each bond of nodes near the surface. */
+/* Describes the arrays of pd_bond_diffusivity with one entry for each bond of nodes near the surface. */
 PDI_FN void pdi_bond_diffusivity_list_row_arrays(pdi_array_visitor *owner, void *object);
 /* Evaluates the diffusivity at all nodes and along all bonds near the surface `level`. Grid and stencil are borrowed.
  * PD_ERR_ARGUMENT: a diffusivity is negative or not finite. */
 PDI_FN pd_status pdi_bond_diffusivity_build(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *grid,
-                                            pd_point_fn field, pd_point_fn level, void *user, pd_media *media);
-PDI_FN void pdi_bond_diffusivity_free(pd_ctx *ctx, pd_media *media);
+                                            pd_point_fn field, pd_point_fn level, void *user,
+                                            pd_bond_diffusivity *media);
+PDI_FN void pdi_bond_diffusivity_free(pd_ctx *ctx, pd_bond_diffusivity *media);
 /* Mean diffusivity [m2/s] of the part of bond k from node i to the fraction `end`: resistances in series. */
-PDI_FN double pdi_bond_diffusivity_get_part(const pd_media *media, int32_t i, int k, double end);
+PDI_FN double pdi_bond_diffusivity_get_part(const pd_bond_diffusivity *media, int32_t i, int k, double end);
 /* Harmonic mean 2ab/(a + b) (eq. 5.2), in a form that does not overflow and gives the same bits from both ends. */
 static inline double pdi_bond_diffusivity_harmonic_mean(double a, double b)
 {
@@ -47,7 +48,7 @@ static inline double pdi_bond_diffusivity_harmonic_mean(double a, double b)
     return upper > 0.0 ? 2.0 * lower / (1.0 + lower / upper) : 0.0;
 }
 /* Diffusivity [m2/s] of bond k from node i to j. */
-static inline double pdi_bond_diffusivity_get(const pd_media *media, int32_t i, int32_t j, int k)
+static inline double pdi_bond_diffusivity_get(const pd_bond_diffusivity *media, int32_t i, int32_t j, int k)
 {
     int32_t row = media->along ? media->near[i] : -1;
     if (row >= 0) return media->along[(int64_t)row * media->stencil->count + k];

@@ -3,7 +3,7 @@
 #include <math.h>
 #include <string.h>
 
-PDI_FN int pdi_bond_path_find_closed_group(const pd_paths *paths, int32_t node, int k)
+PDI_FN int pdi_bond_path_find_closed_group(const pd_bond_paths *paths, int32_t node, int k)
 {
     const pd_stencil *s = paths->stencil;
     const uint8_t *kind = paths->grid->kind;
@@ -23,7 +23,7 @@ static uint8_t pdi_bond_path_get_source_kind(const pd_grid *grid, int32_t cell)
     return grid->kind[pdi_grid_find_source(grid, cell, NULL)];
 }
 
-PDI_FN int32_t pdi_bond_path_find_closed_cell(const pd_paths *paths, int32_t node, int group)
+PDI_FN int32_t pdi_bond_path_find_closed_cell(const pd_bond_paths *paths, int32_t node, int group)
 {
     const pd_stencil *s = paths->stencil;
     int32_t found = -1;
@@ -39,7 +39,7 @@ PDI_FN int32_t pdi_bond_path_find_closed_cell(const pd_paths *paths, int32_t nod
     return found;
 }
 
-PDI_FN int pdi_bond_path_has_metal(const pd_paths *paths, int32_t node, int group, int *all)
+PDI_FN int pdi_bond_path_has_metal(const pd_bond_paths *paths, int32_t node, int group, int *all)
 {
     const pd_stencil *s = paths->stencil;
     int metal = 0;
@@ -53,13 +53,13 @@ PDI_COLD_BEGIN
 /* Describes the arrays of the paths to the array registry. */
 static void pdi_bond_path_list_arrays(pdi_array_visitor *owner, void *object)
 {
-    pd_paths *paths = (pd_paths *)object;
+    pd_bond_paths *paths = (pd_bond_paths *)object;
     if (!paths->stencil) return;
     PDI_ARRAY(owner, paths, shift, paths->stencil->count, "1");
     PDI_ARRAY(owner, paths, cell_shift, paths->stencil->cells, "1");
 }
 
-PDI_FN pd_status pdi_bond_path_build(pd_ctx *ctx, const pd_stencil *s, const pd_grid *grid, pd_paths *paths)
+PDI_FN pd_status pdi_bond_path_build(pd_ctx *ctx, const pd_stencil *s, const pd_grid *grid, pd_bond_paths *paths)
 {
     memset(paths, 0, sizeof *paths);
     if (s->reach > grid->ghost)
@@ -80,7 +80,7 @@ PDI_FN pd_status pdi_bond_path_build(pd_ctx *ctx, const pd_stencil *s, const pd_
     return PD_OK;
 }
 
-PDI_FN void pdi_bond_path_free(pd_ctx *ctx, pd_paths *paths)
+PDI_FN void pdi_bond_path_free(pd_ctx *ctx, pd_bond_paths *paths)
 {
     pdi_array_registry_free(ctx, pdi_bond_path_list_arrays, paths);
     memset(paths, 0, sizeof *paths);

@@ -13,7 +13,7 @@
 
 typedef enum pd_csr_operator {
     PD_CSR_LAPLACIAN = 0, /* pd_op_laplacian [1/m2] */
-    PD_CSR_DIFFUSE,       /* pd_op_diffuse [1/s] with `diffusivity` */
+    PD_CSR_DIFFUSE,       /* pd_op_diffusion [1/s] with `diffusivity` */
     PD_CSR_GRADIENT,      /* component `axis` of pd_op_gradient [1/m] */
     PD_CSR_DIVERGENCE     /* contribution of component `axis` of the vector to pd_op_divergence [1/m] */
 } pd_csr_operator;

@@ -74,12 +74,12 @@ PDI_FN pd_status pdi_ghosts_update(pd_ctx *ctx, pd_ghosts *g)
     return PD_OK;
 }
 
-void pd_ghosts_scalar(const pd_ghosts *g, double *f)
+void pd_ghosts_set_scalar(const pd_ghosts *g, double *f)
 {
     for (int32_t k = 0; k < g->images; k++) f[g->node[k]] = f[g->source[k]];
 }
 
-void pd_ghosts_vector(const pd_ghosts *g, double *v)
+void pd_ghosts_set_vector(const pd_ghosts *g, double *v)
 {
     int64_t total = g->grid->total;
     for (int d = 0; d < PD_DIM; d++)
@@ -105,13 +105,13 @@ PDI_FN void pdi_ghosts_set_inlet_velocity(const pd_ghosts *g, const double *held
 
 PDI_FN void pdi_ghosts_set_pressure(const pd_ghosts *g, double held, double *p)
 {
-    pd_ghosts_scalar(g, p);
+    pd_ghosts_set_scalar(g, p);
     for (int32_t k = g->images; k < g->count; k++) p[g->node[k]] = 2.0 * held - p[g->source[k]];
 }
 
 PDI_FN void pdi_ghosts_set_potential(const pd_ghosts *g, double *q)
 {
-    pd_ghosts_scalar(g, q);
+    pd_ghosts_set_scalar(g, q);
     for (int32_t k = g->count; k < g->listed && g->count > g->images; k++)
         q[g->node[k]] = g->grid->kind[g->source[k]] == PD_FLUID ? q[g->source[k]] : 0.0;
 }

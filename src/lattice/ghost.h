@@ -18,8 +18,8 @@ typedef struct pd_ghosts {
     uint8_t *across;        /* [capacity] bit d: the inlet or outlet is normal to axis d */
 } pd_ghosts;
 
-#define pd_ghosts_scalar PD_NAME(pd_ghosts_scalar)
-#define pd_ghosts_vector PD_NAME(pd_ghosts_vector)
+#define pd_ghosts_set_scalar PD_NAME(pd_ghosts_set_scalar)
+#define pd_ghosts_set_vector PD_NAME(pd_ghosts_set_vector)
 
 #ifdef PDI_INTERNAL
 /* Lists the ghosts of a grid, which is borrowed. */
@@ -29,9 +29,9 @@ PDI_FN pd_status pdi_ghosts_update(pd_ctx *ctx, pd_ghosts *ghosts);
 #endif
 /* Scalar f [total]: images take the value of their source (periodic, or zero normal gradient); outlets and inlets are
  * left alone. */
-PD_API void pd_ghosts_scalar(const pd_ghosts *ghosts, double *f);
+PD_API void pd_ghosts_set_scalar(const pd_ghosts *ghosts, double *f);
 /* Vector v [PD_DIM][total]: images and outlets take the value of their source, with the sign of the component. */
-PD_API void pd_ghosts_vector(const pd_ghosts *ghosts, double *v);
+PD_API void pd_ghosts_set_vector(const pd_ghosts *ghosts, double *v);
 #ifdef PDI_INTERNAL
 /* Velocity v [PD_DIM][total] behind inlets: odd extension about the prescribed values on the side, held
  * [PD_DIM][listed - count] in the order of the list (NULL: zero); where the source is no fluid, the prescribed value

@@ -379,7 +379,7 @@ static void pdi_grid_mark_mixed_sides(pd_grid *grid)
     grid->ends = (uint8_t)(seen[0] & seen[1]);
 }
 
-/* Marks walls out of reach of every fluid and solid node as PD_OUTSIDE. */
+/* Marks walls out of reach of every fluid and solid node as PD_INACTIVE. */
 static void pdi_grid_mark_outside(const pd_stencil *stencil, pd_grid *grid)
 {
     for (int32_t node = 0; node < grid->total; node++) {
@@ -392,7 +392,7 @@ static void pdi_grid_mark_outside(const pd_stencil *stencil, pd_grid *grid)
             near_fluid = pdi_grid_is_inside(grid, j) && (grid->kind[pd_grid_node(grid, j)] == PD_FLUID ||
                                                          grid->kind[pd_grid_node(grid, j)] == PD_SOLID);
         }
-        if (!near_fluid) grid->kind[node] = PD_OUTSIDE;
+        if (!near_fluid) grid->kind[node] = PD_INACTIVE;
     }
 }
 

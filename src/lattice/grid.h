@@ -11,13 +11,13 @@
 #include "lattice/stencil.h"
 
 typedef enum pd_kind {
-    PD_OUTSIDE = 0, /* beyond the reach of all fluid: takes no part */
+    PD_INACTIVE = 0, /* beyond the reach of all fluid: takes no part */
     PD_FLUID = 1,
-    PD_SOLID = 2,   /* metal that can dissolve */
+    PD_SOLID = 2, /* metal that can dissolve */
     PD_WALL = 3,
-    PD_INLET = 4,   /* ghost with prescribed velocity and concentration */
-    PD_OUTLET = 5,  /* ghost behind a pressure outlet */
-    PD_IMAGE = 6    /* ghost behind a periodic or mirror side: copy of a fluid node */
+    PD_INLET = 4,  /* ghost with prescribed velocity and concentration */
+    PD_OUTLET = 5, /* ghost behind a pressure outlet */
+    PD_IMAGE = 6   /* ghost behind a periodic or mirror side: copy of a fluid node */
 } pd_kind;
 
 /* Boundary condition of a side of the box. */
@@ -30,7 +30,7 @@ typedef enum pd_side {
 } pd_side;
 
 /* 1: fluid enters the box at the point x [m] of a side (inlet), 0: it leaves there (outlet). */
-typedef int (*pd_entry_fn)(void *user, int side, const double *x);
+typedef int (*pd_is_inlet_fn)(void *user, int side, const double *x);
 
 typedef struct pd_grid_desc {
     double lo[PD_DIM], hi[PD_DIM]; /* [m] box; each edge a whole number of cells (1e-6 of a cell) */
@@ -39,7 +39,7 @@ typedef struct pd_grid_desc {
     const pd_shape *solid;         /* the one of them that is metal; NULL: none */
     const pd_shape *wall;          /* the one of them that is wall, also where metal is; NULL: none */
     int ghost;                     /* minimum number of ghost layers; 0: as deep as the stencil reaches */
-    pd_entry_fn entry;             /* for sides that are inlet or outlet: which of both a point is; NULL: as `side`
+    pd_is_inlet_fn entry;          /* for sides that are inlet or outlet: which of both a point is; NULL: as `side`
                                     * says */
     void *entry_user;
     int axisymmetric;              /* 2D: axis 0 is z, axis 1 is r >= 0, and nodes are rings. A box that begins at r = 0
@@ -56,7 +56,7 @@ typedef struct pd_grid {
     pd_side side[2 * PD_DIM];
     const pd_shape *shapes;
     int solid, wall;      /* indices of the shapes of metal and wall, -1: none */
-    pd_entry_fn entry;
+    pd_is_inlet_fn entry;
     void *entry_user;
     uint8_t ends;         /* bit s: side s is an inlet at some points and an outlet at others */
     double *circumference; /* [np of the last axis] [m] 2 pi |r| of axisymmetric rows of nodes; NULL: planar */

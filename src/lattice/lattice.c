@@ -36,7 +36,7 @@ static pd_status pdi_lattice_grow_fields(pd_ctx *ctx, pd_lattice *l)
     return PD_OK;
 }
 
-pd_status pd_lattice_field(pd_ctx *ctx, pd_lattice *l, int components, double **field)
+pd_status pd_lattice_add_field(pd_ctx *ctx, pd_lattice *l, int components, double **field)
 {
     *field = NULL;
     if (components < 1 || components > 1024)

@@ -4,10 +4,10 @@
  *     pd_lattice_desc desc = {0};
  *     for (int d = 0; d < PD_DIM; d++) desc.stencil.h[d] = 1e-6, desc.grid.hi[d] = 100e-6;
  *     pd_lattice_build(&ctx, &desc, &lattice);
- *     pd_lattice_field(&ctx, &lattice, 1, &c);
- *     pd_lattice_field(&ctx, &lattice, 1, &lap);
+ *     pd_lattice_add_field(&ctx, &lattice, 1, &c);
+ *     pd_lattice_add_field(&ctx, &lattice, 1, &lap);
  *     for (int step = 0; step < steps; step++) {
- *         pd_ghosts_scalar(&lattice.bonds.ghosts, c);
+ *         pd_ghosts_set_scalar(&lattice.bonds.ghosts, c);
  *         pd_op_laplacian(&ctx, &lattice.bonds, c, lap);
  *         for (int32_t i = 0; i < lattice.grid.total; i++) c[i] += dt * diffusivity * lap[i];
  *     }
@@ -34,14 +34,14 @@ typedef struct pd_lattice {
 } pd_lattice;
 
 #define pd_lattice_build PD_NAME(pd_lattice_build)
-#define pd_lattice_field PD_NAME(pd_lattice_field)
+#define pd_lattice_add_field PD_NAME(pd_lattice_add_field)
 #define pd_lattice_free PD_NAME(pd_lattice_free)
 
 /* Builds stencil, grid and bonds. Failures: those of pd_stencil_build, pd_grid_build and pd_bonds_build. */
 PD_API pd_status pd_lattice_build(pd_ctx *ctx, const pd_lattice_desc *desc, pd_lattice *lattice);
 /* Allocates a field: *field [components][total], all zero, freed with the lattice. On failure *field is NULL and the
  * lattice as before. */
-PD_API pd_status pd_lattice_field(pd_ctx *ctx, pd_lattice *lattice, int components, double **field);
+PD_API pd_status pd_lattice_add_field(pd_ctx *ctx, pd_lattice *lattice, int components, double **field);
 PD_API void pd_lattice_free(pd_ctx *ctx, pd_lattice *lattice);
 
 #endif

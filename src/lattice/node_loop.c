@@ -51,7 +51,8 @@ static void pdi_node_loop_run_blocks(const void *user, int32_t i, int32_t row, i
 }
 
 /* Body of one thread: calls the loop body for each node near inlets and outlets. */
-static void pdi_node_loop_run_open_boundary(const pd_boundary *boundary, pdi_node_loop_block_fn block, const void *user)
+static void pdi_node_loop_run_open_boundary(const pd_open_boundary *boundary, pdi_node_loop_block_fn block,
+                                            const void *user)
 {
     PDI_FOR_NOWAIT
     for (int32_t p = 0; p < boundary->count; p++)
@@ -59,7 +60,7 @@ static void pdi_node_loop_run_open_boundary(const pd_boundary *boundary, pdi_nod
 }
 
 /* Body of one thread: all fluid nodes, first those away from inlets and outlets, then those near them. */
-static void pdi_node_loop_run_thread_blocks(const pd_boundary *boundary, const pdi_node_loop_work *w)
+static void pdi_node_loop_run_thread_blocks(const pd_open_boundary *boundary, const pdi_node_loop_work *w)
 {
     pdi_node_loop_run_thread(boundary->bonds, 0, pdi_node_loop_run_blocks, w);
     pdi_node_loop_run_open_boundary(boundary, w->block, w->user);
@@ -74,7 +75,7 @@ PDI_FN void pdi_node_loop_by_ranges(const pd_ctx *ctx, const pd_bonds *bonds, in
     pdi_par_end_timing(ctx, &timing);
 }
 
-PDI_FN void pdi_node_loop_by_blocks(const pd_ctx *ctx, const pd_boundary *boundary, int64_t work,
+PDI_FN void pdi_node_loop_by_blocks(const pd_ctx *ctx, const pd_open_boundary *boundary, int64_t work,
                                     pdi_node_loop_block_fn block, const void *user)
 {
     const pd_bonds *bonds = boundary->bonds;

@@ -48,11 +48,11 @@ typedef void (*pdi_node_loop_range_fn)(const void *user, int32_t i, int32_t row,
 PDI_FN void pdi_node_loop_by_ranges(const pd_ctx *ctx, const pd_bonds *bonds, int64_t work, int max,
                                     pdi_node_loop_range_fn run, const void *user);
 /* Body of a loop by blocks: up to PDI_BLOCK nodes from i, which own the rows from `row` on, or have full families (row
- * -1). place < 0: no inlet or outlet within reach; else one node near them, entry `place` of pd_boundary. */
+ * -1). place < 0: no inlet or outlet within reach; else one node near them, entry `place` of pd_open_boundary. */
 typedef void (*pdi_node_loop_block_fn)(const void *user, int32_t i, int32_t row, int32_t place, int count);
 /* Loop over all fluid nodes in parallel, in blocks, and one by one near inlets and outlets. `block` writes to its own
  * nodes only. work: number of scalar operations, to decide on threads. */
-PDI_FN void pdi_node_loop_by_blocks(const pd_ctx *ctx, const pd_boundary *boundary, int64_t work,
+PDI_FN void pdi_node_loop_by_blocks(const pd_ctx *ctx, const pd_open_boundary *boundary, int64_t work,
                                     pdi_node_loop_block_fn block, const void *user);
 /* Flux through the open bond k of node i, positive towards its far end. */
 typedef double (*pdi_node_loop_flux_fn)(const void *user, int32_t i, int k);

@@ -291,7 +291,7 @@ static void pdi_op_diffuse_truncated(const pdi_op_operands *w, int32_t r, int co
     pdi_op_diffuse_bonds(w, w->bonds->node[r], r, count);
 }
 
-pd_status pd_op_diffuse(pd_ctx *ctx, const pd_bonds *bonds, const double *diffusivity, const double *f, double *out)
+pd_status pd_op_diffusion(pd_ctx *ctx, const pd_bonds *bonds, const double *diffusivity, const double *f, double *out)
 {
     const pd_grid *grid = bonds->grid;
     pdi_op_operands w;

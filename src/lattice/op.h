@@ -21,7 +21,7 @@
 #define pd_op_gradient PD_NAME(pd_op_gradient)
 #define pd_op_divergence PD_NAME(pd_op_divergence)
 #define pd_op_laplacian PD_NAME(pd_op_laplacian)
-#define pd_op_diffuse PD_NAME(pd_op_diffuse)
+#define pd_op_diffusion PD_NAME(pd_op_diffusion)
 
 /* Gradient: grad [PD_DIM][total] = sum g (f_j - f_i) of f [total], corrected by the moments of the open bonds at
  * truncated families (eq. 2.4, 3.5). Linear fields are exact at every node whose open bonds span space; in directions
@@ -41,7 +41,7 @@ PD_API void pd_op_laplacian(const pd_ctx *ctx, const pd_bonds *bonds, const doub
  * the family full, and the flux through a jump of D lying halfway between layers is that of resistances in series for
  * bonds of one cell. PD_ERR_ARGUMENT: a diffusivity of a fluid node, or of an inlet or outlet ghost, is negative or
  * not finite. */
-PD_API pd_status pd_op_diffuse(pd_ctx *ctx, const pd_bonds *bonds, const double *diffusivity, const double *f,
-                               double *out);
+PD_API pd_status pd_op_diffusion(pd_ctx *ctx, const pd_bonds *bonds, const double *diffusivity, const double *f,
+                                 double *out);
 
 #endif

@@ -39,7 +39,7 @@ static void pdi_open_boundary_set_far_ends(const pd_bonds *bonds, int32_t i, int
 }
 
 /* Counts the fluid nodes near inlets and outlets; with `list` also stores them and their far ends. */
-static int32_t pdi_open_boundary_find_nodes(pd_boundary *p, int list)
+static int32_t pdi_open_boundary_find_nodes(pd_open_boundary *p, int list)
 {
     const pd_bonds *bonds = p->bonds;
     int32_t found = 0;
@@ -57,16 +57,16 @@ static int32_t pdi_open_boundary_find_nodes(pd_boundary *p, int list)
     return found;
 }
 
-/* Describes the arrays of pd_boundary to the array registry. */
+/* Describes the arrays of pd_open_boundary to the array registry. */
 static void pdi_open_boundary_list_arrays(pdi_array_visitor *owner, void *object)
 {
-    pd_boundary *boundary = (pd_boundary *)object;
+    pd_open_boundary *boundary = (pd_open_boundary *)object;
     int64_t bonds = boundary->bonds ? boundary->bonds->stencil->count : 0;
     PDI_ARRAY(owner, boundary, node, boundary->capacity, "1");
     PDI_ARRAY(owner, boundary, far, bonds * boundary->capacity, "1");
 }
 
-PDI_FN pd_status pdi_open_boundary_update(pd_ctx *ctx, pd_boundary *p)
+PDI_FN pd_status pdi_open_boundary_update(pd_ctx *ctx, pd_open_boundary *p)
 {
     int32_t count = pdi_open_boundary_has_any(p->bonds->grid) ? pdi_open_boundary_find_nodes(p, 0) : 0;
     if (count > p->capacity) {
@@ -77,14 +77,14 @@ PDI_FN pd_status pdi_open_boundary_update(pd_ctx *ctx, pd_boundary *p)
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_open_boundary_build(pd_ctx *ctx, const pd_bonds *bonds, pd_boundary *p)
+PDI_FN pd_status pdi_open_boundary_build(pd_ctx *ctx, const pd_bonds *bonds, pd_open_boundary *p)
 {
     memset(p, 0, sizeof *p);
     p->bonds = bonds;
     return pdi_open_boundary_update(ctx, p);
 }
 
-PDI_FN void pdi_open_boundary_free(pd_ctx *ctx, pd_boundary *p)
+PDI_FN void pdi_open_boundary_free(pd_ctx *ctx, pd_open_boundary *p)
 {
     pdi_array_registry_free(ctx, pdi_open_boundary_list_arrays, p);
     memset(p, 0, sizeof *p);

@@ -8,21 +8,21 @@
 #define PD_OPEN_BOUNDARY_H
 #include "lattice/bond.h"
 
-typedef struct pd_boundary {
+typedef struct pd_open_boundary {
     const pd_bonds *bonds;
     int32_t count, capacity;
     int32_t *node; /* [capacity] fluid nodes near inlets or outlets, ascending */
     int32_t *far;  /* [capacity][count of the stencil] far ends; blocked bonds and those to outlets end on the node */
-} pd_boundary;
+} pd_open_boundary;
 
 #ifdef PDI_INTERNAL
 /* 1: a side of the box is an inlet or an outlet. */
 PDI_FN int pdi_open_boundary_has_any(const pd_grid *grid);
 /* Lists the nodes; bonds are borrowed. */
-PDI_FN pd_status pdi_open_boundary_build(pd_ctx *ctx, const pd_bonds *bonds, pd_boundary *boundary);
+PDI_FN pd_status pdi_open_boundary_build(pd_ctx *ctx, const pd_bonds *bonds, pd_open_boundary *boundary);
 /* Lists the nodes again, after pd_bonds_update. */
-PDI_FN pd_status pdi_open_boundary_update(pd_ctx *ctx, pd_boundary *boundary);
-PDI_FN void pdi_open_boundary_free(pd_ctx *ctx, pd_boundary *boundary);
+PDI_FN pd_status pdi_open_boundary_update(pd_ctx *ctx, pd_open_boundary *boundary);
+PDI_FN void pdi_open_boundary_free(pd_ctx *ctx, pd_open_boundary *boundary);
 /* *near_port: 1 when an inlet or outlet side is within the reach of bonds of node i. Returns how many of the `length`
  * nodes from i along axis 0 are like node i in this. */
 PDI_FN int32_t pdi_open_boundary_find_segment(const pd_bonds *bonds, int32_t i, int32_t length, int *near_port);

@@ -122,7 +122,7 @@ static int pdi_reconstruct_find_parabola(const pd_grid *grid, int32_t node, int 
 /* Computes the scalar fit of row r of a wide family: its gradient as a linear map of the data (eq. 3.5b). 0: the
  * bonds determine none, or there is no parabola along an axis: in such a gap the quadratic would take the gradient
  * from nodes in front of it, by mixed derivatives. */
-static int pdi_reconstruct_compute_scalar_fit(pd_reconstruct *rec, int32_t r)
+static int pdi_reconstruct_compute_scalar_fit(pd_quadratic_reconstruction *rec, int32_t r)
 {
     const pd_bonds *bonds = rec->bonds;
     const pd_stencil *s = bonds->stencil;
@@ -261,9 +261,9 @@ static void pdi_reconstruct_stokes_velocity(const pdi_reconstruct_surface_point 
 }
 
 /* error [PD_DIM]: discrete minus exact Laplacian of that velocity at row r. */
-static void pdi_reconstruct_laplacian_error(const pd_reconstruct *rec, const pdi_reconstruct_surface_point *foot,
-                                            int32_t r, const double *hessian, const double *extra_weight, double factor,
-                                            double *error)
+static void pdi_reconstruct_laplacian_error(const pd_quadratic_reconstruction *rec,
+                                            const pdi_reconstruct_surface_point *foot, int32_t r, const double *hessian,
+                                            const double *extra_weight, double factor, double *error)
 {
     const pd_bonds *bonds = foot->bonds;
     const pd_stencil *s = bonds->stencil;
@@ -295,8 +295,8 @@ static void pdi_reconstruct_laplacian_error(const pd_reconstruct *rec, const pdi
 
 /* Computes the errors of row r for each second derivative of the pressure (nearest neighbours only); zero without a
  * velocity fit or smooth surface. */
-static void pdi_reconstruct_compute_cubic_errors(pd_reconstruct *rec, int32_t r, const double *extra_weight,
-                                                 double factor)
+static void pdi_reconstruct_compute_cubic_errors(pd_quadratic_reconstruction *rec, int32_t r,
+                                                 const double *extra_weight, double factor)
 {
     int64_t q = rec->place[r];
     pdi_reconstruct_surface_point foot;
@@ -314,7 +314,8 @@ static void pdi_reconstruct_compute_cubic_errors(pd_reconstruct *rec, int32_t r,
 }
 
 /* slope [PD_DIM] = gradient of the scalar fit of f at row r of a wide family. */
-static void pdi_reconstruct_apply_scalar_fit(const pd_reconstruct *rec, int32_t r, const double *f, double *slope)
+static void pdi_reconstruct_apply_scalar_fit(const pd_quadratic_reconstruction *rec, int32_t r, const double *f,
+                                             double *slope)
 {
     const pd_bonds *bonds = rec->bonds;
     int32_t node = bonds->node[r];
@@ -366,7 +367,8 @@ static void pdi_reconstruct_compute_hessian(const pd_grid *grid, int32_t node, c
         }
 }
 
-PDI_FN void pdi_reconstruct_compute_viscous_error(const pd_reconstruct *rec, int32_t r, const double *f, double *error)
+PDI_FN void pdi_reconstruct_compute_viscous_error(const pd_quadratic_reconstruction *rec, int32_t r, const double *f,
+                                                  double *error)
 {
     double hessian[PDI_RECONSTRUCT_HESSIAN_SIZE];
     for (int a = 0; a < PD_DIM; a++) error[a] = 0.0;
@@ -379,10 +381,10 @@ PDI_FN void pdi_reconstruct_compute_viscous_error(const pd_reconstruct *rec, int
 }
 
 PDI_COLD_BEGIN
-/* Describes the arrays of pd_reconstruct to the array registry. */
+/* Describes the arrays of pd_quadratic_reconstruction to the array registry. */
 static void pdi_reconstruct_list_arrays(pdi_array_visitor *owner, void *object)
 {
-    pd_reconstruct *slopes = (pd_reconstruct *)object;
+    pd_quadratic_reconstruction *slopes = (pd_quadratic_reconstruction *)object;
     int64_t count = slopes->capacity, terms = PDI_RECONSTRUCT_TERMS, wide = slopes->wide;
     PDI_ARRAY(owner, slopes, row, count, "1");
     PDI_ARRAY(owner, slopes, fits, count, "1");
@@ -396,7 +398,7 @@ static void pdi_reconstruct_list_arrays(pdi_array_visitor *owner, void *object)
 }
 
 /* Allocates the arrays for `count` rows when they are too small; earlier contents are lost. */
-static pd_status pdi_reconstruct_reserve(pd_ctx *ctx, int32_t count, pd_reconstruct *rec)
+static pd_status pdi_reconstruct_reserve(pd_ctx *ctx, int32_t count, pd_quadratic_reconstruction *rec)
 {
     const pd_bonds *bonds = rec->bonds;
     if (count <= rec->capacity && bonds->capacity <= rec->rows) return PD_OK;
@@ -410,7 +412,7 @@ static pd_status pdi_reconstruct_reserve(pd_ctx *ctx, int32_t count, pd_reconstr
 PDI_COLD_END
 
 PDI_FN pd_status pdi_reconstruct_update(pd_ctx *ctx, const pd_bonds *bonds, const double *extra_weight, double factor,
-                                        pd_reconstruct *rec)
+                                        pd_quadratic_reconstruction *rec)
 {
     int32_t count = 0;
     for (int32_t r = 0; r < bonds->rows; r++) count += bonds->smooth[r];
@@ -437,7 +439,8 @@ PDI_FN pd_status pdi_reconstruct_update(pd_ctx *ctx, const pd_bonds *bonds, cons
     return PD_OK;
 }
 
-PDI_FN void pdi_reconstruct_set_gradient(const pd_ctx *ctx, const pd_reconstruct *rec, const double *f, double *grad)
+PDI_FN void pdi_reconstruct_set_gradient(const pd_ctx *ctx, const pd_quadratic_reconstruction *rec, const double *f,
+                                         double *grad)
 {
     const pd_bonds *bonds = rec->bonds;
     if (!rec->count) return;
@@ -462,7 +465,8 @@ PDI_FN void pdi_reconstruct_set_gradient(const pd_ctx *ctx, const pd_reconstruct
     }
 }
 
-PDI_FN void pdi_reconstruct_apply_wall_laplacian(const pd_reconstruct *rec, int32_t r, const double *u, double *wall)
+PDI_FN void pdi_reconstruct_apply_wall_laplacian(const pd_quadratic_reconstruction *rec, int32_t r, const double *u,
+                                                 double *wall)
 {
     const pd_bonds *bonds = rec->bonds;
     const pd_stencil *s = bonds->stencil;
@@ -480,7 +484,7 @@ PDI_FN void pdi_reconstruct_apply_wall_laplacian(const pd_reconstruct *rec, int3
     }
 }
 
-PDI_FN void pdi_reconstruct_free(pd_ctx *ctx, pd_reconstruct *rec)
+PDI_FN void pdi_reconstruct_free(pd_ctx *ctx, pd_quadratic_reconstruction *rec)
 {
     pdi_array_registry_free(ctx, pdi_reconstruct_list_arrays, rec);
     memset(rec, 0, sizeof *rec);

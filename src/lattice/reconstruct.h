@@ -13,7 +13,7 @@
 #define PD_RECONSTRUCT_H
 #include "lattice/bond.h"
 
-typedef struct pd_reconstruct {
+typedef struct pd_quadratic_reconstruction {
     const pd_bonds *bonds;
     int32_t count, capacity; /* rows near smooth surfaces */
     int32_t *row;            /* [capacity] row of pd_bonds */
@@ -28,31 +28,34 @@ typedef struct pd_reconstruct {
     double *slope;           /* [wide][PD_DIM][terms] [m] gradient of the fit from sums of terms times differences */
     int32_t rows;            /* capacity of the rows of pd_bonds */
     int32_t *place;          /* [rows] index of a row of pd_bonds in these lists; -1: not near a smooth surface */
-} pd_reconstruct;
+} pd_quadratic_reconstruction;
 
 #ifdef PDI_INTERNAL
 /* Computes the fits of all rows near smooth surfaces for the present geometry; `rec` is zero or holds earlier fits.
  * extra_weight: NULL, or [bonds of the stencil] [1/m2] added, times `factor`, to the Laplacian weights (isotropic
  * friction, eq. 4.1c). */
 PDI_FN pd_status pdi_reconstruct_update(pd_ctx *ctx, const pd_bonds *bonds, const double *extra_weight, double factor,
-                                        pd_reconstruct *rec);
-PDI_FN void pdi_reconstruct_free(pd_ctx *ctx, pd_reconstruct *rec);
+                                        pd_quadratic_reconstruction *rec);
+PDI_FN void pdi_reconstruct_free(pd_ctx *ctx, pd_quadratic_reconstruction *rec);
 
 #define PDI_RECONSTRUCT_HESSIAN_SIZE (PD_DIM * (PD_DIM + 1) / 2) /* second derivatives: xx, yx, yy, .. */
 /* Replaces grad [PD_DIM][total] of f [total] at the rows near smooth surfaces (eq. 3.5b): by the fit of wide families,
  * else by parabolas along the axes on which they have neighbours. Ghost values must be set. */
-PDI_FN void pdi_reconstruct_set_gradient(const pd_ctx *ctx, const pd_reconstruct *rec, const double *f, double *grad);
+PDI_FN void pdi_reconstruct_set_gradient(const pd_ctx *ctx, const pd_quadratic_reconstruction *rec, const double *f,
+                                         double *grad);
 /* 1: row r of the bonds has a velocity fit. */
-static inline int pdi_reconstruct_has_velocity_fit(const pd_reconstruct *rec, int32_t r)
+static inline int pdi_reconstruct_has_velocity_fit(const pd_quadratic_reconstruction *rec, int32_t r)
 {
     return r < rec->rows && rec->place[r] >= 0 && rec->fits[rec->place[r]];
 }
 /* wall [PD_DIM] = contribution of the cut bonds of row r to the Laplacian of the velocity u [PD_DIM][total], for a
  * wall at rest (second sum of eq. 3.4b). */
-PDI_FN void pdi_reconstruct_apply_wall_laplacian(const pd_reconstruct *rec, int32_t r, const double *u, double *wall);
+PDI_FN void pdi_reconstruct_apply_wall_laplacian(const pd_quadratic_reconstruction *rec, int32_t r, const double *u,
+                                                 double *wall);
 /* error [PD_DIM] [unit of f / m]: error of the viscous term of row r for the pressure f [total], to be subtracted (eq.
  * 3.4c). */
-PDI_FN void pdi_reconstruct_compute_viscous_error(const pd_reconstruct *rec, int32_t r, const double *f, double *error);
+PDI_FN void pdi_reconstruct_compute_viscous_error(const pd_quadratic_reconstruction *rec, int32_t r, const double *f,
+                                                  double *error);
 /* Derivative at 0 of the parabola through the values `below` at -a, `at` at 0 and `above` at b. */
 static inline double pdi_reconstruct_parabola_derivative(double a, double b, double below, double at, double above)
 {

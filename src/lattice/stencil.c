@@ -31,9 +31,9 @@ static int pdi_stencil_next_offset(int *n, int reach)
  * rounding of sqrt from deciding on membership. */
 static double pdi_stencil_partial_volume(const int *n, double m, pd_family family)
 {
-    double length = pdi_stencil_lattice_length(n), limit = family == PD_FAMILY_WHOLE ? m + 1e-12 : m + 0.5 - 1e-12;
+    double length = pdi_stencil_lattice_length(n), limit = family == PD_FAMILY_FULL_CELLS ? m + 1e-12 : m + 0.5 - 1e-12;
     if (!(length > 0.0) || !(length < limit)) return 0.0;
-    return family == PD_FAMILY_WHOLE ? 1.0 : pdi_min(m + 0.5 - length, 1.0);
+    return family == PD_FAMILY_FULL_CELLS ? 1.0 : pdi_min(m + 0.5 - length, 1.0);
 }
 
 /* Describes the arrays by bonds and grid lines to the array registry. */
@@ -340,7 +340,7 @@ static pd_status pdi_stencil_build_inner(pd_ctx *ctx, const pd_stencil_desc *des
         stencil->volume *= desc->h[d];
     }
     PDI_TRY(pdi_stencil_build_family(ctx, desc->family, stencil));
-    if (desc->weights == PD_WEIGHTS_PRINTED) pdi_stencil_set_published_weights(stencil);
+    if (desc->weights == PD_WEIGHTS_PUBLISHED) pdi_stencil_set_published_weights(stencil);
     else PDI_TRY(pdi_stencil_calibrate_weights(ctx, stencil));
     for (int k = 0; k < stencil->count; k++) stencil->lap_sum += stencil->lap[k];
     PDI_TRY(pdi_area_weights_compute(ctx, stencil->count, stencil->xi, stencil->beta, stencil->m, stencil->h,

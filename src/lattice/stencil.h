@@ -10,12 +10,13 @@
 
 typedef enum pd_weights {
     PD_WEIGHTS_CALIBRATED = 0, /* discrete moments exact; refused when a Laplacian weight would be negative */
-    PD_WEIGHTS_PRINTED = 1     /* continuum coefficients of the papers, only to reproduce published figures */
+    PD_WEIGHTS_PUBLISHED = 1   /* continuum coefficients of the papers, only to reproduce published figures */
 } pd_weights;
 
 typedef enum pd_family {
-    PD_FAMILY_PARTIAL = 0, /* |n| < m + 1/2; cells at the horizon count with the part beta of their volume inside it */
-    PD_FAMILY_WHOLE = 1    /* |n| <= m, all cells in full, as in codes that sum by fast Fourier transforms */
+    /* |n| < m + 1/2; cells at the horizon count with the part beta of their volume inside it */
+    PD_FAMILY_PARTIAL_CELLS = 0,
+    PD_FAMILY_FULL_CELLS = 1 /* |n| <= m, all cells in full, as in codes that sum by fast Fourier transforms */
 } pd_family;
 
 typedef struct pd_stencil_desc {

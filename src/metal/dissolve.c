@@ -732,9 +732,9 @@ static void pdi_dissolve_balance(pd_ctx *ctx, void *self, int k, pd_amounts *a)
     a->in += d->in;
 }
 
-pd_process pd_dissolve_process(pd_dissolve *d)
+pd_physics pd_dissolve_process(pd_dissolve *d)
 {
-    pd_process p;
+    pd_physics p;
     memset(&p, 0, sizeof p);
     p.name = "dissolution";
     p.self = d;

@@ -30,7 +30,7 @@ PD_API pd_status pd_dissolve_build(pd_ctx *ctx, pd_grid *grid, const pd_stencil 
 /* Transport together with the metal, one implicit system, as a process. A step is as long as no solid node loses more
  * than a set fraction and the error in time of what is lost allows. What a law knows of time holds at the middle of the
  * step, which is of second order. */
-PD_API pd_process pd_dissolve_process(pd_dissolve *dissolve);
+PD_API pd_physics pd_dissolve_process(pd_dissolve *dissolve);
 PD_API void pd_dissolve_free(pd_ctx *ctx, pd_dissolve *dissolve);
 
 #ifdef PDI_INTERNAL

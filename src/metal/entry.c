@@ -3,7 +3,7 @@
 #include <string.h>
 
 /* Node at `at`, or that which a ghost stands for. *flip (or NULL): as of pdi_grid_find_source. */
-static int32_t pdi_entry_home(const pd_paths *paths, int32_t at, int *flip)
+static int32_t pdi_entry_home(const pd_bond_paths *paths, int32_t at, int *flip)
 {
     uint8_t kind = paths->grid->kind[at];
     if (flip) *flip = 0;
@@ -18,7 +18,7 @@ static int pdi_entry_unwalled(const pd_grid *grid)
     return grid->fluid_count + grid->solid_count == cells;
 }
 
-PDI_FN int pdi_entry_free(const pd_paths *paths, int32_t i, int k)
+PDI_FN int pdi_entry_free(const pd_bond_paths *paths, int32_t i, int k)
 {
     const pd_stencil *s = paths->stencil;
     if (pdi_entry_unwalled(paths->grid)) return 1;
@@ -33,7 +33,7 @@ PDI_FN int pdi_entry_free(const pd_paths *paths, int32_t i, int k)
     return 1;
 }
 
-PDI_FN void pdi_entry_find(const pd_paths *paths, int32_t j, int k, pdi_entry *entry)
+PDI_FN void pdi_entry_find(const pd_bond_paths *paths, int32_t j, int k, pdi_entry *entry)
 {
     const pd_stencil *s = paths->stencil;
     const uint8_t *kind = paths->grid->kind;
@@ -70,7 +70,7 @@ PDI_FN void pdi_entry_mirror(const pdi_entry *entry, int e, const double *v, dou
     for (int d = 0; d < PD_DIM; d++) seen[d] = entry->flip[e] >> d & 1 ? -v[d] : v[d];
 }
 
-PDI_FN double pdi_entry_beyond(const pd_paths *paths, int k, const pdi_entry *entry, int e, const double *axis)
+PDI_FN double pdi_entry_beyond(const pd_bond_paths *paths, int k, const pdi_entry *entry, int e, const double *axis)
 {
     const pd_stencil *s = paths->stencil;
     double sum = 0.0;

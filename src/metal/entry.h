@@ -25,7 +25,7 @@ typedef struct pdi_entry {
 } pdi_entry;
 
 /* Node at the far end of bond k of node i, or that which a ghost there stands for. */
-static inline int32_t pdi_entry_far(const pd_paths *paths, int32_t i, int k)
+static inline int32_t pdi_entry_far(const pd_bond_paths *paths, int32_t i, int k)
 {
     int32_t at = i + paths->shift[k];
     uint8_t kind = paths->grid->kind[at];
@@ -33,13 +33,13 @@ static inline int32_t pdi_entry_far(const pd_paths *paths, int32_t i, int k)
 }
 /* 1 when metal can pass bond k of node i: no wall in between, mirror images included. Both ends agree, because paths
  * are the same both ways. */
-PDI_FN int pdi_entry_free(const pd_paths *paths, int32_t i, int k);
+PDI_FN int pdi_entry_free(const pd_bond_paths *paths, int32_t i, int k);
 /* Where bond k of metal node j enters the fluid. */
-PDI_FN void pdi_entry_find(const pd_paths *paths, int32_t j, int k, pdi_entry *entry);
+PDI_FN void pdi_entry_find(const pd_bond_paths *paths, int32_t j, int k, pdi_entry *entry);
 /* A vector at node e of an entry as the bond sees it, and the other way round. */
 PDI_FN void pdi_entry_mirror(const pdi_entry *entry, int e, const double *v, double *seen);
 /* (x_far - x_node).axis [m] of node e of an entry, for bond k. */
-PDI_FN double pdi_entry_beyond(const pd_paths *paths, int k, const pdi_entry *entry, int e, const double *axis);
+PDI_FN double pdi_entry_beyond(const pd_bond_paths *paths, int k, const pdi_entry *entry, int e, const double *axis);
 
 #endif
 

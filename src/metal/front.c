@@ -76,7 +76,7 @@ static pd_status pdi_front_make(pd_ctx *ctx, const pd_stencil *stencil, pd_kerne
     if ((int)kernel < PD_KERNEL_AREA || (int)kernel > PD_KERNEL_INVERSE)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "front", "kernel %d, expected 0 to 2", (int)kernel);
     PDI_TRY(pdi_array_registry_build(ctx, pdi_front_list, f));
-    if (weights == PD_WEIGHTS_PRINTED) PDI_TRY(pdi_front_print(ctx, f));
+    if (weights == PD_WEIGHTS_PUBLISHED) PDI_TRY(pdi_front_print(ctx, f));
     else if (kernel == PD_KERNEL_AREA) memcpy(f->weight, stencil->area, (size_t)stencil->count * sizeof(double));
     else PDI_TRY(pdi_front_calibrate(ctx, f));
     for (int k = 0; k < stencil->count; k++) f->total += f->weight[k];

@@ -28,9 +28,10 @@ typedef struct pd_front {
 } pd_front;
 
 #ifdef PDI_INTERNAL
-/* The stencil is borrowed. PD_WEIGHTS_PRINTED: continuum coefficients, for which f = 1 only when m is large; on unequal
- * spacings those of the smallest one times (delta_ref/delta_theta)^d, delta_theta = m |xi|/|n|. PD_ERR_ARGUMENT:
- * there are no printed area weights, and in 1D no inverse squares. PD_ERR_GEOMETRY: a calibrated weight is negative. */
+/* The stencil is borrowed. PD_WEIGHTS_PUBLISHED: continuum coefficients, for which f = 1 only when m is large; on
+ * unequal spacings those of the smallest one times (delta_ref/delta_theta)^d, delta_theta = m |xi|/|n|.
+ * PD_ERR_ARGUMENT: there are no printed area weights, and in 1D no inverse squares. PD_ERR_GEOMETRY: a calibrated
+ * weight is negative. */
 PDI_FN pd_status pdi_front_build(pd_ctx *ctx, const pd_stencil *stencil, pd_kernel kernel, pd_weights weights,
                                  pd_front *front);
 PDI_FN void pdi_front_free(pd_ctx *ctx, pd_front *front);

@@ -147,7 +147,7 @@ typedef void (*pdi_interface_link_fn)(pd_dissolve *d, pdi_beside *from, pdi_besi
  * field. */
 PDI_NOINLINE static void pdi_interface_link(pd_dissolve *d, pdi_interface_link_fn link)
 {
-    const pd_paths *paths = &d->transport->bonds->paths;
+    const pd_bond_paths *paths = &d->transport->bonds->paths;
     const pd_stencil *s = paths->stencil;
     pdi_entry entry;
     for (int32_t f = 0; f < d->front_count; f++)

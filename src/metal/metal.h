@@ -55,7 +55,7 @@ typedef struct pd_dissolve_desc {
     const double *factor; /* [total] [-] of solid nodes, multiplies the speed; NULL: 1. Borrowed */
     int sheds;            /* 1: `shed` of pd_dissolve is kept; 2: of each metal for itself */
     int lags;             /* 1: and lasts from step to step: its user empties it before the metal moves */
-    pd_at_fn found;       /* the fluid beside metal is known, for laws at that time; they are asked afterwards. NULL:
+    pd_solve_at_fn found; /* the fluid beside metal is known, for laws at that time; they are asked afterwards. NULL:
                            * nobody wants to know */
     void *found_user;
     int follows;          /* 1: laws hold for a step, and follow what moves behind the metal: steps are as long as that
@@ -83,7 +83,7 @@ typedef struct pd_dissolve_desc {
 typedef struct pd_dissolve {
     pd_dissolve_desc desc;
     pd_grid *grid;
-    pd_paths paths;           /* of the metal's bonds */
+    pd_bond_paths paths;      /* of the metal's bonds */
     pd_transport *transport;  /* its array c holds the solid content too */
     pd_front kernel;          /* bonds: weights across the front */
     const double *weight;     /* [count] [1/m] weights of the bonds across the surface */

@@ -34,7 +34,7 @@ static void pdi_balance_currents(const pd_ctx *ctx, pd_potential *p)
 static void pdi_balance_images(const pd_ctx *ctx, pd_potential *p, const double *x)
 {
     pdi_par_copy(ctx, p->grid->total, x, p->repeated);
-    pd_ghosts_scalar(&p->bonds->ghosts, p->repeated);
+    pd_ghosts_set_scalar(&p->bonds->ghosts, p->repeated);
 }
 
 PDI_FN void pdi_balance_bonds(const pd_ctx *ctx, pd_potential *p, const double *x, int held, double *y)

@@ -492,9 +492,9 @@ static pd_status pdi_cell_store(pd_ctx *ctx, void *self, pd_archive *archive)
     return PD_OK;
 }
 
-pd_process pd_cell_process(pd_cell *cell)
+pd_physics pd_cell_process(pd_cell *cell)
 {
-    pd_process p;
+    pd_physics p;
     memset(&p, 0, sizeof p);
     p.name = "potential";
     p.self = cell;

@@ -92,7 +92,7 @@ typedef struct pd_cell_electrode {
 PD_API pd_status pd_cell_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_dissolve *dissolve,
                                const pd_cell_desc *desc, pd_cell *cell);
 /* It stands behind all that changes metal and fluid. PD_ERR_DIVERGED: balances lack more than the tolerance. */
-PD_API pd_process pd_cell_process(pd_cell *cell);
+PD_API pd_physics pd_cell_process(pd_cell *cell);
 PD_API void pd_cell_electrode_of(const pd_cell *cell, int electrode, pd_cell_electrode *now);
 PD_API void pd_cell_free(pd_ctx *ctx, pd_cell *cell);
 

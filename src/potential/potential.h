@@ -75,7 +75,7 @@ typedef struct pd_potential {
     int floating;           /* of them are unknown */
     double origin;          /* [V] held potentials count from here, the least of them */
     pd_diffusion diffusion; /* conductances, with kappa for the diffusivity */
-    pd_boundary boundary;
+    pd_open_boundary boundary;
     pd_flux flux;
     pd_inverse inverse;
     pd_krylov krylov;

@@ -69,7 +69,7 @@ static void pdi_advance_back(const pd_ctx *ctx, pd_reactive *r, int keep)
 static void pdi_advance_lack(const pd_reactive *r, int32_t i, double *lack)
 {
     const pd_components *s = &r->components;
-    double c[PD_SPECIES_MOST], source[PD_SPECIES_MOST], gain[PD_SPECIES_MOST];
+    double c[PD_SPECIES_MAX], source[PD_SPECIES_MAX], gain[PD_SPECIES_MAX];
     pdi_reactive_get(r, r->c, i, c);
     pdi_reactive_get(r, r->source, i, source);
     pdi_components_compute_totals(s, c, lack);
@@ -108,7 +108,7 @@ static double pdi_advance_residual(const pd_ctx *ctx, pd_reactive *r)
     if (r->surface) pdi_levels_solve(ctx, r->surface);
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
-        double lack[PD_SPECIES_MOST];
+        double lack[PD_SPECIES_MAX];
         for (int k = 0; k < count; k++) r->move[k * total + i] = 0.0; /* images had changes */
         if (r->grid->kind[i] != PD_FLUID) continue;
         pdi_advance_lack(r, i, lack);
@@ -127,7 +127,7 @@ static double pdi_advance_residual(const pd_ctx *ctx, pd_reactive *r)
 static double pdi_advance_charge(const pd_reactive *r, int k, int32_t i)
 {
     const pd_components *s = &r->components;
-    double c[PD_SPECIES_MOST], size, z = fabs(r->migration.on ? r->migration.charge[s->master[k]] : 0.0);
+    double c[PD_SPECIES_MAX], size, z = fabs(r->migration.on ? r->migration.charge[s->master[k]] : 0.0);
     if (!(z > 0.0)) return 0.0;
     pdi_reactive_get(r, r->c, i, c);
     pdi_migration_charge(&r->migration, c, &size);
@@ -174,7 +174,7 @@ static void pdi_advance_lack_at_rest(pd_reactive *r)
     const pd_components *s = &r->components;
     int64_t total = r->grid->total;
     for (int32_t i = 0; i < (int32_t)total && s->kinetics; i++) {
-        double c[PD_SPECIES_MOST];
+        double c[PD_SPECIES_MAX];
         if (r->grid->kind[i] != PD_FLUID) continue;
         pdi_reactive_get(r, r->c, i, c);
         for (int n = 0; n < s->kinetics; n++) {
@@ -207,7 +207,7 @@ static void pdi_advance_weigh(const pd_ctx *ctx, pd_reactive *r)
 static pd_status pdi_advance_neutral(const pd_reactive *r, double *c)
 {
     const pd_components *s = &r->components;
-    double sum[PD_SPECIES_MOST];
+    double sum[PD_SPECIES_MAX];
     pdi_migration_neutralise(&r->migration, c);
     if (!(s->debye > 0.0) || !s->live) return PD_OK;
     pdi_components_compute_totals(s, c, sum);
@@ -223,7 +223,7 @@ static pd_status pdi_advance_node(const pd_reactive *r, int32_t i, double share,
     const pd_components *s = &r->components;
     int64_t total = r->grid->total;
     const double *delta = r->work + s->count * total;
-    double sum[PD_SPECIES_MOST], n[PD_MINERAL_MOST];
+    double sum[PD_SPECIES_MAX], n[PD_MINERAL_MAX];
     pdi_reactive_get(r, r->base, i, c);
     pdi_components_compute_totals(s, c, sum);
     for (int k = 0; k < s->count; k++) sum[k] += share * r->weight[k] * delta[k * total + i];
@@ -238,7 +238,7 @@ static pd_status pdi_advance_node(const pd_reactive *r, int32_t i, double share,
 /* 1: node i has lost a mineral that it had in `base`, or is full and was not. */
 static int pdi_advance_turned(const pd_reactive *r, int32_t i)
 {
-    double had[PD_MINERAL_MOST], has[PD_MINERAL_MOST];
+    double had[PD_MINERAL_MAX], has[PD_MINERAL_MAX];
     pdi_reactive_solids(r, r->solid_base, i, had);
     pdi_reactive_solids(r, r->solid, i, has);
     return pdi_mineral_has_switched(&r->minerals, had, has);
@@ -265,7 +265,7 @@ static void pdi_advance_move(const pd_ctx *ctx, pd_reactive *r, double share, in
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
-        double c[PD_SPECIES_MOST], part = share;
+        double c[PD_SPECIES_MAX], part = share;
         int cut = 0;
         if (r->grid->kind[i] != PD_FLUID) continue;
         while (pdi_advance_node(r, i, part, c) != PD_OK && cut++ < PDI_ADVANCE_CUTS) part *= 0.5;
@@ -401,7 +401,7 @@ static void pdi_advance_start(const pd_ctx *ctx, pd_reactive *r)
     if (r->minerals.count) pdi_par_copy(ctx, r->minerals.count * total, r->solid, r->solid_start);
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
-        double c[PD_SPECIES_MOST], sum[PD_SPECIES_MOST];
+        double c[PD_SPECIES_MAX], sum[PD_SPECIES_MAX];
         if (r->grid->kind[i] != PD_FLUID) continue;
         pdi_reactive_get(r, r->c, i, c);
         pdi_components_compute_totals(s, c, sum);
@@ -434,7 +434,7 @@ static void pdi_advance_slopes(pd_reactive *r)
     const pd_components *s = &r->components;
     int64_t total = r->grid->total;
     for (int32_t i = 0; i < (int32_t)total; i++) {
-        double c[PD_SPECIES_MOST], sum[PD_SPECIES_MOST];
+        double c[PD_SPECIES_MAX], sum[PD_SPECIES_MAX];
         if (r->grid->kind[i] != PD_FLUID) continue;
         pdi_reactive_get(r, r->c, i, c);
         pdi_components_compute_totals(s, c, sum);
@@ -457,7 +457,7 @@ static void pdi_advance_between(pd_reactive *r, double ratio)
     if (r->surface && r->surface->electrode)
         r->surface->owed += ratio * (pdi_advance_charges(r, r->work, 1) - r->surface->owed);
     for (int32_t i = 0; i < (int32_t)total; i++) {
-        double c[PD_SPECIES_MOST], sum[PD_SPECIES_MOST];
+        double c[PD_SPECIES_MAX], sum[PD_SPECIES_MAX];
         if (r->grid->kind[i] != PD_FLUID) continue;
         pdi_reactive_get(r, r->c, i, c);
         pdi_components_compute_totals(s, c, sum);
@@ -477,7 +477,7 @@ static void pdi_advance_between(pd_reactive *r, double ratio)
 static double pdi_advance_rest(const pd_reactive *r, double dt, double stage)
 {
     int64_t total = r->grid->total;
-    double size[PD_SPECIES_MOST], at[PD_SPECIES_MOST], n[PD_MINERAL_MOST];
+    double size[PD_SPECIES_MAX], at[PD_SPECIES_MAX], n[PD_MINERAL_MAX];
     for (int k = 0; k < r->components.count && r->minerals.count; k++) {
         pdi_bounds of = {0.0, 0.0};
         pdi_bounds_take_all(r->grid, PD_FLUID, r->total + k * total, &of);
@@ -512,7 +512,7 @@ static void pdi_advance_pass(pd_reactive *r, double dt)
 /* A step of two stages (eq. 5.9). PD_NOT_CONVERGED: it is no step, and the balance is as before. */
 static pd_status pdi_advance_second(pd_ctx *ctx, pd_reactive *r, double dt, pd_reactive_result *result)
 {
-    double in[PD_SPECIES_MOST], out[PD_SPECIES_MOST], stage = PDI_SDIRK_GAMMA * dt;
+    double in[PD_SPECIES_MAX], out[PD_SPECIES_MAX], stage = PDI_SDIRK_GAMMA * dt;
     memcpy(in, r->in, sizeof in);
     memcpy(out, r->out, sizeof out);
     PDI_TRY(pdi_etch_stage(ctx, r->surface, PDI_SDIRK_GAMMA));

@@ -146,7 +146,7 @@ PDI_FN pd_status pdi_coat_places(pd_ctx *ctx, pd_coat *s)
 static int pdi_coat_near(const pd_coat *s, const double *field, int32_t i, double *c)
 {
     const pd_components *of = &s->reactive->components;
-    double flows[PD_SPECIES_MOST];
+    double flows[PD_SPECIES_MAX];
     pdi_reactive_get(s->reactive, field, i, c);
     if (!s->desc.film) return 1;
     double davies = pdi_components_compute_ln_gamma(of, c);
@@ -163,7 +163,7 @@ static int pdi_coat_near(const pd_coat *s, const double *field, int32_t i, doubl
 /* ln gamma of a charge of 1 beside c at the surface: with `surface` that of the node. */
 static double pdi_coat_activity(const pd_coat *s, int32_t i, const double *c)
 {
-    double at[PD_SPECIES_MOST];
+    double at[PD_SPECIES_MAX];
     if (!s->desc.surface) return pdi_components_compute_ln_gamma(&s->reactive->components, c);
     pdi_reactive_get(s->reactive, s->reactive->c, i, at);
     return pdi_components_compute_ln_gamma(&s->reactive->components, at);
@@ -177,7 +177,7 @@ static void pdi_coat_surface(const pd_ctx *ctx, const pd_coat *s, const double *
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t p = 0; p < s->count; p++) {
-        double c[PD_SPECIES_MOST], around[PD_COAT_AROUND];
+        double c[PD_SPECIES_MAX], around[PD_COAT_AROUND];
         int32_t i = s->node[p];
         int found = s->columns > 0;
         if (found && s->desc.surface) found = s->desc.surface(s->desc.user, i, c, around);
@@ -220,7 +220,7 @@ static void pdi_coat_read(const pdi_coat_work *w, double t, double *c, double *a
 {
     const pd_coat *s = w->s;
     double davies = 0.0;
-    memset(c, 0, PD_SPECIES_MOST * sizeof *c);
+    memset(c, 0, PD_SPECIES_MAX * sizeof *c);
     memcpy(around, w->around, sizeof w->around);
     for (int k = 0; k < s->columns; k++) {
         double value = pdi_coat_column(w, k, t - w->from);
@@ -240,7 +240,7 @@ static void pdi_coat_read(const pdi_coat_work *w, double t, double *c, double *a
 static void pdi_coat_rates(void *user, double t, const double *y, double *rate)
 {
     const pdi_coat_work *w = (const pdi_coat_work *)user;
-    double c[PD_SPECIES_MOST], all[PD_COAT_MOST], rates[PD_COAT_MOST], around[PD_COAT_AROUND];
+    double c[PD_SPECIES_MAX], all[PD_COAT_MOST], rates[PD_COAT_MOST], around[PD_COAT_AROUND];
     pd_coat_at at;
     memcpy(all, w->fixed, sizeof all);
     for (int k = 0; k < w->states; k++) all[w->of[k]] = y[k];
@@ -255,8 +255,9 @@ static int pdi_coat_solve(const pd_coat *s, int32_t p, pdi_coat_work *w, double 
 {
     int64_t total = s->reactive->grid->total;
     int32_t i = s->node[p];
-    double y[PD_STIFF_MOST], low[PD_STIFF_MOST], high[PD_STIFF_MOST], size[PD_STIFF_MOST];
-    pd_stiff stiff;
+    double y[PD_STIFF_ODE_MAX_EQUATIONS], low[PD_STIFF_ODE_MAX_EQUATIONS], high[PD_STIFF_ODE_MAX_EQUATIONS],
+        size[PD_STIFF_ODE_MAX_EQUATIONS];
+    pd_stiff_ode stiff;
     int which = 0;
     w->s = s;
     w->node = i;
@@ -278,10 +279,10 @@ static int pdi_coat_solve(const pd_coat *s, int32_t p, pdi_coat_work *w, double 
     stiff.high = high;
     stiff.size = size;
     stiff.tolerance = s->desc.tolerance;
-    pd_stiff_end end = pdi_stiff_ode_solve(&stiff, w->from, w->from + dt, y, &which);
+    pd_stiff_ode_status end = pdi_stiff_ode_solve(&stiff, w->from, w->from + dt, y, &which);
     for (int k = 0; k < w->states; k++) to[w->of[k] * total + i] = y[k];
-    if (end == PD_STIFF_NOT_FINITE) return 1 + w->of[which];
-    return end == PD_STIFF_STUCK ? -1 : 0;
+    if (end == PD_STIFF_ODE_NOT_FINITE) return 1 + w->of[which];
+    return end == PD_STIFF_ODE_UNDERFLOW ? -1 : 0;
 }
 
 /* What went wrong at a place. */

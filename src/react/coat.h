@@ -13,7 +13,7 @@
 #include "solve/physics.h"
 #include "solve/stiff_ode.h"
 
-#define PD_COAT_MOST PD_STIFF_MOST /* states */
+#define PD_COAT_MOST PD_STIFF_ODE_MAX_EQUATIONS /* states */
 #define PD_COAT_AROUND 2           /* values besides the species that rates may read */
 
 /* What rates read at a place. */
@@ -41,7 +41,7 @@ typedef struct pd_coat_desc {
     double (*initial)(void *user, int state, int32_t node);
     void (*rate)(void *user, const pd_coat_at *at, const double *y, double *rate); /* [count] [unit of each per s] */
     /* Bring what depends on states to time t [s]; NULL: nothing does but what is asked for in the step. */
-    pd_at_fn solve;
+    pd_solve_at_fn solve;
     void (*around)(void *user, int32_t node, double *around); /* then; NULL: nothing else is read */
     /* Adds to flows [components] what comes out of metal at a node, as of pd_etch: [mol/m3]. NULL: nothing does. */
     void (*film)(void *user, int32_t node, double *flows);
@@ -57,7 +57,7 @@ typedef struct pd_coat {
     pd_coat_desc desc;
     pd_reactive *reactive;
     pd_components film;           /* see pd_etch */
-    double scale[PD_SPECIES_MOST]; /* [-] the same */
+    double scale[PD_SPECIES_MAX]; /* [-] the same */
     uint32_t *on;     /* [total] see `where` */
     uint32_t *was;    /* [total] work */
     int32_t *node;    /* [total] of places */
@@ -69,7 +69,7 @@ typedef struct pd_coat {
     double from, span; /* [s] of the step at hand, with `surface` */
     /* at the surface, columns of solutes that rates read [mol/m3], with pH of ln gamma of a charge of 1 [-]: -1, and
      * with `surface` of value n around: -2 - n */
-    int columns, solute[PD_SPECIES_MOST + 1 + PD_COAT_AROUND];
+    int columns, solute[PD_SPECIES_MAX + 1 + PD_COAT_AROUND];
     double *fresh;    /* [columns][total] [unit of each] at the start of the step */
     double *slope;    /* [columns][total] [unit of each per s] of that, in the last step */
     double *first;    /* [columns][total] [unit of each] the same with what comes out of metal in the middle */
@@ -107,7 +107,7 @@ PDI_FN void pdi_coat_rest(pd_coat *coat, double t, double dt);
 PDI_FN void pdi_coat_accept(pd_coat *coat, double dt);
 PDI_FN void pdi_coat_reject(pd_coat *coat);
 /* What rates read at a place, and y [count] its states: at the start t [s] of the step at hand, or (dt > 0) at its end,
- * once it has been tried. c [PD_SPECIES_MOST] and around [PD_COAT_AROUND] hold what `at` points to. */
+ * once it has been tried. c [PD_SPECIES_MAX] and around [PD_COAT_AROUND] hold what `at` points to. */
 PDI_FN void pdi_coat_reads(const pd_coat *coat, int32_t place, double t, double dt, double *c, double *around,
                            pd_coat_at *at, double *y);
 /* A state at the surface beside a fluid node; where that carries none, the mean of the nearest places within two cells,

@@ -143,7 +143,7 @@ static double pdi_course_late(pd_course *a, int m, int one)
 {
     pd_reactive *r = a->reactive;
     const pd_etch *s = a->desc.surface;
-    double shed[2][PD_SPECIES_MOST], charge[2] = {0.0, 0.0};
+    double shed[2][PD_SPECIES_MAX], charge[2] = {0.0, 0.0};
     int64_t total = r->grid->total;
     pdi_compensated_sum sum = {0.0, 0.0};
     for (int whole = 0; whole < 2; whole++) {
@@ -252,7 +252,7 @@ static int pdi_course_over(const pd_course *a, int m, int32_t i)
 static void pdi_course_reclaim(pd_course *a, int m)
 {
     pd_reactive *r = a->reactive;
-    double shed[PD_SPECIES_MOST], *fed = a->desc.fed + m * r->grid->total;
+    double shed[PD_SPECIES_MAX], *fed = a->desc.fed + m * r->grid->total;
     pdi_compensated_sum sum = {0.0, 0.0}, taken = {0.0, 0.0};
     memcpy(shed, pdi_course_shed(a, m), sizeof shed);
     pdi_etch_whole(a->desc.surface, shed);
@@ -673,7 +673,7 @@ static void pdi_course_settled(pd_course *a, int32_t node)
 {
     pd_reactive *r = a->reactive;
     int64_t total = r->grid->total;
-    double c[PD_SPECIES_MOST], from[PD_SPECIES_MOST], to[PD_SPECIES_MOST];
+    double c[PD_SPECIES_MAX], from[PD_SPECIES_MAX], to[PD_SPECIES_MAX];
     pdi_reactive_get(r, r->c, node, c);
     pdi_components_compute_totals(&r->components, c, from);
     if (r->components.live && pdi_components_solve(&r->components, from, c) != PD_OK) return;
@@ -715,7 +715,7 @@ static pd_status pdi_course_changed(pd_ctx *ctx, void *self, const int32_t *turn
 {
     pd_course *a = (pd_course *)self;
     pd_reactive *r = a->reactive;
-    double c[PD_SPECIES_MOST], none[PD_SPECIES_MOST];
+    double c[PD_SPECIES_MAX], none[PD_SPECIES_MAX];
     memset(none, 0, sizeof none);
     PDI_TRY(pd_reactive_update(ctx, r));
     pdi_components_solve_pure_solvent(&r->components, c);
@@ -747,8 +747,8 @@ static pd_status pdi_course_store(pd_ctx *ctx, void *self, pd_archive *archive)
     pd_reactive *r = a->reactive;
     PDI_TRY(pdi_array_registry_store(ctx, pdi_reactive_list, r, archive));
     PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "amounts at the start", r->start, PD_REACTIVE_ROWS));
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "amounts in", r->in, PD_SPECIES_MOST));
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "amounts out", r->out, PD_SPECIES_MOST));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "amounts in", r->in, PD_SPECIES_MAX));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "amounts out", r->out, PD_SPECIES_MAX));
     PDI_TRY(pdi_array_registry_store(ctx, pdi_course_list, a, archive));
     if (a->desc.coat) PDI_TRY(pdi_array_registry_store(ctx, pdi_coat_list, a->desc.coat, archive));
     if (a->desc.surface) PDI_TRY(pdi_array_registry_store(ctx, pdi_etch_list, a->desc.surface, archive));
@@ -768,9 +768,9 @@ static double pdi_course_imbalance(pd_ctx *ctx, void *self)
     return worst;
 }
 
-pd_process pd_course_process(pd_course *a)
+pd_physics pd_course_process(pd_course *a)
 {
-    pd_process p;
+    pd_physics p;
     memset(&p, 0, sizeof p);
     p.name = "species in time";
     p.self = a;

@@ -21,8 +21,8 @@ typedef struct pd_course_desc {
     void (*feed)(void *user, double *source); /* adds to sources [solutes][total] [mol/m3/s], as they are from the start
                                                * of the step of the run; NULL: nothing does */
     void *feeder;     /* user of that */
-    pd_at_fn bring;   /* brings what `feed` goes by, and the metal, to the middle t [s] of each step; what is behind the
-                       * species follows each of them then. NULL: that holds for a step of the run */
+    pd_solve_at_fn bring; /* brings what `feed` goes by, and the metal, to the middle t [s] of each step; what is behind
+                           * the species follows each of them then. NULL: that holds for a step of the run */
     void *bringer;    /* user of that */
     /* `feed` takes up more of a solute at a node than is there, at time t [s]: fails with a message that says who does;
      * NULL: nobody says */
@@ -31,9 +31,9 @@ typedef struct pd_course_desc {
                                 * Borrowed */
     int species_count;
     pd_etch *surface; /* metal dissolves by a law in the species, which move before it; NULL: it does not. Borrowed */
-    pd_at_fn find;       /* lists its places when the species are at the start of a step of the run. With `cover`: also
+    pd_solve_at_fn find; /* lists its places when the species are at the start of a step of the run. With `cover`: also
                           * weighs them for each step of the species, or writes `ahead` where there is no `surface` */
-    pd_at_fn open;       /* with `surface`, before the first step; NULL: nothing is to be done */
+    pd_solve_at_fn open; /* with `surface`, before the first step; NULL: nothing is to be done */
     void *user;
     double cover;       /* [m] thickness of minerals under which 1/e of metal is bare; 0: they cover none. Else the
                          * species move before the metal */
@@ -52,12 +52,12 @@ typedef struct pd_course {
     pd_reactive *reactive;
     double lasts;                  /* [-] share of the step at hand after which a piece of metal is used up; 1: none */
     int used;                      /* 1: one is */
-    double shed[PD_SPECIES_MOST];  /* [-] of solutes */
+    double shed[PD_SPECIES_MAX];   /* [-] of solutes */
     double *start;          /* [solutes][total] [mol/m3] at the start of the step */
     double *carry;          /* [components][total] [mol/m3] the same */
     double *solid;          /* [minerals][total] [mol/m3] the same; NULL: none form */
     double *psi;            /* [total] [-] F phi/(R T), the same; with states among ions that migrate */
-    double in[PD_SPECIES_MOST], out[PD_SPECIES_MOST]; /* [mol] the same */
+    double in[PD_SPECIES_MAX], out[PD_SPECIES_MAX]; /* [mol] the same */
     double time;            /* [s] */
     double dt;              /* [s] that is tried next; 0: not known yet */
     double error;           /* [-] estimated error of the last step */
@@ -97,7 +97,7 @@ typedef struct pd_course {
  * finite. */
 PD_API pd_status pd_course_build(pd_ctx *ctx, pd_reactive *reactive, const pd_course_desc *desc, pd_course *course);
 /* The species as a process. PD_ERR_STATE: the error does not fall with the step. PD_ERR_DIVERGED: no steady fields. */
-PD_API pd_process pd_course_process(pd_course *course);
+PD_API pd_physics pd_course_process(pd_course *course);
 PD_API void pd_course_free(pd_ctx *ctx, pd_course *course);
 
 #ifdef PDI_INTERNAL

@@ -30,7 +30,7 @@ PDI_FN void pdi_embedded_open(pd_reactive *r, double dt, int was)
         r->pass[i] = 1.0 - film;
         if (r->filled[i] > 0.0) r->pass[i] /= r->desc.tortuosity; /* where a film begins, from the next step on */
     }
-    pd_ghosts_scalar(&r->bonds->ghosts, r->pass);
+    pd_ghosts_set_scalar(&r->bonds->ghosts, r->pass);
     r->migration.pass = r->pass;
 }
 
@@ -42,7 +42,7 @@ static void pdi_embedded_differ(pd_reactive *r, double first, double second, dou
     const pd_components *s = &r->components;
     int64_t total = r->grid->total;
     for (int32_t i = 0; i < (int32_t)total; i++) {
-        double c[PD_SPECIES_MOST], sum[PD_SPECIES_MOST];
+        double c[PD_SPECIES_MAX], sum[PD_SPECIES_MAX];
         if (r->grid->kind[i] != PD_FLUID) continue;
         pdi_reactive_get(r, r->c, i, c);
         pdi_components_compute_totals(s, c, sum);
@@ -97,9 +97,9 @@ static double pdi_embedded_largest(const pd_reactive *r, const double *field, do
 {
     const pd_components *s = &r->components;
     int64_t total = r->grid->total;
-    double off[PD_SPECIES_MOST] = {0.0}, solid[PD_MINERAL_MOST] = {0.0}, most[PD_MINERAL_MOST] = {0.0}, worst = 0.0;
+    double off[PD_SPECIES_MAX] = {0.0}, solid[PD_MINERAL_MAX] = {0.0}, most[PD_MINERAL_MAX] = {0.0}, worst = 0.0;
     for (int32_t i = 0; i < (int32_t)total; i++) {
-        double x[PD_SPECIES_MOST], taken[PD_MINERAL_MOST] = {0.0};
+        double x[PD_SPECIES_MAX], taken[PD_MINERAL_MAX] = {0.0};
         if (r->grid->kind[i] != PD_FLUID) continue;
         for (int k = 0; k < s->count; k++) x[k] = r->weight[k] * by * field[k * total + i];
         if (follows) pdi_tangent_taken(r, r->by + (int64_t)i * r->slots, x, taken);
@@ -128,7 +128,7 @@ static double pdi_embedded_largest(const pd_reactive *r, const double *field, do
  * what the laws of the start leave, where that is more. */
 static void pdi_embedded_damp_early(const pd_reactive *r, int32_t i, double *off)
 {
-    double c[PD_SPECIES_MOST], n[PD_MINERAL_MOST], early[PD_MINERAL_MOST];
+    double c[PD_SPECIES_MAX], n[PD_MINERAL_MAX], early[PD_MINERAL_MAX];
     pd_mineral_start start;
     int spreads = 0;
     for (int m = 0; m < r->minerals.count; m++) spreads |= r->minerals.of[m].surface > 0.0;
@@ -154,8 +154,8 @@ static void pdi_embedded_damp_solids(pd_ctx *ctx, pd_reactive *r)
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
-        double c[PD_SPECIES_MOST], x[PD_SPECIES_MOST], left[PD_SPECIES_MOST], lack[PD_SPECIES_MOST];
-        double n[PD_MINERAL_MOST], off[PD_MINERAL_MOST], first[PD_MINERAL_MOST];
+        double c[PD_SPECIES_MAX], x[PD_SPECIES_MAX], left[PD_SPECIES_MAX], lack[PD_SPECIES_MAX];
+        double n[PD_MINERAL_MAX], off[PD_MINERAL_MAX], first[PD_MINERAL_MAX];
         pd_mineral_start start;
         if (r->grid->kind[i] != PD_FLUID) continue;
         pdi_reactive_get(r, r->c, i, c);
@@ -188,8 +188,8 @@ static void pdi_embedded_relaxed(const pd_ctx *ctx, pd_reactive *r)
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
-        double c[PD_SPECIES_MOST], x[PD_SPECIES_MOST], left[PD_SPECIES_MOST], lack[PD_SPECIES_MOST];
-        double off[PD_MINERAL_MOST];
+        double c[PD_SPECIES_MAX], x[PD_SPECIES_MAX], left[PD_SPECIES_MAX], lack[PD_SPECIES_MAX];
+        double off[PD_MINERAL_MAX];
         if (r->grid->kind[i] != PD_FLUID) continue;
         pdi_reactive_get(r, r->c, i, c);
         pdi_reactive_solids(r, r->solid_slope, i, off);
@@ -245,7 +245,7 @@ static void pdi_embedded_comes(pd_reactive *r, double *size)
  * two steps of backward Euler it is what their slopes differ by, times sqrt(2) - 1 of dt. */
 PDI_FN pd_status pdi_embedded_error(pd_ctx *ctx, pd_reactive *r, double dt, int euler, double *error, int *krylov)
 {
-    double size[PD_SPECIES_MOST] = {0.0}, rest = 1.0 - PDI_SDIRK_GAMMA;
+    double size[PD_SPECIES_MAX] = {0.0}, rest = 1.0 - PDI_SDIRK_GAMMA;
     pd_status status = PD_OK;
     if (euler) pdi_embedded_differ(r, 1.0 / rest, PDI_SDIRK_GAMMA / (rest * rest), size);
     else pdi_embedded_differ(r, 1.0, 1.0, size);

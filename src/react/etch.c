@@ -139,7 +139,7 @@ static void pdi_etch_even(pd_etch *s, int32_t p)
     pd_reactive *r = s->reactive;
     int64_t total = r->grid->total;
     int32_t i = s->node[p];
-    double part = 1.0 / (1.0 + fabs(s->swept[i])), excess[PD_SPECIES_MOST];
+    double part = 1.0 / (1.0 + fabs(s->swept[i])), excess[PD_SPECIES_MAX];
     for (int k = 0; k < r->components.count; k++) {
         double terms = 0.0;
         for (int n = 0; n < r->components.solutes; n++) terms += fabs(r->components.m[k][n]) * r->c[n * total + i];
@@ -232,7 +232,7 @@ PDI_FN void pdi_etch_accept(pd_etch *s)
 /* Far end of bond k of fluid node i, which is metal, or fluid that the bond is open to. -1: it is neither. */
 static int32_t pdi_etch_far(const pd_etch *s, int32_t i, int k)
 {
-    const pd_paths *paths = &s->reactive->bonds->paths;
+    const pd_bond_paths *paths = &s->reactive->bonds->paths;
     int32_t far = pdi_grid_find_source(paths->grid, i + paths->shift[k], NULL);
     if (far < 0 || far == i) return -1;
     if (paths->grid->kind[far] == PD_SOLID) return far;
@@ -246,7 +246,7 @@ static void pdi_etch_hand(pd_etch *s, int32_t i)
     const pd_reactive *r = s->reactive;
     const pd_stencil *of = r->bonds->stencil;
     int64_t total = r->grid->total;
-    double metal = 0.0, turned = 0.0, part[1 + PD_SPECIES_MOST];
+    double metal = 0.0, turned = 0.0, part[1 + PD_SPECIES_MAX];
     for (int k = 0; k < of->count; k++) {
         int32_t j = pdi_etch_far(s, i, k);
         if (j >= 0 && r->grid->kind[j] == PD_SOLID) metal += of->lap[k];
@@ -273,8 +273,8 @@ static int pdi_etch_between(const pd_etch *s, int32_t j, double *sum)
     const pd_reactive *r = s->reactive;
     const pd_stencil *of = r->bonds->stencil;
     int64_t total = r->grid->total;
-    double all = 0.0, c[PD_SPECIES_MOST], own[PD_SPECIES_MOST];
-    memset(sum, 0, PD_SPECIES_MOST * sizeof *sum);
+    double all = 0.0, c[PD_SPECIES_MAX], own[PD_SPECIES_MAX];
+    memset(sum, 0, PD_SPECIES_MAX * sizeof *sum);
     for (int beside = 1; beside >= 0 && !(all > 0.0); beside--)
         for (int k = 0; k < of->count; k++) {
             int32_t i = pdi_etch_far(s, j, k), p = i < 0 ? -1 : pdi_etch_law(s, 0, i);
@@ -296,7 +296,7 @@ static void pdi_etch_fill(pd_etch *s, int32_t j, const double *sum)
 {
     pd_reactive *r = s->reactive;
     int64_t total = r->grid->total;
-    double c[PD_SPECIES_MOST], holds[PD_SPECIES_MOST], part = pdi_min(pdi_max(1.0 + s->swept[j], 0.0), 1.0);
+    double c[PD_SPECIES_MAX], holds[PD_SPECIES_MAX], part = pdi_min(pdi_max(1.0 + s->swept[j], 0.0), 1.0);
     memset(c, 0, sizeof c);
     if (!sum || pdi_components_solve(&r->components, sum, c) != PD_OK) part = 0.0;
     s->split[j] += 1.0 - part;
@@ -335,7 +335,7 @@ PDI_FN void pdi_etch_turn(pd_etch *s, const int32_t *turned, int32_t count)
     for (int32_t i = 0; i < total; i++)
         if (r->grid->kind[i] == PD_FLUID && !(s->split[i] > 0.0) && fabs(s->swept[i]) > 0.0) pdi_etch_hand(s, i);
     for (int32_t n = 0; n < count; n++) {
-        double sum[PD_SPECIES_MOST];
+        double sum[PD_SPECIES_MAX];
         pdi_etch_fill(s, turned[n], pdi_etch_between(s, turned[n], sum) ? sum : NULL);
     }
     for (int32_t n = 0; n < count; n++) s->split[turned[n]] -= 1.0;

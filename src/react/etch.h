@@ -73,7 +73,7 @@ typedef struct pd_etch {
     pd_reactive *reactive;
     struct pdi_etch_kind *kind;   /* [kinds] the metals */
     int kinds;
-    double scale[PD_SPECIES_MOST]; /* [-] diffusivities over the mean one, not 0 */
+    double scale[PD_SPECIES_MAX]; /* [-] diffusivities over the mean one, not 0 */
     pd_components film;           /* of concentrations times `scale` */
     int32_t count;                /* fluid nodes beside metal */
     int32_t *node;                /* [total] of places; those of a node follow each other */
@@ -155,8 +155,8 @@ PD_API void pd_etch_free(pd_ctx *ctx, pd_etch *etch);
 #ifdef PDI_INTERNAL
 typedef struct pdi_etch_kind {
     pd_etch_metal law;            /* shed is not kept */
-    double shed[PD_SPECIES_MOST]; /* [-] of solutes */
-    double gain[PD_SPECIES_MOST]; /* [-] of totals */
+    double shed[PD_SPECIES_MAX];  /* [-] of solutes */
+    double gain[PD_SPECIES_MAX];  /* [-] of totals */
     double charge;                /* [-] that comes with one of the metal, as ions */
 } pdi_etch_kind;
 

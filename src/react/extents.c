@@ -18,14 +18,14 @@ typedef struct pdi_extents_reaction {
     int32_t i;
     const pd_kinetic *kinetic;
     double extent; /* [mol/m3] by the correction */
-    double c[PD_SPECIES_MOST], n[PD_MINERAL_MOST]; /* [mol/m3] the last equilibrium, at first that of `base` */
+    double c[PD_SPECIES_MAX], n[PD_MINERAL_MAX]; /* [mol/m3] the last equilibrium, at first that of `base` */
 } pdi_extents_reaction;
 
 /* c, n: as pdi_extents_equilibrium. The search begins at c, and at the amounts `near_`; NULL: those of `base`. */
 static pd_status pdi_extents_seek(const pd_reactive *r, int32_t i, const double *sum, const double *near_, double *c,
                                   double *n)
 {
-    double first[PD_MINERAL_MOST];
+    double first[PD_MINERAL_MAX];
     pd_mineral_start start;
     if (!r->minerals.count) return pdi_components_solve(&r->components, sum, c);
     pdi_tangent_law(r, i, first, &start);
@@ -44,7 +44,7 @@ PDI_FN pd_status pdi_extents_equilibrium(const pd_reactive *r, int32_t i, const 
 static double pdi_extents_excess(pdi_extents_reaction *of, const double *sum, double more)
 {
     const pd_components *s = &of->r->components;
-    double total[PD_SPECIES_MOST], n[PD_MINERAL_MOST];
+    double total[PD_SPECIES_MAX], n[PD_MINERAL_MAX];
     for (int k = 0; k < s->count; k++) total[k] = sum[k] + of->kinetic->gain[k] * more;
     if (pdi_extents_seek(of->r, of->i, total, of->n, of->c, n) != PD_OK) return (double)NAN;
     memcpy(of->n, n, (size_t)of->r->minerals.count * sizeof *n);
@@ -86,8 +86,8 @@ PDI_FN void pdi_extents_react(const pd_reactive *r, int32_t i, double share, dou
     const float *row = r->by + (int64_t)i * r->slots + s->live * pdi_components_count_columns(s);
     int64_t total = r->grid->total;
     const double *delta = r->work + s->count * total;
-    double base[PD_SPECIES_MOST];
-    pdi_extents_reaction of[PD_REACTION_MOST];
+    double base[PD_SPECIES_MAX];
+    pdi_extents_reaction of[PD_REACTION_MAX];
     pdi_reactive_get(r, r->base, i, base);
     for (int n = 0; n < s->kinetics; n++, row += s->count) {
         double rise = 0.0;
@@ -116,7 +116,7 @@ PDI_FN void pdi_extents_react(const pd_reactive *r, int32_t i, double share, dou
 PDI_FN double pdi_extents_turnover(const pd_reactive *r, int k, int32_t i)
 {
     const pd_components *s = &r->components;
-    double c[PD_SPECIES_MOST], sum = 0.0, both;
+    double c[PD_SPECIES_MAX], sum = 0.0, both;
     if (s->kinetics) pdi_reactive_get(r, r->c, i, c);
     for (int n = 0; n < s->kinetics; n++) {
         if (s->kinetic[n].gain[k] == 0.0) continue;
@@ -134,7 +134,7 @@ static void pdi_extents_left(const pd_reactive *r, int32_t i, const double *diss
 {
     const pd_components *s = &r->components;
     const float *by = r->by + (int64_t)i * r->slots;
-    double sum[PD_SPECIES_MOST], taken[PD_MINERAL_MOST];
+    double sum[PD_SPECIES_MAX], taken[PD_MINERAL_MAX];
     pdi_tangent_taken(r, by, x, taken);
     for (int k = 0; k < s->count; k++) {
         sum[k] = dissolved[k] + x[k];
@@ -146,7 +146,7 @@ static void pdi_extents_left(const pd_reactive *r, int32_t i, const double *diss
 /* [mol/m3/s] by which kinetic reaction n of node i at c is faster with a change of concentrations. */
 static double pdi_extents_faster(const pd_reactive *r, int n, const double *c, const double *change)
 {
-    double slope[PD_SPECIES_MOST], speed = 0.0;
+    double slope[PD_SPECIES_MAX], speed = 0.0;
     pdi_components_compute_rate(&r->components, &r->components.kinetic[n], c, slope, NULL);
     for (int m = 0; m < r->components.solutes; m++) speed += slope[m] * change[m];
     return speed;
@@ -156,7 +156,7 @@ PDI_FN void pdi_extents_relax(const pd_reactive *r, int32_t i, const double *c, 
                               double *left, double *lack)
 {
     const pd_components *s = &r->components;
-    double extent[PD_REACTION_MOST] = {0.0}, dissolved[PD_SPECIES_MOST] = {0.0};
+    double extent[PD_REACTION_MAX] = {0.0}, dissolved[PD_SPECIES_MAX] = {0.0};
     for (int k = 0; k < s->count; k++) {
         x[k] = lack[k] = 0.0;
         for (int m = 0; m < r->minerals.count; m++) dissolved[k] -= r->minerals.gain[m][k] * off[m];

@@ -75,7 +75,7 @@ static double pdi_layer_charged(const pd_components *film, pdi_terms *w)
 static double pdi_layer_charge(pd_components *film, pdi_terms *w, double v, double lift)
 {
     const pd_etch *s = w->s;
-    double up[PD_SPECIES_MOST];
+    double up[PD_SPECIES_MAX];
     w->thick = w->still + w->creep * v;
     w->sweep = s->surface ? w->thick * v / s->desc.solid : 0.0;
     for (int n = 0; n < film->solutes; n++) {
@@ -255,7 +255,7 @@ static double pdi_layer_asked(pdi_terms *w, const double *c, double psi)
 static double pdi_layer_given(pd_components *film, pdi_terms *w, double v)
 {
     const pd_etch *s = w->s;
-    double flows[PD_SPECIES_MOST], c[PD_SPECIES_MOST];
+    double flows[PD_SPECIES_MAX], c[PD_SPECIES_MAX];
     if (!(w->thick + w->way > 0.0)) return pdi_layer_asked(w, w->c, w->psi);
     if (s->reactive->migration.on)
         return pdi_layer_settle(film, w, v) ? pdi_layer_asked(w, w->surface, w->psi + w->lift) : (double)NAN;
@@ -330,7 +330,7 @@ static double pdi_layer_find(pd_components *film, pdi_terms *w, double guess)
 static double pdi_layer_slope(const pdi_terms *w, const double *c, const double *along)
 {
     const pd_etch *s = w->s;
-    double least = HUGE_VAL, up[PD_SPECIES_MOST], down[PD_SPECIES_MOST];
+    double least = HUGE_VAL, up[PD_SPECIES_MAX], down[PD_SPECIES_MAX];
     for (int n = 0; n < s->film.solutes; n++) {
         int reads = (w->kind->law.reads >> n & 1u) || (w->kind->law.reads_ph && n == s->reactive->proton);
         if (reads && fabs(along[n]) > 0.0) least = pdi_min(least, pdi_max(c[n], PDI_LAYER_NOTHING) / fabs(along[n]));
@@ -349,8 +349,8 @@ static double pdi_layer_slope(const pdi_terms *w, const double *c, const double 
 static void pdi_layer_slopes(const pd_components *system, const pdi_terms *w, const double *scale,
                                const double *at, double *slope)
 {
-    float table[PD_COMPONENTS_SLOPES];
-    double c[PD_SPECIES_MOST], one[PD_SPECIES_MOST], along[PD_SPECIES_MOST];
+    float table[PD_COMPONENTS_DERIVATIVES];
+    double c[PD_SPECIES_MAX], one[PD_SPECIES_MAX], along[PD_SPECIES_MAX];
     pdi_components_compute_derivatives_single(system, at, table);
     for (int n = 0; n < system->solutes; n++) c[n] = at[n] / (scale ? scale[n] : 1.0);
     for (int k = 0; k < system->count; k++) {
@@ -388,8 +388,8 @@ static int pdi_layer_salted(const pdi_terms *of, double v, double davies, double
 static void pdi_layer_salt(const pdi_terms *w, double v, double *law, double *curve)
 {
     const pd_components *of = &w->s->reactive->components;
-    double one[PD_SPECIES_MOST], along[PD_SPECIES_MOST], slope, high[2], low[2];
-    float table[PD_COMPONENTS_SLOPES];
+    double one[PD_SPECIES_MAX], along[PD_SPECIES_MAX], slope, high[2], low[2];
+    float table[PD_COMPONENTS_DERIVATIVES];
     for (int k = 0; k < of->count; k++) law[k] = curve[k] = 0.0;
     if (!(of->debye > 0.0) || (!w->s->drive && !w->kind->law.reads && !w->kind->law.reads_ph)) return;
     pdi_components_compute_davies(of, w->c, &slope);
@@ -414,9 +414,9 @@ static void pdi_layer_derive(const pd_components *film, const pdi_terms *w, doub
 {
     const pd_etch *s = w->s;
     const pd_components *of = &s->reactive->components;
-    double slope[PD_SPECIES_MOST], one[PD_SPECIES_MOST], along[PD_SPECIES_MOST], flows[PD_SPECIES_MOST];
-    double salt[PD_SPECIES_MOST], none[PD_SPECIES_MOST];
-    float table[PD_COMPONENTS_SLOPES];
+    double slope[PD_SPECIES_MAX], one[PD_SPECIES_MAX], along[PD_SPECIES_MAX], flows[PD_SPECIES_MAX];
+    double salt[PD_SPECIES_MAX], none[PD_SPECIES_MAX];
+    float table[PD_COMPONENTS_DERIVATIVES];
     pdi_layer_salt(w, v, salt, none);
     if (!(w->thick > 0.0)) {
         pdi_layer_slopes(of, w, NULL, w->c, slope);
@@ -446,7 +446,7 @@ static void pdi_layer_derive(const pd_components *film, const pdi_terms *w, doub
 static void pdi_layer_bend(const pdi_terms *w, double *by, double *lift)
 {
     const pd_etch *s = w->s;
-    double c[PD_SPECIES_MOST], psi = w->psi + w->lift, stride = PDI_LAYER_LIFT_STRIDE;
+    double c[PD_SPECIES_MAX], psi = w->psi + w->lift, stride = PDI_LAYER_LIFT_STRIDE;
     memcpy(c, w->surface, sizeof c);
     for (int n = 0; n < s->film.solutes; n++) {
         by[n] = 0.0;
@@ -499,8 +499,8 @@ static double pdi_layer_undone(const pdi_terms *w, double *c, int m, double step
 static void pdi_layer_gradient(const pdi_terms *w, double *by, double *lift)
 {
     const pd_etch *s = w->s;
-    double c[PD_SPECIES_MOST], stride[PD_SPECIES_MOST], psi = w->psi + w->lift;
-    int jumps[PD_SPECIES_MOST], first = -1;
+    double c[PD_SPECIES_MAX], stride[PD_SPECIES_MAX], psi = w->psi + w->lift;
+    int jumps[PD_SPECIES_MAX], first = -1;
     memcpy(c, w->surface, sizeof c);
     for (int n = 0; n < s->film.solutes; n++) {
         double wide;
@@ -526,7 +526,7 @@ static void pdi_layer_gradient(const pdi_terms *w, double *by, double *lift)
     *lift = fabs(*lift) < HUGE_VAL ? *lift / (2.0 * PDI_LAYER_LIFT_STRIDE) : 0.0;
 }
 
-typedef double pdi_layer_table[PD_SPECIES_MOST + 1][2 * PD_SPECIES_MOST + 3];
+typedef double pdi_layer_table[PD_SPECIES_MAX + 1][2 * PD_SPECIES_MAX + 3];
 
 /* Totals of what leaves the surface of the film follow those of its concentrations (columns of components), the lift
  * (one more), and, on the right, the speed and the flow (two more) and the totals of the node (those of components). */
@@ -534,8 +534,8 @@ static void pdi_layer_balances(const pd_components *film, const pdi_terms *w, co
 {
     const pd_etch *s = w->s;
     const pd_components *of = &s->reactive->components;
-    double one[PD_SPECIES_MOST], along[PD_SPECIES_MOST], sum[PD_SPECIES_MOST], left[PD_SPECIES_MOST];
-    float node[PD_COMPONENTS_SLOPES];
+    double one[PD_SPECIES_MAX], along[PD_SPECIES_MAX], sum[PD_SPECIES_MAX], left[PD_SPECIES_MAX];
+    float node[PD_COMPONENTS_DERIVATIVES];
     int count = of->count;
     memset(along, 0, sizeof along);
     memset(a, 0, sizeof(pdi_layer_table));
@@ -575,7 +575,7 @@ static void pdi_layer_chain(const pd_components *film, const pdi_terms *w, const
                            const double *gradient, double lift, double *slope)
 {
     const pd_components *of = &w->s->reactive->components;
-    double along[PD_SPECIES_MOST], change[PD_SPECIES_MOST];
+    double along[PD_SPECIES_MAX], change[PD_SPECIES_MAX];
     int count = of->count, films = w->thick + w->way > 0.0;
     for (int j = 0; j <= count + 1; j++) {
         for (int k = 0; k < count; k++) change[k] = films ? a[k][count + 1 + j] : k == j - 2 ? 1.0 : 0.0;
@@ -587,22 +587,22 @@ static void pdi_layer_chain(const pd_components *film, const pdi_terms *w, const
 
 /* How law and curve at the surface follow the speed, the flow and the totals of the node, and F phi/(R T) there. */
 typedef struct pdi_layer_slopes_of {
-    double law[PD_SPECIES_MOST + 2], curve[PD_SPECIES_MOST + 2];
+    double law[PD_SPECIES_MAX + 2], curve[PD_SPECIES_MAX + 2];
     double lift, bend;
 } pdi_layer_slopes_of;
 
 static void pdi_layer_tangent(const pd_components *film, const pdi_terms *w, int goes, pdi_layer_slopes_of *t)
 {
     const pd_components *of = &w->s->reactive->components;
-    double gradient[PD_SPECIES_MOST];
-    float own[PD_COMPONENTS_SLOPES];
+    double gradient[PD_SPECIES_MAX];
+    float own[PD_COMPONENTS_DERIVATIVES];
     pdi_layer_table a;
     int count = of->count, films = w->thick + w->way > 0.0;
     memset(t, 0, sizeof *t);
     pdi_components_compute_derivatives_single(films ? film : of, w->surface, own);
     if (films) {
         pdi_layer_balances(film, w, own, a);
-        pdi_gauss_jordan_solve(count + 1, 2 * count + 3, 2 * PD_SPECIES_MOST + 3, a[0]);
+        pdi_gauss_jordan_solve(count + 1, 2 * count + 3, 2 * PD_SPECIES_MAX + 3, a[0]);
     }
     if (goes) {
         pdi_layer_gradient(w, gradient, &t->lift);
@@ -618,7 +618,7 @@ static void pdi_layer_derive_charged(const pd_components *film, const pdi_terms 
                                      float *flow_by, double drive[2])
 {
     pdi_layer_slopes_of t;
-    double law[PD_SPECIES_MOST], curve[PD_SPECIES_MOST];
+    double law[PD_SPECIES_MAX], curve[PD_SPECIES_MAX];
     pdi_layer_tangent(film, w, by != NULL, &t);
     pdi_layer_salt(w, v, law, curve);
     for (int k = 0; k < film->count; k++) {
@@ -700,7 +700,7 @@ PDI_FN int pdi_layer_reads(const pd_etch *s, int32_t p, double *c, double *ph, d
 {
     pd_components film = s->film;
     pdi_terms w;
-    double flows[PD_SPECIES_MOST], speed = s->weight[p] > 0.0 ? *pdi_etch_speed(s, p) : 0.0;
+    double flows[PD_SPECIES_MAX], speed = s->weight[p] > 0.0 ? *pdi_etch_speed(s, p) : 0.0;
     pdi_terms_enter(s, pdi_etch_which(s, p), s->node[p], p, s->thick[p], &film, &w);
     w.flow = w.guess;
     memcpy(c, w.c, (size_t)film.solutes * sizeof *c);
@@ -722,7 +722,7 @@ PDI_FN int pdi_layer_reads(const pd_etch *s, int32_t p, double *c, double *ph, d
 static void pdi_layer_note(pd_etch *s, int32_t p, const pdi_terms *w)
 {
     const pd_reactive *r = s->reactive;
-    double c[PD_SPECIES_MOST], sum[PD_SPECIES_MOST];
+    double c[PD_SPECIES_MAX], sum[PD_SPECIES_MAX];
     int finite = 1;
     for (int n = 0; n < r->components.solutes; n++) finite = finite && w->surface[n] < HUGE_VAL;
     memcpy(c, finite ? w->surface : w->c, sizeof c);

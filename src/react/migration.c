@@ -127,8 +127,8 @@ PDI_FN void pdi_migration_leave(const pd_ctx *ctx, pd_migration *m, const double
                                 const double *weight, double *y)
 {
     pdi_migrate f;
-    pd_ghosts_scalar(&m->flux->bonds->ghosts, m->psi);
-    if (move != c) pd_ghosts_scalar(&m->flux->bonds->ghosts, m->move);
+    pd_ghosts_set_scalar(&m->flux->bonds->ghosts, m->psi);
+    if (move != c) pd_ghosts_set_scalar(&m->flux->bonds->ghosts, m->move);
     f.flux = m->flux;
     f.count = m->components->solutes;
     f.sums = m->components->count;
@@ -153,7 +153,7 @@ PDI_FN void pdi_migration_spread(const pd_ctx *ctx, const pd_migration *m, doubl
     double wall = m->tied ? 0.0 : (double)NAN;
     still.flow = NULL;
     still.flux = NULL;
-    pd_ghosts_scalar(&m->flux->bonds->ghosts, s);
+    pd_ghosts_set_scalar(&m->flux->bonds->ghosts, s);
     f.count = f.sums = 1;
     f.ratio = f.weight = &one;
     f.wall = &wall;

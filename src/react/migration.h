@@ -17,12 +17,12 @@ typedef struct pd_migration {
     const double *ratio;    /* [solutes] [-] of the diffusivities to that of the flux */
     const double *wall;     /* [solutes] [mol/m3] held, NaN: not */
     const double *pass;     /* [total] [-] of a pdi_migrate */
-    double charge[PD_SPECIES_MOST]; /* [-] of solutes */
+    double charge[PD_SPECIES_MAX]; /* [-] of solutes */
     double volt;            /* [V] of psi = 1 */
     int tied;               /* 1: an inlet or a wall that holds has psi = 0; else the mean of psi is 0 */
     double excess;          /* [m2] tau of eq. 5.15 */
     double share;           /* [-] of the change of psi that a step of Newton takes */
-    double pace[PD_SPECIES_MOST]; /* [-] of components: factors of the preconditioner's answers */
+    double pace[PD_SPECIES_MAX]; /* [-] of components: factors of the preconditioner's answers */
     double *psi;            /* [total] [-] */
     uint8_t *idle;          /* [total] 1: fluid that no loop of current passes: psi has no value there */
     /* lent for a step: */
@@ -30,7 +30,7 @@ typedef struct pd_migration {
     double *move;           /* [total] [-] change of psi */
     double *size;           /* [total] [mol/m3] sum of z^2 c, at least a small share of the largest */
     double *current;        /* [total] [mol/m3/s] work */
-    pd_compact compact;
+    pd_compact_operator compact;
     pd_multigrid mg;
 } pd_migration;
 

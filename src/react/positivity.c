@@ -8,7 +8,7 @@ static void pdi_positivity_debts(const pd_reactive *r, double stage, double *owe
 {
     const pd_components *s = &r->components;
     int64_t total = r->grid->total;
-    double most[PD_SPECIES_MOST];
+    double most[PD_SPECIES_MAX];
     for (int k = 0; k < s->count; k++) {
         most[k] = owed[k] = 0.0;
         worst[k] = -1;
@@ -26,8 +26,8 @@ static void pdi_positivity_debts(const pd_reactive *r, double stage, double *owe
 
 PDI_FN int pdi_positivity_holds(const pd_reactive *r, double stage)
 {
-    double owed[PD_SPECIES_MOST];
-    int32_t worst[PD_SPECIES_MOST];
+    double owed[PD_SPECIES_MAX];
+    int32_t worst[PD_SPECIES_MAX];
     pdi_positivity_debts(r, stage, owed, worst);
     for (int k = 0; k < r->components.count; k++)
         if (owed[k] > PDI_POSITIVITY_SLACK) return 0;
@@ -37,7 +37,7 @@ PDI_FN int pdi_positivity_holds(const pd_reactive *r, double stage)
 /* [mol/m3/s] of component k that sources and metal take up at node i. */
 static double pdi_positivity_sink(const pd_reactive *r, int k, int32_t i)
 {
-    double source[PD_SPECIES_MOST], gain[PD_SPECIES_MOST];
+    double source[PD_SPECIES_MAX], gain[PD_SPECIES_MAX];
     pdi_reactive_get(r, r->source, i, source);
     pdi_components_compute_totals(&r->components, source, gain);
     if (r->surface) pdi_etch_gain(r->surface, i, gain);
@@ -46,8 +46,8 @@ static double pdi_positivity_sink(const pd_reactive *r, int k, int32_t i)
 
 PDI_FN int pdi_positivity_exceeded(pd_reactive *r, double dt)
 {
-    double owed[PD_SPECIES_MOST];
-    int32_t worst[PD_SPECIES_MOST];
+    double owed[PD_SPECIES_MAX];
+    int32_t worst[PD_SPECIES_MAX];
     pdi_positivity_debts(r, dt, owed, worst);
     r->short_of = 0;
     for (int k = 0; k < r->components.count && !r->short_of; k++) {
@@ -91,7 +91,7 @@ PDI_FN int32_t pdi_positivity_fewest(const pd_etch *s, double *ions)
     int32_t least = s->node[0];
     *ions = HUGE_VAL;
     for (int32_t p = 0; p < s->count; p++) {
-        double c[PD_SPECIES_MOST], sum = 0.0;
+        double c[PD_SPECIES_MAX], sum = 0.0;
         if (s->electrode[p] < 0) continue;
         pdi_reactive_get(s->reactive, s->reactive->c, s->node[p], c);
         for (int n = 0; n < s->reactive->components.solutes; n++)

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#if PDI_FLUX_FIELDS < PD_SPECIES_MOST
+#if PDI_FLUX_FIELDS < PD_SPECIES_MAX
 #error "the fields of a sweep have to hold all species"
 #endif
 
@@ -40,7 +40,7 @@ double *pd_reactive_source(pd_reactive *r, int species)
 
 double pd_reactive_ph(const pd_reactive *r, int32_t node)
 {
-    double c[PD_SPECIES_MOST];
+    double c[PD_SPECIES_MAX];
     if (r->proton < 0) return NAN;
     pdi_reactive_get(r, r->c, node, c);
     return 3.0 - (log(c[r->proton]) + pdi_components_compute_ln_gamma(&r->components, c)) / log(10.0);
@@ -56,7 +56,7 @@ double pd_reactive_neutrality(const pd_reactive *r)
 {
     double worst = 0.0, most = 0.0;
     for (int32_t i = 0; i < r->grid->total; i++) {
-        double c[PD_SPECIES_MOST], charge = 0.0, size = 0.0;
+        double c[PD_SPECIES_MAX], charge = 0.0, size = 0.0;
         if (r->grid->kind[i] != PD_FLUID) continue;
         pdi_reactive_get(r, r->c, i, c);
         for (int n = 0; n < r->components.solutes; n++) {
@@ -71,7 +71,7 @@ double pd_reactive_neutrality(const pd_reactive *r)
 
 double pd_reactive_saturation(const pd_reactive *r, int index, int32_t node)
 {
-    double c[PD_SPECIES_MOST], most = NAN;
+    double c[PD_SPECIES_MAX], most = NAN;
     pdi_reactive_get(r, r->c, node, c);
     for (int s = 0; s < r->minerals.count; s++)
         if (index < 0 || s == index) /* NaN gives way */
@@ -81,7 +81,7 @@ double pd_reactive_saturation(const pd_reactive *r, int index, int32_t node)
 
 double pd_reactive_film(const pd_reactive *r, int32_t node)
 {
-    double n[PD_MINERAL_MOST];
+    double n[PD_MINERAL_MAX];
     if (!r->minerals.count) return 0.0;
     pdi_reactive_solids(r, r->solid, node, n);
     return pdi_mineral_compute_volume_fraction(&r->minerals, n);
@@ -172,7 +172,7 @@ PDI_FN void pdi_reactive_guess(pd_reactive *r)
 {
     int64_t total = r->grid->total;
     for (int32_t i = 0; i < (int32_t)total; i++) {
-        double mean[PD_SPECIES_MOST] = {0.0};
+        double mean[PD_SPECIES_MAX] = {0.0};
         int count = 0;
         if (r->grid->kind[i] != PD_FLUID || !pdi_reactive_empty(r, r->c, i)) continue;
         for (int k = 0; k < r->bonds->stencil->count; k++) {
@@ -200,7 +200,7 @@ PDI_FN void pdi_reactive_pass(pd_reactive *r, double dt)
     const pd_components *s = &r->components;
     const pd_grid *grid = r->grid;
     int64_t total = grid->total;
-    pdi_compensated_sum in[PD_SPECIES_MOST], out[PD_SPECIES_MOST];
+    pdi_compensated_sum in[PD_SPECIES_MAX], out[PD_SPECIES_MAX];
     memset(in, 0, sizeof in);
     memset(out, 0, sizeof out);
     for (int32_t i = 0; i < grid->total; i++) {
@@ -304,7 +304,7 @@ static pd_status pdi_reactive_neutral(pd_ctx *ctx, const pd_reactive *r, const c
 /* Bring c [solutes] to the equilibrium of its totals. */
 static pd_status pdi_reactive_settle(pd_ctx *ctx, const pd_reactive *r, const char *where, double *c)
 {
-    double total[PD_SPECIES_MOST];
+    double total[PD_SPECIES_MAX];
     for (int n = 0; n < r->components.solutes; n++)
         if (!(c[n] >= 0.0) || !(c[n] < 1e100))
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "%s: solute %d of %d has %g mol/m3, expected a finite "
@@ -333,7 +333,7 @@ static double pdi_reactive_ions(const pd_reactive *r, const double *c)
 /* With migration: fluid and inlets with next to no ions get a trace of those of the richest. */
 static void pdi_reactive_water(pd_reactive *r)
 {
-    double rich[PD_SPECIES_MOST], c[PD_SPECIES_MOST], most = pdi_reactive_ions(r, r->inlet);
+    double rich[PD_SPECIES_MAX], c[PD_SPECIES_MAX], most = pdi_reactive_ions(r, r->inlet);
     if (!r->migration.on) return;
     memcpy(rich, r->inlet, sizeof rich);
     if (pdi_reactive_ions(r, r->wall) > most) memcpy(rich, r->wall, sizeof rich);
@@ -361,7 +361,7 @@ pd_status pd_reactive_begin(pd_ctx *ctx, pd_reactive *r)
     double size = 0.0;
     pdi_reactive_water(r);
     for (int32_t i = 0; i < r->grid->total; i++) {
-        double c[PD_SPECIES_MOST];
+        double c[PD_SPECIES_MAX];
         if (r->grid->kind[i] != PD_FLUID) continue;
         pdi_reactive_get(r, r->c, i, c);
         PDI_TRY(pdi_reactive_settle(ctx, r, "a node", c));
@@ -412,7 +412,7 @@ static void pdi_reactive_pick(const pd_reactive *r, const double *of, double *c)
 /* The mean diffusivity of the fluxes, and what the species have of it. */
 static pd_status pdi_reactive_diffusivities(pd_ctx *ctx, const pd_species *species, pd_reactive *r)
 {
-    double least = HUGE_VAL, most = 0.0, of[PD_SPECIES_MOST];
+    double least = HUGE_VAL, most = 0.0, of[PD_SPECIES_MAX];
     int even = 1;
     for (int i = 0; i < r->desc.count; i++) {
         int n = r->components.place[i];
@@ -536,9 +536,9 @@ static pd_status pdi_reactive_solvers(pd_ctx *ctx, pd_reactive *r)
 
 PDI_FN pd_status pdi_reactive_system(pd_ctx *ctx, const pd_reactive_desc *desc, pd_reactive *r)
 {
-    pd_reaction rest[PD_REACTION_MOST];
-    int few = desc->reaction_count >= 0 && desc->reaction_count <= PD_REACTION_MOST && desc->count >= 1 &&
-              desc->count <= PD_SPECIES_MOST; /* else the components say so */
+    pd_reaction rest[PD_REACTION_MAX];
+    int few = desc->reaction_count >= 0 && desc->reaction_count <= PD_REACTION_MAX && desc->count >= 1 &&
+              desc->count <= PD_SPECIES_MAX; /* else the components say so */
     if (!desc->mineral_count || !few)
         return pdi_components_build(ctx, desc->species, desc->count, desc->reactions, desc->reaction_count,
                                     desc->activity, desc->temperature, &r->components);
@@ -569,7 +569,7 @@ static pd_status pdi_reactive_fill_solids(pd_ctx *ctx, const pd_reactive_desc *d
 static pd_status pdi_reactive_make(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *bonds, const pd_flow *flow,
                                    const pd_reactive_desc *desc, pd_reactive *r)
 {
-    double c[PD_SPECIES_MOST];
+    double c[PD_SPECIES_MAX];
     memset(r, 0, sizeof *r);
     PDI_TRY(pdi_reactive_system(ctx, desc, r));
     if (!(desc->tolerance >= 0.0) || !(desc->tolerance < 1.0) || desc->most < 0 || desc->order < 0 ||

@@ -66,16 +66,16 @@ typedef struct pd_reactive {
     const pd_flow *flow;      /* NULL: fluid at rest */
     int rows;                 /* of the balance */
     char name[PD_REACTIVE_ROWS][PD_REACTIVE_NAME];
-    double part[PD_REACTIVE_ROWS][PD_SPECIES_MOST]; /* [-] of a solute in each row */
+    double part[PD_REACTIVE_ROWS][PD_SPECIES_MAX];  /* [-] of a solute in each row */
     double start[PD_REACTIVE_ROWS];                 /* [mol] */
-    double in[PD_SPECIES_MOST], out[PD_SPECIES_MOST];     /* [mol] of solutes since the start */
-    double ratio[PD_SPECIES_MOST];   /* [-] of the diffusivities to that of `diffusion` */
-    double wall[PD_SPECIES_MOST], closed[PD_SPECIES_MOST]; /* [mol/m3] held, NaN: not; 0 or NaN alike */
-    double inlet[PD_SPECIES_MOST];   /* [mol/m3] */
+    double in[PD_SPECIES_MAX], out[PD_SPECIES_MAX]; /* [mol] of solutes since the start */
+    double ratio[PD_SPECIES_MAX];                   /* [-] of the diffusivities to that of `diffusion` */
+    double wall[PD_SPECIES_MAX], closed[PD_SPECIES_MAX]; /* [mol/m3] held, NaN: not; 0 or NaN alike */
+    double inlet[PD_SPECIES_MAX];                        /* [mol/m3] */
     int proton;                      /* solute H+; -1: none */
     int linear;                      /* 1: the equations are, in the totals */
     pd_diffusion diffusion;
-    pd_boundary boundary;
+    pd_open_boundary boundary;
     pd_flux flux;
     pd_inverse inverse;
     pd_migration migration;          /* empty without */
@@ -106,8 +106,8 @@ typedef struct pd_reactive {
     double *solid_slope; /* [minerals][total] [mol/m3] as `slope`, or NULL */
     double *still;  /* [total] [1/s] zeros */
     int slots;
-    double weight[PD_SPECIES_MOST];  /* [mol/m3/s] of the balances of components */
-    double came[PD_SPECIES_MOST];    /* [mol/m3] largest totals of components that none was there of at the start of a
+    double weight[PD_SPECIES_MAX];   /* [mol/m3/s] of the balances of components */
+    double came[PD_SPECIES_MAX];     /* [mol/m3] largest totals of components that none was there of at the start of a
                                       * step, of all lengths that were tried of it */
     double erred;                    /* [-] error of the last step that was tried from the same start; 0: none was */
     int stays;                       /* so many tries have made it no smaller */

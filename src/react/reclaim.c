@@ -19,7 +19,7 @@ static int pdi_reclaim_bounded(const pd_components *of, int k)
 static double pdi_reclaim_there(const pd_reactive *r, const double *gain, int32_t i, const double *comes)
 {
     const pd_components *of = &r->components;
-    double c[PD_SPECIES_MOST], sum[PD_SPECIES_MOST], most = HUGE_VAL;
+    double c[PD_SPECIES_MAX], sum[PD_SPECIES_MAX], most = HUGE_VAL;
     pdi_reactive_get(r, r->c, i, c);
     pdi_components_compute_totals(of, c, sum);
     for (int k = 0; k < of->count; k++) {
@@ -31,7 +31,7 @@ static double pdi_reclaim_there(const pd_reactive *r, const double *gain, int32_
 
 static double pdi_reclaim_held(const pd_reactive *r, const double *gain, int32_t i)
 {
-    const double nothing[PD_SPECIES_MOST] = {0.0};
+    const double nothing[PD_SPECIES_MAX] = {0.0};
     double most = pdi_reclaim_there(r, gain, i, nothing);
     return most < HUGE_VAL ? most : 0.0;
 }
@@ -40,7 +40,7 @@ PDI_FN double pdi_reclaim_take(pd_reactive *r, const double *shed, double amount
 {
     const pd_components *of = &r->components;
     int64_t total = r->grid->total;
-    double gain[PD_SPECIES_MOST], held = 0.0;
+    double gain[PD_SPECIES_MAX], held = 0.0;
     pdi_compensated_sum sum = {0.0, 0.0};
     pdi_components_compute_totals(of, shed, gain);
     for (int32_t i = 0; i < (int32_t)total; i++)
@@ -60,12 +60,12 @@ PDI_FN double pdi_reclaim_take(pd_reactive *r, const double *shed, double amount
 
 PDI_FN void pdi_reclaim_due(const pd_reactive *r, const double *shed, double dt, const double *owed, double *due)
 {
-    double gain[PD_SPECIES_MOST], whole[PD_SPECIES_MOST];
+    double gain[PD_SPECIES_MAX], whole[PD_SPECIES_MAX];
     memcpy(whole, shed, (size_t)r->components.solutes * sizeof *shed);
     if (r->surface) pdi_etch_whole(r->surface, whole);
     pdi_components_compute_totals(&r->components, whole, gain);
     for (int32_t i = 0; i < r->grid->total; i++) {
-        double comes[PD_SPECIES_MOST] = {0.0};
+        double comes[PD_SPECIES_MAX] = {0.0};
         due[i] = owed[i];
         if (!(owed[i] < 0.0) || r->grid->kind[i] != PD_FLUID) continue;
         if (r->surface) pdi_etch_gain(r->surface, i, comes);

@@ -23,13 +23,13 @@ PDI_FN int pdi_tangent_threads(const pd_ctx *ctx, const pd_reactive *r)
 PDI_FN void pdi_tangent_images(const pd_reactive *r, double *fields)
 {
     for (int n = 0; n < r->components.solutes; n++)
-        pd_ghosts_scalar(&r->bonds->ghosts, fields + (int64_t)n * r->grid->total);
+        pd_ghosts_set_scalar(&r->bonds->ghosts, fields + (int64_t)n * r->grid->total);
 }
 
 PDI_FN void pdi_tangent_leave(const pd_ctx *ctx, pd_reactive *r, const double *fields, const double *wall, double *y)
 {
     const pd_components *s = &r->components;
-    double weight[PD_SPECIES_MOST * PD_SPECIES_MOST];
+    double weight[PD_SPECIES_MAX * PD_SPECIES_MAX];
     pdi_flux_fields f;
     for (int k = 0; k < s->count; k++)
         for (int n = 0; n < s->solutes; n++) weight[k * s->solutes + n] = s->m[k][n] / r->weight[k];
@@ -55,7 +55,7 @@ typedef struct pdi_tangent_user {
 
 PDI_FN void pdi_tangent_law(const pd_reactive *r, int32_t i, double *n, pd_mineral_start *start)
 {
-    double c[PD_SPECIES_MOST], first[PD_MINERAL_MOST];
+    double c[PD_SPECIES_MAX], first[PD_MINERAL_MAX];
     pdi_reactive_get(r, r->begin, i, c);
     pdi_reactive_solids(r, r->solid_begin, i, n);
     pdi_mineral_begin_step(&r->components, &r->minerals, n, c, start);
@@ -96,7 +96,7 @@ PDI_FN double pdi_tangent_unsure(const pd_reactive *r, int32_t i, int m, const d
 static void pdi_tangent_fix(const pd_reactive *r, const float *by, double *total)
 {
     const pd_components *s = &r->components;
-    double taken[PD_MINERAL_MOST];
+    double taken[PD_MINERAL_MAX];
     pdi_tangent_taken(r, by, total, taken);
     for (int m = 0; m < r->minerals.count; m++)
         for (int k = 0; k < s->count; k++) total[k] -= r->minerals.gain[m][k] * taken[m];
@@ -127,7 +127,7 @@ static pd_status pdi_tangent_migration(pd_ctx *ctx, pd_reactive *r)
 /* taken [minerals][components]: what minerals of node i take of changes of totals. */
 static void pdi_tangent_minerals(const pd_reactive *r, int32_t i, const double *c, double *taken)
 {
-    double n[PD_MINERAL_MOST], first[PD_MINERAL_MOST];
+    double n[PD_MINERAL_MAX], first[PD_MINERAL_MAX];
     pd_mineral_start start;
     pdi_tangent_law(r, i, first, &start);
     pdi_reactive_solids(r, r->solid, i, n);
@@ -138,7 +138,7 @@ static void pdi_tangent_minerals(const pd_reactive *r, int32_t i, const double *
 static void pdi_tangent_left(const pd_reactive *r, const double *taken, int k, double *left)
 {
     int count = r->components.count;
-    memset(left, 0, PD_SPECIES_MOST * sizeof *left);
+    memset(left, 0, PD_SPECIES_MAX * sizeof *left);
     left[k] = 1.0;
     for (int m = 0; m < r->minerals.count; m++)
         for (int q = 0; q < count; q++) left[q] -= r->minerals.gain[m][q] * taken[m * count + k];
@@ -149,7 +149,7 @@ static void pdi_tangent_left(const pd_reactive *r, const double *taken, int k, d
 static void pdi_tangent_before(const pd_reactive *r, const double *taken, float *row)
 {
     int count = r->components.count;
-    double by[PD_SPECIES_MOST], left[PD_SPECIES_MOST];
+    double by[PD_SPECIES_MAX], left[PD_SPECIES_MAX];
     for (int k = 0; k < count; k++) {
         pdi_tangent_left(r, taken, k, left);
         by[k] = 0.0;
@@ -168,7 +168,7 @@ static void pdi_tangent_surface(pd_ctx *ctx, pd_reactive *r)
     pdi_layer_solve(ctx, metal, -1, 1);
     PDI_PARALLEL_FOR(nt)
     for (int32_t p = 0; p < places; p++) {
-        double c[PD_SPECIES_MOST], taken[PD_MINERAL_MOST * PD_SPECIES_MOST];
+        double c[PD_SPECIES_MAX], taken[PD_MINERAL_MAX * PD_SPECIES_MAX];
         pdi_reactive_get(r, r->c, metal->node[p], c);
         pdi_tangent_minerals(r, metal->node[p], c, taken);
         pdi_tangent_before(r, taken, metal->by + (int64_t)p * r->components.count);
@@ -185,8 +185,8 @@ PDI_FN pd_status pdi_tangent_derive(pd_ctx *ctx, pd_reactive *r)
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
-        double c[PD_SPECIES_MOST], slope[PD_SPECIES_MOST], one[PD_SPECIES_MOST], along[PD_SPECIES_MOST];
-        double taken[PD_MINERAL_MOST * PD_SPECIES_MOST];
+        double c[PD_SPECIES_MAX], slope[PD_SPECIES_MAX], one[PD_SPECIES_MAX], along[PD_SPECIES_MAX];
+        double taken[PD_MINERAL_MAX * PD_SPECIES_MAX];
         float *by = r->by + (int64_t)i * r->slots, *row = by + tables;
         if (r->grid->kind[i] != PD_FLUID) continue;
         pdi_reactive_get(r, r->c, i, c);
@@ -231,7 +231,7 @@ static void pdi_tangent_spend(const pd_reactive *r, double *y)
 static void pdi_tangent_part(const pd_reactive *r, int32_t i, double *x)
 {
     const pd_components *s = &r->components;
-    double c[PD_SPECIES_MOST], along[PD_SPECIES_MOST], charge = 0.0;
+    double c[PD_SPECIES_MAX], along[PD_SPECIES_MAX], charge = 0.0;
     if (!r->migration.on) return;
     pdi_reactive_get(r, r->c, i, c);
     pdi_migration_along(&r->migration, c, along);
@@ -260,7 +260,7 @@ static void pdi_tangent_places(const pd_reactive *r, const double *x, double *y)
     const pd_etch *metal = r->surface;
     int count = r->components.count;
     int64_t total = r->grid->total;
-    double change[PD_SPECIES_MOST], speed = 0.0, flow = 0.0;
+    double change[PD_SPECIES_MAX], speed = 0.0, flow = 0.0;
     for (int pass = 0; pass < (metal->electrode ? 2 : 1); pass++) { /* circuits have to know all changes first */
         for (int32_t p = 0; p < metal->count; p++) {
             int32_t i = metal->node[p];
@@ -293,7 +293,7 @@ static void pdi_tangent_apply(void *user, const double *x, double *y)
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
-        double along[PD_SPECIES_MOST], c[PD_SPECIES_MOST];
+        double along[PD_SPECIES_MAX], c[PD_SPECIES_MAX];
         if (r->grid->kind[i] != PD_FLUID) continue;
         for (int k = 0; k < s->count; k++) along[k] = r->weight[k] * x[k * total + i]; /* 0 where it is spent */
         pdi_tangent_part(r, i, along);
@@ -306,7 +306,7 @@ static void pdi_tangent_apply(void *user, const double *x, double *y)
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
         const float *row = r->by + (int64_t)i * r->slots + tables;
-        double change[PD_SPECIES_MOST];
+        double change[PD_SPECIES_MAX];
         if (r->grid->kind[i] != PD_FLUID) continue;
         for (int k = 0; k < s->count; k++) change[k] = r->weight[k] * x[k * total + i];
         pdi_tangent_part(r, i, change);
@@ -344,7 +344,7 @@ static void pdi_tangent_split(const pd_ctx *ctx, pd_reactive *r, int n, double *
 /* What one of the metal of a place brings to the totals of its node, as the charge of it leaves at once. */
 static void pdi_tangent_gain(const pd_reactive *r, int32_t p, double *gain)
 {
-    memcpy(gain, pdi_etch_of(r->surface, p)->gain, PD_SPECIES_MOST * sizeof *gain);
+    memcpy(gain, pdi_etch_of(r->surface, p)->gain, PD_SPECIES_MAX * sizeof *gain);
     pdi_tangent_part(r, r->surface->node[p], gain);
 }
 
@@ -357,7 +357,7 @@ static void pdi_tangent_split_metal(pd_reactive *r, double *x)
     int64_t total = r->grid->total;
     for (int32_t p = 0; p < metal->count; p++) {
         int32_t i = metal->node[p];
-        double own = 1.0 / r->dt + r->rates[i], rate = 0.0, change[PD_SPECIES_MOST], gain[PD_SPECIES_MOST];
+        double own = 1.0 / r->dt + r->rates[i], rate = 0.0, change[PD_SPECIES_MAX], gain[PD_SPECIES_MAX];
         const float *by = metal->by + (int64_t)p * s->count;
         pdi_tangent_gain(r, p, gain);
         for (int k = 0; k < s->count; k++) rate -= metal->weight[p] * (double)by[k] * gain[k];
@@ -375,7 +375,7 @@ static void pdi_tangent_join_metal(const pd_reactive *r, double *y)
 {
     const pd_etch *metal = r->surface;
     for (int32_t p = 0; p < metal->count; p++) {
-        double gain[PD_SPECIES_MOST];
+        double gain[PD_SPECIES_MAX];
         pdi_tangent_gain(r, p, gain);
         for (int k = 0; k < r->components.count; k++)
             y[k * (int64_t)r->grid->total + metal->node[p]] += gain[k] * metal->split[p] / r->weight[k];
@@ -390,7 +390,7 @@ static void pdi_tangent_lay(const pd_ctx *ctx, pd_reactive *r, double *x, double
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
-        double along[PD_SPECIES_MOST];
+        double along[PD_SPECIES_MAX];
         if (r->grid->kind[i] != PD_FLUID) continue;
         for (int k = 0; k < count; k++) along[k] = r->weight[k] * x[k * total + i];
         pdi_tangent_fix(r, r->by + (int64_t)i * r->slots, along);
@@ -462,7 +462,7 @@ static void pdi_tangent_recharge(pd_ctx *ctx, pd_reactive *r, double *y)
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
-        double x[PD_SPECIES_MOST], c[PD_SPECIES_MOST], sum = 0.0;
+        double x[PD_SPECIES_MAX], c[PD_SPECIES_MAX], sum = 0.0;
         if (r->grid->kind[i] != PD_FLUID) continue;
         for (int k = 0; k < s->count; k++) x[k] = r->weight[k] * y[k * total + i];
         pdi_tangent_part(r, i, x);
@@ -478,7 +478,7 @@ static void pdi_tangent_recharge(pd_ctx *ctx, pd_reactive *r, double *y)
     pdi_migration_apply(ctx, m, m->current, m->move);
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
-        double c[PD_SPECIES_MOST], along[PD_SPECIES_MOST], lift = m->size[i] * m->move[i];
+        double c[PD_SPECIES_MAX], along[PD_SPECIES_MAX], lift = m->size[i] * m->move[i];
         if (r->grid->kind[i] != PD_FLUID) continue;
         pdi_reactive_get(r, r->c, i, c);
         pdi_migration_along(m, c, along);
@@ -494,7 +494,7 @@ static void pdi_tangent_block(const pd_reactive *r, int32_t i, double *matrix)
     const float *by = r->by + (int64_t)i * r->slots, *rows = by + s->live * pdi_components_count_columns(s);
     int count = s->count;
     for (int n = 0; n < count; n++) {
-        double along[PD_SPECIES_MOST] = {0.0}, c[PD_SPECIES_MOST];
+        double along[PD_SPECIES_MAX] = {0.0}, c[PD_SPECIES_MAX];
         along[n] = r->weight[n];
         pdi_tangent_fix(r, by, along);
         pdi_components_apply_derivatives(s, by, along, c);
@@ -521,7 +521,7 @@ static void pdi_tangent_precondition_nodes(void *user, const double *x, double *
     if (r->surface) pdi_tangent_split_metal(r, rest);
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
-        double matrix[PD_SPECIES_MOST * (PD_SPECIES_MOST + 1)]; /* and the right-hand side */
+        double matrix[PD_SPECIES_MAX * (PD_SPECIES_MAX + 1)]; /* and the right-hand side */
         int fluid = r->grid->kind[i] == PD_FLUID;
         if (fluid) {
             pdi_tangent_block(r, i, matrix);
@@ -574,7 +574,7 @@ static void pdi_tangent_resolve(pd_reactive *r)
 {
     const pd_components *s = &r->components;
     int64_t total = r->grid->total;
-    double *delta = r->work + s->count * total, x[PD_SPECIES_MOST];
+    double *delta = r->work + s->count * total, x[PD_SPECIES_MAX];
     for (int32_t i = 0; i < (int32_t)total; i++) {
         if (r->grid->kind[i] != PD_FLUID) continue;
         for (int k = 0; k < s->count; k++) x[k] = r->weight[k] * delta[k * total + i];

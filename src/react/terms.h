@@ -13,13 +13,13 @@ typedef struct pdi_terms {
     double thick;
     double still, creep;              /* of metal that does not move, and [mol s2/m5] what its speed adds */
     double davies;                    /* ln gamma of a charge of 1 */
-    double flows[PD_SPECIES_MOST];    /* [mol/m3] of components at the node: sums of what diffuses */
-    double c[PD_SPECIES_MOST];        /* [mol/m3] at the node */
-    double at[PD_SPECIES_MOST];       /* [mol/m3] times `scale`: at the surface, the last that was found */
-    double ln_k[PD_SPECIES_MOST];     /* of the film, with those coefficients */
-    double surface[PD_SPECIES_MOST];  /* [mol/m3] at the surface, with migration */
-    double down[PD_SPECIES_MOST];     /* [-] of that, times `scale`, is `at` */
-    double into[PD_SPECIES_MOST];     /* [mol/m3] of components: totals of `at` */
+    double flows[PD_SPECIES_MAX];     /* [mol/m3] of components at the node: sums of what diffuses */
+    double c[PD_SPECIES_MAX];         /* [mol/m3] at the node */
+    double at[PD_SPECIES_MAX];        /* [mol/m3] times `scale`: at the surface, the last that was found */
+    double ln_k[PD_SPECIES_MAX];      /* of the film, with those coefficients */
+    double surface[PD_SPECIES_MAX];   /* [mol/m3] at the surface, with migration */
+    double down[PD_SPECIES_MAX];      /* [-] of that, times `scale`, is `at` */
+    double into[PD_SPECIES_MAX];      /* [mol/m3] of components: totals of `at` */
     double psi, lift;                 /* F phi/(R T) of the node, of the surface over it */
     double sweep;                     /* [-] what the surface moves, of what diffuses through the film */
     int electrode;                    /* -1: none */

@@ -32,7 +32,7 @@ PDI_FN pd_status pdi_checkpoint_store_model(pd_ctx *ctx, pd_model *model, pd_arc
     PDI_TRY(PDI_ARCHIVE_VERIFY(ctx, archive, "rtol", u->rtol));
     PDI_TRY(PDI_ARCHIVE_VERIFY(ctx, archive, "fraction", u->fraction));
     PDI_TRY(PDI_ARCHIVE_VERIFY(ctx, archive, "max_step [s]", u->max_step));
-    return pd_couple_store(ctx, &model->couple, archive);
+    return pd_time_loop_store(ctx, &model->couple, archive);
 }
 
 #undef PDI_CHECKPOINT_MAX_SCENE_BYTES

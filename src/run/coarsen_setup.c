@@ -44,7 +44,7 @@ static pdi_coarsen_setup_node_block pdi_coarsen_setup_neighbourhood(const pd_gri
 /* Kind of a node; nodes outside of all families of the fluid count as wall. */
 static uint8_t pdi_coarsen_setup_kind(const pd_grid *grid, int32_t node)
 {
-    return grid->kind[node] == PD_OUTSIDE ? (uint8_t)PD_WALL : grid->kind[node];
+    return grid->kind[node] == PD_INACTIVE ? (uint8_t)PD_WALL : grid->kind[node];
 }
 
 /* 1: the block of `factor` nodes an axis from i on, which may reach out of the box, is of one kind, *kind. Beyond a
@@ -227,7 +227,7 @@ static pd_status pdi_coarsen_setup_check_faces(pd_ctx *ctx, const pd_setup *setu
 
 /* Add the monitor of a plane on the coarser lattice, or two with linear interpolation weights. */
 static pd_status pdi_coarsen_setup_add_plane(pd_ctx *ctx, const pd_setup_monitor *m, int cells, int factor,
-                                             pd_coarser *coarser)
+                                             pd_coarsened_setup *coarser)
 {
     int low = m->index / factor, rest = m->index % factor;
     for (int side = 0; side < (rest ? 2 : 1); side++) {
@@ -249,7 +249,8 @@ static pd_status pdi_coarsen_setup_add_plane(pd_ctx *ctx, const pd_setup_monitor
 }
 
 /* Inner part of the build. */
-static pd_status pdi_coarsen_setup_build_inner(pd_ctx *ctx, const pd_setup *setup, int factor, pd_coarser *coarser)
+static pd_status pdi_coarsen_setup_build_inner(pd_ctx *ctx, const pd_setup *setup, int factor,
+                                               pd_coarsened_setup *coarser)
 {
     coarser->setup = *setup;
     for (int d = 0; d < PD_DIM; d++) coarser->setup.h[d] = factor * setup->h[d];
@@ -272,7 +273,7 @@ static pd_status pdi_coarsen_setup_build_inner(pd_ctx *ctx, const pd_setup *setu
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_coarsen_setup_build(pd_ctx *ctx, const pd_setup *setup, int factor, pd_coarser *coarser)
+PDI_FN pd_status pdi_coarsen_setup_build(pd_ctx *ctx, const pd_setup *setup, int factor, pd_coarsened_setup *coarser)
 {
     pd_status status = pdi_coarsen_setup_build_inner(ctx, setup, factor, coarser);
     if (status < 0) memset(coarser, 0, sizeof *coarser);

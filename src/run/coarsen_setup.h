@@ -9,16 +9,16 @@
 #include "scene/setup.h"
 
 /* The coarsened setup. */
-typedef struct pd_coarser {
+typedef struct pd_coarsened_setup {
     pd_setup setup;                   /* borrows from the setup it was made of: never free it */
     double share[PD_SETUP_MONITORS];  /* [-] weight of each monitor in the outputs of its section */
-} pd_coarser;
+} pd_coarsened_setup;
 
 #ifdef PDI_INTERNAL
 /* Coarsen a setup by a factor of 2 or more. PD_ERR_GEOMETRY: the coarser lattice cannot resolve the scene: the box is
  * no multiple of its cells, the face of a box lies off its planes, fluid, solid or wall is thinner than a cell or lost,
  * a plane has no place. PD_ERR_SIZE: too many planes. */
-PDI_FN pd_status pdi_coarsen_setup_build(pd_ctx *ctx, const pd_setup *setup, int factor, pd_coarser *coarser);
+PDI_FN pd_status pdi_coarsen_setup_build(pd_ctx *ctx, const pd_setup *setup, int factor, pd_coarsened_setup *coarser);
 #endif
 
 #endif

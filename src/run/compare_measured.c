@@ -9,7 +9,7 @@
 #define PDI_COMPARE_MEASURED_TIME_TOLERANCE 1e-9 /* [-] relative tolerance by which two times are the same */
 
 /* Name of an output, as "volume_loss" or "plane.up.flow". */
-static void pdi_compare_measured_format_output_name(const pd_figure *f, char *text, size_t size)
+static void pdi_compare_measured_format_output_name(const pd_scalar_output *f, char *text, size_t size)
 {
     if (strcmp(f->section, "scene") == 0) snprintf(text, size, "%s", f->key);
     else snprintf(text, size, "%s.%s.%s", f->section, f->name, f->key);
@@ -17,13 +17,14 @@ static void pdi_compare_measured_format_output_name(const pd_figure *f, char *te
 
 /* Value of the output with that name, summed with weights over planes of a coarser lattice, and its unit [16] (or
  * NULL). Returns 1; 0: there is no such output. */
-static int pdi_compare_measured_get_output(const pd_compare *c, const char *figure, double *value, char *unit)
+static int pdi_compare_measured_get_output(const pd_measured_comparison *c, const char *figure, double *value,
+                                           char *unit)
 {
     char name[2 * PD_SETUP_NAME];
     int found = 0;
     *value = 0.0;
     for (int k = 0; k < c->figures.count; k++) {
-        const pd_figure *f = &c->figures.list[k];
+        const pd_scalar_output *f = &c->figures.list[k];
         pdi_compare_measured_format_output_name(f, name, sizeof name);
         if (strcmp(name, figure) != 0) continue;
         *value += (c->share && f->monitor >= 0 ? c->share[f->monitor] : 1.0) * f->value;
@@ -34,7 +35,8 @@ static int pdi_compare_measured_get_output(const pd_compare *c, const char *figu
 }
 
 /* Error message with a list of all outputs. Returns PD_ERR_ARGUMENT. */
-static pd_status pdi_compare_measured_reject_output(pd_ctx *ctx, const pd_compare *c, const pd_setup_record *r)
+static pd_status pdi_compare_measured_reject_output(pd_ctx *ctx, const pd_measured_comparison *c,
+                                                    const pd_setup_measured *r)
 {
     char list[320] = "", name[2 * PD_SETUP_NAME];
     for (int k = 0; k < c->figures.count; k++) {
@@ -48,7 +50,8 @@ static pd_status pdi_compare_measured_reject_output(pd_ctx *ctx, const pd_compar
 }
 
 /* Check that a measured set names an output of the run, with the same physical dimension. */
-static pd_status pdi_compare_measured_check_figure(pd_ctx *ctx, const pd_compare *c, const pd_setup_record *r)
+static pd_status pdi_compare_measured_check_figure(pd_ctx *ctx, const pd_measured_comparison *c,
+                                                   const pd_setup_measured *r)
 {
     char unit[16], found[PD_UNITS_TEXT], wanted[PD_UNITS_TEXT];
     double value;
@@ -66,7 +69,7 @@ static pd_status pdi_compare_measured_check_figure(pd_ctx *ctx, const pd_compare
 
 /* Inner part of the build. */
 static pd_status pdi_compare_measured_build_inner(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors,
-                                                  const double *share, int curves, pd_compare *c)
+                                                  const double *share, int curves, pd_measured_comparison *c)
 {
     memset(c, 0, sizeof *c);
     c->model = model;
@@ -75,7 +78,7 @@ static pd_status pdi_compare_measured_build_inner(pd_ctx *ctx, pd_model *model, 
     c->curves = curves;
     if (model->setup->records) PDI_TRY(pdi_scalar_outputs_collect(ctx, model, monitors, 0, &c->figures));
     for (int k = 0; k < model->setup->records; k++) {
-        pd_compared *d = &c->list[k];
+        pd_measured_set *d = &c->list[k];
         d->record = &model->setup->record[k];
         c->line = d->record->line;
         PDI_TRY(pdi_compare_measured_check_figure(ctx, c, d->record));
@@ -85,20 +88,20 @@ static pd_status pdi_compare_measured_build_inner(pd_ctx *ctx, pd_model *model, 
     return PD_OK;
 }
 
-PDI_FN void pdi_compare_measured_free(pd_ctx *ctx, pd_compare *c)
+PDI_FN void pdi_compare_measured_free(pd_ctx *ctx, pd_measured_comparison *c)
 {
-    for (int k = 0; k < PD_SETUP_RECORDS; k++) {
-        pd_compared *d = &c->list[k];
+    for (int k = 0; k < PD_SETUP_MEASURED_MAX; k++) {
+        pd_measured_set *d = &c->list[k];
         if (d->record) PDI_DELETE(ctx, d->record->points, d->computed);
         PDI_DELETE(ctx, d->time_room, d->time);
         PDI_DELETE(ctx, d->value_room, d->value);
     }
-    pd_figures_free(ctx, &c->figures);
+    pd_scalar_outputs_free(ctx, &c->figures);
     memset(c, 0, sizeof *c);
 }
 
 PDI_FN pd_status pdi_compare_measured_build(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors,
-                                            const double *share, int curves, pd_compare *c)
+                                            const double *share, int curves, pd_measured_comparison *c)
 {
     pd_status status = pdi_compare_measured_build_inner(ctx, model, monitors, share, curves, c);
     int line = c->line; /* of the scene: what is refused */
@@ -109,7 +112,7 @@ PDI_FN pd_status pdi_compare_measured_build(pd_ctx *ctx, pd_model *model, const 
     return status;
 }
 
-PDI_FN double pdi_compare_measured_find_next_time(const pd_compare *c, double time, double t_end)
+PDI_FN double pdi_compare_measured_find_next_time(const pd_measured_comparison *c, double time, double t_end)
 {
     double next = t_end;
     int records = c->model ? c->model->setup->records : 0;
@@ -122,12 +125,12 @@ PDI_FN double pdi_compare_measured_find_next_time(const pd_compare *c, double ti
 }
 
 /* 1: `time` [s] is that of a measured point. */
-static int pdi_compare_measured_is_at_point(const pd_setup_record *r, int point, double time)
+static int pdi_compare_measured_is_at_point(const pd_setup_measured *r, int point, double time)
 {
     return time > 0.0 && fabs(r->time[point] - time) <= PDI_COMPARE_MEASURED_TIME_TOLERANCE * time;
 }
 
-PDI_FN int pdi_compare_measured_needs_output(const pd_compare *c, double time)
+PDI_FN int pdi_compare_measured_needs_output(const pd_measured_comparison *c, double time)
 {
     int records = c->model ? c->model->setup->records : 0;
     for (int k = 0; k < records; k++)
@@ -137,7 +140,7 @@ PDI_FN int pdi_compare_measured_needs_output(const pd_compare *c, double time)
 }
 
 /* Make room for `rows` values of a curve. */
-static pd_status pdi_compare_measured_grow_series(pd_ctx *ctx, pd_compared *d, int64_t rows)
+static pd_status pdi_compare_measured_grow_series(pd_ctx *ctx, pd_measured_set *d, int64_t rows)
 {
     if (rows > d->time_room) {
         PDI_TRY(PDI_GROW(ctx, "compare", d->time_room, 2 * rows + 256, d->time));
@@ -150,14 +153,14 @@ static pd_status pdi_compare_measured_grow_series(pd_ctx *ctx, pd_compared *d, i
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_compare_measured_step(pd_ctx *ctx, pd_compare *c)
+PDI_FN pd_status pdi_compare_measured_step(pd_ctx *ctx, pd_measured_comparison *c)
 {
     double time = c->model->couple.time;
     if (!c->model->setup->records) return PD_OK;
     c->figures.count = 0;
     PDI_TRY(pdi_scalar_outputs_collect(ctx, c->model, c->monitors, 0, &c->figures));
     for (int k = 0; k < c->model->setup->records; k++) {
-        pd_compared *d = &c->list[k];
+        pd_measured_set *d = &c->list[k];
         double value;
         pdi_compare_measured_get_output(c, d->record->figure, &value, NULL);
         for (int p = 0; p < d->record->points; p++)
@@ -170,10 +173,10 @@ PDI_FN pd_status pdi_compare_measured_step(pd_ctx *ctx, pd_compare *c)
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_compare_measured_store(pd_ctx *ctx, pd_compare *c, pd_archive *archive)
+PDI_FN pd_status pdi_compare_measured_store(pd_ctx *ctx, pd_measured_comparison *c, pd_archive *archive)
 {
     for (int k = 0; k < c->model->setup->records; k++) {
-        pd_compared *d = &c->list[k];
+        pd_measured_set *d = &c->list[k];
         PDI_TRY(PDI_ARCHIVE_VERIFY(ctx, archive, "measured points", d->record->points));
         PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "computed at measured points", d->computed, d->record->points));
         PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "rows of a watched figure", &d->rows, 1));
@@ -186,9 +189,9 @@ PDI_FN pd_status pdi_compare_measured_store(pd_ctx *ctx, pd_compare *c, pd_archi
 
 /* ---- what it says ---- */
 
-PDI_FN void pdi_compare_measured_compute_error(const pd_compared *d, pd_compare_result *result)
+PDI_FN void pdi_compare_measured_compute_error(const pd_measured_set *d, pd_measured_error *result)
 {
-    const pd_setup_record *r = d->record;
+    const pd_setup_measured *r = d->record;
     double square = 0.0;
     memset(result, 0, sizeof *result);
     for (int p = 0; p < r->points; p++) {
@@ -205,13 +208,13 @@ PDI_FN void pdi_compare_measured_compute_error(const pd_compared *d, pd_compare_
     if (!result->points) result->largest = result->at = (double)NAN;
 }
 
-PDI_FN void pdi_compare_measured_print(const pd_compare *c, pd_print_fn print, void *user)
+PDI_FN void pdi_compare_measured_print(const pd_measured_comparison *c, pd_print_fn print, void *user)
 {
     char text[640], unit[PD_UNITS_TEXT];
     int records = c->model ? c->model->setup->records : 0;
     for (int k = 0; print && k < records; k++) {
-        const pd_setup_record *r = c->list[k].record;
-        pd_compare_result result;
+        const pd_setup_measured *r = c->list[k].record;
+        pd_measured_error result;
         pdi_compare_measured_compute_error(&c->list[k], &result);
         memcpy(unit, r->unit[0] ? r->unit : "-", strlen(r->unit[0] ? r->unit : "-") + 1);
         for (char *u = unit; *u; u++)
@@ -230,9 +233,9 @@ PDI_FN void pdi_compare_measured_print(const pd_compare *c, pd_print_fn print, v
 /* ---- files ---- */
 
 /* Write the table of one set: time, measured, spread, computed, difference. */
-static pd_status pdi_compare_measured_write_table(pd_ctx *ctx, const pd_compared *d, pd_folder *folder)
+static pd_status pdi_compare_measured_write_table(pd_ctx *ctx, const pd_measured_set *d, pd_output_folder *folder)
 {
-    const pd_setup_record *r = d->record;
+    const pd_setup_measured *r = d->record;
     char names[5][PD_UNITS_TEXT + 32], file[2 * PD_SETUP_NAME], path[PD_PATH_SIZE];
     static const char *const heads[] = {"time [s]", "measured", "spread", "computed", "difference"};
     const char *list[5], *unit = r->unit[0] ? r->unit : "-";
@@ -258,10 +261,10 @@ static pd_status pdi_compare_measured_write_table(pd_ctx *ctx, const pd_compared
 }
 
 /* Plot the computed curve and the measured points into a file; work [2 rows + 3 points]. */
-static pd_status pdi_compare_measured_draw_curve(pd_ctx *ctx, const pd_compare *c, const pd_compared *d,
+static pd_status pdi_compare_measured_draw_curve(pd_ctx *ctx, const pd_measured_comparison *c, const pd_measured_set *d,
                                                  const char *path, double *work)
 {
-    const pd_setup_record *r = d->record;
+    const pd_setup_measured *r = d->record;
     char label[4 * PD_SETUP_NAME];
     double last = d->time[d->rows - 1], unit = last < 3600.0 ? 1.0 : 3600.0;
     pd_plot plot;
@@ -284,8 +287,8 @@ static pd_status pdi_compare_measured_draw_curve(pd_ctx *ctx, const pd_compare *
 }
 
 /* Write the plot of one set; the volume loss has a plot of its own elsewhere. */
-static pd_status pdi_compare_measured_write_plot(pd_ctx *ctx, const pd_compare *c, const pd_compared *d,
-                                                 pd_folder *folder)
+static pd_status pdi_compare_measured_write_plot(pd_ctx *ctx, const pd_measured_comparison *c, const pd_measured_set *d,
+                                                 pd_output_folder *folder)
 {
     char file[2 * PD_SETUP_NAME], path[PD_PATH_SIZE];
     double *work = NULL;
@@ -299,7 +302,7 @@ static pd_status pdi_compare_measured_write_plot(pd_ctx *ctx, const pd_compare *
     return status;
 }
 
-PDI_FN pd_status pdi_compare_measured_write(pd_ctx *ctx, const pd_compare *c, pd_folder *folder)
+PDI_FN pd_status pdi_compare_measured_write(pd_ctx *ctx, const pd_measured_comparison *c, pd_output_folder *folder)
 {
     for (int k = 0; k < c->model->setup->records; k++) {
         PDI_TRY(pdi_compare_measured_write_table(ctx, &c->list[k], folder));

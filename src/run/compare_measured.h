@@ -13,52 +13,53 @@
 #include "run/scalar_outputs.h"
 
 /* One set of measured points, and the computed values. */
-typedef struct pd_compared {
-    const pd_setup_record *record;
+typedef struct pd_measured_set {
+    const pd_setup_measured *record;
     double *computed;     /* [points] [unit of the column in SI]; NaN: not reached, or not behind the start */
     double *time, *value; /* [rows] [s] SI: the output after every step */
     int64_t rows, time_room, value_room;
-} pd_compared;
+} pd_measured_set;
 
 /* All measured sets of a setup. */
-typedef struct pd_compare {
+typedef struct pd_measured_comparison {
     pd_model *model;
     const pd_monitors *monitors;
     const double *share;  /* [-] of each monitor in the figures of its section; NULL: 1 */
     int curves;           /* 1: outputs are kept after every step, for plots */
     int line;             /* line of the scene that an error is about */
-    pd_figures figures;   /* work */
-    pd_compared list[PD_SETUP_RECORDS]; /* setup->records of them */
-} pd_compare;
+    pd_scalar_outputs figures;                   /* work */
+    pd_measured_set list[PD_SETUP_MEASURED_MAX]; /* setup->records of them */
+} pd_measured_comparison;
 
 /* How a run and its points differ. */
-typedef struct pd_compare_result {
+typedef struct pd_measured_error {
     int points, within;   /* points that count; those of them whose difference is at most their spread */
     double rms, largest;  /* [unit of the column] */
     double at;            /* [s] time of the largest difference */
-} pd_compare_result;
+} pd_measured_error;
 
 #ifdef PDI_INTERNAL
 /* model and monitors are borrowed, and built. PD_ERR_ARGUMENT: a figure that the run does not watch, or of another
  * dimension than the points. */
 PDI_FN pd_status pdi_compare_measured_build(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors,
-                                            const double *share, int curves, pd_compare *compare);
-PDI_FN void pdi_compare_measured_free(pd_ctx *ctx, pd_compare *compare);
+                                            const double *share, int curves, pd_measured_comparison *compare);
+PDI_FN void pdi_compare_measured_free(pd_ctx *ctx, pd_measured_comparison *compare);
 /* Time [s] of the next measured point after `time` [s], at most t_end [s]. */
-PDI_FN double pdi_compare_measured_find_next_time(const pd_compare *compare, double time, double t_end);
+PDI_FN double pdi_compare_measured_find_next_time(const pd_measured_comparison *compare, double time, double t_end);
 /* 1 when pdi_compare_measured_step will need the scalar outputs at `time` [s]. */
-PDI_FN int pdi_compare_measured_needs_output(const pd_compare *compare, double time);
+PDI_FN int pdi_compare_measured_needs_output(const pd_measured_comparison *compare, double time);
 /* Record the present outputs, which the monitors hold, at the measured points of this time. */
-PDI_FN pd_status pdi_compare_measured_step(pd_ctx *ctx, pd_compare *compare);
+PDI_FN pd_status pdi_compare_measured_step(pd_ctx *ctx, pd_measured_comparison *compare);
 /* Root mean square and largest difference of computed and measured values of one set. */
-PDI_FN void pdi_compare_measured_compute_error(const pd_compared *compared, pd_compare_result *result);
+PDI_FN void pdi_compare_measured_compute_error(const pd_measured_set *compared, pd_measured_error *result);
 /* Write a table and a plot for each set. PD_ERR_FILE. */
-PDI_FN pd_status pdi_compare_measured_write(pd_ctx *ctx, const pd_compare *compare, pd_folder *folder);
+PDI_FN pd_status pdi_compare_measured_write(pd_ctx *ctx, const pd_measured_comparison *compare,
+                                            pd_output_folder *folder);
 /* A line "result case=... measured=wire of=volume_loss unit=% points=9 rms=... largest=..." for each section. */
-PDI_FN void pdi_compare_measured_print(const pd_compare *compare, pd_print_fn print, void *user);
+PDI_FN void pdi_compare_measured_print(const pd_measured_comparison *compare, pd_print_fn print, void *user);
 
 /* Store or load the values so far in a checkpoint. */
-PDI_FN pd_status pdi_compare_measured_store(pd_ctx *ctx, pd_compare *compare, pd_archive *archive);
+PDI_FN pd_status pdi_compare_measured_store(pd_ctx *ctx, pd_measured_comparison *compare, pd_archive *archive);
 #endif
 
 #endif

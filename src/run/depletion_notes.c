@@ -15,7 +15,7 @@ static uint8_t pdi_depletion_notes_find_shape(const pd_setup *setup, const doubl
 }
 
 /* Count the solid nodes of each shape, into left. */
-static void pdi_depletion_notes_count_nodes(const pd_depletion *d, int32_t *left)
+static void pdi_depletion_notes_count_nodes(const pd_depletion_notes *d, int32_t *left)
 {
     const pd_grid *grid = &d->model->grid;
     for (int k = 0; k < d->model->setup->pieces; k++) left[k] = 0;
@@ -33,7 +33,7 @@ static int pdi_depletion_notes_is_electrode_idle(const pd_model *m, int electrod
     return now.touches == PD_CELL_IDLE;
 }
 
-PDI_FN pd_status pdi_depletion_notes_build(pd_ctx *ctx, pd_model *model, pd_depletion *d)
+PDI_FN pd_status pdi_depletion_notes_build(pd_ctx *ctx, pd_model *model, pd_depletion_notes *d)
 {
     double x[PD_DIM];
     memset(d, 0, sizeof *d);
@@ -59,7 +59,7 @@ static const char *pdi_depletion_notes_format_time(double time, char *text)
 }
 
 /* Print a note for each shape whose metal has dissolved since the last update. */
-static void pdi_depletion_notes_print_consumed_shapes(pd_depletion *d, pd_print_fn print, void *user)
+static void pdi_depletion_notes_print_consumed_shapes(pd_depletion_notes *d, pd_print_fn print, void *user)
 {
     const pd_setup *u = d->model->setup;
     int32_t left[PD_SETUP_SHAPES];
@@ -77,7 +77,7 @@ static void pdi_depletion_notes_print_consumed_shapes(pd_depletion *d, pd_print_
 }
 
 /* Print a note for each electrode that has stopped to carry current. */
-static void pdi_depletion_notes_print_idle_electrodes(pd_depletion *d, pd_print_fn print, void *user)
+static void pdi_depletion_notes_print_idle_electrodes(pd_depletion_notes *d, pd_print_fn print, void *user)
 {
     const pd_setup_potential *p = &d->model->setup->potential;
     char text[320], time[PD_UNITS_TEXT];
@@ -97,7 +97,7 @@ static void pdi_depletion_notes_print_idle_electrodes(pd_depletion *d, pd_print_
     }
 }
 
-PDI_FN void pdi_depletion_notes_update(pd_depletion *d, pd_print_fn print, void *user)
+PDI_FN void pdi_depletion_notes_update(pd_depletion_notes *d, pd_print_fn print, void *user)
 {
     if (!d->model) return;
     if (d->solid != d->model->grid.solid_count) pdi_depletion_notes_print_consumed_shapes(d, print, user);
@@ -106,7 +106,7 @@ PDI_FN void pdi_depletion_notes_update(pd_depletion *d, pd_print_fn print, void 
     d->time = d->model->couple.time;
 }
 
-PDI_FN void pdi_depletion_notes_free(pd_ctx *ctx, pd_depletion *d)
+PDI_FN void pdi_depletion_notes_free(pd_ctx *ctx, pd_depletion_notes *d)
 {
     if (d->model) PDI_DELETE(ctx, d->model->grid.total, d->piece);
     memset(d, 0, sizeof *d);

@@ -5,22 +5,22 @@
 #define PD_DEPLETION_NOTES_H
 #include "run/summary.h"
 
-typedef struct pd_depletion {
+typedef struct pd_depletion_notes {
     pd_model *model;                /* borrowed; NULL: nothing dissolves */
     uint8_t *piece;                 /* [total] metal shape of the setup that a solid node belongs to; 255: none */
     int32_t left[PD_SETUP_SHAPES];  /* solid nodes left of each shape */
     int idle[PD_SETUP_ELECTRODES];  /* 1: the electrode carries no current */
     double time;                    /* [s] of the last update */
     int64_t solid;                  /* solid nodes at the last update */
-} pd_depletion;
+} pd_depletion_notes;
 
 #ifdef PDI_INTERNAL
 /* Record to which shape each solid node belongs, and count them. */
-PDI_FN pd_status pdi_depletion_notes_build(pd_ctx *ctx, pd_model *model, pd_depletion *depletion);
+PDI_FN pd_status pdi_depletion_notes_build(pd_ctx *ctx, pd_model *model, pd_depletion_notes *depletion);
 /* Update after a step: print a note for each shape that has dissolved since, and each electrode that stopped to carry
  * current. print: NULL: update silently. */
-PDI_FN void pdi_depletion_notes_update(pd_depletion *depletion, pd_print_fn print, void *user);
-PDI_FN void pdi_depletion_notes_free(pd_ctx *ctx, pd_depletion *depletion);
+PDI_FN void pdi_depletion_notes_update(pd_depletion_notes *depletion, pd_print_fn print, void *user);
+PDI_FN void pdi_depletion_notes_free(pd_ctx *ctx, pd_depletion_notes *depletion);
 #endif
 
 #endif

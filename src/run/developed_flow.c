@@ -90,7 +90,7 @@ static pd_status pdi_developed_flow_store_profile(pd_ctx *ctx, pd_inlet *inlet, 
     int64_t cells = pdi_inlet_count_side_cells(inlet->grid, side), place = 0;
     const double *u = d->flow.u + (int64_t)axis * d->grid.total;
     PDI_TRY(PDI_NEW(ctx, "inlet", cells, inlet->profile[side]));
-    double scale = inlet->area[side] / pd_flow_section(ctx, &d->flow, axis, 1);
+    double scale = inlet->area[side] / pd_flow_integrate_section(ctx, &d->flow, axis, 1);
     memset(i, 0, sizeof i);
     for (place = 0; place < cells; place++) {
         int64_t rest = place;

@@ -15,10 +15,10 @@
 /* A surface site belongs to the metal component that gives more than this fraction of its weight. */
 #define PDI_DISSOLUTION_LAWS_COMPONENT_FRACTION 0.5
 
-PDI_FN void pdi_dissolution_laws_set_variables(const pd_attack_law *law, int32_t node, const double *c, double ph,
+PDI_FN void pdi_dissolution_laws_set_variables(const pd_dissolution_law *law, int32_t node, const double *c, double ph,
                                                double phi, double t, double *vars)
 {
-    const pd_attack *a = law->attack;
+    const pd_dissolution_laws *a = law->attack;
     const pd_setup_metal *metal = &a->setup->metal[law->kind];
     vars[0] = 0.0;
     vars[1] = t;
@@ -46,7 +46,7 @@ PDI_FN void pdi_dissolution_laws_set_variables(const pd_attack_law *law, int32_t
 static double pdi_dissolution_laws_compute_rate(void *user, int32_t node, const double *c, double ph, double phi,
                                                 double t)
 {
-    const pd_attack_law *law = (const pd_attack_law *)user;
+    const pd_dissolution_law *law = (const pd_dissolution_law *)user;
     const pd_setup_metal *metal = &law->attack->setup->metal[law->kind];
     double vars[PD_EXPR_VARS];
     pdi_dissolution_laws_set_variables(law, node, c, ph, phi, t, vars);
@@ -54,7 +54,7 @@ static double pdi_dissolution_laws_compute_rate(void *user, int32_t node, const 
 }
 
 /* Update the factors of polarisation curves at all sites from the surface states as they are now. */
-static pd_status pdi_dissolution_laws_update_electrode_factors(pd_ctx *ctx, pd_attack *a)
+static pd_status pdi_dissolution_laws_update_electrode_factors(pd_ctx *ctx, pd_dissolution_laws *a)
 {
     pd_etch *s = &a->etch;
     for (int32_t p = 0; p < s->count && s->share; p++)
@@ -65,18 +65,18 @@ static pd_status pdi_dissolution_laws_update_electrode_factors(pd_ctx *ctx, pd_a
 }
 
 /* Bring rate laws and curve factors to time t [s] and to the present surface states. The `find` callback of
- * pd_surfaces. */
+ * pd_surface_states. */
 static pd_status pdi_dissolution_laws_set_time(pd_ctx *ctx, void *user, double t)
 {
-    pd_attack *a = (pd_attack *)user;
+    pd_dissolution_laws *a = (pd_dissolution_laws *)user;
     a->etch.time = t;
     return pdi_dissolution_laws_update_electrode_factors(ctx, a);
 }
 
 /* Descriptor for the surface solver of metal number m, `kind` of the setup: its law, stoichiometry and the solutes it
  * depends on. A metal without a law in the species gets none. */
-static pd_etch_metal pdi_dissolution_laws_set_metal_desc(pd_attack *a, int m, int kind, const pd_reactive *reactive,
-                                                         const pd_surfaces *surfaces)
+static pd_etch_metal pdi_dissolution_laws_set_metal_desc(pd_dissolution_laws *a, int m, int kind,
+                                                         const pd_reactive *reactive, const pd_surface_states *surfaces)
 {
     const pd_setup_metal *of = &a->setup->metal[kind];
     pd_etch_metal metal;
@@ -98,8 +98,9 @@ static pd_etch_metal pdi_dissolution_laws_set_metal_desc(pd_attack *a, int m, in
 
 /* Set the descriptors metal[] of all metals with a law (the only one, or all) and the fields of desc that follow from
  * them. */
-static void pdi_dissolution_laws_set_metals_desc(pd_attack *a, const pd_reactive *reactive, const pd_surfaces *surfaces,
-                                                 pd_etch_metal *metal, pd_etch_desc *desc)
+static void pdi_dissolution_laws_set_metals_desc(pd_dissolution_laws *a, const pd_reactive *reactive,
+                                                 const pd_surface_states *surfaces, pd_etch_metal *metal,
+                                                 pd_etch_desc *desc)
 {
     int kind = pdi_setup_find_species_rate_metal(a->setup);
     a->laws = kind < 0 ? 0 : pdi_setup_count_species_rate_metals(a->setup);
@@ -119,7 +120,7 @@ static void pdi_dissolution_laws_set_metals_desc(pd_attack *a, const pd_reactive
 }
 
 /* Does a rate law depend on the grain of the metal? 1 or 0. */
-static int pdi_dissolution_laws_reads_grain(const pd_attack *a)
+static int pdi_dissolution_laws_reads_grain(const pd_dissolution_laws *a)
 {
     for (int m = 0; m < a->laws; m++)
         if (a->setup->metal[a->law[m].kind].rate.uses >> PDI_SETUP_RATE_GRAIN & 1u) return 1;
@@ -128,7 +129,7 @@ static int pdi_dissolution_laws_reads_grain(const pd_attack *a)
 
 PDI_FN pd_status pdi_dissolution_laws_build(pd_ctx *ctx, const pd_setup *setup, pd_reactive *reactive,
                                             pd_dissolve *dissolve, const pd_course *course, pd_cell *cell,
-                                            pd_electrode_map *map, pd_surfaces *surfaces, pd_attack *a)
+                                            pd_electrode_map *map, pd_surface_states *surfaces, pd_dissolution_laws *a)
 {
     pd_etch_metal metal[PD_SETUP_METALS];
     pd_etch_desc desc;
@@ -160,7 +161,7 @@ PDI_FN pd_status pdi_dissolution_laws_build(pd_ctx *ctx, const pd_setup *setup, 
     return pdi_dissolution_laws_reads_grain(a) ? PDI_NEW(ctx, "attack", dissolve->grid->total, a->grain) : PD_OK;
 }
 
-PDI_FN void pdi_dissolution_laws_free(pd_ctx *ctx, pd_attack *a)
+PDI_FN void pdi_dissolution_laws_free(pd_ctx *ctx, pd_dissolution_laws *a)
 {
     if (a->dissolve) PDI_DELETE(ctx, a->dissolve->grid->total, a->grain);
     pd_etch_free(ctx, &a->etch);
@@ -169,20 +170,20 @@ PDI_FN void pdi_dissolution_laws_free(pd_ctx *ctx, pd_attack *a)
 }
 
 /* Pointer to the dissolution speed [m/s] of metal m at a node. */
-static double *pdi_dissolution_laws_get_speed_pointer(pd_attack *a, int m, int32_t node)
+static double *pdi_dissolution_laws_get_speed_pointer(pd_dissolution_laws *a, int m, int32_t node)
 {
     return &a->etch.speed[m * a->dissolve->grid->total + node];
 }
 
 PDI_FN double pdi_dissolution_laws_get_speed(void *user, const pd_rate_at *at)
 {
-    const pd_attack_law *law = (const pd_attack_law *)user;
+    const pd_dissolution_law *law = (const pd_dissolution_law *)user;
     return *pdi_dissolution_laws_get_speed_pointer(law->attack, law->metal, at->node);
 }
 
 /* [mol/m4] Interface weight of metal m at a fluid node beside metal: amount that dissolves per volume and unit of
  * speed; 0: the metal has no law in the species. */
-static double pdi_dissolution_laws_compute_weight(const pd_attack *a, int m, const pdi_beside *beside)
+static double pdi_dissolution_laws_compute_weight(const pd_dissolution_laws *a, int m, const pdi_beside *beside)
 {
     const pd_dissolve *d = a->dissolve;
     if (!a->etch.kind[m].law.law) return 0.0;
@@ -199,7 +200,7 @@ static double pdi_dissolution_laws_compute_supply(const pd_dissolve *d, const pd
 
 /* [mol s/m5] Concentration rise across a diffusion film per unit of speed and of film length: dissolvable content over
  * diffusivity, with the mean rate factor of the metals there. 0 for bond-based corrosion. */
-static double pdi_dissolution_laws_compute_film_factor(const pd_attack *a, int m, const pdi_beside *beside)
+static double pdi_dissolution_laws_compute_film_factor(const pd_dissolution_laws *a, int m, const pdi_beside *beside)
 {
     const pd_dissolve *d = a->dissolve;
     double diffusivity = a->etch.reactive->diffusion.desc.diffusivity;
@@ -211,14 +212,15 @@ static double pdi_dissolution_laws_compute_film_factor(const pd_attack *a, int m
 }
 
 /* [mol s/m4] Concentration rise per unit of speed across the film as it is now. */
-static double pdi_dissolution_laws_compute_film_resistance(const pd_attack *a, int m, const pdi_beside *beside)
+static double pdi_dissolution_laws_compute_film_resistance(const pd_dissolution_laws *a, int m,
+                                                           const pdi_beside *beside)
 {
     return pdi_dissolution_laws_compute_film_factor(a, m, beside) * (beside->film / beside->weight);
 }
 
 /* Set the film resistance (thick) and its growth per length of receded metal (rise) of site p; metal recedes by its
  * speed times the mean rate factor there. */
-static void pdi_dissolution_laws_set_film_length(pd_attack *a, int32_t p, int m, const pdi_beside *beside)
+static void pdi_dissolution_laws_set_film_length(pd_dissolution_laws *a, int32_t p, int m, const pdi_beside *beside)
 {
     const pd_dissolve *d = a->dissolve;
     double all = pdi_dissolution_laws_compute_supply(d, beside),
@@ -229,7 +231,7 @@ static void pdi_dissolution_laws_set_film_length(pd_attack *a, int32_t p, int m,
 
 /* Check that the speed of metal m at a node is finite and below 1e100 m/s. PD_ERR_STATE: the message names time, place
  * and pH. */
-static pd_status pdi_dissolution_laws_check_speed(pd_ctx *ctx, const pd_attack *a, int m, int32_t node)
+static pd_status pdi_dissolution_laws_check_speed(pd_ctx *ctx, const pd_dissolution_laws *a, int m, int32_t node)
 {
     char place[PDI_GRID_POSITION_LENGTH];
     double v = a->etch.speed[m * a->dissolve->grid->total + node];
@@ -251,9 +253,9 @@ static int pdi_dissolution_laws_is_saturated(const pd_dissolve *d, int32_t node)
 
 /* Speed of metal m at node i that has been converted to fluid within the step of the run: mean over its open bonds, by
  * Laplacian weights, of the speeds at fluid nodes, first those with sites. Returns 0 where there are none. */
-static int pdi_dissolution_laws_find_previous_speed(const pd_attack *a, int m, int32_t i, double *speed)
+static int pdi_dissolution_laws_find_previous_speed(const pd_dissolution_laws *a, int m, int32_t i, double *speed)
 {
-    const pd_paths *paths = &a->etch.reactive->bonds->paths;
+    const pd_bond_paths *paths = &a->etch.reactive->bonds->paths;
     const double *of = a->etch.speed + m * paths->grid->total;
     double sum = 0.0, all = 0.0;
     for (int placed = 1; placed >= 0 && !(all > 0.0); placed--)
@@ -271,7 +273,7 @@ static int pdi_dissolution_laws_find_previous_speed(const pd_attack *a, int m, i
 
 /* Dissolution speed of metal m at a node beside it: of its site where it has one. Else the film equation is solved with
  * the present concentrations or, after a step of the species, the speeds of neighbouring nodes are averaged. */
-static pd_status pdi_dissolution_laws_update_speed(pd_ctx *ctx, pd_attack *a, int m, const pdi_beside *beside)
+static pd_status pdi_dissolution_laws_update_speed(pd_ctx *ctx, pd_dissolution_laws *a, int m, const pdi_beside *beside)
 {
     const pd_dissolve *d = a->dissolve;
     int32_t i = beside->node;
@@ -284,7 +286,7 @@ static pd_status pdi_dissolution_laws_update_speed(pd_ctx *ctx, pd_attack *a, in
 }
 
 /* Update and check the dissolution speeds at all fluid nodes beside metal. */
-static pd_status pdi_dissolution_laws_update_all_speeds(pd_ctx *ctx, pd_attack *a)
+static pd_status pdi_dissolution_laws_update_all_speeds(pd_ctx *ctx, pd_dissolution_laws *a)
 {
     const pd_dissolve *d = a->dissolve;
     for (int32_t k = 0; k < d->beside_count; k++)
@@ -293,7 +295,7 @@ static pd_status pdi_dissolution_laws_update_all_speeds(pd_ctx *ctx, pd_attack *
 }
 
 /* [mol/m3] Ionic charge concentration of a node: sum of |z| c over solutes. */
-static double pdi_dissolution_laws_compute_ionic_charge(const pd_attack *a, int32_t node)
+static double pdi_dissolution_laws_compute_ionic_charge(const pd_dissolution_laws *a, int32_t node)
 {
     const pd_components *s = &a->etch.reactive->components;
     double sum = 0.0;
@@ -304,7 +306,7 @@ static double pdi_dissolution_laws_compute_ionic_charge(const pd_attack *a, int3
 
 /* Raise the speed at a node just converted to fluid to that of its neighbours: it has next to no ions to carry a
  * current, and the speed bounds the time step. */
-static void pdi_dissolution_laws_limit_new_fluid(pd_attack *a, int m, const pdi_beside *beside)
+static void pdi_dissolution_laws_limit_new_fluid(pd_dissolution_laws *a, int m, const pdi_beside *beside)
 {
     const pd_grid *grid = a->dissolve->grid;
     double own = pdi_dissolution_laws_compute_ionic_charge(a, beside->node),
@@ -323,7 +325,7 @@ static void pdi_dissolution_laws_limit_new_fluid(pd_attack *a, int m, const pdi_
 }
 
 /* Update the weights of existing sites within a step of the run, as the coverage of metal by minerals has changed. */
-static void pdi_dissolution_laws_update_weights(pd_attack *a)
+static void pdi_dissolution_laws_update_weights(pd_dissolution_laws *a)
 {
     const pd_dissolve *d = a->dissolve;
     pd_etch *s = &a->etch;
@@ -345,7 +347,7 @@ static void pdi_dissolution_laws_update_weights(pd_attack *a)
 
 /* Add a surface site at a node: contact n of the potential solver (-1: none) with its electrode, and the law of metal m
  * (-1: none). PD_ERR_SIZE: no room. */
-static pd_status pdi_dissolution_laws_add_site(pd_ctx *ctx, pd_attack *a, int32_t node, int32_t n, int m,
+static pd_status pdi_dissolution_laws_add_site(pd_ctx *ctx, pd_dissolution_laws *a, int32_t node, int32_t n, int m,
                                                const pdi_beside *beside)
 {
     const pd_contacts *c = &a->cell->potential.contacts;
@@ -363,7 +365,7 @@ static pd_status pdi_dissolution_laws_add_site(pd_ctx *ctx, pd_attack *a, int32_
 }
 
 /* Add a site for each metal at a node whose law has none there yet, on the nearest electrode of that metal. */
-static pd_status pdi_dissolution_laws_add_other_metals(pd_ctx *ctx, pd_attack *a, const pdi_beside *beside)
+static pd_status pdi_dissolution_laws_add_other_metals(pd_ctx *ctx, pd_dissolution_laws *a, const pdi_beside *beside)
 {
     for (int m = 0; m < a->laws && beside; m++)
         if (pdi_dissolution_laws_compute_weight(a, m, beside) > 0.0 && pdi_etch_law(&a->etch, m, beside->node) < 0)
@@ -373,7 +375,7 @@ static pd_status pdi_dissolution_laws_add_other_metals(pd_ctx *ctx, pd_attack *a
 
 /* Build the list of sites with electrodes: one for each electrode beside a node. The law of a metal goes to its
  * electrode with the largest area there. */
-static pd_status pdi_dissolution_laws_add_electrode_sites(pd_ctx *ctx, pd_attack *a)
+static pd_status pdi_dissolution_laws_add_electrode_sites(pd_ctx *ctx, pd_dissolution_laws *a)
 {
     const pd_dissolve *d = a->dissolve;
     const pd_contacts *c = &a->cell->potential.contacts;
@@ -400,7 +402,7 @@ static pd_status pdi_dissolution_laws_add_electrode_sites(pd_ctx *ctx, pd_attack
 
 /* Rebuild the surface sites and solve rate laws, polarisation curves and circuit potentials for the present
  * concentrations. PD_ERR_STATE: no solution, or several potentials of a circuit. */
-static pd_status pdi_dissolution_laws_solve_surface(pd_ctx *ctx, pd_attack *a)
+static pd_status pdi_dissolution_laws_solve_surface(pd_ctx *ctx, pd_dissolution_laws *a)
 {
     const pd_dissolve *d = a->dissolve;
     pd_etch *s = &a->etch;
@@ -443,7 +445,7 @@ static pd_status pdi_dissolution_laws_solve_surface(pd_ctx *ctx, pd_attack *a)
 static void pdi_dissolution_laws_add_component_weight(void *user, int32_t piece, double has, int metal, int32_t node,
                                                       double weight)
 {
-    pd_attack *a = (pd_attack *)user;
+    pd_dissolution_laws *a = (pd_dissolution_laws *)user;
     pd_etch *s = &a->etch;
     int m = 0;
     while (m + 1 < a->laws && a->dissolve->kinds > 1 && a->law[m].kind != metal) m++;
@@ -470,7 +472,7 @@ static int32_t pdi_dissolution_laws_find_only_component(const pd_etch *s, int m)
 /* Assign each site to the metal component that dissolves there and may be consumed within a step: the one that gives
  * most of the weight, or the only one. Edges and neighbouring metals make weights differ by a few percent; sums agree.
  */
-static void pdi_dissolution_laws_find_components(pd_attack *a)
+static void pdi_dissolution_laws_find_components(pd_dissolution_laws *a)
 {
     pd_etch *s = &a->etch;
     for (int32_t p = 0; p < s->count; p++) s->split[p] = 0.0;
@@ -486,7 +488,7 @@ static void pdi_dissolution_laws_find_components(pd_attack *a)
 
 PDI_FN pd_status pdi_dissolution_laws_solve_initial(pd_ctx *ctx, void *user, double t)
 {
-    pd_attack *a = (pd_attack *)user;
+    pd_dissolution_laws *a = (pd_dissolution_laws *)user;
     pd_etch *s = &a->etch;
     if (!s->electrode) return PD_OK;
     s->time = t;
@@ -498,7 +500,7 @@ PDI_FN pd_status pdi_dissolution_laws_solve_initial(pd_ctx *ctx, void *user, dou
 
 PDI_FN pd_status pdi_dissolution_laws_update_speeds(pd_ctx *ctx, void *user, double t)
 {
-    pd_attack *a = (pd_attack *)user;
+    pd_dissolution_laws *a = (pd_dissolution_laws *)user;
     pd_etch *s = &a->etch;
     s->time = t;
     if (a->course->begun) {
@@ -515,7 +517,7 @@ PDI_FN pd_status pdi_dissolution_laws_update_speeds(pd_ctx *ctx, void *user, dou
 
 PDI_FN pd_status pdi_dissolution_laws_update_interface(pd_ctx *ctx, void *user, double t)
 {
-    pd_attack *a = (pd_attack *)user;
+    pd_dissolution_laws *a = (pd_dissolution_laws *)user;
     if (!a->course->begun) a->begin = t;
     if (!a->dissolve) {
         a->etch.time = t;

@@ -219,8 +219,8 @@ static pd_status pdi_electrode_map_build_cell(pd_ctx *ctx, pd_electrode_map *m, 
 
 PDI_FN pd_status pdi_electrode_map_build(pd_ctx *ctx, const pd_setup *setup, const pd_bonds *bonds,
                                          const pd_stencil *across, const uint8_t *metal, const pd_reactive *reactive,
-                                         const pd_dissolve *dissolve, const pd_surfaces *surfaces, pd_electrode_map *m,
-                                         pd_cell *cell)
+                                         const pd_dissolve *dissolve, const pd_surface_states *surfaces,
+                                         pd_electrode_map *m, pd_cell *cell)
 {
     int wire[PD_SETUP_ELECTRODES];
     memset(m, 0, sizeof *m);

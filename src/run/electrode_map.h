@@ -15,7 +15,7 @@ typedef struct pd_electrode_map {
     const pd_reactive *reactive; /* species that the conductivity follows from; NULL: it is prescribed */
     const pd_reactive *species;  /* species that electrode reactions produce or consume; NULL: none */
     const pd_cell *cell;
-    const pd_surfaces *surfaces; /* surface states that polarisation curves depend on; NULL: none */
+    const pd_surface_states *surfaces; /* surface states that polarisation curves depend on; NULL: none */
     int circuits;
     int member[PD_SETUP_ELECTRODES];       /* circuit of each electrode */
     int given[PD_SETUP_ELECTRODES];        /* of each circuit: electrode with a prescribed value; -1: none */
@@ -30,7 +30,7 @@ typedef struct pd_electrode_map {
  * that is no electrode, an electrode without metal. PD_ERR_ARGUMENT: two prescribed values for metals that touch. */
 PDI_FN pd_status pdi_electrode_map_build(pd_ctx *ctx, const pd_setup *setup, const pd_bonds *bonds,
                                          const pd_stencil *across, const uint8_t *metal, const pd_reactive *reactive,
-                                         const pd_dissolve *dissolve, const pd_surfaces *surfaces,
+                                         const pd_dissolve *dissolve, const pd_surface_states *surfaces,
                                          pd_electrode_map *electrodes, pd_cell *cell);
 /* Do prescribed potentials, currents or curve factors of electrodes depend on time? 1 or 0. */
 PDI_FN int pdi_electrode_map_is_time_dependent(const pd_setup *setup);

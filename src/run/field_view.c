@@ -22,7 +22,8 @@ static void pdi_field_view_copy_values(const pd_model *m, pd_field field, int64_
     }
 }
 
-PDI_FN pd_status pdi_field_view_get(pd_ctx *ctx, pd_model *model, pd_views *views, const char *name, pd_view *view)
+PDI_FN pd_status pdi_field_view_get(pd_ctx *ctx, pd_model *model, pd_field_views *views, const char *name,
+                                    pd_field_view *view)
 {
     const pd_grid *g = &model->grid;
     int field = pdi_setup_find_field(model->setup, name);
@@ -50,7 +51,7 @@ PDI_FN pd_status pdi_field_view_get(pd_ctx *ctx, pd_model *model, pd_views *view
     return PD_OK;
 }
 
-PDI_FN void pdi_field_view_free(pd_ctx *ctx, pd_views *views)
+PDI_FN void pdi_field_view_free(pd_ctx *ctx, pd_field_views *views)
 {
     for (int k = 0; k < PD_FIELD_COUNT; k++)
         PDI_DELETE(ctx, pdi_field_view_count_components(k) * views->cells, views->field[k]);

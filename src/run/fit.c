@@ -14,7 +14,7 @@ typedef struct pdi_fit {
     pd_ctx *ctx;
     const pd_fit_desc *desc;
     pd_fit *fit;
-    pd_coarser *coarser;      /* work */
+    pd_coarsened_setup *coarser; /* work */
     int factor;         /* of h */
     double *computed;   /* [points of all sections] */
     double *data, *weight; /* [points that count] SI, 1/spread */
@@ -121,7 +121,7 @@ static void pdi_fit_format_overrides(pd_fit *fit, const double *value)
 
 /* ---- runs ---- */
 
-pd_status pd_fit_setup(pd_ctx *ctx, const pd_fit_desc *desc, const char *const *more, int count, pd_setup *setup)
+pd_status pd_fit_read_setup(pd_ctx *ctx, const pd_fit_desc *desc, const char *const *more, int count, pd_setup *setup)
 {
     const char *overrides[PDI_FIT_OVERRIDES];
     if (desc->count + count > PDI_FIT_OVERRIDES)
@@ -180,7 +180,7 @@ static pd_status pdi_fit_compute_residuals(pd_ctx *ctx, void *user, const double
     pdi_fit_format_overrides(f->fit, value);
     for (int k = 0; k < f->fit->parameters; k++) more[k] = f->fit->override[k];
     PDI_TRY(PDI_NEW(ctx, "fit", 1, setup));
-    pd_status status = pd_fit_setup(ctx, f->desc, more, f->fit->parameters, setup);
+    pd_status status = pd_fit_read_setup(ctx, f->desc, more, f->fit->parameters, setup);
     if (status >= 0) status = pdi_fit_run_model(f, setup);
     if (status >= 0) pd_setup_free(ctx, setup);
     else {
@@ -208,7 +208,7 @@ static pd_status pdi_fit_check_std_devs(pd_ctx *ctx, const pd_setup *setup, int 
 {
     int with = 0;
     for (int k = 0; k < setup->records; k++) {
-        const pd_setup_record *r = &setup->record[k];
+        const pd_setup_measured *r = &setup->record[k];
         with += r->spread != NULL;
         for (int p = 0; p < r->points && r->spread; p++)
             if (pdi_read_measured_is_in_run(r, p, setup->until) && !(r->spread[p] > 0.0))
@@ -227,7 +227,7 @@ static void pdi_fit_find_points(pdi_fit *f, const pd_setup *setup)
 {
     int at = 0, count = 0;
     for (int k = 0; k < setup->records; k++) {
-        const pd_setup_record *r = &setup->record[k];
+        const pd_setup_measured *r = &setup->record[k];
         for (int p = 0; p < r->points; p++, at++) {
             if (!pdi_read_measured_is_in_run(r, p, setup->until)) continue;
             f->data[count] = r->value[p];
@@ -362,7 +362,7 @@ static pd_status pdi_fit_run_inner(pdi_fit *f)
     }
     pdi_fit_format_overrides(f->fit, low);
     if (status >= 0) status = PDI_NEW(f->ctx, "fit", 1, setup);
-    if (status >= 0) status = pd_fit_setup(f->ctx, f->desc, more, f->fit->parameters, setup);
+    if (status >= 0) status = pd_fit_read_setup(f->ctx, f->desc, more, f->fit->parameters, setup);
     if (status >= 0) {
         status = pdi_fit_allocate_work(f, setup);
         pd_setup_free(f->ctx, setup);
@@ -393,7 +393,7 @@ pd_status pd_fit_run(pd_ctx *ctx, const pd_fit_desc *desc, pd_fit *fit)
     return status;
 }
 
-void pd_fit_line(const pd_fit *fit, char *text, size_t size)
+void pd_fit_format_result(const pd_fit *fit, char *text, size_t size)
 {
     const pd_least_squares_result *s = &fit->squares;
     if (size == 0) return;

@@ -343,7 +343,7 @@ static pd_status pdi_inlet_build_inner(pd_ctx *ctx, const pd_setup *setup, const
         const pd_setup_side *s = &setup->side[side];
         pdi_inlet_layer layer;
         double area;
-        if (s->kind != PD_SIDE_INLET || s->profile == PD_PROFILE_REST) continue;
+        if (s->kind != PD_SIDE_INLET || s->profile == PD_PROFILE_NONE) continue;
         inlet->latest = side;
         pdi_inlet_compute_layer(setup, grid, 0.0, side, &layer);
         PDI_TRY(pdi_inlet_measure_opening(ctx, grid, side, &layer, inlet, &area));

@@ -40,7 +40,7 @@ PDI_FN double pdi_inlet_get_mean_velocity(const pd_inlet *inlet, int side);
  * (White, Viscous Fluid Flow, 3-3.3). A pd_velocity_fn; user is the pd_inlet. */
 PDI_FN void pdi_inlet_get_velocity(void *user, const double *x, double *u);
 /* Does the flow enter through a side at place x [m]? 1 or 0; on open sides by the sign of the prescribed velocity. A
- * pd_entry_fn; user is the pd_setup. */
+ * pd_is_inlet_fn; user is the pd_setup. */
 PDI_FN int pdi_inlet_is_inflow(void *user, int side, const double *x);
 /* Concentration [mol/m3] of the inflow at place x [m] behind inlets and open sides. A pd_point_fn; user is the
  * pd_inlet. */

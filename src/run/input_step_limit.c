@@ -33,16 +33,17 @@
 /* Largest number of passes over all values. */
 #define PDI_INPUT_STEP_LIMIT_MAX_TRIALS 60
 
-/* Describe the arrays of pd_vary, for allocation and freeing. */
+/* Describe the arrays of pd_input_step_limit, for allocation and freeing. */
 static void pdi_input_step_limit_list(pdi_array_visitor *owner, void *object)
 {
-    pd_vary *vary = (pd_vary *)object;
+    pd_input_step_limit *vary = (pd_input_step_limit *)object;
     PDI_ARRAY(owner, vary, value, vary->capacity, "");
 }
 
 /* Append a time-dependent expression at sample places of the box, or of one side (side < 0: the box). Without an array
  * the entries are only counted. */
-static void pdi_input_step_limit_add_expression(const pd_setup *setup, const pd_expr *expr, int side, pd_vary *vary)
+static void pdi_input_step_limit_add_expression(const pd_setup *setup, const pd_expr *expr, int side,
+                                                pd_input_step_limit *vary)
 {
     int places = 1;
     if (!pdi_setup_is_time_dependent(expr)) return;
@@ -50,7 +51,7 @@ static void pdi_input_step_limit_add_expression(const pd_setup *setup, const pd_
         if ((expr->uses >> d & 1u) && d != (side < 0 ? -1 : side / 2)) places *= PDI_INPUT_STEP_LIMIT_SAMPLE_POINTS;
     for (int k = 0; k < places; k++) {
         int rest = k;
-        pd_vary_value *value = vary->value ? &vary->value[vary->count] : NULL;
+        pd_input_value *value = vary->value ? &vary->value[vary->count] : NULL;
         for (int d = 0; d < PD_DIM && value; d++) {
             int varies = (expr->uses >> d & 1u) && d != (side < 0 ? -1 : side / 2);
             double part =
@@ -65,7 +66,7 @@ static void pdi_input_step_limit_add_expression(const pd_setup *setup, const pd_
 }
 
 /* Append the boundary values of all sides: mean inflow, concentrations, velocities. */
-static void pdi_input_step_limit_add_sides(const pd_setup *setup, pd_vary *vary)
+static void pdi_input_step_limit_add_sides(const pd_setup *setup, pd_input_step_limit *vary)
 {
     for (int s = 0; s < 2 * PD_DIM; s++) {
         const pd_setup_side *side = &setup->side[s];
@@ -80,10 +81,10 @@ static void pdi_input_step_limit_add_sides(const pd_setup *setup, pd_vary *vary)
 }
 
 /* Append prescribed displacements, tractions, pressures and body forces of the metal. */
-static void pdi_input_step_limit_add_mechanical_bc(const pd_setup *u, pd_vary *vary)
+static void pdi_input_step_limit_add_mechanical_bc(const pd_setup *u, pd_input_step_limit *vary)
 {
     for (int k = 0; k < u->metal_body.grips; k++) {
-        const pd_setup_grip *grip = &u->metal_body.grip[k];
+        const pd_setup_mechanical_bc *grip = &u->metal_body.grip[k];
         for (int d = 0; d < PD_DIM; d++) {
             if (grip->moves[d]) pdi_input_step_limit_add_expression(u, &grip->move[d], grip->side, vary);
             if (grip->pulls) pdi_input_step_limit_add_expression(u, &grip->pull[d], grip->side, vary);
@@ -126,7 +127,7 @@ static double pdi_input_step_limit_compute_efolding_voltage(const pd_setup_elect
 
 /* Append prescribed potentials and currents of electrodes, which the potential solver takes at the midpoint of a step.
  */
-static void pdi_input_step_limit_add_electrodes(const pd_setup *u, pd_vary *vary)
+static void pdi_input_step_limit_add_electrodes(const pd_setup *u, pd_input_step_limit *vary)
 {
     double fold = HUGE_VAL;
     for (int k = 0; k < u->potential.electrodes; k++)
@@ -143,7 +144,7 @@ static void pdi_input_step_limit_add_electrodes(const pd_setup *u, pd_vary *vary
 }
 
 /* Append all time-dependent expressions of the setup; without an array they are only counted. */
-static void pdi_input_step_limit_add_all(const pd_setup *setup, pd_vary *vary)
+static void pdi_input_step_limit_add_all(const pd_setup *setup, pd_input_step_limit *vary)
 {
     vary->count = 0;
     pdi_input_step_limit_add_sides(setup, vary);
@@ -156,7 +157,7 @@ static void pdi_input_step_limit_add_all(const pd_setup *setup, pd_vary *vary)
     pdi_input_step_limit_add_mechanical_bc(setup, vary);
 }
 
-PDI_FN pd_status pdi_input_step_limit_build(pd_ctx *ctx, const pd_setup *setup, pd_vary *vary)
+PDI_FN pd_status pdi_input_step_limit_build(pd_ctx *ctx, const pd_setup *setup, pd_input_step_limit *vary)
 {
     memset(vary, 0, sizeof *vary);
     vary->last = setup->until;
@@ -170,14 +171,14 @@ PDI_FN pd_status pdi_input_step_limit_build(pd_ctx *ctx, const pd_setup *setup, 
     return status;
 }
 
-PDI_FN void pdi_input_step_limit_free(pd_ctx *ctx, pd_vary *vary)
+PDI_FN void pdi_input_step_limit_free(pd_ctx *ctx, pd_input_step_limit *vary)
 {
     pdi_array_registry_free(ctx, pdi_input_step_limit_list, vary);
     memset(vary, 0, sizeof *vary);
 }
 
 /* Bounds of a value over the time interval a .. b [s], by interval arithmetic. */
-static pdi_interval pdi_input_step_limit_compute_bounds(const pd_vary_value *value, double a, double b)
+static pdi_interval pdi_input_step_limit_compute_bounds(const pd_input_value *value, double a, double b)
 {
     double vars[PD_EXPR_VARS];
     memset(vars, 0, sizeof vars);
@@ -191,7 +192,7 @@ typedef struct pdi_input_step_limit_seen_range {
 } pdi_input_step_limit_seen_range;
 
 /* Range of a value between t and end [s], with the tolerance; most: least size that counts for it. */
-static pdi_input_step_limit_seen_range pdi_input_step_limit_compute_seen_range(const pd_vary_value *value, double t,
+static pdi_input_step_limit_seen_range pdi_input_step_limit_compute_seen_range(const pd_input_value *value, double t,
                                                                                double end, double most)
 {
     pdi_interval first = pdi_input_step_limit_compute_bounds(value, t, t),
@@ -212,7 +213,7 @@ static double pdi_input_step_limit_compute_start_tolerance(double t, double end)
 
 /* 1: the value has no jump between from and to [s]: no quarter of the interval holds nearly all of its change, `width`.
  */
-static int pdi_input_step_limit_is_continuous(const pd_vary_value *value, double from, double to, double width)
+static int pdi_input_step_limit_is_continuous(const pd_input_value *value, double from, double to, double width)
 {
     double quarter = 0.25 * (to - from);
     for (int k = 0; k < 4; k++) {
@@ -225,7 +226,7 @@ static int pdi_input_step_limit_is_continuous(const pd_vary_value *value, double
 /* First time [s] in t .. end at which the value leaves the range between both ends or jumps, found by bisection with
  * interval bounds; `end`: nowhere. A jump at the start of the step is ignored. most: largest size of the value to come.
  */
-static double pdi_input_step_limit_find_unseen_change(const pd_vary_value *value, double most, double t, double end)
+static double pdi_input_step_limit_find_unseen_change(const pd_input_value *value, double most, double t, double end)
 {
     double stack[PDI_INPUT_STEP_LIMIT_MAX_HALVINGS + 2], from = t,
                                                          shortest = ldexp(end - t, -PDI_INPUT_STEP_LIMIT_MAX_HALVINGS);
@@ -262,15 +263,15 @@ static double pdi_input_step_limit_find_unseen_change(const pd_vary_value *value
 }
 
 /* The value at time t [s]. */
-static double pdi_input_step_limit_get_value(const pd_vary_value *value, double t)
+static double pdi_input_step_limit_get_value(const pd_input_value *value, double t)
 {
     return pdi_input_step_limit_compute_bounds(value, t, t).low;
 }
 
 /* Limit `end` for a value that is taken at the midpoint of a step: Simpson's rule gives the same mean within the
  * tolerance, and potential changes stay so small that the exponential current has its mean there, too. */
-static double pdi_input_step_limit_limit_midpoint_error(const pd_vary *vary, const pd_vary_value *value, double most,
-                                                        double t, double end)
+static double pdi_input_step_limit_limit_midpoint_error(const pd_input_step_limit *vary, const pd_input_value *value,
+                                                        double most, double t, double end)
 {
     double begins = pdi_input_step_limit_compute_start_tolerance(t, end),
            wide = sqrt(PDI_INPUT_STEP_LIMIT_GROWTH_FACTOR * vary->rtol) * value->fold;
@@ -292,7 +293,7 @@ static double pdi_input_step_limit_limit_midpoint_error(const pd_vary *vary, con
 
 PDI_FN double pdi_input_step_limit_compute(void *user, double t, double end)
 {
-    const pd_vary *vary = (const pd_vary *)user;
+    const pd_input_step_limit *vary = (const pd_input_step_limit *)user;
     for (int trial = 0; trial < PDI_INPUT_STEP_LIMIT_MAX_TRIALS; trial++) {
         double earlier = end;
         for (int32_t k = 0; k < vary->count; k++) {

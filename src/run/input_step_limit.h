@@ -11,28 +11,29 @@
 #include "scene/setup.h"
 
 /* A time-dependent expression at one sample place. */
-typedef struct pd_vary_value {
+typedef struct pd_input_value {
     const pd_expr *expr;
     double x[PD_DIM]; /* [m] */
     int middle;       /* 1: the solver takes the value at the midpoint of a step */
     double fold;      /* [V] with `middle`: change by which the current grows e-fold; HUGE_VAL: it is linear */
-} pd_vary_value;
+} pd_input_value;
 
 /* All time-dependent inputs; zero: there are none. */
-typedef struct pd_vary {
-    pd_vary_value *value; /* [capacity] */
+typedef struct pd_input_step_limit {
+    pd_input_value *value; /* [capacity] */
     int32_t count, capacity;
     double last; /* [s] end time of the run */
     double rtol; /* [-] */
-} pd_vary;
+} pd_input_step_limit;
 
 #ifdef PDI_INTERNAL
 /* List the time-dependent expressions of a setup, which is borrowed: boundary values of sides and walls, inflow, body
  * forces, potentials and currents, prescribed displacements and loads. */
-PDI_FN pd_status pdi_input_step_limit_build(pd_ctx *ctx, const pd_setup *setup, pd_vary *vary);
-/* Latest end [s] of a step from t that is to end at `end` [s]. The `until` callback of pd_couple; user: a pd_vary. */
+PDI_FN pd_status pdi_input_step_limit_build(pd_ctx *ctx, const pd_setup *setup, pd_input_step_limit *vary);
+/* Latest end [s] of a step from t that is to end at `end` [s]. The `until` callback of pd_time_loop; user: a
+ * pd_input_step_limit. */
 PDI_FN double pdi_input_step_limit_compute(void *user, double t, double end);
-PDI_FN void pdi_input_step_limit_free(pd_ctx *ctx, pd_vary *vary);
+PDI_FN void pdi_input_step_limit_free(pd_ctx *ctx, pd_input_step_limit *vary);
 #endif
 
 #endif

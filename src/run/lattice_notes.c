@@ -192,10 +192,10 @@ static void pdi_lattice_notes_print_ring_error(const pd_model *m, pd_print_fn pr
 /* Print a note on cracks of bond-based springs: in equilibrium they propagate at more than the toughness. */
 static void pdi_lattice_notes_print_toughness_error(const pd_model *m, pd_print_fn print, void *user)
 {
-    const pd_setup_body *b = &m->setup->metal_body;
+    const pd_setup_mechanics *b = &m->setup->metal_body;
     double stretch = m->structure.springs.critical;
     char text[256];
-    if (PD_DIM == 1 || !m->setup->has_solid || b->material != PD_STRUCTURE_SPRINGS) return;
+    if (PD_DIM == 1 || !m->setup->has_solid || b->material != PD_SOLID_COUPLING_BOND_BASED) return;
     if (!(b->toughness > 0.0) || b->density > 0.0) return;
     double unit = b->young * stretch * stretch * m->grid.h[0] / b->toughness;
     if (PD_DIM == 3)

@@ -19,7 +19,7 @@
 #define PDI_MECHANICAL_BC_MIN_EXTENT 0.1
 
 /* Layer of point i from a side of the box, in cells: 0 beside the side. */
-static int pdi_mechanical_bc_get_layer(const pd_grips *g, int32_t i, int side)
+static int pdi_mechanical_bc_get_layer(const pd_mechanical_bc *g, int32_t i, int side)
 {
     const pd_grid *grid = g->structure->grid;
     int at[PD_DIM];
@@ -28,15 +28,15 @@ static int pdi_mechanical_bc_get_layer(const pd_grips *g, int32_t i, int side)
 }
 
 /* Project place x [m] along its axis onto a side of the box. */
-static void pdi_mechanical_bc_project_to_side(const pd_grips *g, int side, double *x)
+static void pdi_mechanical_bc_project_to_side(const pd_mechanical_bc *g, int side, double *x)
 {
     x[side / 2] = side % 2 ? g->setup->hi[side / 2] : g->setup->lo[side / 2];
 }
 
 /* Was point i connected to a side by metal without a gap, along the normal of the side, at the start? 1 or 0. */
-static int pdi_mechanical_bc_is_connected_to_side(const pd_grips *g, int32_t i, int side)
+static int pdi_mechanical_bc_is_connected_to_side(const pd_mechanical_bc *g, int32_t i, int side)
 {
-    const pd_structure *s = g->structure;
+    const pd_solid_coupling *s = g->structure;
     int at[PD_DIM], row = pdi_mechanical_bc_get_layer(g, i, side);
     pdi_grid_index(s->grid, s->node[i], at);
     while (row-- > 0) {
@@ -47,9 +47,9 @@ static int pdi_mechanical_bc_is_connected_to_side(const pd_grips *g, int32_t i, 
 }
 
 /* Applies to a side (layers that are connected to it) or to a shape. */
-PDI_FN int pdi_mechanical_bc_is_held(const pd_grips *g, int k, int32_t i)
+PDI_FN int pdi_mechanical_bc_is_held(const pd_mechanical_bc *g, int k, int32_t i)
 {
-    const pd_setup_grip *grip = &g->setup->metal_body.grip[k];
+    const pd_setup_mechanical_bc *grip = &g->setup->metal_body.grip[k];
     double x[PD_DIM];
     if (grip->side >= 0)
         return pdi_mechanical_bc_get_layer(g, i, grip->side) < g->rows[k] &&
@@ -59,16 +59,16 @@ PDI_FN int pdi_mechanical_bc_is_held(const pd_grips *g, int k, int32_t i)
 }
 
 /* A family holds offsets shorter than m + 1/2 cells; its truncation is felt over two of them. */
-PDI_FN int pdi_mechanical_bc_count_held_layers(const pd_grips *g)
+PDI_FN int pdi_mechanical_bc_count_held_layers(const pd_mechanical_bc *g)
 {
     return 2 * ((int)ceil(g->structure->desc.m + 0.5) - 1);
 }
 
 /* The point in the given layer from a side, on the lattice line of point i along the normal; -1: no metal with
  * stiffness is there. */
-static int32_t pdi_mechanical_bc_find_point_in_layer(const pd_grips *g, int32_t i, int side, int row)
+static int32_t pdi_mechanical_bc_find_point_in_layer(const pd_mechanical_bc *g, int32_t i, int side, int row)
 {
-    const pd_structure *s = g->structure;
+    const pd_solid_coupling *s = g->structure;
     int at[PD_DIM];
     pdi_grid_index(s->grid, s->node[i], at);
     at[side / 2] = side % 2 ? s->grid->n[side / 2] - 1 - row : row;
@@ -79,7 +79,7 @@ static int32_t pdi_mechanical_bc_find_point_in_layer(const pd_grips *g, int32_t 
 
 /* 1: metal leads without a gap from point i to the first layer behind the held ones of condition k, and component d is
  * free there. */
-static int pdi_mechanical_bc_has_free_layer(const pd_grips *g, int k, int32_t i, int d)
+static int pdi_mechanical_bc_has_free_layer(const pd_mechanical_bc *g, int k, int32_t i, int d)
 {
     int side = g->setup->metal_body.grip[k].side;
     for (int row = pdi_mechanical_bc_get_layer(g, i, side) + 1; row < g->rows[k]; row++)
@@ -98,10 +98,10 @@ typedef struct pdi_mechanical_bc_reference_points {
 
 /* Next held point around point i, no farther off than any before, with a free layer behind it for component d; -1: none
  * is left. Updates the iterator. */
-static int32_t pdi_mechanical_bc_next_reference_point(const pd_grips *g, int k, int32_t i, int d,
+static int32_t pdi_mechanical_bc_next_reference_point(const pd_mechanical_bc *g, int k, int32_t i, int d,
                                                       pdi_mechanical_bc_reference_points *l)
 {
-    const pd_structure *s = g->structure;
+    const pd_solid_coupling *s = g->structure;
     int axis = g->setup->metal_body.grip[k].side / 2;
     while (l->next < l->positions) {
         int square = 0, at[PD_DIM], rest = l->next++;
@@ -127,8 +127,8 @@ static int32_t pdi_mechanical_bc_next_reference_point(const pd_grips *g, int k, 
 /* Reference points of point i for component d: point i itself, or, where the metal there is too thin for a free layer,
  * the nearest ones along the side within as many cells as the side holds layers. Returns an iterator with their count.
  */
-static pdi_mechanical_bc_reference_points pdi_mechanical_bc_find_reference_points(const pd_grips *g, int k, int32_t i,
-                                                                                  int d)
+static pdi_mechanical_bc_reference_points pdi_mechanical_bc_find_reference_points(const pd_mechanical_bc *g, int k,
+                                                                                  int32_t i, int d)
 {
     pdi_mechanical_bc_reference_points l = {0, 1, 1, 2 * g->rows[k] + 1, 0};
     if (pdi_mechanical_bc_has_free_layer(g, k, i, d)) {
@@ -145,10 +145,10 @@ static pdi_mechanical_bc_reference_points pdi_mechanical_bc_find_reference_point
 
 /* Check that condition k has at least one lattice line with a free layer behind the held ones for each prescribed
  * component; a body in motion needs none. PD_ERR_GEOMETRY. */
-static pd_status pdi_mechanical_bc_check_free_layer(pd_ctx *ctx, const pd_grips *g, int k)
+static pd_status pdi_mechanical_bc_check_free_layer(pd_ctx *ctx, const pd_mechanical_bc *g, int k)
 {
-    const pd_setup_grip *grip = &g->setup->metal_body.grip[k];
-    const pd_structure *s = g->structure;
+    const pd_setup_mechanical_bc *grip = &g->setup->metal_body.grip[k];
+    const pd_solid_coupling *s = g->structure;
     for (int d = 0; d < PD_DIM && grip->side >= 0 && !pdi_solid_coupling_is_dynamic(s); d++) {
         int found = !grip->moves[d];
         for (int32_t i = 0; i < s->count && !found; i++)
@@ -172,14 +172,14 @@ typedef struct pdi_mechanical_bc_metal_run {
 } pdi_mechanical_bc_metal_run;
 
 /* Number of layers from a side in which points may carry a part of its traction. */
-static int pdi_mechanical_bc_count_loaded_layers(const pd_grips *g)
+static int pdi_mechanical_bc_count_loaded_layers(const pd_mechanical_bc *g)
 {
     return 2 * (int)ceil(g->structure->desc.m + 1.0);
 }
 
 /* The run of metal that point i belongs to, from the side inward (rows = 0: the point carries no traction of that
  * side). */
-static pdi_mechanical_bc_metal_run pdi_mechanical_bc_find_metal_run(const pd_grips *g, int32_t i, int side)
+static pdi_mechanical_bc_metal_run pdi_mechanical_bc_find_metal_run(const pd_mechanical_bc *g, int32_t i, int side)
 {
     pdi_mechanical_bc_metal_run run = {0, 0, 0, 0, 0};
     int row = pdi_mechanical_bc_get_layer(g, i, side), most = 2 * pdi_mechanical_bc_count_loaded_layers(g), first = row,
@@ -199,9 +199,9 @@ static pdi_mechanical_bc_metal_run pdi_mechanical_bc_find_metal_run(const pd_gri
 }
 
 /* Correspondence and ordinary materials store c; for bond-based springs it is summed. */
-PDI_FN double pdi_mechanical_bc_get_surface_coefficient(const pd_grips *g, int32_t i, int side)
+PDI_FN double pdi_mechanical_bc_get_surface_coefficient(const pd_mechanical_bc *g, int32_t i, int side)
 {
-    const pd_structure *s = g->structure;
+    const pd_solid_coupling *s = g->structure;
     double edge[PD_DIM];
     if (s->solid.edge) memcpy(edge, s->solid.edge + (int64_t)i * PD_DIM, sizeof edge);
     else pdi_microelastic_compute_edge(&s->springs, i, edge);
@@ -219,7 +219,7 @@ typedef struct pdi_mechanical_bc_load_weights {
  * layers carry all of c, and held layers the remainder. Behind a plane of symmetry the mirror image is the other part
  * of c, along the axis. Else each half of the thickness carries its own c, and the remainder is spread evenly (theory:
  * 8.7). */
-static int pdi_mechanical_bc_compute_load_weights(const pd_grips *g, int k, int32_t i,
+static int pdi_mechanical_bc_compute_load_weights(const pd_mechanical_bc *g, int k, int32_t i,
                                                   pdi_mechanical_bc_load_weights *part)
 {
     int side = g->setup->metal_body.grip[k].side, axis = side / 2, depth = pdi_mechanical_bc_count_held_layers(g);
@@ -242,7 +242,7 @@ static int pdi_mechanical_bc_compute_load_weights(const pd_grips *g, int k, int3
 /* Sums over points of load weight times volume [m^(d-1)] for each component of the traction of condition k, and the
  * volume [m^d] that takes the remainder. Fixed-point sums do not depend on the order of points, so mirrored sides get
  * the same bits. */
-static void pdi_mechanical_bc_integrate_load_weights(const pd_grips *g, int k, double *bears, double *spreads)
+static void pdi_mechanical_bc_integrate_load_weights(const pd_mechanical_bc *g, int k, double *bears, double *spreads)
 {
     int64_t units[PD_DIM] = {0}, points[PD_DIM] = {0};
     double cell = g->structure->body.volume[0];
@@ -262,13 +262,13 @@ static void pdi_mechanical_bc_integrate_load_weights(const pd_grips *g, int k, d
 
 /* Refuse metal too thin between a held and a loaded side for the ordinary (linear peridynamic solid) material, whose c
  * is only fitted in 2D and 3D: it needs a free horizon and one more layer. PD_ERR_GEOMETRY. */
-static pd_status pdi_mechanical_bc_check_thickness(pd_ctx *ctx, const pd_grips *g, int k,
+static pd_status pdi_mechanical_bc_check_thickness(pd_ctx *ctx, const pd_mechanical_bc *g, int k,
                                                    const pdi_mechanical_bc_metal_run *run)
 {
-    const pd_setup_grip *grip = &g->setup->metal_body.grip[k];
+    const pd_setup_mechanical_bc *grip = &g->setup->metal_body.grip[k];
     int side = grip->side, expected = 3 * pdi_mechanical_bc_count_held_layers(g) / 2 + 1;
     int both = grip->pulls ? g->faces[k] : g->faces[k] & 1 << side / 2;
-    if (PD_DIM == 1 || g->structure->desc.material != PD_STRUCTURE_ORDINARY || !both || !run->spans_box ||
+    if (PD_DIM == 1 || g->structure->desc.material != PD_SOLID_COUPLING_ORDINARY_STATE || !both || !run->spans_box ||
         run->layers >= expected)
         return PD_OK;
     return pdi_fail(ctx, PD_ERR_GEOMETRY, "grip",
@@ -279,9 +279,9 @@ static pd_status pdi_mechanical_bc_check_thickness(pd_ctx *ctx, const pd_grips *
 
 /* Set faces[k] (what the opposite side holds) and borne[k] (area that load weights sum to at the start; the full area
  * in thick metal). */
-static pd_status pdi_mechanical_bc_set_initial_load_area(pd_ctx *ctx, pd_grips *g, int k)
+static pd_status pdi_mechanical_bc_set_initial_load_area(pd_ctx *ctx, pd_mechanical_bc *g, int k)
 {
-    const pd_setup_body *b = &g->setup->metal_body;
+    const pd_setup_mechanics *b = &g->setup->metal_body;
     int side = b->grip[k].side, thin = 0;
     double bears[PD_DIM], spreads[PD_DIM];
     for (int d = 0; d < PD_DIM; d++) g->borne[k][d] = g->area[k];
@@ -310,7 +310,7 @@ typedef struct pdi_mechanical_bc_load_scaling {
 
 /* Scale load weights of condition k so that the total force is that on the initial area. PD_ERR_STATE: too little metal
  * is left; t [s] is for the message. */
-static pd_status pdi_mechanical_bc_compute_load_scaling(pd_ctx *ctx, const pd_grips *g, int k, double t,
+static pd_status pdi_mechanical_bc_compute_load_scaling(pd_ctx *ctx, const pd_mechanical_bc *g, int k, double t,
                                                         pdi_mechanical_bc_load_scaling *shares)
 {
     double bears[PD_DIM], spreads[PD_DIM], area = g->area[k];
@@ -339,24 +339,25 @@ static double pdi_mechanical_bc_get_load_weight(const pdi_mechanical_bc_load_sca
 
 PDI_FN void pdi_mechanical_bc_list(pdi_array_visitor *owner, void *object)
 {
-    pd_grips *grips = (pd_grips *)object;
+    pd_mechanical_bc *grips = (pd_mechanical_bc *)object;
     PDI_ARRAY(owner, grips, interpolation.row, grips->led, "");
 }
 
-PDI_FN void pdi_mechanical_bc_free(pd_ctx *ctx, pd_grips *g)
+PDI_FN void pdi_mechanical_bc_free(pd_ctx *ctx, pd_mechanical_bc *g)
 {
     pdi_array_registry_free(ctx, pdi_mechanical_bc_list, g);
     memset(g, 0, sizeof *g);
 }
 
-PDI_FN pd_status pdi_mechanical_bc_build(pd_ctx *ctx, const pd_setup *setup, pd_structure *structure, pd_grips *g)
+PDI_FN pd_status pdi_mechanical_bc_build(pd_ctx *ctx, const pd_setup *setup, pd_solid_coupling *structure,
+                                         pd_mechanical_bc *g)
 {
-    const pd_setup_body *b = &setup->metal_body;
+    const pd_setup_mechanics *b = &setup->metal_body;
     memset(g, 0, sizeof *g);
     g->setup = setup;
     g->structure = structure;
     for (int k = 0; k < b->grips; k++) {
-        const pd_setup_grip *grip = &b->grip[k];
+        const pd_setup_mechanical_bc *grip = &b->grip[k];
         double face = grip->side >= 0 ? structure->body.volume[0] / structure->grid->h[grip->side / 2] : 0.0;
         int32_t held = 0;
         if (grip->side >= 0) g->rows[k] = pdi_mechanical_bc_count_held_layers(g);
@@ -383,8 +384,8 @@ PDI_FN pd_status pdi_mechanical_bc_build(pd_ctx *ctx, const pd_setup *setup, pd_
 
 /* Check that a prescribed displacement, traction or force is finite (grip NULL: a body force); x [m] and t [s] are for
  * the message. PD_ERR_STATE. */
-static pd_status pdi_mechanical_bc_check_finite(pd_ctx *ctx, const pd_setup_grip *grip, double value, const double *x,
-                                                double t)
+static pd_status pdi_mechanical_bc_check_finite(pd_ctx *ctx, const pd_setup_mechanical_bc *grip, double value,
+                                                const double *x, double t)
 {
     char of[40] = "a force on all metal";
     if (fabs(value) < 1e100) return PD_OK;
@@ -395,11 +396,11 @@ static pd_status pdi_mechanical_bc_check_finite(pd_ctx *ctx, const pd_setup_grip
                     x[0], t);
 }
 
-PDI_FN int pdi_mechanical_bc_find_sides(const pd_grips *g, int32_t i, int d, int *holders)
+PDI_FN int pdi_mechanical_bc_find_sides(const pd_mechanical_bc *g, int32_t i, int d, int *holders)
 {
     int count = 0;
     for (int k = 0; k < g->setup->metal_body.grips; k++) {
-        const pd_setup_grip *grip = &g->setup->metal_body.grip[k];
+        const pd_setup_mechanical_bc *grip = &g->setup->metal_body.grip[k];
         if (grip->side < 0 || !grip->moves[d] || !pdi_mechanical_bc_is_held(g, k, i)) continue;
         int at = 0;
         while (at < count && g->setup->metal_body.grip[holders[at]].side / 2 != grip->side / 2) at++;
@@ -411,10 +412,10 @@ PDI_FN int pdi_mechanical_bc_find_sides(const pd_grips *g, int32_t i, int d, int
 
 /* Prescribed displacement *given [m] of component d by condition k at time t [s]: of a side, at the projection of place
  * x [m] onto it. */
-static pd_status pdi_mechanical_bc_get_displacement(pd_ctx *ctx, const pd_grips *g, int k, const double *x, int d,
-                                                    double t, double *given)
+static pd_status pdi_mechanical_bc_get_displacement(pd_ctx *ctx, const pd_mechanical_bc *g, int k, const double *x,
+                                                    int d, double t, double *given)
 {
-    const pd_setup_grip *grip = &g->setup->metal_body.grip[k];
+    const pd_setup_mechanical_bc *grip = &g->setup->metal_body.grip[k];
     double at[PD_DIM];
     memcpy(at, x, sizeof at);
     if (grip->side >= 0) pdi_mechanical_bc_project_to_side(g, grip->side, at);
@@ -425,7 +426,7 @@ static pd_status pdi_mechanical_bc_get_displacement(pd_ctx *ctx, const pd_grips 
 /* Displacement component d of point i in the held layers of two or three sides at once, where no layer is free: blends
  * the prescribed fields U_a + U_b - (U_a(0) + U_b(0))/2 (theory: eq. 8.16b); of three sides, the mean over pairs.
  * Writes u[i PD_DIM + d] [m]. */
-static pd_status pdi_mechanical_bc_set_corner_displacement(pd_ctx *ctx, const pd_grips *g, const int *holders,
+static pd_status pdi_mechanical_bc_set_corner_displacement(pd_ctx *ctx, const pd_mechanical_bc *g, const int *holders,
                                                            int count, int32_t i, int d, double t, double *u)
 {
     double x[PD_DIM], sum = 0.0;
@@ -448,10 +449,10 @@ static pd_status pdi_mechanical_bc_set_corner_displacement(pd_ctx *ctx, const pd
 }
 
 /* Set the components of u [points][PD_DIM] [m] of point i that condition k prescribes. */
-static pd_status pdi_mechanical_bc_set_displacement(pd_ctx *ctx, const pd_grips *g, int k, int32_t i, double t,
+static pd_status pdi_mechanical_bc_set_displacement(pd_ctx *ctx, const pd_mechanical_bc *g, int k, int32_t i, double t,
                                                     double *u)
 {
-    const pd_setup_grip *grip = &g->setup->metal_body.grip[k];
+    const pd_setup_mechanical_bc *grip = &g->setup->metal_body.grip[k];
     double x[PD_DIM];
     pd_grid_position(g->structure->grid, g->structure->node[i], x);
     for (int d = 0; d < PD_DIM; d++) {
@@ -465,9 +466,9 @@ static pd_status pdi_mechanical_bc_set_displacement(pd_ctx *ctx, const pd_grips 
 
 /* Make room for one more interpolation row: as metal dissolves, a point may get more reference points than at the
  * start. */
-static pd_status pdi_mechanical_bc_grow_interpolation(pd_ctx *ctx, pd_grips *g)
+static pd_status pdi_mechanical_bc_grow_interpolation(pd_ctx *ctx, pd_mechanical_bc *g)
 {
-    pd_interpolated *row = NULL;
+    pd_constraint_row *row = NULL;
     if (g->interpolation.count < g->led) return PD_OK;
     int64_t led = 2 * g->led;
     PDI_TRY(PDI_NEW(ctx, "grip", led, row));
@@ -481,13 +482,13 @@ static pd_status pdi_mechanical_bc_grow_interpolation(pd_ctx *ctx, pd_grips *g)
 /* Add an interpolation row: component d of held point i follows the first free layer on the line of `leader` with
  * weight share y/Y, y and Y the depths of the point and of that layer. Subtracts that part of the prescribed value from
  * u. */
-static pd_status pdi_mechanical_bc_add_interpolation(pd_ctx *ctx, pd_grips *g, int k, int32_t i, int32_t leader, int d,
-                                                     double share, double t, double *u)
+static pd_status pdi_mechanical_bc_add_interpolation(pd_ctx *ctx, pd_mechanical_bc *g, int k, int32_t i, int32_t leader,
+                                                     int d, double share, double t, double *u)
 {
-    const pd_setup_grip *grip = &g->setup->metal_body.grip[k];
+    const pd_setup_mechanical_bc *grip = &g->setup->metal_body.grip[k];
     double x[PD_DIM], given;
     PDI_TRY(pdi_mechanical_bc_grow_interpolation(ctx, g));
-    pd_interpolated *row = g->interpolation.row + g->interpolation.count++;
+    pd_constraint_row *row = g->interpolation.row + g->interpolation.count++;
     row->at = (int64_t)i * PD_DIM + d;
     row->leader = (int64_t)pdi_mechanical_bc_find_point_in_layer(g, leader, grip->side, g->rows[k]) * PD_DIM + d;
     row->part = share * (pdi_mechanical_bc_get_layer(g, i, grip->side) + 0.5) / (g->rows[k] + 0.5);
@@ -500,7 +501,7 @@ static pd_status pdi_mechanical_bc_add_interpolation(pd_ctx *ctx, pd_grips *g, i
 
 /* Component d of point i in the held layers of condition k: blend at edges and corners, else linear interpolation
  * between the face and the first free layer. Does nothing for shapes and bodies in motion. */
-static pd_status pdi_mechanical_bc_interpolate_held(pd_ctx *ctx, pd_grips *g, int k, int32_t i, int d, double t,
+static pd_status pdi_mechanical_bc_interpolate_held(pd_ctx *ctx, pd_mechanical_bc *g, int k, int32_t i, int d, double t,
                                                     double *u)
 {
     if (g->setup->metal_body.grip[k].side < 0 || pdi_solid_coupling_is_dynamic(g->structure)) return PD_OK;
@@ -517,9 +518,9 @@ static pd_status pdi_mechanical_bc_interpolate_held(pd_ctx *ctx, pd_grips *g, in
 
 /* Set all prescribed displacements of u [points][PD_DIM] [m] at time t [s] and rebuild the interpolation rows. Where
  * several conditions hold a component of a point, the last one named decides. */
-static pd_status pdi_mechanical_bc_set_displacements(pd_ctx *ctx, pd_grips *g, double t, double *u)
+static pd_status pdi_mechanical_bc_set_displacements(pd_ctx *ctx, pd_mechanical_bc *g, double t, double *u)
 {
-    const pd_setup_body *b = &g->setup->metal_body;
+    const pd_setup_mechanics *b = &g->setup->metal_body;
     g->interpolation.count = 0;
     for (int32_t i = 0; i < g->structure->count; i++) {
         int last[PD_DIM];
@@ -534,7 +535,7 @@ static pd_status pdi_mechanical_bc_set_displacements(pd_ctx *ctx, pd_grips *g, d
             if (last[d] >= 0) PDI_TRY(pdi_mechanical_bc_interpolate_held(ctx, g, last[d], i, d, t, u));
     }
     for (int64_t k = 0; k < g->interpolation.count; k++) {
-        const pd_interpolated *row = g->interpolation.row + k;
+        const pd_constraint_row *row = g->interpolation.row + k;
         u[row->at] += row->part * u[row->leader];
     }
     return PD_OK;
@@ -542,10 +543,10 @@ static pd_status pdi_mechanical_bc_set_displacements(pd_ctx *ctx, pd_grips *g, d
 
 /* Traction vector pull [PD_DIM] [Pa] of condition k at place x [m] of its side, pressure included, and its norm *size
  * [Pa]. PD_ERR_STATE: not finite. */
-static pd_status pdi_mechanical_bc_compute_traction(pd_ctx *ctx, const pd_grips *g, int k, const double *x, double t,
-                                                    double *pull, double *size)
+static pd_status pdi_mechanical_bc_compute_traction(pd_ctx *ctx, const pd_mechanical_bc *g, int k, const double *x,
+                                                    double t, double *pull, double *size)
 {
-    const pd_setup_grip *grip = &g->setup->metal_body.grip[k];
+    const pd_setup_mechanical_bc *grip = &g->setup->metal_body.grip[k];
     for (int d = 0; d < PD_DIM; d++) {
         pull[d] = grip->pulls ? pdi_setup_eval_expr(&grip->pull[d], x, t) : 0.0;
         if (grip->presses && d == grip->side / 2)
@@ -557,9 +558,9 @@ static pd_status pdi_mechanical_bc_compute_traction(pd_ctx *ctx, const pd_grips 
 }
 
 /* Does the traction of condition k depend on the place along the side? 1 or 0. */
-static int pdi_mechanical_bc_is_nonuniform(const pd_grips *g, int k)
+static int pdi_mechanical_bc_is_nonuniform(const pd_mechanical_bc *g, int k)
 {
-    const pd_setup_grip *grip = &g->setup->metal_body.grip[k];
+    const pd_setup_mechanical_bc *grip = &g->setup->metal_body.grip[k];
     uint32_t uses = grip->presses ? grip->press.uses : 0, places = ((uint32_t)1 << PD_DIM) - 1;
     for (int d = 0; d < PD_DIM && grip->pulls; d++) uses |= grip->pull[d].uses;
     return (uses & places & ~((uint32_t)1 << grip->side / 2)) != 0;
@@ -597,9 +598,9 @@ static void pdi_mechanical_bc_add_resultant(pdi_mechanical_bc_resultants *w, int
 
 /* [m^(d-1)] Area of metal that is left on the side of condition k; also sets the centre of its faces (with mirror
  * images) and the length scale in w. */
-static double pdi_mechanical_bc_compute_loaded_area(const pd_grips *g, int k, pdi_mechanical_bc_resultants *w)
+static double pdi_mechanical_bc_compute_loaded_area(const pd_mechanical_bc *g, int k, pdi_mechanical_bc_resultants *w)
 {
-    const pd_structure *s = g->structure;
+    const pd_solid_coupling *s = g->structure;
     int side = g->setup->metal_body.grip[k].side;
     double area = 0.0, face = s->body.volume[0] / s->grid->h[side / 2], x[PD_DIM];
     for (int d = 0; d < PD_DIM; d++) w->size = pdi_max(w->size, g->setup->hi[d] - g->setup->lo[d]);
@@ -617,11 +618,11 @@ static double pdi_mechanical_bc_compute_loaded_area(const pd_grips *g, int k, pd
 
 /* Add force and moments of the exact traction on all faces of area `face` [m^(d-1)] to the deficit, by the two-point
  * Gauss rule along each axis. */
-static pd_status pdi_mechanical_bc_add_traction_moments(pd_ctx *ctx, const pd_grips *g, int k, double t, double face,
-                                                        const pdi_mechanical_bc_load_scaling *shares,
+static pd_status pdi_mechanical_bc_add_traction_moments(pd_ctx *ctx, const pd_mechanical_bc *g, int k, double t,
+                                                        double face, const pdi_mechanical_bc_load_scaling *shares,
                                                         pdi_mechanical_bc_resultants *w)
 {
-    const pd_structure *s = g->structure;
+    const pd_solid_coupling *s = g->structure;
     int side = g->setup->metal_body.grip[k].side, axis = side / 2;
     for (int32_t i = 0; i < s->count; i++) {
         if (pdi_mechanical_bc_get_layer(g, i, side) || !(s->stiff[i] > 0.0)) continue;
@@ -642,11 +643,11 @@ static pd_status pdi_mechanical_bc_add_traction_moments(pd_ctx *ctx, const pd_gr
 
 /* Subtract force and moments of the nodal loads from the deficit, and add up the Gram matrix of corrections and the
  * moments with depth. */
-static pd_status pdi_mechanical_bc_subtract_nodal_moments(pd_ctx *ctx, const pd_grips *g, int k, double t,
+static pd_status pdi_mechanical_bc_subtract_nodal_moments(pd_ctx *ctx, const pd_mechanical_bc *g, int k, double t,
                                                           const pdi_mechanical_bc_load_scaling *shares,
                                                           pdi_mechanical_bc_resultants *w)
 {
-    const pd_structure *s = g->structure;
+    const pd_solid_coupling *s = g->structure;
     int side = g->setup->metal_body.grip[k].side, axis = side / 2;
     for (int32_t i = 0; i < s->count; i++) {
         double x[PD_DIM], pull[PD_DIM], size, basis[1 + PD_DIM];
@@ -673,7 +674,7 @@ static pd_status pdi_mechanical_bc_subtract_nodal_moments(pd_ctx *ctx, const pd_
 
 /* 1: a correction of component d by basis function p is symmetric with respect to all planes of symmetry of the body;
  * component d changes sign across its own plane. */
-static int pdi_mechanical_bc_is_symmetric(const pd_grips *g, int d, int p)
+static int pdi_mechanical_bc_is_symmetric(const pd_mechanical_bc *g, int d, int p)
 {
     for (int axis = 0; axis < PD_DIM; axis++)
         if (g->structure->desc.mirrors >> 2 * axis & 3 && (p == 1 + axis) != (d == axis)) return 0;
@@ -682,7 +683,7 @@ static int pdi_mechanical_bc_is_symmetric(const pd_grips *g, int d, int p)
 
 /* Solve the small linear system for the corrections of component d by Gauss elimination. Basis functions along which
  * the loaded points hardly extend are left out. */
-static void pdi_mechanical_bc_solve_correction(const pd_grips *g, int d, pdi_mechanical_bc_resultants *w)
+static void pdi_mechanical_bc_solve_correction(const pd_mechanical_bc *g, int d, pdi_mechanical_bc_resultants *w)
 {
     double a[1 + PD_DIM][1 + PD_DIM], *rest = w->moment_deficit[d], *more = w->correction[d];
     int done[1 + PD_DIM] = {0};
@@ -708,11 +709,11 @@ static void pdi_mechanical_bc_solve_correction(const pd_grips *g, int d, pdi_mec
 /* Corrections that give the nodal loads of a nonuniform traction its exact force and moments: points near corners carry
  * a traction from farther outside than it acts. Tangential components first, then the normal one, which also balances
  * the moment of tangential loads that act at a depth. */
-static pd_status pdi_mechanical_bc_solve_traction_correction(pd_ctx *ctx, const pd_grips *g, int k, double t,
+static pd_status pdi_mechanical_bc_solve_traction_correction(pd_ctx *ctx, const pd_mechanical_bc *g, int k, double t,
                                                              const pdi_mechanical_bc_load_scaling *shares,
                                                              pdi_mechanical_bc_resultants *w)
 {
-    const pd_structure *s = g->structure;
+    const pd_solid_coupling *s = g->structure;
     int axis = g->setup->metal_body.grip[k].side / 2;
     double area = pdi_mechanical_bc_compute_loaded_area(g, k, w);
     if (!(area > 0.0)) return PD_OK;
@@ -730,9 +731,9 @@ static pd_status pdi_mechanical_bc_solve_traction_correction(pd_ctx *ctx, const 
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_mechanical_bc_add_traction(pd_ctx *ctx, const pd_grips *g, int k, double t, double *load)
+PDI_FN pd_status pdi_mechanical_bc_add_traction(pd_ctx *ctx, const pd_mechanical_bc *g, int k, double t, double *load)
 {
-    const pd_structure *s = g->structure;
+    const pd_solid_coupling *s = g->structure;
     int side = g->setup->metal_body.grip[k].side, axis = side / 2, varies = pdi_mechanical_bc_is_nonuniform(g, k);
     pdi_mechanical_bc_resultants w;
     pdi_mechanical_bc_load_scaling shares;
@@ -758,9 +759,9 @@ PDI_FN pd_status pdi_mechanical_bc_add_traction(pd_ctx *ctx, const pd_grips *g, 
 /* The dead load of each force acts on the stiffness that is left (s->stiff). */
 PDI_FN pd_status pdi_mechanical_bc_apply(pd_ctx *ctx, void *user, double t, double *u, double *load)
 {
-    pd_grips *g = (pd_grips *)user;
-    const pd_setup_body *b = &g->setup->metal_body;
-    const pd_structure *s = g->structure;
+    pd_mechanical_bc *g = (pd_mechanical_bc *)user;
+    const pd_setup_mechanics *b = &g->setup->metal_body;
+    const pd_solid_coupling *s = g->structure;
     PDI_TRY(pdi_mechanical_bc_set_displacements(ctx, g, t, u));
     for (int k = 0; k < b->grips; k++)
         if (b->grip[k].pulls || b->grip[k].presses) PDI_TRY(pdi_mechanical_bc_add_traction(ctx, g, k, t, load));
@@ -777,7 +778,7 @@ PDI_FN pd_status pdi_mechanical_bc_apply(pd_ctx *ctx, void *user, double t, doub
     return PD_OK;
 }
 
-PDI_FN double pdi_mechanical_bc_compute_rate_factor(void *user, const pd_structure_at *at)
+PDI_FN double pdi_mechanical_bc_compute_rate_factor(void *user, const pd_local_stress_state *at)
 {
     const pd_setup *u = (const pd_setup *)user;
     double vars[PDI_SETUP_STRESS_VARS];

@@ -6,50 +6,53 @@
 #include "scene/setup.h"
 
 /* The mechanical boundary conditions of a setup, built for its body. */
-typedef struct pd_grips {
+typedef struct pd_mechanical_bc {
     const pd_setup *setup;
-    pd_structure *structure;
-    int rows[PD_SETUP_GRIPS];    /* layers of nodes beside a side whose displacement is prescribed: two horizons */
-    double area[PD_SETUP_GRIPS]; /* [m^(d-1)] area of metal on a side at the start */
-    double borne[PD_SETUP_GRIPS][PD_DIM]; /* [m^(d-1)] part of that area that the vectors c of (8.5) load, at the start,
-                                           * for each component of a traction */
-    int faces[PD_SETUP_GRIPS];   /* bit d: the opposite side prescribes displacement component d */
+    pd_solid_coupling *structure;
+    /* layers of nodes beside a side whose displacement is prescribed: two horizons */
+    int rows[PD_SETUP_MECHANICAL_BCS];
+    double area[PD_SETUP_MECHANICAL_BCS];          /* [m^(d-1)] area of metal on a side at the start */
+    double borne[PD_SETUP_MECHANICAL_BCS][PD_DIM]; /* [m^(d-1)] part of that area that the vectors c of (8.5) load, at
+                                                    * the start, for each component of a traction */
+    int faces[PD_SETUP_MECHANICAL_BCS];            /* bit d: the opposite side prescribes displacement component d */
     int64_t led;                 /* capacity of interpolation.row: displacement components that sides prescribe */
-    pd_interpolation interpolation; /* how these depend on the first free layer, as of the last load */
-} pd_grips;
+    pd_multipoint_constraint interpolation; /* how these depend on the first free layer, as of the last load */
+} pd_mechanical_bc;
 
 #ifdef PDI_INTERNAL
 /* Build the mechanical boundary conditions of a setup: marks prescribed components in structure->held, measures loaded
  * areas, and sets structure->rest.desc.interpolation. All is borrowed. PD_ERR_GEOMETRY: a condition that touches no
  * metal, or metal too thin for it. */
-PDI_FN pd_status pdi_mechanical_bc_build(pd_ctx *ctx, const pd_setup *setup, pd_structure *structure, pd_grips *grips);
-PDI_FN void pdi_mechanical_bc_free(pd_ctx *ctx, pd_grips *grips);
-/* Describe the arrays of pd_grips, for allocation, freeing and counting. */
+PDI_FN pd_status pdi_mechanical_bc_build(pd_ctx *ctx, const pd_setup *setup, pd_solid_coupling *structure,
+                                         pd_mechanical_bc *grips);
+PDI_FN void pdi_mechanical_bc_free(pd_ctx *ctx, pd_mechanical_bc *grips);
+/* Describe the arrays of pd_mechanical_bc, for allocation, freeing and counting. */
 PDI_FN void pdi_mechanical_bc_list(pdi_array_visitor *owner, void *grips);
 /* Set prescribed displacements u [points][PD_DIM] [m] and add tractions and body forces to load [points][PD_DIM] [N/m3]
- * at time t [s]. A pd_load_fn; user is the pd_grips. A side prescribes its face; points of the layers behind it, as far
- * as metal connected them to it at the start, are interpolated linearly between the face and the first free layer. A
- * traction acts on the area of metal at the start: the force stays as metal dissolves. PD_ERR_STATE: a value is not
- * finite, or too little metal is left under a traction. */
+ * at time t [s]. A pd_load_fn; user is the pd_mechanical_bc. A side prescribes its face; points of the layers behind
+ * it, as far as metal connected them to it at the start, are interpolated linearly between the face and the first free
+ * layer. A traction acts on the area of metal at the start: the force stays as metal dissolves. PD_ERR_STATE: a value
+ * is not finite, or too little metal is left under a traction. */
 PDI_FN pd_status pdi_mechanical_bc_apply(pd_ctx *ctx, void *user, double t, double *u, double *load);
 /* Does boundary condition k apply to point i? 1: it lies in the held layers of the side, connected to it, or in the
  * shape; 0: it does not. */
-PDI_FN int pdi_mechanical_bc_is_held(const pd_grips *grips, int k, int32_t i);
+PDI_FN int pdi_mechanical_bc_is_held(const pd_mechanical_bc *grips, int k, int32_t i);
 /* The boundary conditions on sides that prescribe displacement component d of point i, at most one for each axis (the
  * last one named). Indices go into holders [PD_DIM]; returns their number, 2 or more at edges and corners. */
-PDI_FN int pdi_mechanical_bc_find_sides(const pd_grips *grips, int32_t i, int d, int *holders);
+PDI_FN int pdi_mechanical_bc_find_sides(const pd_mechanical_bc *grips, int32_t i, int d, int *holders);
 /* Number of node layers beside a side that its condition prescribes: two horizons, where families are truncated by the
  * side. */
-PDI_FN int pdi_mechanical_bc_count_held_layers(const pd_grips *grips);
+PDI_FN int pdi_mechanical_bc_count_held_layers(const pd_mechanical_bc *grips);
 /* [1/m] The component of the surface vector c of point i (eq. 8.5) along the normal of a side, positive inward. The
  * load of a uniform traction t is t times it. */
-PDI_FN double pdi_mechanical_bc_get_surface_coefficient(const pd_grips *grips, int32_t i, int side);
+PDI_FN double pdi_mechanical_bc_get_surface_coefficient(const pd_mechanical_bc *grips, int32_t i, int side);
 /* Add the nodal loads of the traction of condition k at time t [s] to load [points][PD_DIM] [N/m3], by (8.5). For a
  * nonuniform traction they are corrected so that force and moments are those of the traction. */
-PDI_FN pd_status pdi_mechanical_bc_add_traction(pd_ctx *ctx, const pd_grips *grips, int k, double t, double *load);
+PDI_FN pd_status pdi_mechanical_bc_add_traction(pd_ctx *ctx, const pd_mechanical_bc *grips, int k, double t,
+                                                double *load);
 /* Factor [-] on the dissolution rate of stressed metal, an expression of the scene in pressure, von Mises stress,
- * plastic strain, place and time. A pd_pace_fn; user is the pd_setup. */
-PDI_FN double pdi_mechanical_bc_compute_rate_factor(void *user, const pd_structure_at *at);
+ * plastic strain, place and time. A pd_rate_factor_fn; user is the pd_setup. */
+PDI_FN double pdi_mechanical_bc_compute_rate_factor(void *user, const pd_local_stress_state *at);
 #endif
 
 #endif

@@ -85,7 +85,7 @@ static int pdi_memory_estimate_is_truncated(const pd_setup *setup, const double 
 
 /* Estimate the numbers of fluid, solid, truncated and medium nodes on a regular sample of the box. reach: of a family
  * [cells]. */
-static void pdi_memory_estimate_nodes(const pd_setup *u, double reach, pd_footprint *b)
+static void pdi_memory_estimate_nodes(const pd_setup *u, double reach, pd_memory_estimate *b)
 {
     int count[3] = {1, 1, 1}, i[3];
     double points = 1.0, step = 0.0, fluid = 0.0, solid = 0.0, cut = 0.0, near = 0.0;
@@ -134,7 +134,8 @@ static double pdi_memory_estimate_get_placeholder(void *user, const double *x)
 }
 
 /* Set the sizes of grid, stencils and bonds in the plan. */
-static void pdi_memory_estimate_init_plan(const pd_setup *setup, const pd_footprint *b, pdi_memory_estimate_plan *plan)
+static void pdi_memory_estimate_init_plan(const pd_setup *setup, const pd_memory_estimate *b,
+                                          pdi_memory_estimate_plan *plan)
 {
     pd_grid *grid = &plan->grid;
     double nodes = b->nodes;
@@ -192,7 +193,7 @@ static double pdi_memory_estimate_count_level_bytes(const pdi_memory_estimate_pl
 }
 
 /* Add the memory of multigrid levels beyond what another solver, which is not used at the same time, already has. */
-static void pdi_memory_estimate_add_shared_levels(pdi_memory_estimate_plan *plan, double levels, pd_footprint *b)
+static void pdi_memory_estimate_add_shared_levels(pdi_memory_estimate_plan *plan, double levels, pd_memory_estimate *b)
 {
     double more = pdi_max(levels - plan->level_bytes, 0.0);
     plan->level_bytes += more;
@@ -216,7 +217,7 @@ static double pdi_memory_estimate_krylov(pdi_memory_estimate_plan *plan, const p
 }
 
 /* Add the memory of grid, stencils, ghosts and rows of bonds; surfaces: with bonds across surfaces. */
-static void pdi_memory_estimate_grid(int surfaces, pdi_memory_estimate_plan *plan, pd_footprint *b)
+static void pdi_memory_estimate_grid(int surfaces, pdi_memory_estimate_plan *plan, pd_memory_estimate *b)
 {
     b->bytes[PD_PART_GRID] = b->nodes + b->bonds * (70.0 + 12.0 * PD_DIM); /* kinds; the stencil */
     if (pdi_grid_has_images(&plan->grid)) b->bytes[PD_PART_GRID] += 4.0 * b->nodes; /* what nodes repeat */
@@ -226,14 +227,15 @@ static void pdi_memory_estimate_grid(int surfaces, pdi_memory_estimate_plan *pla
 }
 
 /* [byte] Memory of the implicit flow solver (steady or in time): Jacobian, multigrids, scratch. */
-static double pdi_memory_estimate_flow_solver(const pd_setup *setup, pdi_memory_estimate_plan *plan, pd_footprint *b)
+static double pdi_memory_estimate_flow_solver(const pd_setup *setup, pdi_memory_estimate_plan *plan,
+                                              pd_memory_estimate *b)
 {
     pd_steady steady;
     pd_implicit implicit;
     memset(&steady, 0, sizeof steady);
     memset(&implicit, 0, sizeof implicit);
     steady.flow = implicit.flow = &plan->flow;
-    steady.timed = setup->motion == PD_MOTION_IMPLICIT;
+    steady.timed = setup->motion == PD_FLOW_IMPLICIT;
     pdi_steady_plan(&plan->ctx, &steady);
     double bytes = pdi_memory_estimate_count_array_bytes(plan, pdi_steady_list, &steady);
     bytes += pdi_memory_estimate_count_array_bytes(plan, pdi_jacobian_list, &steady.jacobian);
@@ -254,16 +256,16 @@ static double pdi_memory_estimate_flow_solver(const pd_setup *setup, pdi_memory_
 static int pdi_memory_estimate_get_flow_order(const pd_setup *setup, const pd_grid *grid)
 {
     if (setup->flow_order) return setup->flow_order;
-    if (setup->m > 1.0 || setup->axisymmetric || setup->shapes || setup->motion != PD_MOTION_STEADY) return 2;
+    if (setup->m > 1.0 || setup->axisymmetric || setup->shapes || setup->motion != PD_FLOW_STEADY) return 2;
     return pdi_fourth_order_has_closed_sides(grid->side) ? 4 : 2;
 }
 
 /* Add the memory of the incompressible flow. */
-static void pdi_memory_estimate_flow(const pd_setup *u, pdi_memory_estimate_plan *plan, pd_footprint *b)
+static void pdi_memory_estimate_flow(const pd_setup *u, pdi_memory_estimate_plan *plan, pd_memory_estimate *b)
 {
     double *bytes = &b->bytes[PD_PART_FLOW];
-    pd_unsteady unsteady;
-    pd_sharp sharp;
+    pd_weakly_compressible unsteady;
+    pd_fourth_order sharp;
     if (!u->has_flow) return;
     memset(&unsteady, 0, sizeof unsteady);
     unsteady.flow = &plan->flow;
@@ -274,14 +276,14 @@ static void pdi_memory_estimate_flow(const pd_setup *u, pdi_memory_estimate_plan
     if (pdi_wall_bc_has_motion(u)) plan->flow.wall = pdi_wall_bc_get_velocity;
     if (u->pushed) plan->flow.push = pdi_inlet_compute_body_force;
     *bytes += pdi_memory_estimate_count_array_bytes(plan, pdi_flow_list, &plan->flow);
-    if (u->motion == PD_MOTION_STEADY || u->motion == PD_MOTION_IMPLICIT)
+    if (u->motion == PD_FLOW_STEADY || u->motion == PD_FLOW_IMPLICIT)
         *bytes += pdi_memory_estimate_flow_solver(u, plan, b);
-    if (u->motion == PD_MOTION_EXPLICIT)
+    if (u->motion == PD_FLOW_EXPLICIT)
         *bytes += pdi_memory_estimate_count_array_bytes(plan, pdi_weakly_compressible_list, &unsteady);
 }
 
 /* Add the memory of the gas. */
-static void pdi_memory_estimate_gas(const pd_setup *setup, pdi_memory_estimate_plan *plan, pd_footprint *b)
+static void pdi_memory_estimate_gas(const pd_setup *setup, pdi_memory_estimate_plan *plan, pd_memory_estimate *b)
 {
     pd_gas gas;
     if (!setup->has_gas) return;
@@ -293,7 +295,7 @@ static void pdi_memory_estimate_gas(const pd_setup *setup, pdi_memory_estimate_p
 }
 
 /* Add the memory of transport. */
-static void pdi_memory_estimate_transport(const pd_setup *setup, pdi_memory_estimate_plan *plan, pd_footprint *b)
+static void pdi_memory_estimate_transport(const pd_setup *setup, pdi_memory_estimate_plan *plan, pd_memory_estimate *b)
 {
     double *bytes = &b->bytes[PD_PART_TRANSPORT];
     int medium = setup->medium >= 0;
@@ -354,10 +356,10 @@ static double pdi_memory_estimate_surface_states(const pd_setup *setup, pdi_memo
 }
 
 /* Add the memory of the species: reactive transport, surface solver, time integrator, surface states. */
-static void pdi_memory_estimate_species(const pd_setup *setup, pdi_memory_estimate_plan *plan, pd_footprint *b)
+static void pdi_memory_estimate_species(const pd_setup *setup, pdi_memory_estimate_plan *plan, pd_memory_estimate *b)
 {
     double *bytes = &b->bytes[PD_PART_CHEMISTRY];
-    pd_reactive_filter filter[PD_REACTION_MOST + PD_MINERAL_MOST];
+    pd_reactive_filter filter[PD_REACTION_MAX + PD_MINERAL_MAX];
     pd_krylov_desc kd;
     pd_reactive r;
     pd_course course;
@@ -427,7 +429,7 @@ static void pdi_memory_estimate_set_placeholder(void *user, double *field)
 }
 
 /* Add the memory of the potential solver. */
-static void pdi_memory_estimate_potential(const pd_setup *setup, pdi_memory_estimate_plan *plan, pd_footprint *b)
+static void pdi_memory_estimate_potential(const pd_setup *setup, pdi_memory_estimate_plan *plan, pd_memory_estimate *b)
 {
     const pd_setup_potential *e = &setup->potential;
     double *bytes = &b->bytes[PD_PART_POTENTIAL];
@@ -472,7 +474,7 @@ static void pdi_memory_estimate_potential(const pd_setup *setup, pdi_memory_esti
 
 /* Add the memory of grains and of the dissolution. */
 static void pdi_memory_estimate_dissolution(const pd_setup *setup, const pdi_memory_estimate_plan *plan,
-                                            pd_footprint *b)
+                                            pd_memory_estimate *b)
 {
     double *bytes = &b->bytes[PD_PART_DISSOLVE];
     pd_dissolve d;
@@ -506,10 +508,11 @@ static void pdi_memory_estimate_dissolution(const pd_setup *setup, const pdi_mem
 }
 
 /* [byte] Work memory of the mechanical equilibrium solver. */
-static double pdi_memory_estimate_equilibrium(const pd_setup *setup, pdi_memory_estimate_plan *plan, pd_structure *s)
+static double pdi_memory_estimate_equilibrium(const pd_setup *setup, pdi_memory_estimate_plan *plan,
+                                              pd_solid_coupling *s)
 {
-    pd_solid solid = pdi_solid_coupling_material_interface(s);
-    pd_interpolation follows;
+    pd_material_interface solid = pdi_solid_coupling_material_interface(s);
+    pd_multipoint_constraint follows;
     pd_equilibrium_desc desc;
     pdi_equilibrium q;
     double m = setup->metal_body.m;
@@ -531,7 +534,7 @@ static double pdi_memory_estimate_equilibrium(const pd_setup *setup, pdi_memory_
 }
 
 /* [byte] Memory of bond weights; share: fraction of points with weights of their own (truncated families). */
-static double pdi_memory_estimate_bond_weights(const pdi_memory_estimate_plan *plan, const pd_structure *s,
+static double pdi_memory_estimate_bond_weights(const pdi_memory_estimate_plan *plan, const pd_solid_coupling *s,
                                                double share)
 {
     pd_bond_weights weights;
@@ -552,11 +555,11 @@ static double pdi_memory_estimate_boundary_fraction(const pdi_memory_estimate_pl
 }
 
 /* [byte] Memory of batches of points (bands) as long as lattice rows, and of their bonds with `more` bytes each. */
-static double pdi_memory_estimate_batches(const pdi_memory_estimate_plan *plan, const pd_structure *s, int32_t fields,
-                                          double more)
+static double pdi_memory_estimate_batches(const pdi_memory_estimate_plan *plan, const pd_solid_coupling *s,
+                                          int32_t fields, double more)
 {
-    double most = pdi_min((double)PD_BAND_MOST, (double)plan->grid.n[0]), bonds = (double)s->body.bonds / most;
-    pd_band band;
+    double most = pdi_min((double)PD_POINT_BATCH_MAX, (double)plan->grid.n[0]), bonds = (double)s->body.bonds / most;
+    pd_point_batch band;
     memset(&band, 0, sizeof band);
     band.body = &s->body;
     band.fields = fields;
@@ -567,28 +570,28 @@ static double pdi_memory_estimate_batches(const pdi_memory_estimate_plan *plan, 
 }
 
 /* [byte] Memory of the material model of the metal. */
-static double pdi_memory_estimate_material(const pdi_memory_estimate_plan *plan, pd_structure *s)
+static double pdi_memory_estimate_material(const pdi_memory_estimate_plan *plan, pd_solid_coupling *s)
 {
     int flows = pdi_solid_coupling_is_plastic(s);
     /* in no band */
     double of = (double)sizeof *s->springs.springs.of,
            alone = pdi_memory_estimate_boundary_fraction(plan, s->desc.m, 1);
     switch (s->desc.material) {
-    case PD_STRUCTURE_SPRINGS:
+    case PD_SOLID_COUPLING_BOND_BASED:
         return pdi_memory_estimate_batches(plan, s, PDI_POINT_BATCH_STIFFNESS, of) +
                alone * plan->node_scale * (double)s->body.bonds * ((double)sizeof *s->elastic.band.bond + of) +
                pdi_memory_estimate_bond_weights(plan, s,
                                                 pdi_memory_estimate_boundary_fraction(plan, s->desc.m, PD_DIM)) +
                pdi_memory_estimate_count_array_bytes(plan, pdi_microelastic_list, &s->springs);
-    case PD_STRUCTURE_ORDINARY:
+    case PD_SOLID_COUPLING_ORDINARY_STATE:
         return pdi_memory_estimate_batches(plan, s, PDI_BOND_EXTENSION_FIELDS, 0.0) +
                pdi_memory_estimate_count_array_bytes(plan, pdi_ordinary_state_list, &s->ordinary) +
                pdi_memory_estimate_bond_weights(plan, s, 0.0);
-    case PD_STRUCTURE_NEO_HOOKEAN:
-    case PD_STRUCTURE_HENCKY:
+    case PD_SOLID_COUPLING_NEO_HOOKEAN:
+    case PD_SOLID_COUPLING_HENCKY:
         return pdi_memory_estimate_count_array_bytes(plan, pdi_finite_strain_list, &s->finite) +
                pdi_memory_estimate_bond_weights(plan, s, 0.0);
-    case PD_STRUCTURE_CORRESPONDENCE: break;
+    case PD_SOLID_COUPLING_CORRESPONDENCE: break;
     }
     return pdi_memory_estimate_batches(plan, s, flows ? PDI_POINT_BATCH_FIELDS : PDI_POINT_BATCH_PLASTIC_STRESS, 0.0) +
            pdi_memory_estimate_bond_weights(plan, s, 0.0) +
@@ -613,10 +616,10 @@ static void pdi_memory_estimate_set_bond_table(const pd_setup *setup, const pdi_
 static double pdi_memory_estimate_interpolation(const pd_setup *setup, const pdi_memory_estimate_plan *plan)
 {
     double rows = 2.0 * (ceil(setup->metal_body.m + 0.5) - 1.0), led = 0.0;
-    pd_grips grips;
+    pd_mechanical_bc grips;
     memset(&grips, 0, sizeof grips);
     for (int k = 0; k < setup->metal_body.grips; k++) {
-        const pd_setup_grip *grip = &setup->metal_body.grip[k];
+        const pd_setup_mechanical_bc *grip = &setup->metal_body.grip[k];
         double share = grip->side >= 0 ? pdi_min(1.0, rows / plan->grid.n[grip->side / 2]) : 0.0;
         for (int d = 0; d < PD_DIM; d++)
             if (grip->moves[d]) led += (double)plan->grid.solid_count * share;
@@ -626,10 +629,10 @@ static double pdi_memory_estimate_interpolation(const pd_setup *setup, const pdi
 }
 
 /* Add the memory of the mechanics of the metal. */
-static void pdi_memory_estimate_solid(const pd_setup *setup, pdi_memory_estimate_plan *plan, pd_footprint *b)
+static void pdi_memory_estimate_solid(const pd_setup *setup, pdi_memory_estimate_plan *plan, pd_memory_estimate *b)
 {
     double *bytes = &b->bytes[PD_PART_SOLID];
-    pd_structure s;
+    pd_solid_coupling s;
     if (!setup->has_solid) return;
     memset(&s, 0, sizeof s);
     s.count = s.body.count = (int32_t)plan->grid.solid_count;
@@ -665,7 +668,7 @@ static double pdi_memory_estimate_count_pixels(double cells, double wanted, doub
 /* [byte] Memory of the rendered metal surface in 3D, its mesh taken as large as the surface of the box. */
 static double pdi_memory_estimate_surface_view(const pd_setup *setup)
 {
-    pd_shade s;
+    pd_rendering s;
     double lo[3] = {0.0, 0.0, 0.0}, hi[3] = {1.0, 1.0, 1.0}, faces = 0.0;
     if (PD_DIM < 3 || !setup->drawing.surface) return 0.0;
     for (int d = 0; d < PD_DIM; d++) {
@@ -674,8 +677,8 @@ static double pdi_memory_estimate_surface_view(const pd_setup *setup)
         hi[d] = setup->hi[d];
         faces += 2.0 * (setup->hi[d] - setup->lo[d]) / setup->h[d] * (setup->hi[e] - setup->lo[e]) / setup->h[e];
     }
-    pdi_renderer_init_view(lo, hi, setup->drawing.way, setup->drawing.width ? setup->drawing.width : PD_PICTURE_WIDTH,
-                           &s);
+    pdi_renderer_init_view(lo, hi, setup->drawing.way,
+                           setup->drawing.width ? setup->drawing.width : PD_FIELD_PLOT_WIDTH, &s);
     double pixels = (double)s.width * s.height, image = 6.0 * (s.width + 140.0) * (s.height + 110.0);
     double sorted = setup->drawing.percentile > 0.0 && setup->drawing.percentile < 1.0 ? 8.0 * pixels : 0.0;
     return 7.0 * pixels + sorted + pdi_max(20.0 * pixels + 330.0 * faces, image + PDI_MEMORY_ESTIMATE_DEFLATE_BYTES);
@@ -696,8 +699,8 @@ static double pdi_memory_estimate_pictures(const pd_setup *u)
     if (PD_DIM == 1 || !u->images) return largest;
     double lx = u->hi[right] - u->lo[right], ly = u->hi[up] - u->lo[up];
     if (u->axisymmetric && !(u->lo[up] > 0.0)) ly *= 2.0; /* both halves are drawn */
-    double wanted = u->drawing.width ? u->drawing.width : PD_PICTURE_WIDTH, cells = lx / u->h[right] * ly / u->h[up];
-    double scale = pdi_min(wanted / lx, PD_PICTURE_SQUAT * wanted / ly);
+    double wanted = u->drawing.width ? u->drawing.width : PD_FIELD_PLOT_WIDTH, cells = lx / u->h[right] * ly / u->h[up];
+    double scale = pdi_min(wanted / lx, PD_FIELD_PLOT_MAX_ASPECT * wanted / ly);
     double width = pdi_memory_estimate_count_pixels(lx / u->h[right], scale * lx, 1.4 * wanted) + 230.0;
     double height = pdi_memory_estimate_count_pixels(ly / u->h[up], scale * ly, 1.4 * wanted) + 140.0;
     double all = 6.0 * width * height + PDI_MEMORY_ESTIMATE_DEFLATE_BYTES;
@@ -723,7 +726,7 @@ static double pdi_memory_estimate_pictures(const pd_setup *u)
 }
 
 /* Add the memory of output: copies of fields, and the largest picture. */
-static void pdi_memory_estimate_output(const pd_setup *setup, pd_footprint *b)
+static void pdi_memory_estimate_output(const pd_setup *setup, pd_memory_estimate *b)
 {
     double copies = 0.0;
     for (int k = 0; k < PD_FIELD_COUNT; k++)
@@ -733,7 +736,7 @@ static void pdi_memory_estimate_output(const pd_setup *setup, pd_footprint *b)
     b->files = copies * b->nodes + pdi_memory_estimate_pictures(setup);
 }
 
-void pd_footprint_estimate(const pd_setup *u, pd_footprint *b)
+void pd_memory_estimate_compute(const pd_setup *u, pd_memory_estimate *b)
 {
     pdi_memory_estimate_plan plan;
     double reach = ceil(u->m + 0.5) - 1.0, layers = pdi_setup_count_ghost_layers(u);
@@ -765,13 +768,13 @@ void pd_footprint_estimate(const pd_setup *u, pd_footprint *b)
 
 PDI_FN pd_status pdi_memory_estimate_check_limit(pd_ctx *ctx, const pd_setup *setup, int dry)
 {
-    pd_footprint b;
-    pd_footprint_estimate(setup, &b);
+    pd_memory_estimate b;
+    pd_memory_estimate_compute(setup, &b);
     if (dry) b.all -= pdi_max(b.files - b.balance, 0.0);
     if (!(b.nodes <= (double)INT32_MAX))
         return pdi_fail(ctx, PD_ERR_SIZE, "grid", "the lattice has %.3g nodes, at most %.3g are possible", b.nodes,
                         (double)INT32_MAX);
-    double sure = (b.all - PDI_MEMORY_ESTIMATE_FIXED_BYTES) / (1.0 + PD_FOOTPRINT_ERROR);
+    double sure = (b.all - PDI_MEMORY_ESTIMATE_FIXED_BYTES) / (1.0 + PD_MEMORY_ESTIMATE_ERROR);
     if (ctx->alloc.limit && sure > (double)ctx->alloc.limit)
         return pdi_fail(ctx, PD_ERR_LIMIT, "memory", "the run needs about %.3g MB, the limit is %.3g MB",
                         b.all * 1e-6, (double)ctx->alloc.limit * 1e-6);

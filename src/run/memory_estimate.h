@@ -8,10 +8,10 @@
 #include "scene/setup.h"
 
 /* Relative error that the estimate may have. */
-#define PD_FOOTPRINT_ERROR 0.2
+#define PD_MEMORY_ESTIMATE_ERROR 0.2
 
 /* Numbers of nodes, and the estimated memory. */
-typedef struct pd_footprint {
+typedef struct pd_memory_estimate {
     double nodes;                 /* [-] of the padded lattice */
     double cells;                 /* [-] of the box */
     double fluid, solid, cut;     /* [-] nodes; cut: fluid ones with a truncated family */
@@ -22,13 +22,13 @@ typedef struct pd_footprint {
     double files;                 /* [byte] copies of fields for files, and the largest picture */
     double balance;               /* [byte] work of the mechanical equilibrium solver; not at the same time as files */
     double all;                   /* [byte] total */
-} pd_footprint;
+} pd_memory_estimate;
 
-#define pd_footprint_estimate PD_NAME(pd_footprint_estimate)
+#define pd_memory_estimate_compute PD_NAME(pd_memory_estimate_compute)
 
 /* Estimate the peak memory of a run of the setup; numbers of nodes come from some thousand sample points of the shapes.
  */
-PD_API void pd_footprint_estimate(const pd_setup *setup, pd_footprint *footprint);
+PD_API void pd_memory_estimate_compute(const pd_setup *setup, pd_memory_estimate *footprint);
 
 #ifdef PDI_INTERNAL
 /* Check the estimate before a run. dry: a run that writes nothing. PD_ERR_LIMIT: it exceeds ctx->alloc.limit by more

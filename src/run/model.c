@@ -64,13 +64,13 @@ static pd_status pdi_model_build_unsteady_flow(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
     pd_implicit_desc implicit;
-    pd_unsteady_desc explicit_;
+    pd_weakly_compressible_desc explicit_;
     memset(&implicit, 0, sizeof implicit);
     memset(&explicit_, 0, sizeof explicit_);
     for (int32_t node = 0; node < m->grid.total; node++) {
         double x[PD_DIM];
         if (m->grid.kind[node] != PD_FLUID && m->grid.kind[node] != PD_INLET) continue;
-        if (m->grid.kind[node] == PD_INLET && u->motion != PD_MOTION_GIVEN) continue;
+        if (m->grid.kind[node] == PD_INLET && u->motion != PD_FLOW_PRESCRIBED) continue;
         pd_grid_position(&m->grid, node, x);
         pdi_grid_fold_position_images(&m->grid, x);
         for (int d = 0; d < PD_DIM; d++) {
@@ -84,9 +84,9 @@ static pd_status pdi_model_build_unsteady_flow(pd_ctx *ctx, pd_model *m)
     explicit_.eos = u->linear ? PD_EOS_LINEAR : PD_EOS_TAIT;
     explicit_.sound = u->sound;
     pdi_flow_update_derived_fields(ctx, &m->flow);
-    if (u->motion == PD_MOTION_GIVEN) return PD_OK;
-    if (u->motion == PD_MOTION_IMPLICIT) return pd_implicit_build(ctx, &m->flow, &m->steady, &implicit, &m->implicit);
-    return pd_unsteady_build(ctx, &m->flow, &explicit_, &m->unsteady);
+    if (u->motion == PD_FLOW_PRESCRIBED) return PD_OK;
+    if (u->motion == PD_FLOW_IMPLICIT) return pd_implicit_build(ctx, &m->flow, &m->steady, &implicit, &m->implicit);
+    return pd_weakly_compressible_build(ctx, &m->flow, &explicit_, &m->unsteady);
 }
 
 static pd_status pdi_model_build_flow(pd_ctx *ctx, pd_model *m)
@@ -106,7 +106,7 @@ static pd_status pdi_model_build_flow(pd_ctx *ctx, pd_model *m)
     flow.speed = u->speed;
     flow.length = u->length;
     flow.order = u->flow_order;
-    if (!u->flow_order && u->motion == PD_MOTION_STEADY) flow.order = PD_FLOW_PAYING;
+    if (!u->flow_order && u->motion == PD_FLOW_STEADY) flow.order = PD_FLOW_ORDER_AUTO;
     for (int s = 2 * PD_DIM - 1; s >= 0; s--) { /* what users know the inlet by */
         if (u->side[s].kind != PD_SIDE_INLET) continue;
         if (u->side[s].profile == PD_PROFILE_PARABOLA) flow.developed |= 1 << s;
@@ -120,12 +120,12 @@ static pd_status pdi_model_build_flow(pd_ctx *ctx, pd_model *m)
     steady.tolerance = u->steady;
     steady.arena = &m->arena;
     PDI_TRY(pd_flow_build(ctx, &m->grid, &m->bonds, &flow, &m->flow));
-    if (u->motion == PD_MOTION_STEADY || u->motion == PD_MOTION_IMPLICIT)
+    if (u->motion == PD_FLOW_STEADY || u->motion == PD_FLOW_IMPLICIT)
         PDI_TRY(pd_steady_build(ctx, &m->flow, &steady, &m->steady));
     m->line = u->side[m->inlet.latest].line;
     PDI_TRY(pdi_developed_flow_compute_profiles(ctx, &m->inlet, &m->flow));
-    if (u->motion != PD_MOTION_STEADY) PDI_TRY(pdi_model_build_unsteady_flow(ctx, m));
-    if (u->motion != PD_MOTION_GIVEN) m->unknowns[PD_PART_FLOW] = (PD_DIM + 1) * m->grid.fluid_count;
+    if (u->motion != PD_FLOW_STEADY) PDI_TRY(pdi_model_build_unsteady_flow(ctx, m));
+    if (u->motion != PD_FLOW_PRESCRIBED) m->unknowns[PD_PART_FLOW] = (PD_DIM + 1) * m->grid.fluid_count;
     return PD_OK;
 }
 
@@ -200,7 +200,7 @@ static pd_status pdi_model_build_transport(pd_ctx *ctx, pd_model *m)
     if (u->medium >= 0) desc.level = pdi_model_compute_interface_distance;
     if (pdi_wall_bc_has_concentration(u)) desc.held = pdi_wall_bc_get_concentration;
     desc.walls_only = 1;
-    if (u->motion == PD_MOTION_GIVEN || u->enters) desc.entering = pdi_inlet_get_concentration;
+    if (u->motion == PD_FLOW_PRESCRIBED || u->enters) desc.entering = pdi_inlet_get_concentration;
     desc.user = &m->inlet;
     desc.arena = &m->arena;
     if (m->inlet.timed) desc.clock = &m->inlet.time;
@@ -221,7 +221,7 @@ static pd_status pdi_model_build_transport(pd_ctx *ctx, pd_model *m)
 static pd_status pdi_model_set_initial_solution(pd_ctx *ctx, const pd_electrolyte *e, pd_model *m)
 {
     const pd_setup *u = m->setup;
-    double inside[PD_SPECIES_MOST], x[PD_DIM];
+    double inside[PD_SPECIES_MAX], x[PD_DIM];
     pd_electrolyte_state state;
     memcpy(inside, e->inside, sizeof inside);
     PDI_TRY(pd_electrolyte_solve(ctx, e, inside, &state));
@@ -240,7 +240,7 @@ static pd_status pdi_model_build_species(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
     pd_electrolyte e = u->electrolyte;
-    double initial[PD_SPECIES_MOST], inlet[PD_SPECIES_MOST];
+    double initial[PD_SPECIES_MAX], inlet[PD_SPECIES_MAX];
     pd_electrolyte_state state;
     pd_reactive_desc desc;
     pdi_setup_get_reactive_desc(u, &desc);
@@ -572,16 +572,16 @@ static pd_status pdi_model_build_cell(pd_ctx *ctx, pd_model *m)
 }
 
 /* Failure criterion of bonds (principal stress, energy or stretch) of all materials but springs. */
-static pd_criterion_desc pdi_model_set_fracture_desc(const pd_setup_body *b)
+static pd_bond_failure_desc pdi_model_set_fracture_desc(const pd_setup_mechanics *b)
 {
-    pd_criterion_desc breaks;
+    pd_bond_failure_desc breaks;
     memset(&breaks, 0, sizeof breaks);
     breaks.critical = b->stretch;
     if (b->strength > 0.0) {
-        breaks.kind = PD_CRITERION_PRINCIPAL;
+        breaks.kind = PD_BOND_FAILURE_PRINCIPAL;
         breaks.critical = b->strength;
-    } else if (b->toughness > 0.0 && b->material != PD_STRUCTURE_SPRINGS) {
-        breaks.kind = PD_CRITERION_ENERGY;
+    } else if (b->toughness > 0.0 && b->material != PD_SOLID_COUPLING_BOND_BASED) {
+        breaks.kind = PD_BOND_FAILURE_ENERGY;
         breaks.fracture = b->toughness;
     }
     return breaks;
@@ -589,18 +589,18 @@ static pd_criterion_desc pdi_model_set_fracture_desc(const pd_setup_body *b)
 
 /* Cells across for 5 % error in bending, measured: plastic moments of bars are 4 % off with 12, 16, 24 cells for m = 1,
  * 2, 3; elastic curvatures at nu = 0.3 5 % off with 6, 12, 17, with the ordinary material 5, 8, 11. */
-static int pdi_model_get_min_cells_across(const pd_setup_body *b)
+static int pdi_model_get_min_cells_across(const pd_setup_mechanics *b)
 {
     if (b->yield > 0.0) return (int)ceil(5.0 * b->m + 6.0);
-    if (b->material == PD_STRUCTURE_SPRINGS) return (int)ceil(2.0 * b->m + 2.0);
-    return (int)ceil((b->material == PD_STRUCTURE_ORDINARY ? 4.0 : 6.0) * b->m);
+    if (b->material == PD_SOLID_COUPLING_BOND_BASED) return (int)ceil(2.0 * b->m + 2.0);
+    return (int)ceil((b->material == PD_SOLID_COUPLING_ORDINARY_STATE ? 4.0 : 6.0) * b->m);
 }
 
 static pd_status pdi_model_build_solid(pd_ctx *ctx, pd_model *m)
 {
-    const pd_setup_body *b = &m->setup->metal_body;
-    pd_structure_cut cuts[PD_SETUP_CUTS];
-    pd_structure_desc desc;
+    const pd_setup_mechanics *b = &m->setup->metal_body;
+    pd_solid_coupling_precrack cuts[PD_SETUP_PRECRACKS];
+    pd_solid_coupling_desc desc;
     memset(&desc, 0, sizeof desc);
     desc.m = b->m;
     desc.elastic.young = b->young;
@@ -611,7 +611,7 @@ static pd_status pdi_model_build_solid(pd_ctx *ctx, pd_model *m)
     desc.elastic.hardening = b->hardening;
     desc.material = b->material;
     desc.breaks = pdi_model_set_fracture_desc(b);
-    if (b->material == PD_STRUCTURE_SPRINGS) desc.fracture = b->toughness;
+    if (b->material == PD_SOLID_COUPLING_BOND_BASED) desc.fracture = b->toughness;
     desc.density = b->density;
     desc.timed = b->timed;
     desc.rtol = b->rtol;
@@ -637,7 +637,7 @@ static pd_status pdi_model_build_solid(pd_ctx *ctx, pd_model *m)
         m->thin_cells = pdi_model_get_min_cells_across(b);
         PDI_TRY(pdi_thickness_compute_thin_fraction(ctx, &m->grid, m->thin_cells, &m->thin));
     }
-    PDI_TRY(pd_structure_build(ctx, &m->grid, &desc, &m->structure));
+    PDI_TRY(pd_solid_coupling_build(ctx, &m->grid, &desc, &m->structure));
     return pdi_mechanical_bc_build(ctx, m->setup, &m->structure, &m->grips);
 }
 
@@ -673,7 +673,7 @@ static pd_status pdi_model_build_parts(pd_ctx *ctx, pd_model *m)
 PDI_FN void pdi_model_get_statistics(const pd_model *m, pdi_model_statistics *e)
 {
     const pd_setup *u = m->setup;
-    int moves = u->has_flow && (u->motion == PD_MOTION_IMPLICIT || u->motion == PD_MOTION_EXPLICIT);
+    int moves = u->has_flow && (u->motion == PD_FLOW_IMPLICIT || u->motion == PD_FLOW_EXPLICIT);
     const pd_transport_result *r = u->has_dissolve ? &m->dissolve.result : &m->two_stage.result;
     e->flow_solves = moves ? m->couple.steps : m->quasi.solves;
     e->flow_evaluations = moves ? m->flow.evaluations : m->quasi.evaluations;
@@ -688,9 +688,9 @@ PDI_FN void pdi_model_get_statistics(const pd_model *m, pdi_model_statistics *e)
 }
 
 /* The species as a process, with the step limit of time-dependent surface laws. */
-static pd_process pdi_model_species_process(pd_model *m)
+static pd_physics pdi_model_species_process(pd_model *m)
 {
-    pd_process course = pd_course_process(&m->course);
+    pd_physics course = pd_course_process(&m->course);
     course.inner |= pdi_model_needs_currents_per_step(m->setup) && m->setup->has_dissolve;
     pdi_rate_step_limit_build(m->setup, m->attack.setup ? &m->attack : NULL, m->surfaces, &m->timed);
     if (!course.attempt || (!m->timed.attack && !m->timed.surfaces)) return course;
@@ -703,22 +703,22 @@ static pd_process pdi_model_species_process(pd_model *m)
 static pd_status pdi_model_add_processes(pd_ctx *ctx, pd_model *m)
 {
     const pd_setup *u = m->setup;
-    pd_couple *c = &m->couple;
-    if (u->has_flow && u->motion == PD_MOTION_STEADY)
-        PDI_TRY(pd_couple_add(ctx, c, pd_quasi_steady_process(&m->flow, &m->steady, &m->quasi)));
-    if (u->has_flow && u->motion == PD_MOTION_IMPLICIT)
-        PDI_TRY(pd_couple_add(ctx, c, pd_implicit_process(&m->implicit)));
-    if (u->has_flow && u->motion == PD_MOTION_EXPLICIT)
-        PDI_TRY(pd_couple_add(ctx, c, pd_unsteady_process(&m->unsteady)));
-    if (u->has_gas) PDI_TRY(pd_couple_add(ctx, c, pd_gas_process(&m->gas)));
-    if (u->has_solid)
-        PDI_TRY(pd_couple_add(ctx, c, pd_structure_process(&m->structure, u->has_dissolve ? &m->dissolve : NULL)));
+    pd_time_loop *c = &m->couple;
+    if (u->has_flow && u->motion == PD_FLOW_STEADY)
+        PDI_TRY(pd_time_loop_add_process(ctx, c, pd_quasi_steady_process(&m->flow, &m->steady, &m->quasi)));
+    if (u->has_flow && u->motion == PD_FLOW_IMPLICIT)
+        PDI_TRY(pd_time_loop_add_process(ctx, c, pd_implicit_process(&m->implicit)));
+    if (u->has_flow && u->motion == PD_FLOW_EXPLICIT)
+        PDI_TRY(pd_time_loop_add_process(ctx, c, pd_weakly_compressible_process(&m->unsteady)));
+    if (u->has_gas) PDI_TRY(pd_time_loop_add_process(ctx, c, pd_gas_process(&m->gas)));
+    pd_dissolve *dissolve = u->has_dissolve ? &m->dissolve : NULL;
+    if (u->has_solid) PDI_TRY(pd_time_loop_add_process(ctx, c, pd_solid_coupling_process(&m->structure, dissolve)));
     int first = m->attack.setup || m->bare || (pdi_model_needs_currents_per_step(u) && u->has_dissolve);
-    if (first) PDI_TRY(pd_couple_add(ctx, c, pdi_model_species_process(m)));
-    if (u->has_dissolve) PDI_TRY(pd_couple_add(ctx, c, pd_dissolve_process(&m->dissolve)));
-    else if (u->has_transport) PDI_TRY(pd_couple_add(ctx, c, pd_two_stage_process(&m->two_stage)));
-    if (u->has_chemistry && !first) PDI_TRY(pd_couple_add(ctx, c, pdi_model_species_process(m)));
-    if (u->has_potential) PDI_TRY(pd_couple_add(ctx, c, pd_cell_process(&m->cell)));
+    if (first) PDI_TRY(pd_time_loop_add_process(ctx, c, pdi_model_species_process(m)));
+    if (u->has_dissolve) PDI_TRY(pd_time_loop_add_process(ctx, c, pd_dissolve_process(&m->dissolve)));
+    else if (u->has_transport) PDI_TRY(pd_time_loop_add_process(ctx, c, pd_two_stage_process(&m->two_stage)));
+    if (u->has_chemistry && !first) PDI_TRY(pd_time_loop_add_process(ctx, c, pdi_model_species_process(m)));
+    if (u->has_potential) PDI_TRY(pd_time_loop_add_process(ctx, c, pd_cell_process(&m->cell)));
     return PD_OK;
 }
 
@@ -731,15 +731,15 @@ static int pdi_model_needs_bond_updates(const pd_setup *u)
 
 PDI_FN int pdi_model_is_undefined(const pd_model *m, pd_field field, int32_t i)
 {
-    int dissolved = field == PD_FIELD_PH || field == PD_FIELD_SI || field == PD_FIELD_POTENTIAL ||
-                    pdi_setup_field_species_index(m->setup, field) >= 0;
+    int dissolved = field == PD_FIELD_PH || field == PD_FIELD_SATURATION_INDEX ||
+                    field == PD_FIELD_DIFFUSION_POTENTIAL || pdi_setup_field_species_index(m->setup, field) >= 0;
     if (field == PD_FIELD_C) dissolved = !m->setup->has_corrode;
     return m->fresh && m->fresh[i] && dissolved && m->grid.kind[i] == PD_FLUID;
 }
 
 PDI_FN pd_status pdi_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m)
 {
-    pd_couple_desc desc;
+    pd_time_loop_desc desc;
     memset(m, 0, sizeof *m);
     memset(&desc, 0, sizeof desc);
     m->setup = setup;
@@ -750,7 +750,7 @@ PDI_FN pd_status pdi_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m
     if (m->vary.count) desc.until = pdi_input_step_limit_compute;
     desc.until_user = &m->vary;
     pd_bonds *bonds = pdi_model_needs_bond_updates(setup) ? &m->bonds : NULL;
-    if (status == PD_OK) status = pd_couple_build(ctx, &desc, &m->grid, bonds, &m->couple);
+    if (status == PD_OK) status = pd_time_loop_build(ctx, &desc, &m->grid, bonds, &m->couple);
     if (status == PD_OK && setup->has_dissolve && (!setup->has_corrode || setup->has_chemistry))
         status = PDI_NEW(ctx, "model", m->grid.total, m->fresh);
     m->couple.fresh = m->fresh;
@@ -772,7 +772,7 @@ PDI_FN void pdi_model_free(pd_ctx *ctx, pd_model *m)
     PDI_DELETE(ctx, 1, m->surfaces);
     pd_dissolve_free(ctx, &m->dissolve);
     pd_reactive_free(ctx, &m->reactive);
-    pd_structure_free(ctx, &m->structure);
+    pd_solid_coupling_free(ctx, &m->structure);
     pdi_mechanical_bc_free(ctx, &m->grips);
     PDI_DELETE(ctx, m->grid.total, m->factor);
     PDI_DELETE(ctx, m->grid.total, m->bare);
@@ -783,7 +783,7 @@ PDI_FN void pdi_model_free(pd_ctx *ctx, pd_model *m)
     pd_transport_free(ctx, &m->transport);
     pd_gas_free(ctx, &m->gas);
     pd_implicit_free(ctx, &m->implicit);
-    pd_unsteady_free(ctx, &m->unsteady);
+    pd_weakly_compressible_free(ctx, &m->unsteady);
     pd_steady_free(ctx, &m->steady);
     pd_flow_free(ctx, &m->flow);
     pd_arena_free(ctx, &m->arena);

@@ -31,30 +31,30 @@ typedef struct pd_model {
     pd_stencil across;        /* of bonds between metal and fluid */
     pd_grid grid;
     pd_bonds bonds;
-    pd_paths paths;           /* of `across`; both absent when nothing needs surfaces */
+    pd_bond_paths paths; /* of `across`; both absent when nothing needs surfaces */
     pd_inlet inlet;
     pd_arena arena;           /* of flow and transport, which never solve at the same time */
     pd_flow flow;
     pd_steady steady;     /* absent with explicit flow */
     pd_quasi_steady quasi;
     pd_implicit implicit;
-    pd_unsteady unsteady;
+    pd_weakly_compressible unsteady;
     pd_gas gas;
     pd_transport transport;
     pd_two_stage two_stage;   /* time integrator of transport without dissolution */
     pd_reactive reactive;     /* species */
-    pd_vary vary;             /* step limit from time-dependent inputs */
-    pd_timed timed;           /* step limit from time-dependent rate laws at surfaces */
-    uint8_t *fresh;           /* [total] 1: the node was just converted to fluid, see pd_couple; NULL: not needed */
+    pd_input_step_limit vary; /* step limit from time-dependent inputs */
+    pd_rate_step_limit timed; /* step limit from time-dependent rate laws at surfaces */
+    uint8_t *fresh;           /* [total] 1: the node was just converted to fluid, see pd_time_loop; NULL: not needed */
     double *bare;             /* [total] [-] rate factor of metal that minerals cover, or NULL */
     pd_course course;         /* time integrator of the species */
-    pd_surfaces *surfaces;    /* states of surfaces; NULL: there are none */
-    pd_attack attack;         /* rate laws in the species; else absent */
+    pd_surface_states *surfaces; /* states of surfaces; NULL: there are none */
+    pd_dissolution_laws attack;  /* rate laws in the species; else absent */
     pd_grain grain;
     pd_grain_stats grain_stats;
     double *factor;           /* [total] [-] rate factor of the grain boundaries; NULL: 1 */
-    pd_structure structure;   /* mechanics of the metal */
-    pd_grips grips;           /* its boundary conditions */
+    pd_solid_coupling structure; /* mechanics of the metal */
+    pd_mechanical_bc grips;      /* its boundary conditions */
     int thin_cells;           /* parts with fewer cells across are too stiff in bending; 0: no mechanics */
     double thin;              /* [-] volume fraction of the metal in such parts */
     pd_dissolve dissolve;
@@ -63,7 +63,7 @@ typedef struct pd_model {
     pd_cell cell;
     uint8_t *metal;           /* [total] index of the metal of solid nodes; NULL: all are of the first one */
     uint8_t *passive;         /* [total] 1: in front of a passive film; NULL: none */
-    pd_couple couple;         /* time loop over all solvers */
+    pd_time_loop couple;      /* time loop over all solvers */
     size_t bytes[PD_PART_COUNT];     /* [byte] */
     int64_t unknowns[PD_PART_COUNT];
 } pd_model;

@@ -35,7 +35,7 @@ static int pdi_monitor_get_unit_index(const pd_setup *setup) { return setup->axi
 /* Append an output. */
 static void pdi_monitor_add_output(pd_monitor *m, const char *key, const char *unit, double value)
 {
-    pd_monitor_figure *f = &m->figure[m->count++];
+    pd_monitor_output *f = &m->figure[m->count++];
     PD_ASSERT(m->count <= m->room);
     snprintf(f->key, sizeof f->key, "%s", key);
     snprintf(f->unit, sizeof f->unit, "%s", unit);
@@ -58,9 +58,9 @@ static void pdi_monitor_add_vector_output(pd_monitor *m, char letter, const char
 static void pdi_monitor_compute_plane(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     const pd_setup *u = model->setup;
-    pd_measure_plane_result r;
-    pd_measure_plane(ctx, &model->bonds, u->has_flow ? &model->flow : NULL, u->has_transport ? &model->transport : NULL,
-                     m->desc->axis, m->desc->index, &r);
+    pd_diagnostics_plane_result r;
+    pd_diagnostics_plane(ctx, &model->bonds, u->has_flow ? &model->flow : NULL,
+                         u->has_transport ? &model->transport : NULL, m->desc->axis, m->desc->index, &r);
     pdi_monitor_add_output(m, "area", pdi_monitor_unit_area[pdi_monitor_get_unit_index(u)], r.area);
     if (u->has_flow) {
         pdi_monitor_add_output(m, "flow", pdi_monitor_unit_flow[pdi_monitor_get_unit_index(u)], r.flow);
@@ -79,7 +79,7 @@ static pd_status pdi_monitor_compute_control_volume_force(pd_ctx *ctx, pd_model 
                                                           double *force)
 {
     char message[PD_MESSAGE_SIZE];
-    pd_status status = pd_force_balance(ctx, &model->flow, d->lo, d->hi, force);
+    pd_status status = pd_force_momentum_balance(ctx, &model->flow, d->lo, d->hi, force);
     if (status != PD_ERR_GEOMETRY) return status;
     memcpy(message, ctx->message, sizeof message);
     const char *what = strchr(message, ' ');
@@ -118,7 +118,7 @@ static void pdi_monitor_compute_layer_concentration(const pd_model *model, pd_mo
     const pd_grid *grid = &model->grid;
     const pd_setup_monitor *d = m->desc;
     for (int k = 0; k < m->rows; k++) m->fluid[k] = d->fluid;
-    if (d->against != PD_AGAINST_BULK) return;
+    if (d->against != PD_REFERENCE_FLUID_BULK) return;
     const double *u = model->flow.u + (int64_t)d->axis * grid->total;
     double *stream = m->profile; /* filled later */
     for (int k = 0; k < m->rows; k++) m->fluid[k] = stream[k] = 0.0;
@@ -139,8 +139,9 @@ static void pdi_monitor_compute_mass_transfer(pd_ctx *ctx, pd_model *model, pd_m
 {
     const pd_setup_monitor *d = m->desc;
     double flux = 0.0, area = 0.0, excess = 0.0;
-    pd_measure_exchange(ctx, &model->paths, &model->transport, model->setup->has_dissolve ? &model->dissolve : NULL,
-                        d->lo, d->hi, d->axis, m->flux, m->area);
+    pd_diagnostics_surface_flux(ctx, &model->paths, &model->transport,
+                                model->setup->has_dissolve ? &model->dissolve : NULL, d->lo, d->hi, d->axis, m->flux,
+                                m->area);
     pdi_monitor_compute_layer_concentration(model, m);
     for (int k = 0; k < m->rows; k++) {
         flux += m->flux[k];
@@ -163,8 +164,8 @@ static void pdi_monitor_compute_mass_transfer(pd_ctx *ctx, pd_model *model, pd_m
 static double pdi_monitor_integrate_concentration(pd_ctx *ctx, pd_model *model, const pd_monitor *m,
                                                   const double *field)
 {
-    pd_measure_box_result r;
-    pd_measure_box(ctx, &model->stencil, &model->grid, NULL, field, NULL, m->desc->lo, m->desc->hi, &r);
+    pd_diagnostics_box_result r;
+    pd_diagnostics_box(ctx, &model->stencil, &model->grid, NULL, field, NULL, m->desc->lo, m->desc->hi, &r);
     return r.dissolved;
 }
 
@@ -208,7 +209,8 @@ static void pdi_monitor_compute_species(pd_ctx *ctx, pd_model *model, pd_monitor
 }
 
 /* Extremes of the concentration in the box, without nodes just converted to fluid. */
-static void pdi_monitor_compute_extremes(const pd_model *model, const pd_setup_monitor *desc, pd_measure_box_result *r)
+static void pdi_monitor_compute_extremes(const pd_model *model, const pd_setup_monitor *desc,
+                                         pd_diagnostics_box_result *r)
 {
     double x[PD_DIM];
     r->least = r->most = (double)NAN;
@@ -225,10 +227,10 @@ static void pdi_monitor_compute_extremes(const pd_model *model, const pd_setup_m
 static void pdi_monitor_compute_total(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
     const pd_setup *u = model->setup;
-    pd_measure_box_result r;
+    pd_diagnostics_box_result r;
     const double *c = model->transport.c;
-    pd_measure_box(ctx, &model->stencil, &model->grid, u->has_flow ? &model->flow : NULL, c,
-                   u->has_dissolve ? c : NULL, m->desc->lo, m->desc->hi, &r);
+    pd_diagnostics_box(ctx, &model->stencil, &model->grid, u->has_flow ? &model->flow : NULL, c,
+                       u->has_dissolve ? c : NULL, m->desc->lo, m->desc->hi, &r);
     if (c && model->fresh) pdi_monitor_compute_extremes(model, m->desc, &r);
     pdi_monitor_add_output(m, "volume", pdi_monitor_unit_volume[pdi_monitor_get_unit_index(u)], r.volume);
     if (u->has_flow) {
@@ -247,7 +249,7 @@ static void pdi_monitor_compute_total(pd_ctx *ctx, pd_model *model, pd_monitor *
 }
 
 /* Largest displacement, overlap, von Mises and hydrostatic stress, and plastic strain of the metal. */
-static void pdi_monitor_compute_solid_extremes(const pd_structure *s, pd_monitor *m)
+static void pdi_monitor_compute_solid_extremes(const pd_solid_coupling *s, pd_monitor *m)
 {
     const double *at = pdi_solid_coupling_displacements(s);
     double u = 0.0, mises = 0.0, pressure = -HUGE_VAL, slip = 0.0;
@@ -269,7 +271,7 @@ static void pdi_monitor_compute_solid_extremes(const pd_structure *s, pd_monitor
 }
 
 /* Energies of a body in motion: work, kinetic, elastic, released by broken bonds. */
-static void pdi_monitor_compute_dynamic_energies(pd_ctx *ctx, const pd_structure *s, pd_monitor *m)
+static void pdi_monitor_compute_dynamic_energies(pd_ctx *ctx, const pd_solid_coupling *s, pd_monitor *m)
 {
     const char *unit = pdi_monitor_unit_energy[PD_DIM - 1];
     pdi_monitor_add_output(m, "work", unit, s->motion.work);
@@ -284,7 +286,7 @@ static void pdi_monitor_compute_dynamic_energies(pd_ctx *ctx, const pd_structure
  * bonds, load factor of the next break, time of separation, solver iterations. */
 static void pdi_monitor_compute_solid(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
-    const pd_structure *s = &model->structure;
+    const pd_solid_coupling *s = &model->structure;
     const pd_quasi_static *q = &s->rest;
     const char *unit = pdi_monitor_unit_energy[PD_DIM - 1];
     pdi_monitor_compute_solid_extremes(s, m);
@@ -298,8 +300,8 @@ static void pdi_monitor_compute_solid(pd_ctx *ctx, pd_model *model, pd_monitor *
     if (q->criterion.critical > 0.0) pdi_monitor_add_output(m, "released", unit, q->released);
     if (s->dissolve) pdi_monitor_add_output(m, "taken", unit, q->taken);
     if (q->criterion.critical > 0.0) {
-        pd_criterion_bond first;
-        pd_criterion_first(ctx, &model->structure.rest.criterion, q->u, &first);
+        pd_first_failure first;
+        pd_bond_failure_find_first(ctx, &model->structure.rest.criterion, q->u, &first);
         pdi_monitor_add_output(m, "broken", "-", (double)q->broken);
         pdi_monitor_add_output(m, "next_break", "-", first.factor);
     }
@@ -312,8 +314,8 @@ static void pdi_monitor_compute_solid(pd_ctx *ctx, pd_model *model, pd_monitor *
  * a contour meets a surface. */
 static pd_status pdi_monitor_compute_crack(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
-    const pd_setup_cut *cut = &model->setup->metal_body.cut[m->desc->index];
-    const pd_structure *s = &model->structure;
+    const pd_setup_precrack *cut = &model->setup->metal_body.cut[m->desc->index];
+    const pd_solid_coupling *s = &model->structure;
     const double *last = cut->corner + (cut->corners - 1) * PD_DIM;
     double length = 0.0, along = 0.0, size = 0.0;
     pd_crack_desc desc;
@@ -408,7 +410,7 @@ static void pdi_monitor_compute_electrode(const pd_model *model, pd_monitor *m)
 static void pdi_monitor_compute_surface_state(const pd_model *model, pd_monitor *m)
 {
     const char *unit = model->setup->state[m->desc->index].unit;
-    pd_surfaces_figures f;
+    pd_surface_state_statistics f;
     pdi_surface_states_compute_statistics(model->surfaces, m->desc->index, &f);
     if (!unit[0]) unit = "-";
     pdi_monitor_add_output(m, "mean", unit, f.mean);
@@ -427,9 +429,9 @@ static pd_status pdi_monitor_compute_outputs(pd_ctx *ctx, pd_model *model, pd_mo
     if (m->desc->kind == PD_MONITOR_TOTAL) pdi_monitor_compute_total(ctx, model, m);
     if (m->desc->kind == PD_MONITOR_SOLID) pdi_monitor_compute_solid(ctx, model, m);
     if (m->desc->kind == PD_MONITOR_ELECTRODE) pdi_monitor_compute_electrode(model, m);
-    if (m->desc->kind == PD_MONITOR_STATE) pdi_monitor_compute_surface_state(model, m);
-    if (m->desc->kind == PD_MONITOR_CUT) return pdi_monitor_compute_crack(ctx, model, m);
-    if (m->desc->kind == PD_MONITOR_GRIP) {
+    if (m->desc->kind == PD_MONITOR_SURFACE_STATE) pdi_monitor_compute_surface_state(model, m);
+    if (m->desc->kind == PD_MONITOR_PRECRACK) return pdi_monitor_compute_crack(ctx, model, m);
+    if (m->desc->kind == PD_MONITOR_MECHANICAL_BC) {
         double force[PD_DIM];
         PDI_TRY(pdi_reaction_force_compute(ctx, &model->grips, m->desc->index, model->couple.time, force));
         pdi_monitor_add_vector_output(m, 'f', "", pdi_monitor_unit_force[PD_DIM - 1], force, 1.0);
@@ -621,8 +623,8 @@ static void pdi_monitor_format_table_name(const pd_monitor *m, char name[2 * PD_
 /* Create the table of a monitor with one column for each output. */
 static pd_status pdi_monitor_begin_table(pd_ctx *ctx, const pd_monitors *all, pd_monitor *m)
 {
-    char names[PD_MONITOR_FIGURES + 1][64], name[2 * PD_SETUP_NAME], path[PD_PATH_SIZE];
-    const char *list[PD_MONITOR_FIGURES + 1];
+    char names[PD_MONITOR_MAX_OUTPUTS + 1][64], name[2 * PD_SETUP_NAME], path[PD_PATH_SIZE];
+    const char *list[PD_MONITOR_MAX_OUTPUTS + 1];
     snprintf(names[0], sizeof names[0], "time [s]");
     for (int k = 0; k < m->count; k++)
         snprintf(names[k + 1], sizeof names[0], "%s [%s]", m->figure[k].key, m->figure[k].unit);
@@ -638,7 +640,7 @@ static pd_status pdi_monitor_begin_table(pd_ctx *ctx, const pd_monitors *all, pd
 static pd_status pdi_monitor_allocate(pd_ctx *ctx, const pd_model *model, pd_monitor *m)
 {
     const pd_setup_monitor *d = m->desc;
-    m->room = model->setup->has_chemistry ? PD_MONITOR_FIGURES : PD_MONITOR_FEW;
+    m->room = model->setup->has_chemistry ? PD_MONITOR_MAX_OUTPUTS : PD_MONITOR_MAX_OUTPUTS_NO_SPECIES;
     PDI_TRY(PDI_NEW(ctx, "monitor", m->room, m->figure));
     m->rows = d->kind == PD_MONITOR_LINE ? d->points : 0;
     m->columns = 1 + PD_DIM;
@@ -707,7 +709,7 @@ PDI_FN pd_status pdi_monitors_save(pd_ctx *ctx, pd_monitors *all, pd_archive *ar
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_monitors_resume(pd_ctx *ctx, pd_monitors *all, pd_folder *folder, pd_archive *archive)
+PDI_FN pd_status pdi_monitors_resume(pd_ctx *ctx, pd_monitors *all, pd_output_folder *folder, pd_archive *archive)
 {
     char name[2 * PD_SETUP_NAME], path[PD_PATH_SIZE];
     all->folder = folder;
@@ -721,7 +723,7 @@ PDI_FN pd_status pdi_monitors_resume(pd_ctx *ctx, pd_monitors *all, pd_folder *f
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_monitors_open(pd_ctx *ctx, pd_monitors *all, pd_folder *folder)
+PDI_FN pd_status pdi_monitors_open(pd_ctx *ctx, pd_monitors *all, pd_output_folder *folder)
 {
     all->folder = folder;
     for (int k = 0; k < all->model->setup->monitors; k++)
@@ -731,7 +733,7 @@ PDI_FN pd_status pdi_monitors_open(pd_ctx *ctx, pd_monitors *all, pd_folder *fol
 
 PDI_FN pd_status pdi_monitors_step(pd_ctx *ctx, pd_monitors *all)
 {
-    double row[PD_MONITOR_FIGURES + 1];
+    double row[PD_MONITOR_MAX_OUTPUTS + 1];
     int count = all->model->setup->monitors;
     if (count == 0) return PD_OK;
     pdi_sample_prepare(ctx, all->model, 0);

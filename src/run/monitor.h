@@ -14,14 +14,14 @@
 #include "run/model.h"
 #include "run/summary.h"
 
-#define PD_MONITOR_FIGURES 80 /* largest number of outputs of a monitor: of boxes, all species and balances */
-#define PD_MONITOR_FEW 24     /* the same without species */
+#define PD_MONITOR_MAX_OUTPUTS 80 /* largest number of outputs of a monitor: of boxes, all species and balances */
+#define PD_MONITOR_MAX_OUTPUTS_NO_SPECIES 24 /* the same without species */
 
 /* A scalar output. */
-typedef struct pd_monitor_figure {
+typedef struct pd_monitor_output {
     char key[24], unit[16];
     double value; /* [unit] */
-} pd_monitor_figure;
+} pd_monitor_output;
 
 /* A monitor: one section of the scene and its outputs. */
 typedef struct pd_monitor {
@@ -29,7 +29,7 @@ typedef struct pd_monitor {
     pd_csv table;
     int count;              /* number of outputs */
     int room;               /* capacity of figure[] */
-    pd_monitor_figure *figure; /* [room] */
+    pd_monitor_output *figure; /* [room] */
     int64_t seen;           /* force: number of flow solves at the last update */
     int columns, rows;      /* of the profile */
     double *profile;        /* [rows][columns] [unit of the column] */
@@ -38,7 +38,7 @@ typedef struct pd_monitor {
 
 typedef struct pd_monitors {
     pd_model *model;
-    pd_folder *folder;                     /* borrowed */
+    pd_output_folder *folder;              /* borrowed */
     int line;                              /* line of the scene that an error is about */
     pd_monitor monitor[PD_SETUP_MONITORS]; /* setup->monitors of them */
 } pd_monitors;
@@ -48,11 +48,11 @@ typedef struct pd_monitors {
  * comes too close to other walls. */
 PDI_FN pd_status pdi_monitors_build(pd_ctx *ctx, pd_model *model, pd_monitors *monitors);
 /* Start the tables in an open folder. PD_ERR_FILE. */
-PDI_FN pd_status pdi_monitors_open(pd_ctx *ctx, pd_monitors *monitors, pd_folder *folder);
+PDI_FN pd_status pdi_monitors_open(pd_ctx *ctx, pd_monitors *monitors, pd_output_folder *folder);
 /* Store the lengths of the tables in a checkpoint. */
 PDI_FN pd_status pdi_monitors_save(pd_ctx *ctx, pd_monitors *monitors, pd_archive *archive);
 /* In place of pdi_monitors_open: continue the tables at the lengths that the checkpoint holds. */
-PDI_FN pd_status pdi_monitors_resume(pd_ctx *ctx, pd_monitors *monitors, pd_folder *folder, pd_archive *archive);
+PDI_FN pd_status pdi_monitors_resume(pd_ctx *ctx, pd_monitors *monitors, pd_output_folder *folder, pd_archive *archive);
 /* Compute all outputs now and write a row of the tables that are open. */
 PDI_FN pd_status pdi_monitors_step(pd_ctx *ctx, pd_monitors *monitors);
 /* Write profiles and plots of output time number `frame`, after the step. */

@@ -128,7 +128,7 @@ static void pdi_monitor_report_print_ionic_strength(const pd_model *model, pd_pr
     char text[320];
     if (!model->setup->has_chemistry || !(s->debye > 0.0)) return;
     for (int32_t i = 0; i < model->grid.total; i++) {
-        double c[PD_SPECIES_MOST];
+        double c[PD_SPECIES_MAX];
         if (model->grid.kind[i] != PD_FLUID) continue;
         pdi_reactive_get(r, r->c, i, c);
         most = pdi_max(most, 1e-3 * pdi_components_compute_ionic_strength(s, c));

@@ -166,10 +166,10 @@ static int pdi_output_compute_probe_row(const pd_output *out, char names[][PDI_O
 /* Create the probe table. */
 static pd_status pdi_output_begin_probe_table(pd_ctx *ctx, pd_output *out)
 {
-    char names[PD_CSV_COLUMNS][PDI_OUTPUT_COLUMN_NAME], path[PD_PATH_SIZE];
-    const char *list[PD_CSV_COLUMNS];
+    char names[PD_CSV_MAX_COLUMNS][PDI_OUTPUT_COLUMN_NAME], path[PD_PATH_SIZE];
+    const char *list[PD_CSV_MAX_COLUMNS];
     if (out->model->setup->probes == 0) return PD_OK;
-    int count = pdi_output_compute_probe_row(out, names, NULL, PD_CSV_COLUMNS);
+    int count = pdi_output_compute_probe_row(out, names, NULL, PD_CSV_MAX_COLUMNS);
     for (int k = 0; k < count; k++) list[k] = names[k];
     PDI_TRY(pdi_output_folder_add_file(ctx, out->folder, "probes.csv", path));
     return pdi_csv_create(ctx, path, list, count, &out->probes);
@@ -202,10 +202,10 @@ static pd_status pdi_output_append_loss(pd_ctx *ctx, pd_output *out, double time
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_output_write_rows(pd_ctx *ctx, pd_output *out, const pd_observables *o)
+PDI_FN pd_status pdi_output_write_rows(pd_ctx *ctx, pd_output *out, const pd_step_diagnostics *o)
 {
-    const pd_couple *c = &out->model->couple;
-    double row[PDI_OUTPUT_DIAGNOSTICS_COLUMNS], probe[PD_CSV_COLUMNS];
+    const pd_time_loop *c = &out->model->couple;
+    double row[PDI_OUTPUT_DIAGNOSTICS_COLUMNS], probe[PD_CSV_MAX_COLUMNS];
     pdi_model_statistics effort;
     int k = 0;
     pdi_model_get_statistics(out->model, &effort);
@@ -214,7 +214,7 @@ PDI_FN pd_status pdi_output_write_rows(pd_ctx *ctx, pd_output *out, const pd_obs
     row[k++] = (double)out->model->grid.solid_count;
     row[k++] = o->v_max;
     row[k++] = o->c_max;
-    row[k++] = pd_couple_imbalance(c);
+    row[k++] = pd_time_loop_imbalance(c);
     row[k++] = o->flux;
     row[k++] = c->dt;
     row[k++] = (double)c->steps;
@@ -234,7 +234,7 @@ PDI_FN pd_status pdi_output_write_rows(pd_ctx *ctx, pd_output *out, const pd_obs
     pd_fields fields = 0;
     for (int n = 0; n < u->probes; n++) fields |= u->probe[n].fields;
     pdi_sample_prepare(ctx, out->model, fields);
-    pdi_output_compute_probe_row(out, NULL, probe, PD_CSV_COLUMNS);
+    pdi_output_compute_probe_row(out, NULL, probe, PD_CSV_MAX_COLUMNS);
     return pdi_csv_write_row(ctx, &out->probes, probe);
 }
 
@@ -257,7 +257,7 @@ static pd_status pdi_output_allocate(pd_ctx *ctx, pd_output *out)
 static const char *const pdi_output_loss_plot_names[2] = {"volume_loss.png", "volume_loss.svg"};
 
 /* Prepare everything but the tables. */
-static pd_status pdi_output_build(pd_ctx *ctx, pd_model *model, pd_folder *folder, pd_output *out)
+static pd_status pdi_output_build(pd_ctx *ctx, pd_model *model, pd_output_folder *folder, pd_output *out)
 {
     char path[PD_PATH_SIZE];
     memset(out, 0, sizeof *out);
@@ -270,14 +270,14 @@ static pd_status pdi_output_build(pd_ctx *ctx, pd_model *model, pd_folder *folde
     return pdi_pvd_init(ctx, path, &out->pvd);
 }
 
-PDI_FN pd_status pdi_output_open(pd_ctx *ctx, pd_model *model, pd_folder *folder, pd_output *out)
+PDI_FN pd_status pdi_output_open(pd_ctx *ctx, pd_model *model, pd_output_folder *folder, pd_output *out)
 {
     char path[PD_PATH_SIZE];
     PDI_TRY(pdi_output_build(ctx, model, folder, out));
     PDI_TRY(pdi_output_folder_add_file(ctx, folder, "simulation.pvd", path));
     PDI_TRY(pdi_pictures_begin_frame_file(ctx, &out->images));
     if (model->setup->fields) {
-        PDI_TRY(pdi_output_folder_add_file(ctx, folder, PD_FOLDER_SCRIPT, path));
+        PDI_TRY(pdi_output_folder_add_file(ctx, folder, PD_OUTPUT_FOLDER_SCRIPT, path));
         PDI_TRY(pdi_paraview_write_script(ctx, path));
     }
     return pdi_output_begin_tables(ctx, out);
@@ -311,7 +311,8 @@ PDI_FN pd_status pdi_output_save(pd_ctx *ctx, pd_output *out, pd_archive *archiv
     return out->model->setup->probes ? pdi_csv_store(ctx, archive, NULL, 0, &out->probes) : PD_OK;
 }
 
-PDI_FN pd_status pdi_output_resume(pd_ctx *ctx, pd_model *model, pd_folder *folder, pd_archive *archive, pd_output *out)
+PDI_FN pd_status pdi_output_resume(pd_ctx *ctx, pd_model *model, pd_output_folder *folder, pd_archive *archive,
+                                   pd_output *out)
 {
     char path[PD_PATH_SIZE];
     PDI_TRY(pdi_output_build(ctx, model, folder, out));
@@ -320,7 +321,7 @@ PDI_FN pd_status pdi_output_resume(pd_ctx *ctx, pd_model *model, pd_folder *fold
     PDI_TRY(pdi_csv_store(ctx, archive, path, PDI_OUTPUT_DIAGNOSTICS_COLUMNS, &out->diagnostics));
     if (model->setup->probes == 0) return PD_OK;
     PDI_TRY(pd_file_join(ctx, folder->path, "probes.csv", path));
-    return pdi_csv_store(ctx, archive, path, pdi_output_compute_probe_row(out, NULL, NULL, PD_CSV_COLUMNS),
+    return pdi_csv_store(ctx, archive, path, pdi_output_compute_probe_row(out, NULL, NULL, PD_CSV_MAX_COLUMNS),
                          &out->probes);
 }
 
@@ -329,7 +330,7 @@ PDI_FN pd_status pdi_output_resume(pd_ctx *ctx, pd_model *model, pd_folder *fold
 static void pdi_output_add_measured_series(const pd_output *out, double unit, double last, double *work, pd_plot *plot)
 {
     const pd_setup *u = out->model->setup;
-    for (int k = 0; k < u->records && plot->count < PD_PLOT_SERIES; k++) {
+    for (int k = 0; k < u->records && plot->count < PD_PLOT_MAX_SERIES; k++) {
         if (strcmp(u->record[k].figure, "volume_loss") != 0) continue;
         pdi_read_measured_build_series(&u->record[k], unit, 0.01, last, work, &plot->series[plot->count++]);
         work += 3 * u->record[k].points;

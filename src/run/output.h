@@ -19,7 +19,7 @@
 /* The output files of a run. */
 typedef struct pd_output {
     pd_model *model;
-    pd_folder *folder;
+    pd_output_folder *folder;
     pd_pvd pvd;
     pd_csv diagnostics, probes;
     int frame;                /* of the next fields */
@@ -28,7 +28,7 @@ typedef struct pd_output {
     uint8_t *phase;           /* [total] */
     int32_t *grain;           /* [total] -1: not in the metal */
     double *displaced;        /* [PD_DIM][total] [m] */
-    pd_images images;
+    pd_output_pictures images;
     double *time, *loss;      /* [rows] [h] and [-] */
     int64_t rows, time_room, loss_room;
     int curve[2];             /* 1: volume_loss.png, .svg stands in the list of the folder */
@@ -36,19 +36,19 @@ typedef struct pd_output {
 
 #ifdef PDI_INTERNAL
 /* Create the tables and prepare pictures. model and folder, which is open, are borrowed. PD_ERR_FILE. */
-PDI_FN pd_status pdi_output_open(pd_ctx *ctx, pd_model *model, pd_folder *folder, pd_output *out);
+PDI_FN pd_status pdi_output_open(pd_ctx *ctx, pd_model *model, pd_output_folder *folder, pd_output *out);
 /* Store the lengths of the files and the loss curve in a checkpoint. */
 PDI_FN pd_status pdi_output_save(pd_ctx *ctx, pd_output *out, pd_archive *archive);
 /* In place of pdi_output_open: continue the files at the lengths that the checkpoint holds; what was written later is
  * cut off. PD_ERR_FILE: a table is missing or shorter. */
-PDI_FN pd_status pdi_output_resume(pd_ctx *ctx, pd_model *model, pd_folder *folder, pd_archive *archive,
+PDI_FN pd_status pdi_output_resume(pd_ctx *ctx, pd_model *model, pd_output_folder *folder, pd_archive *archive,
                                    pd_output *out);
 /* Write a row of the diagnostics and probe tables. */
-PDI_FN pd_status pdi_output_write_rows(pd_ctx *ctx, pd_output *out, const pd_observables *o);
+PDI_FN pd_status pdi_output_write_rows(pd_ctx *ctx, pd_output *out, const pd_step_diagnostics *o);
 /* Write fields and pictures now; a second call at the same time does nothing. */
 PDI_FN pd_status pdi_output_write_frame(pd_ctx *ctx, pd_output *out);
 /* Draw the loss curve and close the tables. over: 1: the run is complete, and its pictures get a common range.
- * PD_STOPPED: interrupted meanwhile. */
+ * PD_CANCELLED: interrupted meanwhile. */
 PDI_FN pd_status pdi_output_close(pd_ctx *ctx, pd_output *out, int over);
 PDI_FN void pdi_output_free(pd_ctx *ctx, pd_output *out);
 #endif

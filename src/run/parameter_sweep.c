@@ -62,8 +62,8 @@ static pd_status pdi_parameter_sweep_reject_axis(pd_ctx *ctx, const char *axis, 
                     axis, why);
 }
 
-/* Number of values of an axis. unit [PD_SWEEP_VALUE]: the unit behind the last one when all are numbers and none before
- * has a unit; else "". */
+/* Number of values of an axis. unit [PD_PARAMETER_SWEEP_VALUE_BYTES]: the unit behind the last one when all are numbers
+ * and none before has a unit; else "". */
 static int pdi_parameter_sweep_count_values(const char *values, char *unit)
 {
     int count = 0, plain = 1, more = 1;
@@ -75,25 +75,25 @@ static int pdi_parameter_sweep_count_values(const char *values, char *unit)
         more = next > at && next[-1] == ',';
         plain = plain && number > 0 && (number == length || !more);
         while (number < length && pdi_parameter_sweep_count_blanks(at + number) > 0) number++;
-        if (!more && plain && length - number < PD_SWEEP_VALUE)
-            snprintf(unit, PD_SWEEP_VALUE, "%.*s", (int)(length - number), at + number);
+        if (!more && plain && length - number < PD_PARAMETER_SWEEP_VALUE_BYTES)
+            snprintf(unit, PD_PARAMETER_SWEEP_VALUE_BYTES, "%.*s", (int)(length - number), at + number);
     }
     return count;
 }
 
-/* Append `length` characters of part to text [PD_SWEEP_VALUE], as far as there is room. */
+/* Append `length` characters of part to text [PD_PARAMETER_SWEEP_VALUE_BYTES], as far as there is room. */
 static void pdi_parameter_sweep_append_text(char *text, const char *part, size_t length)
 {
     size_t used = strlen(text);
-    if (length > PD_SWEEP_VALUE - 1 - used) length = PD_SWEEP_VALUE - 1 - used;
+    if (length > PD_PARAMETER_SWEEP_VALUE_BYTES - 1 - used) length = PD_PARAMETER_SWEEP_VALUE_BYTES - 1 - used;
     memcpy(text + used, part, length);
     text[used + length] = '\0';
 }
 
 /* Parse "key=value, value, ..." into an axis. */
-static pd_status pdi_parameter_sweep_parse_axis(pd_ctx *ctx, const char *text, pd_sweep_axis *axis)
+static pd_status pdi_parameter_sweep_parse_axis(pd_ctx *ctx, const char *text, pd_parameter_sweep_axis *axis)
 {
-    char unit[PD_SWEEP_VALUE];
+    char unit[PD_PARAMETER_SWEEP_VALUE_BYTES];
     const char *equal = strchr(text, '='), *at, *next;
     size_t key = equal ? (size_t)(equal - text) : 0, blanks;
     while (key > 0 && pdi_parameter_sweep_count_blanks(text + key - 1) > 0) key--;
@@ -110,17 +110,17 @@ static pd_status pdi_parameter_sweep_parse_axis(pd_ctx *ctx, const char *text, p
         pdi_parameter_sweep_append_text(axis->name, unit, strlen(unit));
         pdi_parameter_sweep_append_text(axis->name, "]", 1);
     }
-    if (axis->count > PD_SWEEP_RUNS) return pdi_parameter_sweep_reject_axis(ctx, text, "fewer values");
+    if (axis->count > PD_PARAMETER_SWEEP_MAX_RUNS) return pdi_parameter_sweep_reject_axis(ctx, text, "fewer values");
     axis->bare = (int)strlen(unit);
-    PDI_TRY(PDI_NEW(ctx, "sweep", axis->count * PD_SWEEP_VALUE, axis->text));
+    PDI_TRY(PDI_NEW(ctx, "sweep", axis->count * PD_PARAMETER_SWEEP_VALUE_BYTES, axis->text));
     at = equal + 1;
     for (int k = 0; k < axis->count; k++, at = next) {
         at += pdi_parameter_sweep_count_blanks(at);
         size_t length = pdi_parameter_sweep_find_value_length(at, &next),
                number = pdi_parameter_sweep_find_number_length(at, length);
-        char *value = axis->text + (size_t)k * PD_SWEEP_VALUE;
+        char *value = axis->text + (size_t)k * PD_PARAMETER_SWEEP_VALUE_BYTES;
         if (length == 0) return pdi_parameter_sweep_reject_axis(ctx, text, "a value before and behind each comma");
-        if (key + length + strlen(unit) + 3 > PD_SWEEP_VALUE)
+        if (key + length + strlen(unit) + 3 > PD_PARAMETER_SWEEP_VALUE_BYTES)
             return pdi_parameter_sweep_reject_axis(ctx, text, "shorter values");
         pdi_parameter_sweep_append_text(value, text, key);
         pdi_parameter_sweep_append_text(value, "=", 1);
@@ -134,16 +134,16 @@ static pd_status pdi_parameter_sweep_parse_axis(pd_ctx *ctx, const char *text, p
 /* ---- runs ---- */
 
 /* "key=value" of an axis in run `index`; the last axis changes fastest. */
-static const char *pdi_parameter_sweep_get_axis_value(const pd_sweep *s, int index, int axis)
+static const char *pdi_parameter_sweep_get_axis_value(const pd_parameter_sweep *s, int index, int axis)
 {
     for (int k = s->axes - 1; k > axis; k--) index /= s->axis[k].count;
-    return s->axis[axis].text + (size_t)(index % s->axis[axis].count) * PD_SWEEP_VALUE;
+    return s->axis[axis].text + (size_t)(index % s->axis[axis].count) * PD_PARAMETER_SWEEP_VALUE_BYTES;
 }
 
 /* Read the scene of run `index` with its overrides. */
-static pd_status pdi_parameter_sweep_read_scene(pd_ctx *ctx, const pd_sweep *s, int index, pd_setup *setup)
+static pd_status pdi_parameter_sweep_read_scene(pd_ctx *ctx, const pd_parameter_sweep *s, int index, pd_setup *setup)
 {
-    const char *overrides[PD_SWEEP_OVERRIDES + PD_SWEEP_AXES];
+    const char *overrides[PD_PARAMETER_SWEEP_MAX_OVERRIDES + PD_PARAMETER_SWEEP_MAX_AXES];
     int count = 0;
     for (; count < s->desc.count; count++) overrides[count] = s->desc.overrides[count];
     for (int k = 0; k < s->axes; k++) overrides[count++] = pdi_parameter_sweep_get_axis_value(s, index, k);
@@ -151,12 +151,13 @@ static pd_status pdi_parameter_sweep_read_scene(pd_ctx *ctx, const pd_sweep *s, 
 }
 
 /* Parse all axes and count the runs. */
-static pd_status pdi_parameter_sweep_parse_axes(pd_ctx *ctx, const pd_sweep_desc *desc, pd_sweep *s)
+static pd_status pdi_parameter_sweep_parse_axes(pd_ctx *ctx, const pd_parameter_sweep_desc *desc, pd_parameter_sweep *s)
 {
-    if (desc->axis_count < 1 || desc->axis_count > PD_SWEEP_AXES || desc->count > PD_SWEEP_OVERRIDES)
+    if (desc->axis_count < 1 || desc->axis_count > PD_PARAMETER_SWEEP_MAX_AXES ||
+        desc->count > PD_PARAMETER_SWEEP_MAX_OVERRIDES)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "--sweep",
                         "found %d sweeps and %d overrides, expected 1 to %d and at most %d", desc->axis_count,
-                        desc->count, PD_SWEEP_AXES, PD_SWEEP_OVERRIDES);
+                        desc->count, PD_PARAMETER_SWEEP_MAX_AXES, PD_PARAMETER_SWEEP_MAX_OVERRIDES);
     s->runs = 1;
     for (int k = 0; k < desc->axis_count; k++) {
         s->axes++;
@@ -167,15 +168,16 @@ static pd_status pdi_parameter_sweep_parse_axes(pd_ctx *ctx, const pd_sweep_desc
                 return pdi_parameter_sweep_reject_axis(ctx, desc->axes[k], "each key once");
         }
         s->runs *= s->axis[k].count;
-        if (s->runs > PD_SWEEP_RUNS)
+        if (s->runs > PD_PARAMETER_SWEEP_MAX_RUNS)
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "--sweep", "found more than %d runs, expected fewer values",
-                            PD_SWEEP_RUNS);
+                            PD_PARAMETER_SWEEP_MAX_RUNS);
     }
     return PD_OK;
 }
 
 /* Paths of the folder of a run and of its result file. PD_ERR_FILE: the folder is a link. */
-static pd_status pdi_parameter_sweep_format_paths(pd_ctx *ctx, const pd_sweep *s, int index, char *folder, char *result)
+static pd_status pdi_parameter_sweep_format_paths(pd_ctx *ctx, const pd_parameter_sweep *s, int index, char *folder,
+                                                  char *result)
 {
     char name[32];
     snprintf(name, sizeof name, "run%03d", index + 1);
@@ -187,7 +189,7 @@ static pd_status pdi_parameter_sweep_format_paths(pd_ctx *ctx, const pd_sweep *s
 }
 
 /* Read the scenes of all runs to check them, and remove results of former sweeps. */
-static pd_status pdi_parameter_sweep_check_scenes(pd_ctx *ctx, pd_sweep *s)
+static pd_status pdi_parameter_sweep_check_scenes(pd_ctx *ctx, pd_parameter_sweep *s)
 {
     for (int index = 0; index < s->runs; index++) {
         pd_setup setup;
@@ -205,18 +207,18 @@ static pd_status pdi_parameter_sweep_check_scenes(pd_ctx *ctx, pd_sweep *s)
     return PD_OK;
 }
 
-pd_status pd_sweep_build(pd_ctx *ctx, const pd_sweep_desc *desc, pd_sweep *s)
+pd_status pd_parameter_sweep_build(pd_ctx *ctx, const pd_parameter_sweep_desc *desc, pd_parameter_sweep *s)
 {
     memset(s, 0, sizeof *s);
     s->desc = *desc;
     pd_status status = pdi_parameter_sweep_parse_axes(ctx, desc, s);
     if (status == PD_OK && desc->folder) status = pd_file_join(ctx, "", desc->folder, s->folder);
     if (status == PD_OK) status = pdi_parameter_sweep_check_scenes(ctx, s);
-    if (status < 0) pd_sweep_free(ctx, s);
+    if (status < 0) pd_parameter_sweep_free(ctx, s);
     return status;
 }
 
-void pd_sweep_label(const pd_sweep *s, int index, char *text, size_t size)
+void pd_parameter_sweep_label(const pd_parameter_sweep *s, int index, char *text, size_t size)
 {
     if (size == 0) return;
     snprintf(text, size, "run%03d", index + 1);
@@ -241,7 +243,7 @@ static pd_status pdi_parameter_sweep_write_status(pd_ctx *ctx, const char *path,
     return status;
 }
 
-pd_status pd_sweep_run(pd_ctx *ctx, const pd_sweep *s, int index, const pd_run_desc *desc)
+pd_status pd_parameter_sweep_run(pd_ctx *ctx, const pd_parameter_sweep *s, int index, const pd_run_desc *desc)
 {
     char folder[PD_PATH_SIZE], path[PD_PATH_SIZE], text[PD_MESSAGE_SIZE + 1024];
     pd_setup setup;
@@ -261,7 +263,7 @@ pd_status pd_sweep_run(pd_ctx *ctx, const pd_sweep *s, int index, const pd_run_d
         pdi_parameter_sweep_write_status(&copy, path, "failed", text);
         return status;
     }
-    pd_run_line(&result, text, sizeof text);
+    pd_run_format_result(&result, text, sizeof text);
     if (result.stopped) snprintf(text, sizeof text, "stopped at t = %g s", result.time);
     PDI_TRY(pdi_parameter_sweep_write_status(ctx, path, result.stopped ? "stopped" : "done", text));
     if (desc->print && !result.stopped) desc->print(desc->print_user, PD_PRINT_RESULT, text);
@@ -314,8 +316,8 @@ static void pdi_parameter_sweep_find_names(const char *text, pdi_parameter_sweep
 }
 
 /* Read the result files of all runs, count how they ended, and collect the columns. */
-static pd_status pdi_parameter_sweep_read_results(pd_ctx *ctx, const pd_sweep *s, pdi_parameter_sweep_results *rows,
-                                                  pd_sweep_count *count)
+static pd_status pdi_parameter_sweep_read_results(pd_ctx *ctx, const pd_parameter_sweep *s,
+                                                  pdi_parameter_sweep_results *rows, pd_parameter_sweep_count *count)
 {
     PDI_TRY(PDI_NEW(ctx, "sweep", s->runs, rows->text));
     PDI_TRY(PDI_NEW(ctx, "sweep", s->runs, rows->size));
@@ -366,8 +368,8 @@ static const char *pdi_parameter_sweep_find_result_value(const char *text, const
 }
 
 /* Write the row of a run: values, how it ended, results, message. */
-static pd_status pdi_parameter_sweep_write_row(pd_ctx *ctx, const pd_sweep *s, const pdi_parameter_sweep_results *rows,
-                                               int index, pd_file *file)
+static pd_status pdi_parameter_sweep_write_row(pd_ctx *ctx, const pd_parameter_sweep *s,
+                                               const pdi_parameter_sweep_results *rows, int index, pd_file *file)
 {
     char run[32];
     const char *text = pdi_parameter_sweep_get_run_text(rows, index), *message = strchr(text, '\n');
@@ -395,7 +397,7 @@ static pd_status pdi_parameter_sweep_write_row(pd_ctx *ctx, const pd_sweep *s, c
 }
 
 /* Write the header and all rows of the table. */
-static pd_status pdi_parameter_sweep_write_lines(pd_ctx *ctx, const pd_sweep *s,
+static pd_status pdi_parameter_sweep_write_lines(pd_ctx *ctx, const pd_parameter_sweep *s,
                                                  const pdi_parameter_sweep_results *rows, pd_file *file)
 {
     PDI_TRY(pdi_file_write_text(ctx, file, "run"));
@@ -415,7 +417,7 @@ static pd_status pdi_parameter_sweep_write_lines(pd_ctx *ctx, const pd_sweep *s,
 }
 
 /* Write sweep.csv. */
-static pd_status pdi_parameter_sweep_write_table(pd_ctx *ctx, const pd_sweep *s,
+static pd_status pdi_parameter_sweep_write_table(pd_ctx *ctx, const pd_parameter_sweep *s,
                                                  const pdi_parameter_sweep_results *rows)
 {
     char path[PD_PATH_SIZE];
@@ -434,16 +436,16 @@ static pd_status pdi_parameter_sweep_write_table(pd_ctx *ctx, const pd_sweep *s,
 /* Loss curves of the plot: data[k] holds the times, then the losses. */
 typedef struct pdi_parameter_sweep_loss_curves {
     pd_plot plot;
-    double *data[PD_PLOT_SERIES];
-    int rows[PD_PLOT_SERIES];
-    char label[PD_PLOT_SERIES][PD_SWEEP_AXES * PD_SWEEP_VALUE];
+    double *data[PD_PLOT_MAX_SERIES];
+    int rows[PD_PLOT_MAX_SERIES];
+    char label[PD_PLOT_MAX_SERIES][PD_PARAMETER_SWEEP_MAX_AXES * PD_PARAMETER_SWEEP_VALUE_BYTES];
 } pdi_parameter_sweep_loss_curves;
 
 /* Add the volume loss [%] of a run over time [h] to the plot; none for a run without a table. */
-static pd_status pdi_parameter_sweep_add_curve(pd_ctx *ctx, const pd_sweep *s, int index,
+static pd_status pdi_parameter_sweep_add_curve(pd_ctx *ctx, const pd_parameter_sweep *s, int index,
                                                pdi_parameter_sweep_loss_curves *c)
 {
-    char folder[PD_PATH_SIZE], path[PD_PATH_SIZE], label[PD_SWEEP_AXES * PD_SWEEP_VALUE];
+    char folder[PD_PATH_SIZE], path[PD_PATH_SIZE], label[PD_PARAMETER_SWEEP_MAX_AXES * PD_PARAMETER_SWEEP_VALUE_BYTES];
     pd_table table;
     pd_ctx quiet;
     int k = c->plot.count;
@@ -467,22 +469,23 @@ static pd_status pdi_parameter_sweep_add_curve(pd_ctx *ctx, const pd_sweep *s, i
         c->data[k][row] /= 3600.0;
         c->data[k][c->rows[k] + row] *= 100.0;
     }
-    pd_sweep_label(s, index, label, sizeof label);
+    pd_parameter_sweep_label(s, index, label, sizeof label);
     snprintf(c->label[k], sizeof c->label[k], "%s", label + strcspn(label, " ") + 1);
     c->plot.series[k].name = c->label[k];
     c->plot.series[k].x = c->data[k];
     c->plot.series[k].y = c->data[k] + c->rows[k];
     c->plot.series[k].count = c->rows[k];
-    c->plot.series[k].stroke = k < PD_PLOT_SERIES / 2 ? PD_STROKE_LINE : PD_STROKE_DASHED;
+    c->plot.series[k].stroke = k < PD_PLOT_MAX_SERIES / 2 ? PD_SERIES_STYLE_LINE : PD_SERIES_STYLE_DASHED;
     c->plot.count++;
     return PD_OK;
 }
 
 /* Draw the loss curves; with too many runs, evenly chosen ones. */
-static pd_status pdi_parameter_sweep_draw_curves(pd_ctx *ctx, const pd_sweep *s, pdi_parameter_sweep_loss_curves *c)
+static pd_status pdi_parameter_sweep_draw_curves(pd_ctx *ctx, const pd_parameter_sweep *s,
+                                                 pdi_parameter_sweep_loss_curves *c)
 {
     char path[PD_PATH_SIZE], title[PD_SETUP_NAME + 64];
-    int curves = s->runs < PD_PLOT_SERIES ? s->runs : PD_PLOT_SERIES;
+    int curves = s->runs < PD_PLOT_MAX_SERIES ? s->runs : PD_PLOT_MAX_SERIES;
     for (int k = 0; k < curves; k++)
         PDI_TRY(pdi_parameter_sweep_add_curve(ctx, s, curves > 1 ? k * (s->runs - 1) / (curves - 1) : 0, c));
     if (c->plot.count == 0) return PD_OK;
@@ -496,18 +499,18 @@ static pd_status pdi_parameter_sweep_draw_curves(pd_ctx *ctx, const pd_sweep *s,
 }
 
 /* Write sweep.png, if metal dissolves. */
-static pd_status pdi_parameter_sweep_write_plot(pd_ctx *ctx, const pd_sweep *s)
+static pd_status pdi_parameter_sweep_write_plot(pd_ctx *ctx, const pd_parameter_sweep *s)
 {
     pdi_parameter_sweep_loss_curves *c = NULL;
     if (!s->loses) return PD_OK;
     PDI_TRY(PDI_NEW(ctx, "sweep", 1, c));
     pd_status status = pdi_parameter_sweep_draw_curves(ctx, s, c);
-    for (int k = 0; k < PD_PLOT_SERIES; k++) PDI_DELETE(ctx, 2 * c->rows[k], c->data[k]);
+    for (int k = 0; k < PD_PLOT_MAX_SERIES; k++) PDI_DELETE(ctx, 2 * c->rows[k], c->data[k]);
     PDI_DELETE(ctx, 1, c);
     return status;
 }
 
-pd_status pd_sweep_write(pd_ctx *ctx, const pd_sweep *s, pd_sweep_count *count)
+pd_status pd_parameter_sweep_write(pd_ctx *ctx, const pd_parameter_sweep *s, pd_parameter_sweep_count *count)
 {
     pdi_parameter_sweep_results rows;
     memset(&rows, 0, sizeof rows);
@@ -523,10 +526,10 @@ pd_status pd_sweep_write(pd_ctx *ctx, const pd_sweep *s, pd_sweep_count *count)
     return status;
 }
 
-void pd_sweep_free(pd_ctx *ctx, pd_sweep *s)
+void pd_parameter_sweep_free(pd_ctx *ctx, pd_parameter_sweep *s)
 {
     for (int k = 0; k < s->axes; k++)
-        PDI_DELETE(ctx, s->axis[k].count * PD_SWEEP_VALUE, s->axis[k].text);
+        PDI_DELETE(ctx, s->axis[k].count * PD_PARAMETER_SWEEP_VALUE_BYTES, s->axis[k].text);
     memset(s, 0, sizeof *s);
 }
 

@@ -20,45 +20,43 @@
 /* Header of a frame in the file of frames. */
 typedef struct pdi_pictures_frame_header {
     double field, frame, time; /* [-], [-], [s] */
-    pd_images_view view;       /* with which it was drawn */
+    pd_picture_range view;     /* with which it was drawn */
 } pdi_pictures_frame_header;
 
-/* ---- what is drawn ---- */
-
 /* 1: the metal is drawn deformed, at its displaced place, in pictures of this field. */
-static int pdi_pictures_is_deformed(const pd_images *im, pd_field field)
+static int pdi_pictures_is_deformed(const pd_output_pictures *im, pd_field field)
 {
     return im->move && field < PD_FIELD_COUNT && pdi_setup_is_metal_field(field);
 }
 
 /* 1: the scene asks for pictures of this field, or of the surface. */
-static int pdi_pictures_is_drawn(const pd_images *im, pd_field field)
+static int pdi_pictures_is_drawn(const pd_output_pictures *im, pd_field field)
 {
-    if (field == PD_IMAGES_SURFACE) return pdi_surface_view_is_requested(im->model->setup);
+    if (field == PD_PICTURES_SURFACE) return pdi_surface_view_is_requested(im->model->setup);
     return (int)(im->model->setup->images >> field & 1u);
 }
 
 /* The field that gives the colours; PD_FIELD_COUNT: none does. */
-static pd_field pdi_pictures_get_colour_field(const pd_images *im, pd_field field)
+static pd_field pdi_pictures_get_colour_field(const pd_output_pictures *im, pd_field field)
 {
-    return field == PD_IMAGES_SURFACE ? pdi_surface_view_get_colour_field(im->model->setup) : field;
+    return field == PD_PICTURES_SURFACE ? pdi_surface_view_get_colour_field(im->model->setup) : field;
 }
 
 /* Name of the field in file names, such as "C". */
-static const char *pdi_pictures_get_field_name(const pd_images *im, pd_field field)
+static const char *pdi_pictures_get_field_name(const pd_output_pictures *im, pd_field field)
 {
-    return field == PD_IMAGES_SURFACE ? "surface" : pdi_setup_field_name(im->model->setup, field);
+    return field == PD_PICTURES_SURFACE ? "surface" : pdi_setup_field_name(im->model->setup, field);
 }
 
 /* 1: streamlines or velocity vectors are drawn over the field. */
-static int pdi_pictures_has_flow_overlay(const pd_images *im, pd_field field)
+static int pdi_pictures_has_flow_overlay(const pd_output_pictures *im, pd_field field)
 {
-    const pd_setup_drawing *drawing = &im->model->setup->drawing;
+    const pd_setup_image_options *drawing = &im->model->setup->drawing;
     return field < PD_FIELD_COUNT && (drawing->streamlines[field] || drawing->vectors[field]);
 }
 
 /* 1: its colour scale is logarithmic. */
-static int pdi_pictures_is_log_scale(const pd_images *im, pd_field field)
+static int pdi_pictures_is_log_scale(const pd_output_pictures *im, pd_field field)
 {
     pd_field of = pdi_pictures_get_colour_field(im, field);
     return of < PD_FIELD_COUNT && (int)(im->model->setup->drawing.log >> of & 1u);
@@ -70,14 +68,14 @@ static pd_paint pdi_pictures_get_cell_kind(const pd_model *m, pd_field field, in
     uint8_t kind = m->grid.kind[node];
     int solid = pdi_setup_is_metal_field(field);
     if (field == PD_FIELD_KIND) return PD_PAINT_FIELD;
-    if (kind == PD_WALL || kind == PD_OUTSIDE) return PD_PAINT_WALL;
+    if (kind == PD_WALL || kind == PD_INACTIVE) return PD_PAINT_WALL;
     if (kind == PD_SOLID) return solid ? PD_PAINT_FIELD : PD_PAINT_SOLID;
     if (pdi_model_is_undefined(m, field, node)) return PD_PAINT_OUTSIDE;
     return field == PD_FIELD_GRAIN || pdi_setup_is_mechanics_field(field) ? PD_PAINT_OUTSIDE : PD_PAINT_FIELD;
 }
 
 /* Node that a cell of the drawn plane shows; rows below the axis of an axisymmetric scene are mirrored. */
-static int32_t pdi_pictures_get_node(const pd_images *im, int64_t cell)
+static int32_t pdi_pictures_get_node(const pd_output_pictures *im, int64_t cell)
 {
     const pd_model *m = im->model;
     int row = (int)(cell / im->nx), i[PD_DIM];
@@ -99,11 +97,11 @@ static double pdi_pictures_round_to_float(double value)
 }
 
 /* 1: an unbroken bond joins the metal of two cells. */
-static int pdi_pictures_has_bond(const pd_images *im, int64_t cell, int64_t other)
+static int pdi_pictures_has_bond(const pd_output_pictures *im, int64_t cell, int64_t other)
 {
-    const pd_structure *s = &im->model->structure;
+    const pd_solid_coupling *s = &im->model->structure;
     int32_t i = s->point[pdi_pictures_get_node(im, cell)], j = s->point[pdi_pictures_get_node(im, other)];
-    for (pd_walk f = pdi_body_bonds_begin(&s->body, i); pdi_body_bonds_next(&f);)
+    for (pd_bond_iterator f = pdi_body_bonds_begin(&s->body, i); pdi_body_bonds_next(&f);)
         if (f.to == j) return !pdi_body_bond_is_broken(&f);
     return 0;
 }
@@ -112,7 +110,7 @@ static int pdi_pictures_has_bond(const pd_images *im, int64_t cell, int64_t othe
 static const int pdi_pictures_neighbour_offset[4][2] = {{1, 0}, {0, 1}, {1, 1}, {-1, 1}};
 
 /* Set the bits of joined [cells]: neighbours that a cell has bonds to, so that cracks open in deformed pictures. */
-static void pdi_pictures_mark_bonded_neighbours(pd_images *im)
+static void pdi_pictures_mark_bonded_neighbours(pd_output_pictures *im)
 {
     int whole = pdi_body_is_intact(&im->model->structure.body);
     for (int64_t k = 0; k < im->cells; k++) {
@@ -129,7 +127,7 @@ static void pdi_pictures_mark_bonded_neighbours(pd_images *im)
 }
 
 /* Fill move [2][cells] [m] with scaled displacements of the metal, NaN elsewhere, and the bonds between cells. */
-static void pdi_pictures_compute_displacements(pd_images *im)
+static void pdi_pictures_compute_displacements(pd_output_pictures *im)
 {
     const pd_model *m = im->model;
     for (int64_t k = 0; k < im->cells; k++) {
@@ -145,7 +143,7 @@ static void pdi_pictures_compute_displacements(pd_images *im)
 /* 1: a cell and its neighbour are bonded and drawn as one piece. Callback of pdi_deformed_plot. */
 static int pdi_pictures_are_bonded(const void *user, int cell, int other)
 {
-    const pd_images *im = (const pd_images *)user;
+    const pd_output_pictures *im = (const pd_output_pictures *)user;
     int low = cell < other ? cell : other, high = cell < other ? other : cell;
     int x = high % im->nx - low % im->nx, y = high / im->nx - low / im->nx;
     for (int b = 0; b < 4; b++)
@@ -155,7 +153,7 @@ static int pdi_pictures_are_bonded(const void *user, int cell, int other)
 }
 
 /* Fill velocity [2][cells] [m/s] with the components in the drawn plane, NaN outside the fluid. */
-static void pdi_pictures_compute_velocities(pd_images *im)
+static void pdi_pictures_compute_velocities(pd_output_pictures *im)
 {
     const pd_model *m = im->model;
     const double *right = pdi_model_velocity(m) + (int64_t)im->right * m->grid.total;
@@ -170,7 +168,7 @@ static void pdi_pictures_compute_velocities(pd_images *im)
 }
 
 /* Fill cell [cells] with the values of a field, and paint [cells]. */
-static void pdi_pictures_compute_cells(pd_images *im, pd_field field)
+static void pdi_pictures_compute_cells(pd_output_pictures *im, pd_field field)
 {
     int32_t node = 0, step = im->model->grid.stride[im->right];
     for (int64_t k = 0; k < im->cells; k++, node += step) {
@@ -197,16 +195,16 @@ static double pdi_pictures_interpolate_sorted(const double *sorted, int64_t coun
 }
 
 /* Number of values of a frame: cells, or pixels of the rendered surface. */
-static int64_t pdi_pictures_count_values(const pd_images *im, pd_field field)
+static int64_t pdi_pictures_count_values(const pd_output_pictures *im, pd_field field)
 {
-    return field == PD_IMAGES_SURFACE ? (int64_t)im->sight.width * im->sight.height : im->cells;
+    return field == PD_PICTURES_SURFACE ? (int64_t)im->sight.width * im->sight.height : im->cells;
 }
 
 /* Smallest and largest value of this frame, or percentiles, for colours, without masked and (log) non-positive ones. */
-static void pdi_pictures_find_range(pd_images *im, pd_field field, double *lo, double *hi)
+static void pdi_pictures_find_range(pd_output_pictures *im, pd_field field, double *lo, double *hi)
 {
     int64_t count = 0, values = pdi_pictures_count_values(im, field);
-    int surface = field == PD_IMAGES_SURFACE;
+    int surface = field == PD_PICTURES_SURFACE;
     *lo = HUGE_VAL;
     *hi = -HUGE_VAL;
     for (int64_t k = 0; k < values; k++) {
@@ -236,9 +234,10 @@ static int pdi_pictures_is_range_fixed(const pd_setup *setup, pd_field field)
 }
 
 /* Extend the colour range, the extent of deformed metal and the largest speed by this frame. */
-static pd_status pdi_pictures_update_range(pd_ctx *ctx, pd_images *im, pd_field field, const pdi_deformed_plot *warp)
+static pd_status pdi_pictures_update_range(pd_ctx *ctx, pd_output_pictures *im, pd_field field,
+                                           const pdi_deformed_plot *warp)
 {
-    pd_images_view *view = &im->view[field];
+    pd_picture_range *view = &im->view[field];
     double lo, hi;
     if (pdi_pictures_is_deformed(im, field)) PDI_TRY(pdi_deformed_plot_extend_range(ctx, warp, view->low, view->high));
     for (int64_t k = 0; pdi_pictures_has_flow_overlay(im, field) && k < im->cells; k++)
@@ -267,7 +266,7 @@ static const char *pdi_pictures_format_time(double time, pdi_pictures_labels *te
 }
 
 /* Write the title of a picture into the buffers; returns it. */
-static const char *pdi_pictures_format_title(const pd_images *im, pd_field field, pdi_pictures_labels *text)
+static const char *pdi_pictures_format_title(const pd_output_pictures *im, pd_field field, pdi_pictures_labels *text)
 {
     const pd_setup *u = im->model->setup;
     char value[PD_UNITS_TEXT], place[PDI_UNIT_LABEL_SIZE];
@@ -285,16 +284,17 @@ static const char *pdi_pictures_format_title(const pd_images *im, pd_field field
 }
 
 /* Colour map of a field: given, diverging for signed ones, sequential, or labels. */
-static pd_map pdi_pictures_get_colour_map(const pd_setup *setup, pd_field field)
+static pd_colour_map pdi_pictures_get_colour_map(const pd_setup *setup, pd_field field)
 {
-    int sides = field == PD_FIELD_P || field == PD_FIELD_PRESSURE || pdi_setup_is_stress_field(field);
-    if (pdi_setup_is_categorical_field(field)) return PD_MAP_LABELS;
-    if (setup->drawing.map[field]) return (pd_map)(setup->drawing.map[field] - 1);
-    return sides && !(setup->drawing.log >> field & 1u) ? PD_MAP_DIVERGING : PD_MAP_SEQUENTIAL;
+    int sides = field == PD_FIELD_P || field == PD_FIELD_MEAN_STRESS || pdi_setup_is_stress_field(field);
+    if (pdi_setup_is_categorical_field(field)) return PD_COLOUR_MAP_LABELS;
+    if (setup->drawing.map[field]) return (pd_colour_map)(setup->drawing.map[field] - 1);
+    return sides && !(setup->drawing.log >> field & 1u) ? PD_COLOUR_MAP_DIVERGING : PD_COLOUR_MAP_SEQUENTIAL;
 }
 
 /* Colour range *lo, *hi: given, 0 to 1 for fractions, or that of all frames. */
-static void pdi_pictures_get_range(const pd_images *im, pd_field field, pd_map map, double *lo, double *hi)
+static void pdi_pictures_get_range(const pd_output_pictures *im, pd_field field, pd_colour_map map, double *lo,
+                                   double *hi)
 {
     const pd_setup *u = im->model->setup;
     pd_field of = pdi_pictures_get_colour_field(im, field);
@@ -307,7 +307,7 @@ static void pdi_pictures_get_range(const pd_images *im, pd_field field, pd_map m
 }
 
 /* Add streamlines or vectors to the picture, with the closed sides of the box. */
-static void pdi_pictures_set_flow_overlay(const pd_images *im, pd_field field, pd_picture *picture)
+static void pdi_pictures_set_flow_overlay(const pd_output_pictures *im, pd_field field, pd_field_plot *picture)
 {
     const pd_grid *grid = &im->model->grid;
     if (!pdi_pictures_has_flow_overlay(im, field)) return;
@@ -322,7 +322,7 @@ static void pdi_pictures_set_flow_overlay(const pd_images *im, pd_field field, p
 }
 
 /* Legend names and colours of fields of kinds (kind, phase). */
-static void pdi_pictures_set_legend(pd_field field, pd_picture *picture)
+static void pdi_pictures_set_legend(pd_field field, pd_field_plot *picture)
 {
     static const char *const kinds[] = {"outside", "fluid", "solid", "wall"};
     static const char *const phases[] = {"fluid", "solid"};
@@ -333,12 +333,12 @@ static void pdi_pictures_set_legend(pd_field field, pd_picture *picture)
 }
 
 /* Describe the picture of the frame in memory at `time` [s]. */
-static void pdi_pictures_build_picture(const pd_images *im, pd_field field, double time, pdi_pictures_labels *text,
-                                       pd_picture *picture)
+static void pdi_pictures_build_picture(const pd_output_pictures *im, pd_field field, double time,
+                                       pdi_pictures_labels *text, pd_field_plot *picture)
 {
     static const char *const axes[3] = {"x", "y", "z"};
     const pd_model *m = im->model;
-    const pd_setup_drawing *drawing = &m->setup->drawing;
+    const pd_setup_image_options *drawing = &m->setup->drawing;
     memset(picture, 0, sizeof *picture);
     picture->nx = im->nx;
     picture->ny = im->ny;
@@ -368,7 +368,7 @@ static void pdi_pictures_build_picture(const pd_images *im, pd_field field, doub
 }
 
 /* Describe the deformed picture: displacements and their extent. */
-static void pdi_pictures_build_deformed(const pd_images *im, pd_field field, const pd_picture *picture,
+static void pdi_pictures_build_deformed(const pd_output_pictures *im, pd_field field, const pd_field_plot *picture,
                                         pdi_deformed_plot *warp)
 {
     memset(warp, 0, sizeof *warp);
@@ -383,8 +383,8 @@ static void pdi_pictures_build_deformed(const pd_images *im, pd_field field, con
 }
 
 /* 1D: describe the plot of the field over x. x [cells] [um]: output. */
-static void pdi_pictures_build_plot(pd_images *im, pd_field field, double time, pdi_pictures_labels *text, double *x,
-                                    pd_plot *plot)
+static void pdi_pictures_build_plot(pd_output_pictures *im, pd_field field, double time, pdi_pictures_labels *text,
+                                    double *x, pd_plot *plot)
 {
     const pd_model *m = im->model;
     pdi_axis_ticks axis;
@@ -401,7 +401,7 @@ static void pdi_pictures_build_plot(pd_images *im, pd_field field, double time, 
     plot->x_lo = m->grid.lo[0] * 1e6;
     plot->x_hi = m->grid.hi[0] * 1e6;
     plot->y_log = axis.log = pdi_pictures_is_log_scale(im, field);
-    pdi_pictures_get_range(im, field, PD_MAP_SEQUENTIAL, &axis.lo, &axis.hi);
+    pdi_pictures_get_range(im, field, PD_COLOUR_MAP_SEQUENTIAL, &axis.lo, &axis.hi);
     if (!(m->setup->drawing.range[field][0] < m->setup->drawing.range[field][1]))
         pdi_axis_ticks_widen_range(0.03, &axis);
     plot->y_lo = axis.lo;
@@ -413,14 +413,14 @@ static void pdi_pictures_build_plot(pd_images *im, pd_field field, double time, 
 }
 
 /* 3D: draw the rendered metal surface into the image, or, without one, into a file. */
-static pd_status pdi_pictures_draw_surface(pd_ctx *ctx, const pd_images *im, double time, const char *path,
+static pd_status pdi_pictures_draw_surface(pd_ctx *ctx, const pd_output_pictures *im, double time, const char *path,
                                            pd_image *image)
 {
     const pd_setup *u = im->model->setup;
     pd_field of = pdi_surface_view_get_colour_field(u);
     pdi_pictures_labels text;
     pdi_surface_plot relief;
-    pd_picture labels;
+    pd_field_plot labels;
     memset(&relief, 0, sizeof relief);
     relief.rendering = &im->sight;
     relief.use_values = of < PD_FIELD_COUNT;
@@ -437,26 +437,26 @@ static pd_status pdi_pictures_draw_surface(pd_ctx *ctx, const pd_images *im, dou
         relief.names = labels.names;
         relief.colours = labels.colours;
         relief.name_count = labels.name_count;
-        pdi_pictures_get_range(im, PD_IMAGES_SURFACE, relief.map, &relief.lo, &relief.hi);
+        pdi_pictures_get_range(im, PD_PICTURES_SURFACE, relief.map, &relief.lo, &relief.hi);
     }
     return image || !path ? pdi_surface_plot_draw_image(ctx, &relief, image)
                           : pdi_surface_plot_write(ctx, path, &relief);
 }
 
 /* Draw the frame in memory: into the image, or, where there is none, into a file. */
-static pd_status pdi_pictures_draw_frame(pd_ctx *ctx, pd_images *im, pd_field field, double time, const char *path,
-                                         pd_image *image)
+static pd_status pdi_pictures_draw_frame(pd_ctx *ctx, pd_output_pictures *im, pd_field field, double time,
+                                         const char *path, pd_image *image)
 {
     pdi_pictures_labels text;
-    pd_picture picture;
+    pd_field_plot picture;
     pdi_deformed_plot warp;
     pd_plot plot;
     double *x = NULL;
-    if (field == PD_IMAGES_SURFACE) return pdi_pictures_draw_surface(ctx, im, time, path, image);
+    if (field == PD_PICTURES_SURFACE) return pdi_pictures_draw_surface(ctx, im, time, path, image);
     if (PD_DIM > 1) {
         pdi_pictures_build_picture(im, field, time, &text, &picture);
         if (!pdi_pictures_is_deformed(im, field))
-            return image ? pdi_field_plot_draw_image(ctx, &picture, image) : pd_picture_write(ctx, path, &picture);
+            return image ? pdi_field_plot_draw_image(ctx, &picture, image) : pd_field_plot_write(ctx, path, &picture);
         pdi_pictures_build_deformed(im, field, &picture, &warp);
         return image ? pdi_deformed_plot_draw_image(ctx, &warp, image) : pdi_deformed_plot_write(ctx, path, &warp);
     }
@@ -468,7 +468,7 @@ static pd_status pdi_pictures_draw_frame(pd_ctx *ctx, pd_images *im, pd_field fi
 }
 
 /* latest_C.png is a copy of the picture. */
-static pd_status pdi_pictures_copy_latest(pd_ctx *ctx, pd_images *im, pd_field field, const char *end,
+static pd_status pdi_pictures_copy_latest(pd_ctx *ctx, pd_output_pictures *im, pd_field field, const char *end,
                                           const char *picture)
 {
     char name[PD_SETUP_NAME], path[PD_PATH_SIZE], *data = NULL;
@@ -489,8 +489,8 @@ static pd_status pdi_pictures_copy_latest(pd_ctx *ctx, pd_images *im, pd_field f
 }
 
 /* Write the picture files of a frame. fresh: 1: add them to the list of the folder. image: the drawn frame, or NULL. */
-static pd_status pdi_pictures_write_files(pd_ctx *ctx, pd_images *im, pd_field field, int frame, double time, int fresh,
-                                          const pd_image *image)
+static pd_status pdi_pictures_write_files(pd_ctx *ctx, pd_output_pictures *im, pd_field field, int frame, double time,
+                                          int fresh, const pd_image *image)
 {
     static const char *const ends[2] = {"png", "svg"};
     unsigned formats = im->model->setup->drawing.formats ? im->model->setup->drawing.formats : 1u;
@@ -539,7 +539,7 @@ static pd_status pdi_pictures_store_bytes(pd_ctx *ctx, pd_file *file, int readin
 }
 
 /* Write or read the pixels of the rendered surface. */
-static pd_status pdi_pictures_store_surface(pd_ctx *ctx, pd_images *im, pd_file *file, int reading)
+static pd_status pdi_pictures_store_surface(pd_ctx *ctx, pd_output_pictures *im, pd_file *file, int reading)
 {
     size_t pixels = (size_t)im->sight.width * (size_t)im->sight.height;
     PDI_TRY(pdi_pictures_store_bytes(ctx, file, reading, im->sight.value, pixels * sizeof *im->sight.value));
@@ -549,10 +549,11 @@ static pd_status pdi_pictures_store_surface(pd_ctx *ctx, pd_images *im, pd_file 
 }
 
 /* Write or read the data of a frame that follow its header; a newline ends them. */
-static pd_status pdi_pictures_store_frame_data(pd_ctx *ctx, pd_images *im, pd_field field, pd_file *file, int reading)
+static pd_status pdi_pictures_store_frame_data(pd_ctx *ctx, pd_output_pictures *im, pd_field field, pd_file *file,
+                                               int reading)
 {
     char end = '\n';
-    if (field == PD_IMAGES_SURFACE) PDI_TRY(pdi_pictures_store_surface(ctx, im, file, reading));
+    if (field == PD_PICTURES_SURFACE) PDI_TRY(pdi_pictures_store_surface(ctx, im, file, reading));
     else {
         PDI_TRY(pdi_pictures_store_floats(ctx, file, reading, im->cell, im->cells));
         PDI_TRY(pdi_pictures_store_bytes(ctx, file, reading, im->paint, (size_t)im->cells));
@@ -567,15 +568,15 @@ static pd_status pdi_pictures_store_frame_data(pd_ctx *ctx, pd_images *im, pd_fi
 }
 
 /* [byte] Length of the data of a frame, without header. */
-static int64_t pdi_pictures_count_frame_bytes(const pd_images *im, pd_field field)
+static int64_t pdi_pictures_count_frame_bytes(const pd_output_pictures *im, pd_field field)
 {
-    if (field == PD_IMAGES_SURFACE) return 7 * (int64_t)im->sight.width * im->sight.height + 1;
+    if (field == PD_PICTURES_SURFACE) return 7 * (int64_t)im->sight.width * im->sight.height + 1;
     int overlay = pdi_pictures_has_flow_overlay(im, field) ? 8 : 0;
     return im->cells * ((pdi_pictures_is_deformed(im, field) ? 14 : 5) + overlay) + 1;
 }
 
 /* Append a frame to the file of frames. */
-static pd_status pdi_pictures_append_frame(pd_ctx *ctx, pd_images *im, pd_field field, int frame)
+static pd_status pdi_pictures_append_frame(pd_ctx *ctx, pd_output_pictures *im, pd_field field, int frame)
 {
     pdi_pictures_frame_header head;
     memset(&head, 0, sizeof head);
@@ -588,21 +589,21 @@ static pd_status pdi_pictures_append_frame(pd_ctx *ctx, pd_images *im, pd_field 
     return pdi_file_flush(ctx, &im->kept);
 }
 
-PDI_FN pd_status pdi_pictures_draw_frames(pd_ctx *ctx, pd_images *im, int frame)
+PDI_FN pd_status pdi_pictures_draw_frames(pd_ctx *ctx, pd_output_pictures *im, int frame)
 {
     double time = im->model->couple.time;
     pdi_pictures_labels text;
-    pd_picture picture;
+    pd_field_plot picture;
     pdi_deformed_plot warp;
     memset(&warp, 0, sizeof warp);
     im->last = frame;
     if (im->move) pdi_pictures_compute_displacements(im);
     if (im->velocity) pdi_pictures_compute_velocities(im);
-    for (int k = 0; k < PD_IMAGES_COUNT; k++) {
+    for (int k = 0; k < PD_PICTURES_COUNT; k++) {
         pd_field field = (pd_field)k;
         if (!pdi_pictures_is_drawn(im, field)) continue;
         PDI_TRY(pdi_check_cancel(ctx, "pictures", k));
-        if (field == PD_IMAGES_SURFACE) PDI_TRY(pdi_surface_view_draw(ctx, im->model, &im->sight));
+        if (field == PD_PICTURES_SURFACE) PDI_TRY(pdi_surface_view_draw(ctx, im->model, &im->sight));
         else pdi_pictures_compute_cells(im, field);
         if (pdi_pictures_is_deformed(im, field)) {
             pdi_pictures_build_picture(im, field, time, &text, &picture);
@@ -617,13 +618,14 @@ PDI_FN pd_status pdi_pictures_draw_frames(pd_ctx *ctx, pd_images *im, int frame)
 }
 
 /* 1: two frames have the same range and extent. */
-static int pdi_pictures_is_same_view(const pd_images_view *a, const pd_images_view *b)
+static int pdi_pictures_is_same_view(const pd_picture_range *a, const pd_picture_range *b)
 {
     return memcmp(a, b, sizeof *a) == 0;
 }
 
 /* Read the frames of a field from the file and draw those anew whose range has grown since, or, for a film, all. */
-static pd_status pdi_pictures_redraw_frames(pd_ctx *ctx, pd_images *im, pd_file *file, pd_field field, pdi_apng *film)
+static pd_status pdi_pictures_redraw_frames(pd_ctx *ctx, pd_output_pictures *im, pd_file *file, pd_field field,
+                                            pdi_apng *film)
 {
     pdi_pictures_frame_header head;
     pd_image image;
@@ -649,7 +651,7 @@ static pd_status pdi_pictures_redraw_frames(pd_ctx *ctx, pd_images *im, pd_file 
 }
 
 /* Begin the animated picture C_film.png. */
-static pd_status pdi_pictures_begin_film(pd_ctx *ctx, pd_images *im, pd_field field, pdi_apng *film)
+static pd_status pdi_pictures_begin_film(pd_ctx *ctx, pd_output_pictures *im, pd_field field, pdi_apng *film)
 {
     char name[PD_PATH_SIZE], path[PD_PATH_SIZE];
     snprintf(name, sizeof name, "%s_film.png", pdi_pictures_get_field_name(im, field));
@@ -658,7 +660,7 @@ static pd_status pdi_pictures_begin_film(pd_ctx *ctx, pd_images *im, pd_field fi
 }
 
 /* Finish the pictures of one field: redraw frames and make the film. */
-static pd_status pdi_pictures_redraw_field(pd_ctx *ctx, pd_images *im, pd_field field, const char *path)
+static pd_status pdi_pictures_redraw_field(pd_ctx *ctx, pd_output_pictures *im, pd_field field, const char *path)
 {
     int filmed = im->model->setup->drawing.animate;
     pd_file file;
@@ -673,33 +675,31 @@ static pd_status pdi_pictures_redraw_field(pd_ctx *ctx, pd_images *im, pd_field 
     return status;
 }
 
-PDI_FN pd_status pdi_pictures_finish(pd_ctx *ctx, pd_images *im)
+PDI_FN pd_status pdi_pictures_finish(pd_ctx *ctx, pd_output_pictures *im)
 {
     char path[PD_PATH_SIZE];
     if (!im->keeps) return PD_OK;
     PDI_TRY(pdi_file_commit(ctx, &im->kept));
-    PDI_TRY(pd_file_join(ctx, im->folder->path, PD_IMAGES_KEPT, path));
-    for (int k = 0; k < PD_IMAGES_COUNT; k++)
+    PDI_TRY(pd_file_join(ctx, im->folder->path, PD_FRAMES_FILE, path));
+    for (int k = 0; k < PD_PICTURES_COUNT; k++)
         if (pdi_pictures_is_drawn(im, (pd_field)k)) PDI_TRY(pdi_pictures_redraw_field(ctx, im, (pd_field)k, path));
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_pictures_remove_frame_file(pd_ctx *ctx, pd_images *im)
+PDI_FN pd_status pdi_pictures_remove_frame_file(pd_ctx *ctx, pd_output_pictures *im)
 {
     char path[PD_PATH_SIZE];
     if (!im->keeps) return PD_OK;
-    PDI_TRY(pd_file_join(ctx, im->folder->path, PD_IMAGES_KEPT, path));
+    PDI_TRY(pd_file_join(ctx, im->folder->path, PD_FRAMES_FILE, path));
     im->keeps = 0;
     pdi_file_remove(path);
     return PD_OK;
 }
 
-/* ---- life ---- */
-
 /* 1: frames have to be stored, as a colour range or extent may still grow. */
-static int pdi_pictures_has_growing_range(const pd_images *im)
+static int pdi_pictures_has_growing_range(const pd_output_pictures *im)
 {
-    for (int k = 0; k < PD_IMAGES_COUNT; k++) {
+    for (int k = 0; k < PD_PICTURES_COUNT; k++) {
         pd_field field = (pd_field)k;
         int known = pdi_pictures_is_range_fixed(im->model->setup, pdi_pictures_get_colour_field(im, field)) &&
                     !pdi_pictures_is_deformed(im, field) &&
@@ -710,14 +710,14 @@ static int pdi_pictures_has_growing_range(const pd_images *im)
 }
 
 /* Largest number of values that are sorted for percentiles. */
-static int64_t pdi_pictures_count_max_values(const pd_images *im)
+static int64_t pdi_pictures_count_max_values(const pd_output_pictures *im)
 {
-    int64_t pixels = pdi_pictures_count_values(im, PD_IMAGES_SURFACE);
+    int64_t pixels = pdi_pictures_count_values(im, PD_PICTURES_SURFACE);
     return pixels > im->cells ? pixels : im->cells;
 }
 
 /* Allocate the arrays that the requested pictures need. */
-static pd_status pdi_pictures_allocate(pd_ctx *ctx, pd_images *im)
+static pd_status pdi_pictures_allocate(pd_ctx *ctx, pd_output_pictures *im)
 {
     const pd_setup *u = im->model->setup;
     if (pdi_surface_view_is_requested(u)) PDI_TRY(pdi_surface_view_build(ctx, u, &im->sight));
@@ -734,7 +734,8 @@ static pd_status pdi_pictures_allocate(pd_ctx *ctx, pd_images *im)
     return PDI_NEW(ctx, "images", im->cells, im->joined);
 }
 
-PDI_FN pd_status pdi_pictures_build(pd_ctx *ctx, const pd_model *model, pd_folder *folder, pd_images *im)
+PDI_FN pd_status pdi_pictures_build(pd_ctx *ctx, const pd_model *model, pd_output_folder *folder,
+                                    pd_output_pictures *im)
 {
     const pd_setup *u = model->setup;
     memset(im, 0, sizeof *im);
@@ -747,8 +748,8 @@ PDI_FN pd_status pdi_pictures_build(pd_ctx *ctx, const pd_model *model, pd_folde
     im->nx = model->grid.n[im->right];
     im->ny = im->right == im->up ? 1 : model->grid.n[im->up] + im->below;
     im->cells = (int64_t)im->nx * im->ny;
-    for (int k = 0; k < PD_IMAGES_COUNT; k++) {
-        pd_images_view *view = &im->view[k];
+    for (int k = 0; k < PD_PICTURES_COUNT; k++) {
+        pd_picture_range *view = &im->view[k];
         view->lo = view->low[0] = view->low[1] = HUGE_VAL;
         view->hi = view->high[0] = view->high[1] = -HUGE_VAL;
     }
@@ -757,31 +758,31 @@ PDI_FN pd_status pdi_pictures_build(pd_ctx *ctx, const pd_model *model, pd_folde
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_pictures_begin_frame_file(pd_ctx *ctx, pd_images *im)
+PDI_FN pd_status pdi_pictures_begin_frame_file(pd_ctx *ctx, pd_output_pictures *im)
 {
     char path[PD_PATH_SIZE];
     if (!im->keeps) return PD_OK;
-    PDI_TRY(pdi_output_folder_add_file(ctx, im->folder, PD_IMAGES_KEPT, path));
+    PDI_TRY(pdi_output_folder_add_file(ctx, im->folder, PD_FRAMES_FILE, path));
     PDI_TRY(pdi_file_create(ctx, path, &im->kept)); /* empty, also where a file of this name stands */
     PDI_TRY(pdi_file_commit(ctx, &im->kept));
     return pdi_file_open_append(ctx, path, &im->kept);
 }
 
-PDI_FN pd_status pdi_pictures_store(pd_ctx *ctx, pd_images *im, pd_archive *archive)
+PDI_FN pd_status pdi_pictures_store(pd_ctx *ctx, pd_output_pictures *im, pd_archive *archive)
 {
     char path[PD_PATH_SIZE];
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "views of pictures", im->view, PD_IMAGES_COUNT));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "views of pictures", im->view, PD_PICTURES_COUNT));
     PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "frames of pictures", &im->frames, 1));
     PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "last picture", &im->last, 1));
     PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "listed last pictures", &im->latest, 1));
     if (im->keeps && !archive->reading) PDI_TRY(pdi_file_get_length(ctx, &im->kept, &im->length));
     PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "length of pictures", &im->length, 1));
     if (!im->keeps || !archive->reading) return PD_OK;
-    PDI_TRY(pd_file_join(ctx, im->folder->path, PD_IMAGES_KEPT, path));
+    PDI_TRY(pd_file_join(ctx, im->folder->path, PD_FRAMES_FILE, path));
     return pdi_file_resume(ctx, path, im->length, &im->kept);
 }
 
-PDI_FN void pdi_pictures_free(pd_ctx *ctx, pd_images *im)
+PDI_FN void pdi_pictures_free(pd_ctx *ctx, pd_output_pictures *im)
 {
     pdi_file_abandon(&im->kept); /* every frame has been flushed */
     PDI_DELETE(ctx, im->cells, im->cell);

@@ -1,7 +1,7 @@
 /* pictures: pictures of fields and of the metal surface at output times, with one colour range and one size for
  * all frames of a field.
  *
- * A frame is drawn at once, with the range of the frames so far. Its data are stored in a file, PD_IMAGES_KEPT. At the
+ * A frame is drawn at once, with the range of the frames so far. Its data are stored in a file, PD_FRAMES_FILE. At the
  * end frames whose range has grown since are drawn again, and films are made. That file is not needed where all ranges
  * are given and there is no film.
  */
@@ -10,20 +10,20 @@
 #include "io/output_folder.h"
 #include "run/surface_view.h"
 
-#define PD_IMAGES_KEPT "pictures.bin"
-#define PD_IMAGES_SURFACE PD_FIELD_COUNT /* in place of a field: the surface of the metal */
-#define PD_IMAGES_COUNT (PD_FIELD_COUNT + 1)
+#define PD_FRAMES_FILE "pictures.bin"
+#define PD_PICTURES_SURFACE PD_FIELD_COUNT /* in place of a field: the surface of the metal */
+#define PD_PICTURES_COUNT (PD_FIELD_COUNT + 1)
 
 /* Colour range and extent of all frames of a field so far. */
-typedef struct pd_images_view {
+typedef struct pd_picture_range {
     double lo, hi;           /* [unit of the field] smallest and largest value; lo > hi: none */
     double low[2], high[2];  /* [m] extent of deformed metal; low > high: none */
     double fastest;          /* [m/s] largest speed in the plane */
-} pd_images_view;
+} pd_picture_range;
 
-typedef struct pd_images {
+typedef struct pd_output_pictures {
     const pd_model *model;
-    pd_folder *folder;
+    pd_output_folder *folder;
     int right, up, below;    /* axes of the drawn plane; rows below the axis of an axisymmetric scene */
     int nx, ny;
     int64_t cells;
@@ -33,8 +33,8 @@ typedef struct pd_images {
     uint8_t *joined;         /* [cells] bit k: the cell and its neighbour k hold together */
     double *velocity;        /* [2][cells] [m/s] along right and up, NaN: nothing flows; NULL: none is drawn */
     double *sorted;          /* [unit of the field] values of a frame, for percentiles; NULL: all of them count */
-    pd_shade sight;          /* the surface of the metal, in 3D */
-    pd_images_view view[PD_IMAGES_COUNT];
+    pd_rendering sight;      /* the surface of the metal, in 3D */
+    pd_picture_range view[PD_PICTURES_COUNT];
     int64_t frames;          /* so far */
     int64_t last;            /* number of the last frame */
     int live;                /* 1: the last picture of each field is there under a name of its own, too */
@@ -42,22 +42,23 @@ typedef struct pd_images {
     int keeps;               /* 1: frames are kept, in: */
     pd_file kept;
     int64_t length;          /* [byte] of it when the checkpoint was made */
-} pd_images;
+} pd_output_pictures;
 
 #ifdef PDI_INTERNAL
 /* model and folder are borrowed. */
-PDI_FN pd_status pdi_pictures_build(pd_ctx *ctx, const pd_model *model, pd_folder *folder, pd_images *images);
+PDI_FN pd_status pdi_pictures_build(pd_ctx *ctx, const pd_model *model, pd_output_folder *folder,
+                                    pd_output_pictures *images);
 /* Begin the file of frames of a new run. */
-PDI_FN pd_status pdi_pictures_begin_frame_file(pd_ctx *ctx, pd_images *images);
+PDI_FN pd_status pdi_pictures_begin_frame_file(pd_ctx *ctx, pd_output_pictures *images);
 /* Store the state of the pictures in a checkpoint, or load it and continue the file of frames as it was then. */
-PDI_FN pd_status pdi_pictures_store(pd_ctx *ctx, pd_images *images, pd_archive *archive);
+PDI_FN pd_status pdi_pictures_store(pd_ctx *ctx, pd_output_pictures *images, pd_archive *archive);
 /* Draw the pictures of all fields now; call pdi_sample_prepare before. frame: number of the output time. */
-PDI_FN pd_status pdi_pictures_draw_frames(pd_ctx *ctx, pd_images *images, int frame);
-/* After the last frame: redraw those whose colour range has grown since, and make films. PD_STOPPED. */
-PDI_FN pd_status pdi_pictures_finish(pd_ctx *ctx, pd_images *images);
+PDI_FN pd_status pdi_pictures_draw_frames(pd_ctx *ctx, pd_output_pictures *images, int frame);
+/* After the last frame: redraw those whose colour range has grown since, and make films. PD_CANCELLED. */
+PDI_FN pd_status pdi_pictures_finish(pd_ctx *ctx, pd_output_pictures *images);
 /* Remove the file of frames, once the run is complete. */
-PDI_FN pd_status pdi_pictures_remove_frame_file(pd_ctx *ctx, pd_images *images);
-PDI_FN void pdi_pictures_free(pd_ctx *ctx, pd_images *images);
+PDI_FN pd_status pdi_pictures_remove_frame_file(pd_ctx *ctx, pd_output_pictures *images);
+PDI_FN void pdi_pictures_free(pd_ctx *ctx, pd_output_pictures *images);
 #endif
 
 #endif

@@ -113,14 +113,14 @@ static double pdi_rate_step_limit_limit_law(pdi_rate_step_limit_local_law *law, 
 /* ---- all laws ---- */
 
 /* Limit `end` by the dissolution rate law at a surface site. law: work. */
-static double pdi_rate_step_limit_limit_metal_law(const pd_timed *s, int32_t place, double t, double end,
+static double pdi_rate_step_limit_limit_metal_law(const pd_rate_step_limit *s, int32_t place, double t, double end,
                                                   pdi_rate_step_limit_local_law *law)
 {
     const pd_etch *etch = &s->attack->etch;
-    const pd_attack_law *of = &s->attack->law[pdi_etch_which(etch, place)];
+    const pd_dissolution_law *of = &s->attack->law[pdi_etch_which(etch, place)];
     const pd_setup_metal *metal = &s->setup->metal[of->kind];
     const double *h = s->attack->dissolve->grid->h;
-    double c[PD_SPECIES_MOST], ph, phi;
+    double c[PD_SPECIES_MAX], ph, phi;
     if (!(etch->weight[place] > 0.0) || !(metal->rate.uses >> 1 & 1u)) return end;
     if (!pdi_layer_reads(etch, place, c, &ph, &phi)) return end;
     pdi_dissolution_laws_set_variables(of, etch->node[place], c, ph, phi, t, law->vars);
@@ -135,15 +135,15 @@ static double pdi_rate_step_limit_limit_metal_law(const pd_timed *s, int32_t pla
 
 /* Limit `end` by the rates of all surface states at a site; tried: 1: with the state at the end of the attempt. law:
  * work. */
-static double pdi_rate_step_limit_limit_surface_state(const pd_timed *s, int32_t place, double t, double end, int tried,
-                                                      pdi_rate_step_limit_local_law *law)
+static double pdi_rate_step_limit_limit_surface_state(const pd_rate_step_limit *s, int32_t place, double t, double end,
+                                                      int tried, pdi_rate_step_limit_local_law *law)
 {
     const pd_coat *coat = &s->surfaces->coat;
-    double c[PD_SPECIES_MOST], around[PD_COAT_AROUND], y[PD_COAT_MOST], whole = tried ? end - t : 0.0;
+    double c[PD_SPECIES_MAX], around[PD_COAT_AROUND], y[PD_COAT_MOST], whole = tried ? end - t : 0.0;
     pd_coat_at at;
     pdi_coat_reads(coat, place, t, whole, c, around, &at, y);
     for (int k = 0; k < s->setup->states; k++) {
-        const pd_setup_state *state = &s->setup->state[k];
+        const pd_setup_surface_state *state = &s->setup->state[k];
         if (!(coat->on[coat->node[place]] >> k & 1u) || !(state->rate.uses >> 1 & 1u)) continue;
         pdi_surface_states_set_variables(s->surfaces, k, &at, y, law->vars);
         law->expr = &state->rate;
@@ -157,8 +157,8 @@ static double pdi_rate_step_limit_limit_surface_state(const pd_timed *s, int32_t
 }
 
 /* Limit `end` by the factors of polarisation curves at a site. law: work. */
-static double pdi_rate_step_limit_limit_electrode_factor(const pd_timed *s, int32_t place, double t, double end,
-                                                         pdi_rate_step_limit_local_law *law)
+static double pdi_rate_step_limit_limit_electrode_factor(const pd_rate_step_limit *s, int32_t place, double t,
+                                                         double end, pdi_rate_step_limit_local_law *law)
 {
     const pd_coat *coat = &s->surfaces->coat;
     for (int e = 0; e < s->setup->potential.electrodes; e++) {
@@ -178,7 +178,7 @@ static double pdi_rate_step_limit_limit_electrode_factor(const pd_timed *s, int3
 }
 
 /* Limit `end` by all laws at all sites. law: work, with its rtol. */
-static double pdi_rate_step_limit_limit_all(const pd_timed *s, double t, double end, int tried,
+static double pdi_rate_step_limit_limit_all(const pd_rate_step_limit *s, double t, double end, int tried,
                                             pdi_rate_step_limit_local_law *law)
 {
     for (int32_t p = 0; s->attack && p < s->attack->etch.count; p++)
@@ -192,7 +192,7 @@ static double pdi_rate_step_limit_limit_all(const pd_timed *s, double t, double 
 
 PDI_FN double pdi_rate_step_limit_compute(void *user, double t, double end, int tried)
 {
-    const pd_timed *s = (const pd_timed *)user;
+    const pd_rate_step_limit *s = (const pd_rate_step_limit *)user;
     pdi_rate_step_limit_local_law law;
     memset(&law, 0, sizeof law);
     law.rtol = s->setup->rtol > 0.0 ? s->setup->rtol : PDI_RATE_STEP_LIMIT_DEFAULT_RTOL;
@@ -205,8 +205,8 @@ PDI_FN double pdi_rate_step_limit_compute(void *user, double t, double end, int 
     return to;
 }
 
-PDI_FN void pdi_rate_step_limit_build(const pd_setup *setup, const pd_attack *attack, const pd_surfaces *surfaces,
-                                      pd_timed *timed)
+PDI_FN void pdi_rate_step_limit_build(const pd_setup *setup, const pd_dissolution_laws *attack,
+                                      const pd_surface_states *surfaces, pd_rate_step_limit *timed)
 {
     int laws = 0, rates = 0;
     memset(timed, 0, sizeof *timed);

@@ -11,18 +11,18 @@
 #include "run/surface_states.h"
 
 /* Laws that limit the step. All is borrowed. Empty: no law depends on time. */
-typedef struct pd_timed {
+typedef struct pd_rate_step_limit {
     const pd_setup *setup;
-    const pd_attack *attack;     /* dissolution rate laws in species; NULL: none depends on time */
-    const pd_surfaces *surfaces; /* rates of surface states, factors of curves; NULL: none depends on time */
-} pd_timed;
+    const pd_dissolution_laws *attack; /* dissolution rate laws in species; NULL: none depends on time */
+    const pd_surface_states *surfaces; /* rates of surface states, factors of curves; NULL: none depends on time */
+} pd_rate_step_limit;
 
 #ifdef PDI_INTERNAL
 /* Note which laws of the setup depend on time. attack, surfaces: NULL where there are none. */
-PDI_FN void pdi_rate_step_limit_build(const pd_setup *setup, const pd_attack *attack, const pd_surfaces *surfaces,
-                                      pd_timed *timed);
+PDI_FN void pdi_rate_step_limit_build(const pd_setup *setup, const pd_dissolution_laws *attack,
+                                      const pd_surface_states *surfaces, pd_rate_step_limit *timed);
 /* Latest end [s] of a step of the species from t that is to end at `end` [s]. tried: 1: after an attempt, with the
- * state of its end. The `until` callback of pd_process; user: a pd_timed. */
+ * state of its end. The `until` callback of pd_physics; user: a pd_rate_step_limit. */
 PDI_FN double pdi_rate_step_limit_compute(void *user, double t, double end, int tried);
 #endif
 

@@ -3,10 +3,10 @@
 #include <string.h>
 
 /* Sum of the nodal loads of the traction of condition k: force [PD_DIM] [N]. load [points][PD_DIM] [N/m3]: work. */
-static pd_status pdi_reaction_force_compute_applied_load(pd_ctx *ctx, const pd_grips *g, int k, double t, double *load,
-                                                         double *force)
+static pd_status pdi_reaction_force_compute_applied_load(pd_ctx *ctx, const pd_mechanical_bc *g, int k, double t,
+                                                         double *load, double *force)
 {
-    const pd_structure *s = g->structure;
+    const pd_solid_coupling *s = g->structure;
     pdi_compensated_sum sum[PD_DIM];
     memset(sum, 0, sizeof sum);
     PDI_TRY(pdi_mechanical_bc_add_traction(ctx, g, k, t, load));
@@ -25,7 +25,7 @@ typedef struct pdi_reaction_force_corner_fit {
 
 /* [N/m3] Residual force density of component d of point i, bond forces and loads: minus the reaction of what prescribes
  * it. */
-static double pdi_reaction_force_get_residual(const pd_grips *g, int32_t i, int d)
+static double pdi_reaction_force_get_residual(const pd_mechanical_bc *g, int32_t i, int d)
 {
     int64_t n = (int64_t)i * PD_DIM + d;
     return pdi_solid_coupling_forces(g->structure)[n] + pdi_solid_coupling_loads(g->structure)[n];
@@ -33,10 +33,10 @@ static double pdi_reaction_force_get_residual(const pd_grips *g, int32_t i, int 
 
 /* Fit the stresses on `count` sides (holders) to the residual of component d at the points that all of them hold, in
  * the plane of their normals through point i. */
-static void pdi_reaction_force_fit_corner_stress(const pd_grips *g, const int *holders, int count, int32_t i, int d,
-                                                 pdi_reaction_force_corner_fit *fit)
+static void pdi_reaction_force_fit_corner_stress(const pd_mechanical_bc *g, const int *holders, int count, int32_t i,
+                                                 int d, pdi_reaction_force_corner_fit *fit)
 {
-    const pd_structure *s = g->structure;
+    const pd_solid_coupling *s = g->structure;
     int all = 1, depth = pdi_mechanical_bc_count_held_layers(g), at[PD_DIM];
     if (count > PD_DIM) count = PD_DIM;
     memset(fit, 0, sizeof *fit);
@@ -72,9 +72,9 @@ static void pdi_reaction_force_fit_corner_stress(const pd_grips *g, const int *h
 /* [N/m3] Reaction density of condition k on component d of point i. At edges and corners each side takes its fitted
  * stress times c_a, and all sides the same part of the remainder. A shape that also holds the point takes all if it is
  * named last. */
-static double pdi_reaction_force_compute_point_force(const pd_grips *g, int k, int32_t i, int d)
+static double pdi_reaction_force_compute_point_force(const pd_mechanical_bc *g, int k, int32_t i, int d)
 {
-    const pd_setup_body *b = &g->setup->metal_body;
+    const pd_setup_mechanics *b = &g->setup->metal_body;
     int holders[PD_DIM], count = pdi_mechanical_bc_find_sides(g, i, d, holders), last = k, at = 0;
     double own = 0.0, rest = 0.0;
     pdi_reaction_force_corner_fit fit;
@@ -95,9 +95,9 @@ static double pdi_reaction_force_compute_point_force(const pd_grips *g, int k, i
     return -(own + rest / count);
 }
 
-PDI_FN pd_status pdi_reaction_force_compute(pd_ctx *ctx, const pd_grips *g, int k, double t, double *force)
+PDI_FN pd_status pdi_reaction_force_compute(pd_ctx *ctx, const pd_mechanical_bc *g, int k, double t, double *force)
 {
-    const pd_setup_grip *grip = &g->setup->metal_body.grip[k];
+    const pd_setup_mechanical_bc *grip = &g->setup->metal_body.grip[k];
     int64_t count = (int64_t)g->structure->count * PD_DIM;
     double *work = NULL, reaction[PD_DIM];
     pd_status status = PD_OK;

@@ -14,13 +14,13 @@
 /* ---- figures of the coarser runs ---- */
 
 /* Value of the coarser run for an output of the run, summed over its planes with weights; NaN: it has none. */
-static double pdi_richardson_find_coarser_value(const pd_coarser *coarser, const pd_figures *figures,
-                                                const pd_figure *wanted)
+static double pdi_richardson_find_coarser_value(const pd_coarsened_setup *coarser, const pd_scalar_outputs *figures,
+                                                const pd_scalar_output *wanted)
 {
     double sum = 0.0;
     int found = 0;
     for (int k = 0; k < figures->count; k++) {
-        const pd_figure *f = &figures->list[k];
+        const pd_scalar_output *f = &figures->list[k];
         if (strcmp(f->section, wanted->section) != 0 || strcmp(f->name, wanted->name) != 0 ||
             strcmp(f->key, wanted->key) != 0)
             continue;
@@ -39,12 +39,12 @@ static void pdi_richardson_prefix_message(pd_ctx *ctx, int level)
 }
 
 /* Run the coarsened setup without files and record its outputs as e->list[].coarser[level]. */
-static pd_status pdi_richardson_run_setup(pd_ctx *ctx, const pd_run_desc *desc, pd_coarser *coarser, pd_estimate *e,
-                                          int level)
+static pd_status pdi_richardson_run_setup(pd_ctx *ctx, const pd_run_desc *desc, pd_coarsened_setup *coarser,
+                                          pd_richardson *e, int level)
 {
     pd_run_desc dry;
     pd_run_result result;
-    pd_figures figures;
+    pd_scalar_outputs figures;
     memset(&dry, 0, sizeof dry);
     memset(&figures, 0, sizeof figures);
     dry.dry = 1;
@@ -57,14 +57,14 @@ static pd_status pdi_richardson_run_setup(pd_ctx *ctx, const pd_run_desc *desc, 
     else if (result.stopped) status = pdi_fail(ctx, PD_ERR_STATE, "estimate", "interrupted");
     for (int k = 0; k < e->count && status >= 0; k++)
         e->list[k].coarser[level] = pdi_richardson_find_coarser_value(coarser, &figures, &e->list[k].figure);
-    pd_figures_free(ctx, &figures);
+    pd_scalar_outputs_free(ctx, &figures);
     return status;
 }
 
 /* Coarsen the setup (level 0: 2 h, 1: 4 h) and run it. */
-static pd_status pdi_richardson_run_coarser_grid(pd_ctx *ctx, const pd_run_desc *desc, pd_estimate *e, int level)
+static pd_status pdi_richardson_run_coarser_grid(pd_ctx *ctx, const pd_run_desc *desc, pd_richardson *e, int level)
 {
-    pd_coarser *coarser = NULL;
+    pd_coarsened_setup *coarser = NULL;
     PDI_TRY(PDI_NEW(ctx, "estimate", 1, coarser));
     pd_status status = pdi_coarsen_setup_build(ctx, e->setup, level ? 4 : 2, coarser);
     if (status >= 0 && e->order) coarser->setup.flow_order = e->order; /* which may depend on the spacing */
@@ -76,14 +76,14 @@ static pd_status pdi_richardson_run_coarser_grid(pd_ctx *ctx, const pd_run_desc 
 /* ---- orders and errors ---- */
 
 /* Formal order of convergence of an output: 1 where dissolution or upwinding decides, else 2. */
-static double pdi_richardson_get_formal_order(const pd_setup *setup, const pd_figure *f)
+static double pdi_richardson_get_formal_order(const pd_setup *setup, const pd_scalar_output *f)
 {
     int carried = strstr(f->unit, "mol") || strcmp(f->section, "transfer") == 0 || strcmp(f->section, "scene") == 0;
     return carried && (setup->has_dissolve || (setup->has_flow && setup->advection == PD_ADVECTION_UPWIND)) ? 1.0 : 2.0;
 }
 
 /* Observed order and Richardson error of one output, or those by the formal order. */
-static void pdi_richardson_compute_error(const pd_setup *setup, pd_estimated *e)
+static void pdi_richardson_compute_error(const pd_setup *setup, pd_richardson_output *e)
 {
     double value = e->figure.value, near_step = e->coarser[0] - value, far_step = e->coarser[1] - e->coarser[0];
     double noise = PDI_RICHARDSON_NOISE * fabs(value), theory = pdi_richardson_get_formal_order(setup, &e->figure);
@@ -96,17 +96,17 @@ static void pdi_richardson_compute_error(const pd_setup *setup, pd_estimated *e)
 }
 
 /* 1: two outputs are of the same sort: unit and first letter of the key. */
-static int pdi_richardson_is_same_kind(const pd_figure *a, const pd_figure *b)
+static int pdi_richardson_is_same_kind(const pd_scalar_output *a, const pd_scalar_output *b)
 {
     return a->key[0] == b->key[0] && strcmp(a->unit, b->unit) == 0;
 }
 
 /* Mark minor outputs and find the largest relative error of the others. */
-static void pdi_richardson_mark_minor(pd_estimate *e)
+static void pdi_richardson_mark_minor(pd_richardson *e)
 {
     e->worst = -1;
     for (int k = 0; k < e->count; k++) {
-        pd_estimated *a = &e->list[k];
+        pd_richardson_output *a = &e->list[k];
         double most = 0.0;
         for (int j = 0; j < e->count; j++)
             if (pdi_richardson_is_same_kind(&a->figure, &e->list[j].figure))
@@ -118,7 +118,7 @@ static void pdi_richardson_mark_minor(pd_estimate *e)
 }
 
 /* Run both coarser lattices and compute all errors. */
-static pd_status pdi_richardson_run_coarser_grids(pd_ctx *ctx, const pd_run_desc *desc, pd_estimate *e)
+static pd_status pdi_richardson_run_coarser_grids(pd_ctx *ctx, const pd_run_desc *desc, pd_richardson *e)
 {
     PDI_TRY(pdi_richardson_run_coarser_grid(ctx, desc, e, 0));
     e->coarser_runs = 1;
@@ -132,8 +132,8 @@ static pd_status pdi_richardson_run_coarser_grids(pd_ctx *ctx, const pd_run_desc
     return PD_OK;
 }
 
-pd_status pd_estimate_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, const pd_figures *figures,
-                          pd_estimate *e)
+pd_status pd_richardson_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc,
+                            const pd_scalar_outputs *figures, pd_richardson *e)
 {
     double started = pdi_par_clock();
     memset(e, 0, sizeof *e);
@@ -148,11 +148,11 @@ pd_status pd_estimate_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc 
     }
     pd_status status = pdi_richardson_run_coarser_grids(ctx, desc, e);
     e->wall = pdi_par_clock() - started;
-    if (status < 0) pd_estimate_free(ctx, e);
+    if (status < 0) pd_richardson_free(ctx, e);
     return status;
 }
 
-void pd_estimate_free(pd_ctx *ctx, pd_estimate *e)
+void pd_richardson_free(pd_ctx *ctx, pd_richardson *e)
 {
     PDI_DELETE(ctx, e->count, e->list);
     memset(e, 0, sizeof *e);
@@ -161,21 +161,21 @@ void pd_estimate_free(pd_ctx *ctx, pd_estimate *e)
 /* ---- what it says ---- */
 
 /* Name of an output, as "plane.up.flow". */
-static void pdi_richardson_format_output_name(const pd_figure *f, char *text, size_t size)
+static void pdi_richardson_format_output_name(const pd_scalar_output *f, char *text, size_t size)
 {
     snprintf(text, size, "%s%s%s.%s", f->section, f->name[0] ? "." : "", f->name, f->key);
 }
 
 /* Append the errors of all outputs of one section from `first` on: " err_fx=... order_fx=... assumed=fx". Returns the
  * next output. */
-static int pdi_richardson_format_section(const pd_estimate *e, int first, char *text, size_t size)
+static int pdi_richardson_format_section(const pd_richardson *e, int first, char *text, size_t size)
 {
-    const pd_figure *f = &e->list[first].figure;
+    const pd_scalar_output *f = &e->list[first].figure;
     char assumed[PDI_RICHARDSON_LINE / 4] = "";
     int k = first;
     size_t used;
     for (; k < e->count; k++) {
-        const pd_estimated *a = &e->list[k];
+        const pd_richardson_output *a = &e->list[k];
         if (strcmp(a->figure.section, f->section) != 0 || strcmp(a->figure.name, f->name) != 0) break;
         used = strlen(text);
         snprintf(text + used, size - used, " err_%s=%.3g order_%s=%.3g", a->figure.key, a->error, a->figure.key,
@@ -189,11 +189,11 @@ static int pdi_richardson_format_section(const pd_estimate *e, int first, char *
 }
 
 /* Append the error of the volume loss and the worst of all outputs. */
-static void pdi_richardson_format_scene(const pd_estimate *e, char *text, size_t size)
+static void pdi_richardson_format_scene(const pd_richardson *e, char *text, size_t size)
 {
     char worst[2 * PD_SETUP_NAME] = "none";
-    const pd_estimated *w = e->worst < 0 ? NULL : &e->list[e->worst];
-    const pd_estimated *a = e->count && strcmp(e->list[0].figure.section, "scene") == 0 ? &e->list[0] : NULL;
+    const pd_richardson_output *w = e->worst < 0 ? NULL : &e->list[e->worst];
+    const pd_richardson_output *a = e->count && strcmp(e->list[0].figure.section, "scene") == 0 ? &e->list[0] : NULL;
     size_t used = strlen(text);
     snprintf(text + used, size - used, " coarser_runs=%d", e->coarser_runs);
     if (a) {
@@ -210,12 +210,12 @@ static void pdi_richardson_format_scene(const pd_estimate *e, char *text, size_t
     snprintf(text + used, size - used, " estimate_wall_s=%.3f", e->wall);
 }
 
-void pd_estimate_print(const pd_estimate *e, pd_print_fn print, void *user)
+void pd_richardson_print(const pd_richardson *e, pd_print_fn print, void *user)
 {
     char text[PDI_RICHARDSON_LINE];
     if (!print) return;
     for (int k = 0; k < e->count;) {
-        const pd_figure *f = &e->list[k].figure;
+        const pd_scalar_output *f = &e->list[k].figure;
         if (strcmp(f->section, "scene") == 0) {
             k++;
             continue;
@@ -247,13 +247,13 @@ static int pdi_richardson_compute_common_divisor(int a, int b)
     return a;
 }
 
-void pd_estimate_spacing(const pd_estimate *e, double accuracy, double *h)
+void pd_richardson_suggest_spacing(const pd_richardson *e, double accuracy, double *h)
 {
     const pd_setup *u = e->setup;
     double finer = 1.0, parts;
     int common = 0;
     for (int k = 0; k < e->count; k++) {
-        const pd_estimated *a = &e->list[k];
+        const pd_richardson_output *a = &e->list[k];
         if (!a->minor && a->error > accuracy) finer = pdi_max(finer, pow(a->error / accuracy, 1.0 / a->order));
     }
     for (int d = 0; d < PD_DIM; d++) {

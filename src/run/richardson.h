@@ -13,43 +13,43 @@
 #include "run/coarsen_setup.h"
 
 /* A scalar output with its observed order and error. */
-typedef struct pd_estimated {
-    pd_figure figure;  /* of the run */
+typedef struct pd_richardson_output {
+    pd_scalar_output figure; /* of the run */
     double coarser[2]; /* [unit of the figure] at 2 h and 4 h; NaN: none */
     double order;      /* [-] */
     int assumed;       /* 1: the formal order of the method, not the observed one */
     double error;      /* [-] of the figure, over its size; NaN: unknown */
     int minor;         /* below a tenth of the largest figure of its sort (same unit, same first letter), so that its
                         * relative error says little */
-} pd_estimated;
+} pd_richardson_output;
 
 /* The error estimate of a run. */
-typedef struct pd_estimate {
+typedef struct pd_richardson {
     const pd_setup *setup;
     int coarser_runs;            /* runs it rests on, 1 or 2 */
     char without[PD_MESSAGE_SIZE]; /* why there is no second one; "": there is */
-    pd_estimated *list;          /* [count] */
+    pd_richardson_output *list;    /* [count] */
     int count;
     int order;                   /* of the flow of the run, which coarser runs keep; 0: theirs */
     int worst;                   /* index of the largest error of those that are not minor; -1: none */
     double wall;                 /* [s] that they took */
-} pd_estimate;
+} pd_richardson;
 
-#define pd_estimate_run PD_NAME(pd_estimate_run)
-#define pd_estimate_print PD_NAME(pd_estimate_print)
-#define pd_estimate_spacing PD_NAME(pd_estimate_spacing)
-#define pd_estimate_free PD_NAME(pd_estimate_free)
+#define pd_richardson_run PD_NAME(pd_richardson_run)
+#define pd_richardson_print PD_NAME(pd_richardson_print)
+#define pd_richardson_suggest_spacing PD_NAME(pd_richardson_suggest_spacing)
+#define pd_richardson_free PD_NAME(pd_richardson_free)
 
 /* Run the coarser lattices of a run that gave `figures`; desc says when to stop. With desc->check they are only built:
  * then there are no errors, only `coarser_runs` and `without`. setup is borrowed. The errors of pdi_coarsen_setup_build
  * and pd_run: there is no estimate, the run stands. PD_ERR_STATE: stopped. */
-PD_API pd_status pd_estimate_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, const pd_figures *figures,
-                                 pd_estimate *estimate);
+PD_API pd_status pd_richardson_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc,
+                                   const pd_scalar_outputs *figures, pd_richardson *estimate);
 /* A line "result case=... estimate=richardson ..." for the scene and one for each section with figures. */
-PD_API void pd_estimate_print(const pd_estimate *estimate, pd_print_fn print, void *user);
+PD_API void pd_richardson_print(const pd_richardson *estimate, pd_print_fn print, void *user);
 /* The largest h[PD_DIM] [m] that divides the boxes of the run and of the coarser ones, and at which no figure but minor
  * ones should be off by more than `accuracy` [-], as far as the orders hold; h of the run when that is so already. */
-PD_API void pd_estimate_spacing(const pd_estimate *estimate, double accuracy, double *h);
-PD_API void pd_estimate_free(pd_ctx *ctx, pd_estimate *estimate);
+PD_API void pd_richardson_suggest_spacing(const pd_richardson *estimate, double accuracy, double *h);
+PD_API void pd_richardson_free(pd_ctx *ctx, pd_richardson *estimate);
 
 #endif

@@ -28,25 +28,26 @@ typedef struct pdi_run {
     const pd_setup *setup;
     pd_model model;
     pd_output output;
-    pd_observables observables;
-    pd_depletion depletion;
+    pd_step_diagnostics observables;
+    pd_depletion_notes depletion;
     pd_monitors monitors;
-    pd_compare compare;
-    pd_views views;       /* of the observer */
+    pd_measured_comparison compare;
+    pd_field_views views; /* of the observer */
     pd_status status;     /* of the step that was observed last */
     int stopped;
     double start_clock, progress_clock; /* [s] clock */
     double checkpoint_clock;            /* [s] clock of the last checkpoint */
     const char *folder_path;            /* of the folder */
-    pd_folder folder;
-    pd_store kept_checkpoint; /* checkpoint of the last step in memory, for a run that is stopped within a step */
+    pd_output_folder folder;
+    /* checkpoint of the last step in memory, for a run that is stopped within a step */
+    pd_archive_file kept_checkpoint;
     double kept_clock;        /* [s] clock of it */
     int kept_is_complete;     /* 1: it is complete */
     double poll_clock;        /* [s] clock of the last poll */
     double step_clock;        /* [s] clock of the last step */
     double stall_time;        /* [s] wall time without a step before the next note */
     int writing;          /* 1: stopped, but the files of this step are still written */
-    pd_poll_fn poll;      /* of the caller */
+    pd_cancel_fn poll;    /* of the caller */
     void *poll_user;
     char checkpoint_path[PD_PATH_SIZE];
 } pdi_run;
@@ -56,7 +57,7 @@ static void pdi_run_print_progress_line(pdi_run *r, const char *doing, int64_t c
 {
     char line[360], time[PD_UNITS_TEXT], dt[PD_UNITS_TEXT];
     double now = pdi_par_clock(), until = r->setup->until;
-    const pd_couple *c = &r->model.couple;
+    const pd_time_loop *c = &r->model.couple;
     if (!r->desc->print || !(until > 0.0)) return;
     r->progress_clock = now;
     pdi_progress_format_line(c->time / until, now - r->start_clock, r->setup->name, line, sizeof line);
@@ -137,9 +138,9 @@ static pd_status pdi_run_write_rows(pdi_run *r)
 }
 
 /* Call the caller's observer, which may stop the run. */
-static void pdi_run_call_observer(pdi_run *r, pd_when when)
+static void pdi_run_call_observer(pdi_run *r, pd_snapshot_stage when)
 {
-    pd_instant at;
+    pd_snapshot at;
     int before_end = r->model.couple.time < r->setup->until;
     if (!r->desc->observe) return;
     memset(&at, 0, sizeof at);
@@ -155,7 +156,7 @@ static void pdi_run_call_observer(pdi_run *r, pd_when when)
     at.monitors = &r->monitors;
     at.views = &r->views;
     int ends = r->desc->observe(r->desc->observe_user, r->ctx, &at);
-    if (ends && before_end && when != PD_WHEN_END) r->stopped = 1;
+    if (ends && before_end && when != PD_SNAPSHOT_STAGE_END) r->stopped = 1;
 }
 
 /* ---- checkpoints ---- */
@@ -184,10 +185,10 @@ static pd_status pdi_run_store_all(pdi_run *r, pd_archive *archive)
 /* Write the checkpoint file. */
 static pd_status pdi_run_write_checkpoint(pdi_run *r)
 {
-    pd_store store;
-    PDI_TRY(pd_store_create(r->ctx, r->checkpoint_path, &store));
+    pd_archive_file store;
+    PDI_TRY(pd_archive_file_create(r->ctx, r->checkpoint_path, &store));
     pd_status status = pdi_run_store_all(r, &store.archive);
-    if (status == PD_OK) return pd_store_close(r->ctx, &store);
+    if (status == PD_OK) return pd_archive_file_close(r->ctx, &store);
     pdi_archive_file_abandon(&store);
     return status;
 }
@@ -203,7 +204,7 @@ static void pdi_run_keep_checkpoint(pdi_run *r)
     r->kept_clock = now;
     pd_status status = pdi_archive_file_begin_in_memory(r->ctx, &r->kept_checkpoint);
     if (status == PD_OK) status = pdi_run_store_all(r, &r->kept_checkpoint.archive);
-    if (status == PD_OK) status = pd_store_close(r->ctx, &r->kept_checkpoint);
+    if (status == PD_OK) status = pd_archive_file_close(r->ctx, &r->kept_checkpoint);
     r->kept_is_complete = status == PD_OK;
 }
 
@@ -232,8 +233,8 @@ static pd_status pdi_run_update_outputs(pdi_run *r)
 /* Load the checkpoint and continue all files. */
 static pd_status pdi_run_read_checkpoint(pdi_run *r)
 {
-    pd_store store;
-    PDI_TRY(pd_store_open(r->ctx, r->checkpoint_path, &store));
+    pd_archive_file store;
+    PDI_TRY(pd_archive_file_open(r->ctx, r->checkpoint_path, &store));
     pd_status status = pdi_run_store_state(r, &store.archive);
     if (status == PD_OK) pdi_depletion_notes_update(&r->depletion, NULL, NULL); /* what has gone before has been said */
     if (status == PD_OK && r->desc->observe) status = pdi_run_update_outputs(r);
@@ -241,7 +242,7 @@ static pd_status pdi_run_read_checkpoint(pdi_run *r)
     if (status == PD_OK) status = pdi_monitors_resume(r->ctx, &r->monitors, &r->folder, &store.archive);
     if (status == PD_OK) status = pdi_output_folder_store(r->ctx, &r->folder, &store.archive);
     if (status == PD_OK) {
-        PDI_TRY(pd_store_close(r->ctx, &store));
+        PDI_TRY(pd_archive_file_close(r->ctx, &store));
         return pdi_output_folder_resume_list(r->ctx, &r->folder);
     }
     pdi_archive_file_abandon(&store);
@@ -291,7 +292,7 @@ static pd_status pdi_run_open_files(pdi_run *r, pd_run_result *result)
 
 /* After each step, by the time loop: diagnostics, tables, observer, output files, checkpoints. Returns 1 to end the
  * run. */
-static int pdi_run_observe_step(void *user, const pd_couple *couple)
+static int pdi_run_observe_step(void *user, const pd_time_loop *couple)
 {
     pdi_run *r = (pdi_run *)user;
     (void)couple;
@@ -301,7 +302,8 @@ static int pdi_run_observe_step(void *user, const pd_couple *couple)
     if (before_end && r->desc->stop && r->desc->stop(r->desc->stop_user)) r->stopped = 1;
     r->writing = r->stopped; /* what a step that is done has to show */
     r->status = pdi_run_write_rows(r);
-    if (r->status >= 0) pdi_run_call_observer(r, r->model.couple.steps ? PD_WHEN_STEP : PD_WHEN_START);
+    if (r->status >= 0)
+        pdi_run_call_observer(r, r->model.couple.steps ? PD_SNAPSHOT_STAGE_STEP : PD_SNAPSHOT_STAGE_START);
     r->writing = r->stopped;
     if (!r->desc->dry && r->status >= 0 && pdi_run_is_frame_due(r)) r->status = pdi_run_write_frame(r);
     if (!r->desc->dry && before_end && r->status >= 0) r->status = pdi_run_write_due_checkpoint(r);
@@ -317,7 +319,7 @@ static pd_status pdi_run_step_to_end(pdi_run *r)
     double until = r->setup->until, reached;
     do {
         reached = pdi_compare_measured_find_next_time(&r->compare, r->model.couple.time, until);
-        PDI_TRY(pd_couple_run(r->ctx, &r->model.couple, reached, r->setup->every, pdi_run_observe_step, r));
+        PDI_TRY(pd_time_loop_run(r->ctx, &r->model.couple, reached, r->setup->every, pdi_run_observe_step, r));
         PDI_TRY(r->status);
     } while (!r->stopped && reached < until);
     return PD_OK;
@@ -367,9 +369,9 @@ static pd_status pdi_run_write_kept_checkpoint(pdi_run *r)
 static pd_status pdi_run_run_steps(pdi_run *r)
 {
     pdi_run_keep_checkpoint(r);
-    if (r->desc->resume && !r->desc->dry) pdi_run_call_observer(r, PD_WHEN_START);
+    if (r->desc->resume && !r->desc->dry) pdi_run_call_observer(r, PD_SNAPSHOT_STAGE_START);
     pd_status status = r->stopped ? PD_OK : pdi_run_step_to_end(r);
-    if (status == PD_STOPPED || r->status == PD_STOPPED) {
+    if (status == PD_CANCELLED || r->status == PD_CANCELLED) {
         status = r->status = PD_OK;
         PDI_TRY(pdi_run_write_kept_checkpoint(r));
     }
@@ -378,7 +380,7 @@ static pd_status pdi_run_run_steps(pdi_run *r)
     if (r->desc->dry) PDI_TRY(pdi_monitors_step(r->ctx, &r->monitors));
     if (r->desc->figures) PDI_TRY(pdi_scalar_outputs_collect(r->ctx, &r->model, &r->monitors, 0, r->desc->figures));
     if (r->desc->dry) {
-        pdi_run_call_observer(r, PD_WHEN_END);
+        pdi_run_call_observer(r, PD_SNAPSHOT_STAGE_END);
         return PD_OK;
     }
     PDI_TRY(pdi_monitors_close(r->ctx, &r->monitors));
@@ -388,13 +390,13 @@ static pd_status pdi_run_run_steps(pdi_run *r)
     pdi_compare_measured_print(&r->compare, r->desc->print, r->desc->print_user);
     PDI_TRY(pdi_compare_measured_write(r->ctx, &r->compare, &r->folder));
     status = pdi_output_close(r->ctx, &r->output, !r->stopped);
-    if (status == PD_STOPPED) return pdi_run_write_kept_checkpoint(r);
+    if (status == PD_CANCELLED) return pdi_run_write_kept_checkpoint(r);
     if (status < 0) return status;
     if (!r->stopped) {
         pdi_file_remove(r->checkpoint_path);
         PDI_TRY(pdi_pictures_remove_frame_file(r->ctx, &r->output.images));
     }
-    pdi_run_call_observer(r, PD_WHEN_END);
+    pdi_run_call_observer(r, PD_SNAPSHOT_STAGE_END);
     return PD_OK;
 }
 
@@ -415,7 +417,7 @@ static double pdi_run_compute_evolved_gas(const pdi_run *r)
 static void pdi_run_set_result(const pdi_run *r, pd_run_result *result)
 {
     const pd_model *m = &r->model;
-    const pd_couple *c = &m->couple;
+    const pd_time_loop *c = &m->couple;
     pdi_model_statistics effort;
     pdi_model_get_statistics(m, &effort);
     int64_t nodes = m->grid.fluid_count + m->grid.solid_count;
@@ -426,7 +428,7 @@ static void pdi_run_set_result(const pdi_run *r, pd_run_result *result)
     result->h = r->setup->h[0];
     result->m = m->stencil.m;
     result->volume_loss = r->observables.volume_loss;
-    result->ledger = pd_couple_imbalance(c);
+    result->ledger = pd_time_loop_imbalance(c);
     result->has_front = r->setup->has_corrode;
     result->front = r->observables.front;
     result->sheds = r->setup->sheds && r->setup->gas[0];
@@ -490,12 +492,12 @@ static pd_status pdi_run_build(pdi_run *r, pd_run_result *result)
 /* Dry check: output folder, and checkpoint with `resume`; nothing is written. */
 static pd_status pdi_run_check_resume(pdi_run *r, pd_run_result *result)
 {
-    pd_store store;
+    pd_archive_file store;
     if (r->desc->figures) PDI_TRY(pdi_scalar_outputs_collect(r->ctx, &r->model, &r->monitors, 0, r->desc->figures));
     pd_status status = pdi_output_folder_check(r->ctx, r->folder_path, r->setup->name);
     if (status == PD_OK && r->desc->resume) {
         status = pd_file_join(r->ctx, r->folder_path, PD_RUN_CHECKPOINT, r->checkpoint_path);
-        if (status == PD_OK) status = pd_store_open(r->ctx, r->checkpoint_path, &store);
+        if (status == PD_OK) status = pd_archive_file_open(r->ctx, r->checkpoint_path, &store);
         if (status == PD_OK) {
             status = pdi_run_store_state(r, &store.archive);
             pdi_archive_file_abandon(&store);
@@ -557,7 +559,7 @@ pd_status pd_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, pd
     return status;
 }
 
-void pd_run_line(const pd_run_result *r, char *text, size_t size)
+void pd_run_format_result(const pd_run_result *r, char *text, size_t size)
 {
     if (size == 0) return;
     text[0] = '\0';

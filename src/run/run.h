@@ -19,8 +19,8 @@ typedef struct pd_run_desc {
     int check;               /* 1: build and summarise, run nothing, write nothing; what the run would be refused for is
                               * refused, with `resume` also for its checkpoint */
     int dry;                 /* 1: run, write nothing */
-    pd_figures *figures;     /* zeroed; gets the last figures of the run (`check`: those before it), for
-                              * pd_figures_free. NULL: not wanted */
+    pd_scalar_outputs *figures; /* zeroed; gets the last figures of the run (`check`: those before it), for
+                                 * pd_scalar_outputs_free. NULL: not wanted */
     double *computed;        /* [points] [unit of the columns in SI] of all measured sections: gets what the run
                               * computes there, NaN where it does not come. NULL: not wanted */
     const double *share;     /* [-] of each monitor in the figures of its section, see coarsen_setup.h; NULL: 1 */
@@ -28,10 +28,10 @@ typedef struct pd_run_desc {
     void *print_user;
     int (*stop)(void *user); /* asked after every step before the end; not 0: the run ends there. NULL: never. The poll
                               * function of the context is asked within steps, a few times a second: then the run ends
-                              * with a checkpoint of the last step that is done. PD_STOPPED: before the first began */
+                              * with a checkpoint of the last step that is done. PD_CANCELLED: before the first began */
     void *stop_user;
-    pd_instant_fn observe; /* called at the start, after every step and at the end, see snapshot.h; may stop the run.
-                            * NULL: none */
+    pd_snapshot_fn observe; /* called at the start, after every step and at the end, see snapshot.h; may stop the run.
+                             * NULL: none */
     void *observe_user;
     int live;                /* 1: the last picture of each field is also there as latest_C.png and so on, and the curve
                               * of the volume loss goes as far; both whole at any moment */
@@ -56,12 +56,12 @@ typedef struct pd_run_result {
     double volume_loss;   /* [-] */
     double ledger;        /* [-] relative error of the mass balance */
     int has_front;        /* 1: bond-based corrosion, with: */
-    double front;         /* [m] corrosion depth, see pd_observables */
+    double front;         /* [m] corrosion depth, see pd_step_diagnostics */
     int has_flux;
     int sheds;            /* 1: dissolution evolves a gas: */
     double gas;           /* [mol] per m in planar 2D, per m2 in 1D */
     double gas_volume;    /* [m3] the same as a volume at the temperature of the electrolyte and 1 atm */
-    double flux, flux_max; /* [-] see pd_observables */
+    double flux, flux_max; /* [-] see pd_step_diagnostics */
     double peclet;        /* [-] largest cell Peclet number v h/D of species in a flow; 0: none are in one */
     double residual;      /* [-] larger one of the last flow solve */
     int settled;          /* the transport was solved for its steady field */
@@ -77,14 +77,14 @@ typedef struct pd_run_result {
 } pd_run_result;
 
 #define pd_run PD_NAME(pd_run)
-#define pd_run_line PD_NAME(pd_run_line)
+#define pd_run_format_result PD_NAME(pd_run_format_result)
 
 /* Build the model, print the summary, run, write the files. On failure the files hold all steps before it. The
  * checkpoint goes when the run is complete, and when another run begins in its folder. With checkpoints a run that is
  * stopped writes no fields of that instant, which a run that goes on does not have. */
 PD_API pd_status pd_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, pd_run_result *result);
 /* "result case=... dim=2 h=5e-06 m=3 volume_loss=..." into text[size]; the caller appends its times. */
-PD_API void pd_run_line(const pd_run_result *result, char *text, size_t size);
+PD_API void pd_run_format_result(const pd_run_result *result, char *text, size_t size);
 
 #ifdef PDI_INTERNAL
 /* Put file and line of the scene before the message of a setup that cannot be built. */

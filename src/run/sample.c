@@ -54,10 +54,10 @@ static const double *pdi_sample_get_species_field(const pd_model *m, pd_field fi
 }
 
 /* A Cartesian stress component [Pa] of a solid point. */
-static double pdi_sample_get_stress(const pd_structure *s, pd_field field, int32_t point)
+static double pdi_sample_get_stress(const pd_solid_coupling *s, pd_field field, int32_t point)
 {
     static const int row[6] = {0, 1, 2, 0, 1, 2}, column[6] = {0, 1, 2, 1, 2, 0};
-    int p = row[field - PD_FIELD_XX], q = column[field - PD_FIELD_XX];
+    int p = row[field - PD_FIELD_SIGMA_XX], q = column[field - PD_FIELD_SIGMA_XX];
     if (PD_DIM == 2 && p == 2) return s->across[point];
     return s->stress[((int64_t)point * PD_DIM + p) * PD_DIM + q];
 }
@@ -65,7 +65,7 @@ static double pdi_sample_get_stress(const pd_structure *s, pd_field field, int32
 /* Value of a mechanical field at node i; 0 outside the metal. */
 static double pdi_sample_get_solid(const pd_model *m, pd_field field, int32_t i)
 {
-    const pd_structure *s = &m->structure;
+    const pd_solid_coupling *s = &m->structure;
     int32_t point = s->point[i];
     double square = 0.0;
     if (point < 0 || m->grid.kind[i] != PD_SOLID) return 0.0;
@@ -77,10 +77,10 @@ static double pdi_sample_get_solid(const pd_model *m, pd_field field, int32_t i)
         }
         return sqrt(square);
     case PD_FIELD_MISES: return s->mises[point];
-    case PD_FIELD_PRESSURE: return s->pressure[point];
-    case PD_FIELD_SLIP: return s->slip[point];
+    case PD_FIELD_MEAN_STRESS: return s->pressure[point];
+    case PD_FIELD_PLASTIC_STRAIN: return s->slip[point];
     case PD_FIELD_BROKEN: return pdi_solid_coupling_damage(s, point);
-    case PD_FIELD_STORED: return s->density[point];
+    case PD_FIELD_STRAIN_ENERGY: return s->density[point];
     default: return pdi_sample_get_stress(s, field, point);
     }
 }
@@ -99,17 +99,17 @@ PDI_FN double pdi_sample_get_node(const pd_model *m, pd_field field, int32_t i)
     case PD_FIELD_PHI:
         if (m->attack.polarise.setup) return fluid ? pd_reactive_potential(&m->reactive, i) : (double)NAN;
         return fluid ? m->cell.potential.phi[i] : (double)NAN;
-    case PD_FIELD_I:
+    case PD_FIELD_CURRENT_METAL:
         if (m->attack.polarise.setup)
             return fluid ? pdi_species_electrodes_compute_current_density(&m->attack.polarise, i) : (double)NAN;
         return fluid ? pdi_cell_density(&m->cell, i) : (double)NAN;
-    case PD_FIELD_J:
+    case PD_FIELD_CURRENT_FLUID:
         if (fluid) pdi_cell_current(&m->cell, i, j);
         return fluid ? pdi_vec_norm(j) : 0.0;
-    case PD_FIELD_POTENTIAL: return fluid ? pd_reactive_potential(&m->reactive, i) : (double)NAN;
+    case PD_FIELD_DIFFUSION_POTENTIAL: return fluid ? pd_reactive_potential(&m->reactive, i) : (double)NAN;
     case PD_FIELD_PH: return fluid ? pd_reactive_ph(&m->reactive, i) : (double)NAN;
-    case PD_FIELD_FILM: return fluid ? pd_reactive_film(&m->reactive, i) : 0.0;
-    case PD_FIELD_SI: return fluid ? pd_reactive_saturation(&m->reactive, -1, i) : (double)NAN;
+    case PD_FIELD_MINERAL_FRACTION: return fluid ? pd_reactive_film(&m->reactive, i) : 0.0;
+    case PD_FIELD_SATURATION_INDEX: return fluid ? pd_reactive_saturation(&m->reactive, -1, i) : (double)NAN;
     case PD_FIELD_C: return fluid ? m->transport.c[i] : 0.0;
     case PD_FIELD_V:
         for (int d = 0; d < PD_DIM && fluid; d++) {
@@ -131,16 +131,16 @@ PDI_FN double pdi_sample_get_node(const pd_model *m, pd_field field, int32_t i)
     case PD_FIELD_DAMAGE: return pdi_dissolve_damage(&m->dissolve, i);
     case PD_FIELD_U:
     case PD_FIELD_MISES:
-    case PD_FIELD_PRESSURE:
-    case PD_FIELD_SLIP:
+    case PD_FIELD_MEAN_STRESS:
+    case PD_FIELD_PLASTIC_STRAIN:
     case PD_FIELD_BROKEN:
-    case PD_FIELD_STORED:
-    case PD_FIELD_XX:
-    case PD_FIELD_YY:
-    case PD_FIELD_ZZ:
-    case PD_FIELD_XY:
-    case PD_FIELD_YZ:
-    case PD_FIELD_ZX: return pdi_sample_get_solid(m, field, i);
+    case PD_FIELD_STRAIN_ENERGY:
+    case PD_FIELD_SIGMA_XX:
+    case PD_FIELD_SIGMA_YY:
+    case PD_FIELD_SIGMA_ZZ:
+    case PD_FIELD_SIGMA_XY:
+    case PD_FIELD_SIGMA_YZ:
+    case PD_FIELD_SIGMA_ZX: return pdi_sample_get_solid(m, field, i);
     case PD_FIELD_SPECIES:
     case PD_FIELD_COUNT: break;
     }
@@ -149,14 +149,14 @@ PDI_FN double pdi_sample_get_node(const pd_model *m, pd_field field, int32_t i)
 
 PDI_FN void pdi_sample_prepare(pd_ctx *ctx, pd_model *m, pd_fields fields)
 {
-    const pd_solid *solid = &m->structure.solid;
+    const pd_material_interface *solid = &m->structure.solid;
     const pd_ghosts *g = &m->bonds.ghosts;
     double *c = m->transport.c;
     /* behind outlets there is no gradient (eq. 5.1); inlets hold their own values */
     for (int32_t k = 0; k < g->count && c; k++) c[g->node[k]] = c[g->source[k]];
     for (int n = 0; n < m->reactive.components.solutes; n++)
-        pd_ghosts_scalar(g, m->reactive.c + (int64_t)n * m->grid.total);
-    if (((fields >> PD_FIELD_STORED) & 1u) && m->structure.count)
+        pd_ghosts_set_scalar(g, m->reactive.c + (int64_t)n * m->grid.total);
+    if (((fields >> PD_FIELD_STRAIN_ENERGY) & 1u) && m->structure.count)
         solid->density(ctx, solid->self, pdi_solid_coupling_displacements(&m->structure), m->structure.density);
 }
 
@@ -383,7 +383,8 @@ static int pdi_sample_find_fluid_nodes(const pd_model *m, const double *x, int32
 /* 1: a field of surfaces (current density, rate, surface state), which the fluid cells beside them hold. */
 static int pdi_sample_is_surface_field(const pd_model *m, pd_field field)
 {
-    return field == PD_FIELD_I || field == PD_FIELD_RATE || pdi_setup_field_state_index(m->setup, field) >= 0;
+    return field == PD_FIELD_CURRENT_METAL || field == PD_FIELD_RATE ||
+           pdi_setup_field_state_index(m->setup, field) >= 0;
 }
 
 /* Mean of a surface field over those of the cells that have a value; NaN: none has. */
@@ -405,7 +406,7 @@ PDI_FN double pdi_sample_get_point(const pd_model *m, pd_field field, int compon
     int32_t node[PDI_SAMPLE_MAX_CELLS];
     pdi_sample_point_query job;
     double sum = 0.0;
-    if (field == PD_FIELD_PHI && m->attack.polarise.setup) field = PD_FIELD_POTENTIAL;
+    if (field == PD_FIELD_PHI && m->attack.polarise.setup) field = PD_FIELD_DIFFUSION_POTENTIAL;
     job.m = m;
     job.field = field;
     job.component = component;
@@ -417,7 +418,7 @@ PDI_FN double pdi_sample_get_point(const pd_model *m, pd_field field, int compon
     if (m->setup->has_gas) job.values = pdi_sample_get_gas_field(m, field);
     if (m->setup->has_gas && field == PD_FIELD_V) job.values += (int64_t)component * m->grid.total;
     if (field == PD_FIELD_PHI) job.values = m->cell.potential.phi;
-    if (!job.values && field != PD_FIELD_PH && field != PD_FIELD_POTENTIAL) {
+    if (!job.values && field != PD_FIELD_PH && field != PD_FIELD_DIFFUSION_POTENTIAL) {
         int cells = pdi_sample_find_cells(&m->grid, x, node);
         if (pdi_sample_is_surface_field(m, field)) return pdi_sample_average_cells(m, field, cells, node);
         return pdi_sample_get_node(m, field, node[cells - 1]);

@@ -5,15 +5,15 @@
 #include <string.h>
 
 /* Append an output, growing the list. */
-static pd_status pdi_scalar_outputs_add(pd_ctx *ctx, pd_figures *f, const char *section, const char *name, int monitor,
-                                        const char *key, const char *unit, double value)
+static pd_status pdi_scalar_outputs_add(pd_ctx *ctx, pd_scalar_outputs *f, const char *section, const char *name,
+                                        int monitor, const char *key, const char *unit, double value)
 {
     if (f->count == f->room) {
         int fresh = 2 * f->room + 32;
         PDI_TRY(PDI_GROW(ctx, "figures", f->room, fresh, f->list));
         f->room = fresh;
     }
-    pd_figure *g = &f->list[f->count++];
+    pd_scalar_output *g = &f->list[f->count++];
     snprintf(g->section, sizeof g->section, "%s", section);
     snprintf(g->name, sizeof g->name, "%s", name);
     snprintf(g->key, sizeof g->key, "%s", key);
@@ -32,7 +32,7 @@ static void pdi_scalar_outputs_parse_unit(const char *label, char unit[16])
 
 /* Append the values of one field at a probe, by components. */
 static pd_status pdi_scalar_outputs_add_probe_field(pd_ctx *ctx, const pd_model *model, const pd_setup_probe *p,
-                                                    pd_field field, int all, pd_figures *f)
+                                                    pd_field field, int all, pd_scalar_outputs *f)
 {
     char key[24], unit[16];
     double (*sample)(const pd_model *, pd_field, int, const double *) =
@@ -56,7 +56,7 @@ static int pdi_scalar_outputs_is_smooth_field(const pd_setup *setup, int field)
 
 /* Append the values of a probe, those of flow and concentration first. */
 static pd_status pdi_scalar_outputs_add_probe(pd_ctx *ctx, const pd_model *model, const pd_setup_probe *p, int all,
-                                              pd_figures *f)
+                                              pd_scalar_outputs *f)
 {
     static const pd_field first[] = {PD_FIELD_V, PD_FIELD_P, PD_FIELD_C};
     for (int k = 0; k < 3; k++) PDI_TRY(pdi_scalar_outputs_add_probe_field(ctx, model, p, first[k], all, f));
@@ -67,13 +67,13 @@ static pd_status pdi_scalar_outputs_add_probe(pd_ctx *ctx, const pd_model *model
 }
 
 PDI_FN pd_status pdi_scalar_outputs_collect(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors, int all,
-                                            pd_figures *f)
+                                            pd_scalar_outputs *f)
 {
     const pd_setup *u = model->setup;
     f->order = u->has_flow && model->flow.order > 0 ? model->flow.order : 0;
     if (u->has_dissolve)
-        PDI_TRY(
-            pdi_scalar_outputs_add(ctx, f, "scene", "", -1, "volume_loss", "-", pd_couple_volume_loss(&model->couple)));
+        PDI_TRY(pdi_scalar_outputs_add(ctx, f, "scene", "", -1, "volume_loss", "-",
+                                       pd_time_loop_volume_loss(&model->couple)));
     for (int k = 0; k < u->monitors; k++) {
         const pd_monitor *m = &monitors->monitor[k];
         for (int j = 0; j < m->count; j++)
@@ -87,7 +87,7 @@ PDI_FN pd_status pdi_scalar_outputs_collect(pd_ctx *ctx, pd_model *model, const 
     return PD_OK;
 }
 
-void pd_figures_free(pd_ctx *ctx, pd_figures *f)
+void pd_scalar_outputs_free(pd_ctx *ctx, pd_scalar_outputs *f)
 {
     PDI_DELETE(ctx, f->room, f->list);
     memset(f, 0, sizeof *f);

@@ -5,30 +5,30 @@
 #include "run/monitor.h"
 
 /* A scalar output. */
-typedef struct pd_figure {
+typedef struct pd_scalar_output {
     char section[16];         /* "scene", "plane", "force", "transfer", "total" or "probe" */
     char name[PD_SETUP_NAME]; /* of the section; "" for the scene */
     char key[24], unit[16];
     int monitor;              /* index of its monitor in the setup, -1: none */
     double value;             /* [unit] */
-} pd_figure;
+} pd_scalar_output;
 
 /* A list of scalar outputs. */
-typedef struct pd_figures {
-    pd_figure *list; /* [room] */
+typedef struct pd_scalar_outputs {
+    pd_scalar_output *list; /* [room] */
     int count, room; /* length and capacity */
     int order; /* order of the flow discretisation: 2 or 4; 0: there is no flow, or not yet */
-} pd_figures;
+} pd_scalar_outputs;
 
-#define pd_figures_free PD_NAME(pd_figures_free)
+#define pd_scalar_outputs_free PD_NAME(pd_scalar_outputs_free)
 
 #ifdef PDI_INTERNAL
 /* Append all scalar outputs to a zero-initialised list; the monitors hold those of the last step. all: 0: of probes
  * only smooth fields (flow, C, pH, solutes), NaN in the metal; 1: all fields of probes, 0 in the metal for fields of
  * the fluid. */
 PDI_FN pd_status pdi_scalar_outputs_collect(pd_ctx *ctx, pd_model *model, const pd_monitors *monitors, int all,
-                                            pd_figures *figures);
+                                            pd_scalar_outputs *figures);
 #endif
-PD_API void pd_figures_free(pd_ctx *ctx, pd_figures *figures);
+PD_API void pd_scalar_outputs_free(pd_ctx *ctx, pd_scalar_outputs *figures);
 
 #endif

@@ -30,7 +30,7 @@ pd_status pd_sim_open(pd_ctx *ctx, const char *scene, const char *const *overrid
 pd_status pd_sim_start(pd_ctx *ctx, pd_sim *sim)
 {
     pd_status status = pdi_sim_build(ctx, sim);
-    if (status >= 0) status = pd_couple_start(ctx, &sim->model.couple);
+    if (status >= 0) status = pd_time_loop_start(ctx, &sim->model.couple);
     if (status < 0) {
         pd_sim_close(ctx, sim);
         return status;
@@ -45,24 +45,24 @@ pd_status pd_sim_step(pd_ctx *ctx, pd_sim *sim, double t_limit)
     if (!(t_limit > sim->time))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "sim", "a step from %g s to %g s, expected a time ahead", sim->time,
                         t_limit);
-    pd_status status = pd_couple_step(ctx, &sim->model.couple, t_limit);
+    pd_status status = pd_time_loop_step(ctx, &sim->model.couple, t_limit);
     sim->time = sim->model.couple.time;
     sim->steps = sim->model.couple.steps;
     return status;
 }
 
-pd_status pd_sim_field(pd_ctx *ctx, pd_sim *sim, const char *name, pd_view *view)
+pd_status pd_sim_field(pd_ctx *ctx, pd_sim *sim, const char *name, pd_field_view *view)
 {
     return pdi_field_view_get(ctx, &sim->model, &sim->views, name, view);
 }
 
-void pd_sim_keep(pd_sim *sim, const pd_view *view)
+void pd_sim_detach_view(pd_sim *sim, const pd_field_view *view)
 {
     for (int k = 0; k < PD_FIELD_COUNT; k++)
         if (sim->views.field[k] == view->data) sim->views.field[k] = NULL;
 }
 
-void pd_sim_release(pd_ctx *ctx, pd_view *view)
+void pd_sim_free_view(pd_ctx *ctx, pd_field_view *view)
 {
     double *data = (double *)view->data; /* was allocated as such */
     PDI_DELETE(ctx, view->components * view->part, data);

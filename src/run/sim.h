@@ -11,15 +11,15 @@ typedef struct pd_sim {
     double time;  /* [s] */
     double until; /* [s] end time of the scene; steps may go beyond it */
     int64_t steps;
-    pd_views views;
+    pd_field_views views;
 } pd_sim;
 
 #define pd_sim_open PD_NAME(pd_sim_open)
 #define pd_sim_start PD_NAME(pd_sim_start)
 #define pd_sim_step PD_NAME(pd_sim_step)
 #define pd_sim_field PD_NAME(pd_sim_field)
-#define pd_sim_keep PD_NAME(pd_sim_keep)
-#define pd_sim_release PD_NAME(pd_sim_release)
+#define pd_sim_detach_view PD_NAME(pd_sim_detach_view)
+#define pd_sim_free_view PD_NAME(pd_sim_free_view)
 #define pd_sim_close PD_NAME(pd_sim_close)
 
 /* scene: the path of a scene file, or the text of a scene, which has a newline in it. `count` overrides as for
@@ -28,18 +28,18 @@ typedef struct pd_sim {
 PD_API pd_status pd_sim_open(pd_ctx *ctx, const char *scene, const char *const *overrides, int count, pd_sim *sim);
 /* The second half of it: sim is zero but for its setup, which the caller has read, and changed, and which it takes. */
 PD_API pd_status pd_sim_start(pd_ctx *ctx, pd_sim *sim);
-/* One step, as long as its error allows, that does not pass t_limit [s]. Statuses of pd_couple_step; PD_ERR_ARGUMENT:
- * t_limit lies not ahead. */
+/* One step, as long as its error allows, that does not pass t_limit [s]. Statuses of pd_time_loop_step;
+ * PD_ERR_ARGUMENT: t_limit lies not ahead. */
 PD_API pd_status pd_sim_step(pd_ctx *ctx, pd_sim *sim, double t_limit);
 /* The values of an output field (C, v, p, kind, grain, phase, D, rate, density, damage) as they are now. They stay in
  * place until the field is asked for again or the simulation is closed. PD_ERR_ARGUMENT: no such field, or the scene
  * has none. */
-PD_API pd_status pd_sim_field(pd_ctx *ctx, pd_sim *sim, const char *name, pd_view *view);
-/* The values of a view stay as they are until pd_sim_release, also when the simulation is closed; the next view of the
- * field has others. */
-PD_API void pd_sim_keep(pd_sim *sim, const pd_view *view);
+PD_API pd_status pd_sim_field(pd_ctx *ctx, pd_sim *sim, const char *name, pd_field_view *view);
+/* The values of a view stay as they are until pd_sim_free_view, also when the simulation is closed; the next view of
+ * the field has others. */
+PD_API void pd_sim_detach_view(pd_sim *sim, const pd_field_view *view);
 /* Free the values of a view that was kept. */
-PD_API void pd_sim_release(pd_ctx *ctx, pd_view *view);
+PD_API void pd_sim_free_view(pd_ctx *ctx, pd_field_view *view);
 PD_API void pd_sim_close(pd_ctx *ctx, pd_sim *sim);
 
 #endif

@@ -14,7 +14,7 @@
 
 /* The electrolyte, and where text is printed. */
 typedef struct pdi_speciation_report_context {
-    const pd_speciate_desc *desc;
+    const pd_speciation_report_desc *desc;
     pd_electrolyte electrolyte;
     char name[PD_SETUP_NAME];
 } pdi_speciation_report_context;
@@ -112,7 +112,7 @@ static void pdi_speciation_report_print_missing_enthalpies(const pdi_speciation_
 static pd_status pdi_speciation_report_print_inlet_ph(pd_ctx *ctx, const pdi_speciation_report_context *w, double ph)
 {
     pd_electrolyte_state s;
-    double c[PD_SPECIES_MOST];
+    double c[PD_SPECIES_MAX];
     memcpy(c, w->electrolyte.inlet, sizeof c);
     PDI_TRY(pd_electrolyte_solve(ctx, &w->electrolyte, c, &s));
     if (fabs(s.ph - ph) > 1e-9) pdi_speciation_report_print(w, PD_PRINT_SUMMARY, "pH of the inlet      %14.4f", s.ph);
@@ -123,7 +123,7 @@ static pd_status pdi_speciation_report_print_inlet_ph(pd_ctx *ctx, const pdi_spe
 static pd_status pdi_speciation_report_print_equilibrium(pd_ctx *ctx, const pdi_speciation_report_context *w)
 {
     pd_electrolyte_state s;
-    double c[PD_SPECIES_MOST];
+    double c[PD_SPECIES_MAX];
     memcpy(c, w->electrolyte.initial, sizeof c);
     PDI_TRY(pd_electrolyte_solve(ctx, &w->electrolyte, c, &s));
     pdi_speciation_report_print(w, PD_PRINT_SUMMARY, "%s: equilibrium at %.2f C, %s, %s", w->name,
@@ -152,7 +152,7 @@ static pd_status pdi_speciation_report_print_equilibrium(pd_ctx *ctx, const pdi_
 
 /* A titration: reagent, range of added amounts, number of rows. */
 typedef struct pdi_speciation_report_titration {
-    double reagent[PD_SPECIES_MOST]; /* [-] species in one unit of the reagent */
+    double reagent[PD_SPECIES_MAX];  /* [-] species in one unit of the reagent */
     double from, to;                 /* [mol/m3] */
     int rows;
 } pdi_speciation_report_titration;
@@ -232,7 +232,7 @@ static pd_status pdi_speciation_report_print_titration(pd_ctx *ctx, const pdi_sp
                                                        const pdi_speciation_report_titration *t)
 {
     pd_electrolyte_state s;
-    double c[PD_SPECIES_MOST], first = NAN;
+    double c[PD_SPECIES_MAX], first = NAN;
     pdi_speciation_report_print_header(w);
     for (int k = 0; k < t->rows; k++) {
         double added = t->from + (t->to - t->from) * k / (t->rows - 1);
@@ -264,7 +264,7 @@ static pd_status pdi_speciation_report_execute(pd_ctx *ctx, pdi_speciation_repor
                             : pdi_speciation_report_print_equilibrium(ctx, w);
 }
 
-pd_status pd_speciate(pd_ctx *ctx, const pd_speciate_desc *desc, int *bad_input)
+pd_status pd_speciation_report_print(pd_ctx *ctx, const pd_speciation_report_desc *desc, int *bad_input)
 {
     pdi_speciation_report_context *w = NULL;
     PDI_TRY(PDI_NEW(ctx, "speciate", 1, w));

@@ -27,7 +27,7 @@
 static double pdi_species_electrodes_compute_curve(void *user, int electrode, double share, const double *c, double ph,
                                                    double drop, double t)
 {
-    const pd_polarise *p = (const pd_polarise *)user;
+    const pd_species_electrodes *p = (const pd_species_electrodes *)user;
     const pd_setup_electrode *e = &p->setup->potential.electrode[electrode];
     const pd_components *s = &p->etch->reactive->components;
     double vars[PD_EXPR_VARS], u = drop, slope;
@@ -44,13 +44,14 @@ static double pdi_species_electrodes_compute_curve(void *user, int electrode, do
 /* Prescribed potential or current of a circuit at time t [s], as of pdi_electrode_map_get_circuit_value. */
 static double pdi_species_electrodes_get_circuit_value(void *user, int circuit, double t)
 {
-    const pd_polarise *p = (const pd_polarise *)user;
+    const pd_species_electrodes *p = (const pd_species_electrodes *)user;
     return pdi_electrode_map_get_circuit_value(p->map, circuit, t);
 }
 
 /* Sample an expression over its variable number `of`, a potential, with the other vars fixed, and extend the range
  * p->low .. p->high where it decreases. Values below `least` are clamped to it. */
-static void pdi_species_electrodes_find_decrease(const pd_expr *law, int of, double *vars, double least, pd_polarise *p)
+static void pdi_species_electrodes_find_decrease(const pd_expr *law, int of, double *vars, double least,
+                                                 pd_species_electrodes *p)
 {
     double last = -HUGE_VAL, stride = 2.0 * PDI_SPECIES_ELECTRODES_SCAN_RANGE / PDI_SPECIES_ELECTRODES_SCAN_POINTS;
     for (int k = 0; k <= PDI_SPECIES_ELECTRODES_SCAN_POINTS; k++) {
@@ -67,7 +68,7 @@ static void pdi_species_electrodes_find_decrease(const pd_expr *law, int of, dou
 
 /* The n-th (0 to 2) of three sample values of a surface state: its bounds and the middle, or, without bounds, numbers
  * of different magnitude. */
-static double pdi_species_electrodes_get_sample_state(const pd_setup_state *state, int n)
+static double pdi_species_electrodes_get_sample_state(const pd_setup_surface_state *state, int n)
 {
     static const double any[] = {1e-3, 1.0, 1e3};
     if (!(state->high - state->low < HUGE_VAL)) return pdi_min(pdi_max(any[n], state->low), state->high);
@@ -76,7 +77,7 @@ static double pdi_species_electrodes_get_sample_state(const pd_setup_state *stat
 
 /* Find the range of potentials in which a rate law or polarisation curve decreases, by samples of concentrations, pH,
  * states and places. Negative dissolution rates count as 0. */
-static void pdi_species_electrodes_find_decreasing_range(pd_polarise *p)
+static void pdi_species_electrodes_find_decreasing_range(pd_species_electrodes *p)
 {
     const pd_setup *u = p->setup;
     static const double concentration[] = {1e-3, 1.0, 1e3}, ph[] = {2.0, 7.0, 12.0};
@@ -103,7 +104,7 @@ static void pdi_species_electrodes_find_decreasing_range(pd_polarise *p)
 }
 
 PDI_FN pd_status pdi_species_electrodes_build(pd_ctx *ctx, const pd_setup *setup, pd_electrode_map *map, pd_cell *cell,
-                                              const pd_reactive *reactive, pd_etch *etch, pd_polarise *p,
+                                              const pd_reactive *reactive, pd_etch *etch, pd_species_electrodes *p,
                                               pd_etch_electrodes *electrodes)
 {
     int count = setup->potential.electrodes, species = setup->electrolyte.count;
@@ -137,8 +138,8 @@ PDI_FN pd_status pdi_species_electrodes_build(pd_ctx *ctx, const pd_setup *setup
 }
 
 /* Error message for a circuit with several potentials, root [found] [V]. Returns PD_ERR_STATE. */
-static pd_status pdi_species_electrodes_reject_multiple_roots(pd_ctx *ctx, const pd_polarise *p, int circuit, int found,
-                                                              const double *root)
+static pd_status pdi_species_electrodes_reject_multiple_roots(pd_ctx *ctx, const pd_species_electrodes *p, int circuit,
+                                                              int found, const double *root)
 {
     const pd_setup_potential *of = &p->setup->potential;
     char text[160];
@@ -153,7 +154,7 @@ static pd_status pdi_species_electrodes_reject_multiple_roots(pd_ctx *ctx, const
                     p->etch->time, of->electrode[e].name, found, text);
 }
 
-PDI_FN pd_status pdi_species_electrodes_check_unique_potential(pd_ctx *ctx, pd_polarise *p)
+PDI_FN pd_status pdi_species_electrodes_check_unique_potential(pd_ctx *ctx, pd_species_electrodes *p)
 {
     pd_etch *s = p->etch;
     int64_t total = s->reactive->grid->total;
@@ -179,7 +180,7 @@ PDI_FN pd_status pdi_species_electrodes_check_unique_potential(pd_ctx *ctx, pd_p
     return found < 2 ? PD_OK : pdi_species_electrodes_reject_multiple_roots(ctx, p, circuit, found, root);
 }
 
-PDI_FN void pdi_species_electrodes_free(pd_ctx *ctx, pd_polarise *p)
+PDI_FN void pdi_species_electrodes_free(pd_ctx *ctx, pd_species_electrodes *p)
 {
     PDI_DELETE(ctx, p->formers, p->former);
     if (p->setup)
@@ -187,7 +188,8 @@ PDI_FN void pdi_species_electrodes_free(pd_ctx *ctx, pd_polarise *p)
     memset(p, 0, sizeof *p);
 }
 
-PDI_FN int32_t pdi_species_electrodes_find_node_contacts(const pd_polarise *p, int32_t first, int kind, int32_t *own)
+PDI_FN int32_t pdi_species_electrodes_find_node_contacts(const pd_species_electrodes *p, int32_t first, int kind,
+                                                         int32_t *own)
 {
     const pd_contacts *c = &p->cell->potential.contacts;
     int32_t end = first;
@@ -199,7 +201,7 @@ PDI_FN int32_t pdi_species_electrodes_find_node_contacts(const pd_polarise *p, i
     return end;
 }
 
-PDI_FN int pdi_species_electrodes_find_nearest_electrode(const pd_polarise *p, const pd_dissolve *dissolve,
+PDI_FN int pdi_species_electrodes_find_nearest_electrode(const pd_species_electrodes *p, const pd_dissolve *dissolve,
                                                          int32_t node, int kind)
 {
     const pd_grid *grid = dissolve->grid;
@@ -242,7 +244,7 @@ static int pdi_species_electrodes_is_wetted(const pd_etch *s, int electrode)
     return 0;
 }
 
-PDI_FN int pdi_species_electrodes_has_unwetted(const pd_polarise *p)
+PDI_FN int pdi_species_electrodes_has_unwetted(const pd_species_electrodes *p)
 {
     for (int e = 0; e < p->setup->potential.electrodes; e++)
         if (!pdi_species_electrodes_is_wetted(p->etch, e)) return 1;
@@ -251,11 +253,12 @@ PDI_FN int pdi_species_electrodes_has_unwetted(const pd_polarise *p)
 
 /* Extend the range *met of potentials at which the tabulated curve of an electrode was evaluated, by those at its sites
  * now. */
-static void pdi_species_electrodes_extend_surface_range(const pd_polarise *p, int electrode, pd_cell_range *met)
+static void pdi_species_electrodes_extend_surface_range(const pd_species_electrodes *p, int electrode,
+                                                        pd_cell_range *met)
 {
     const pd_electrode_term *table = pdi_cell_table(p->cell, electrode);
     const pd_etch *s = p->etch;
-    double c[PD_SPECIES_MOST], psi, slope;
+    double c[PD_SPECIES_MAX], psi, slope;
     for (int32_t k = 0; table && k < s->count; k++) {
         double share = s->share ? s->share[k] : 1.0;
         if (s->electrode[k] != electrode || !(s->area[k] > 0.0) || !(share > 0.0)) continue;
@@ -267,14 +270,14 @@ static void pdi_species_electrodes_extend_surface_range(const pd_polarise *p, in
     }
 }
 
-PDI_FN void pdi_species_electrodes_update_surface_range(pd_polarise *p)
+PDI_FN void pdi_species_electrodes_update_surface_range(pd_species_electrodes *p)
 {
     for (int e = 0; e < p->setup->potential.electrodes; e++)
         pdi_species_electrodes_extend_surface_range(p, e, &p->cell->met[e]);
 }
 
 /* [V] Potential of a circuit; NaN: it is not prescribed, and none of its metal is wetted. */
-static double pdi_species_electrodes_get_potential(const pd_polarise *p, int circuit)
+static double pdi_species_electrodes_get_potential(const pd_species_electrodes *p, int circuit)
 {
     const pd_etch *s = p->etch;
     int known = s->desc.electrodes.circuit[circuit].holds, idle = (int)(s->idle >> circuit & 1u);
@@ -282,7 +285,7 @@ static double pdi_species_electrodes_get_potential(const pd_polarise *p, int cir
     return known ? s->level[circuit] : (double)NAN;
 }
 
-PDI_FN void pdi_species_electrodes_get_electrode(const pd_polarise *p, int electrode, pd_cell_electrode *now)
+PDI_FN void pdi_species_electrodes_get_electrode(const pd_species_electrodes *p, int electrode, pd_cell_electrode *now)
 {
     const pd_etch *s = p->etch;
     int touched = 0;
@@ -308,7 +311,7 @@ PDI_FN void pdi_species_electrodes_get_electrode(const pd_polarise *p, int elect
     now->passed = PDI_FARADAY * s->charge[2 * electrode + 1];
 }
 
-PDI_FN double pdi_species_electrodes_compute_current_density(const pd_polarise *p, int32_t node)
+PDI_FN double pdi_species_electrodes_compute_current_density(const pd_species_electrodes *p, int32_t node)
 {
     const pd_etch *s = p->etch;
     double area = 0.0, current = 0.0, size, anodic;
@@ -319,7 +322,7 @@ PDI_FN double pdi_species_electrodes_compute_current_density(const pd_polarise *
     return area > 0.0 ? current / area : (double)NAN;
 }
 
-PDI_FN double pdi_species_electrodes_compute_total_current(const pd_polarise *p, double *off)
+PDI_FN double pdi_species_electrodes_compute_total_current(const pd_species_electrodes *p, double *off)
 {
     const pd_etch *s = p->etch;
     double anodic = 0.0, extra = PDI_FARADAY * s->extra;
@@ -341,7 +344,7 @@ PDI_FN double pdi_species_electrodes_compute_total_current(const pd_polarise *p,
     return anodic;
 }
 
-PDI_FN pd_status pdi_species_electrodes_check_solved(pd_ctx *ctx, const pd_polarise *p)
+PDI_FN pd_status pdi_species_electrodes_check_solved(pd_ctx *ctx, const pd_species_electrodes *p)
 {
     const pd_etch *s = p->etch;
     const pd_setup_potential *of = &p->setup->potential;

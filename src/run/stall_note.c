@@ -24,7 +24,7 @@ static void pdi_stall_note_append_attempt(const pd_attempt *now, char *line, siz
         pdi_append(line, size, "; the error of the one before was %.3g of what is allowed", now->error);
 }
 
-PDI_FN void pdi_stall_note_format(const pd_couple *c, double waited, const char *doing, int64_t count, char *line,
+PDI_FN void pdi_stall_note_format(const pd_time_loop *c, double waited, const char *doing, int64_t count, char *line,
                                   size_t size)
 {
     char spent[32], time[PD_UNITS_TEXT];

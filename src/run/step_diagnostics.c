@@ -61,7 +61,7 @@ static void pdi_step_diagnostics_distance_transform_axis(const pd_grid *grid, in
 /* Inner part of pdi_step_diagnostics_compute_depths: allocates work and transforms all axes. */
 static pd_status pdi_step_diagnostics_compute_depths_inner(pd_ctx *ctx, const pd_grid *grid, int64_t longest,
                                                            pdi_step_diagnostics_parabola_envelope *w, float **work,
-                                                           pd_observables *o)
+                                                           pd_step_diagnostics *o)
 {
     PDI_TRY(PDI_NEW(ctx, "observe", o->nodes, *work));
     PDI_TRY(PDI_NEW(ctx, "observe", longest, w->parabola_node));
@@ -77,7 +77,7 @@ static pd_status pdi_step_diagnostics_compute_depths_inner(pd_ctx *ctx, const pd
 }
 
 /* Distance [m] of each node from the nearest initial fluid node, into o->depth. */
-static pd_status pdi_step_diagnostics_compute_depths(pd_ctx *ctx, const pd_grid *grid, pd_observables *o)
+static pd_status pdi_step_diagnostics_compute_depths(pd_ctx *ctx, const pd_grid *grid, pd_step_diagnostics *o)
 {
     pdi_step_diagnostics_parabola_envelope way;
     float *work = NULL;
@@ -94,7 +94,7 @@ static pd_status pdi_step_diagnostics_compute_depths(pd_ctx *ctx, const pd_grid 
 }
 
 /* Inner part of the build. A flux error is computed for one inlet with the outlet opposite. */
-static pd_status pdi_step_diagnostics_build_inner(pd_ctx *ctx, const pd_model *model, pd_observables *o)
+static pd_status pdi_step_diagnostics_build_inner(pd_ctx *ctx, const pd_model *model, pd_step_diagnostics *o)
 {
     const pd_setup *u = model->setup;
     int inlet = model->inlet.first, through = u->has_flow && model->inlet.inlets == 1;
@@ -110,14 +110,14 @@ static pd_status pdi_step_diagnostics_build_inner(pd_ctx *ctx, const pd_model *m
     return PDI_NEW(ctx, "observe", o->layers, o->layer);
 }
 
-PDI_FN pd_status pdi_step_diagnostics_build(pd_ctx *ctx, const pd_model *model, pd_observables *o)
+PDI_FN pd_status pdi_step_diagnostics_build(pd_ctx *ctx, const pd_model *model, pd_step_diagnostics *o)
 {
     pd_status status = pdi_step_diagnostics_build_inner(ctx, model, o);
     if (status < 0) pdi_step_diagnostics_free(ctx, o);
     return status;
 }
 
-PDI_FN void pdi_step_diagnostics_free(pd_ctx *ctx, pd_observables *o)
+PDI_FN void pdi_step_diagnostics_free(pd_ctx *ctx, pd_step_diagnostics *o)
 {
     PDI_DELETE(ctx, o->layers, o->layer);
     PDI_DELETE(ctx, o->nodes, o->depth);
@@ -125,7 +125,7 @@ PDI_FN void pdi_step_diagnostics_free(pd_ctx *ctx, pd_observables *o)
 }
 
 /* Largest velocity and concentration, and corrosion depth: largest initial depth of a node that is fluid now. */
-static void pdi_step_diagnostics_compute_extremes(const pd_model *m, pd_observables *o)
+static void pdi_step_diagnostics_compute_extremes(const pd_model *m, pd_step_diagnostics *o)
 {
     int32_t total = m->grid.total;
     const double *c = m->transport.c, *u = pdi_model_velocity(m);
@@ -162,7 +162,7 @@ static void pdi_step_diagnostics_choose_planes(const pd_grid *grid, int axis, in
 
 /* Volume flux [m^d/s] through each layer of nodes, from node velocities: the sums of pdi_flow_integrate_nodal_section
  * in one sweep. */
-static void pdi_step_diagnostics_compute_layer_fluxes(const pd_model *m, pd_observables *o)
+static void pdi_step_diagnostics_compute_layer_fluxes(const pd_model *m, pd_step_diagnostics *o)
 {
     const pd_grid *grid = &m->grid;
     double face = m->stencil.volume / grid->h[o->flux_axis];
@@ -178,14 +178,14 @@ static void pdi_step_diagnostics_compute_layer_fluxes(const pd_model *m, pd_obse
 
 /* Relative difference of the conserved flux downstream and upstream, and largest deviation of layer fluxes; the worst
  * so far are kept. */
-static void pdi_step_diagnostics_compute_flux_error(pd_ctx *ctx, pd_model *m, pd_observables *o)
+static void pdi_step_diagnostics_compute_flux_error(pd_ctx *ctx, pd_model *m, pd_step_diagnostics *o)
 {
     int low, high;
     pdi_step_diagnostics_choose_planes(&m->grid, o->flux_axis, &low, &high);
     if (low >= high) return;
     int up = o->flux_up ? low : high, down = o->flux_up ? high : low;
-    double before = pd_flow_section(ctx, &m->flow, o->flux_axis, up);
-    double behind = pd_flow_section(ctx, &m->flow, o->flux_axis, down);
+    double before = pd_flow_integrate_section(ctx, &m->flow, o->flux_axis, up);
+    double behind = pd_flow_integrate_section(ctx, &m->flow, o->flux_axis, down);
     pdi_step_diagnostics_compute_layer_fluxes(m, o);
     double reference = o->layer[o->flux_up ? up : up - 1]; /* the layer behind the plane */
     double scale = fabs(before), wide = fabs(reference);
@@ -197,9 +197,9 @@ static void pdi_step_diagnostics_compute_flux_error(pd_ctx *ctx, pd_model *m, pd
     for (int32_t k = 0; k < o->layers; k++) o->flux_max = pdi_max(o->flux_max, fabs(o->layer[k] - reference) / wide);
 }
 
-PDI_FN void pdi_step_diagnostics_update(pd_ctx *ctx, pd_model *m, pd_observables *o)
+PDI_FN void pdi_step_diagnostics_update(pd_ctx *ctx, pd_model *m, pd_step_diagnostics *o)
 {
-    o->volume_loss = pd_couple_volume_loss(&m->couple);
+    o->volume_loss = pd_time_loop_volume_loss(&m->couple);
     pdi_step_diagnostics_compute_extremes(m, o);
     pdi_model_statistics effort;
     pdi_model_get_statistics(m, &effort);
@@ -208,7 +208,7 @@ PDI_FN void pdi_step_diagnostics_update(pd_ctx *ctx, pd_model *m, pd_observables
     pdi_step_diagnostics_compute_flux_error(ctx, m, o);
 }
 
-PDI_FN pd_status pdi_step_diagnostics_store(pd_ctx *ctx, pd_observables *o, pd_archive *archive)
+PDI_FN pd_status pdi_step_diagnostics_store(pd_ctx *ctx, pd_step_diagnostics *o, pd_archive *archive)
 {
     PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "flux", &o->flux, 1));
     PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "largest flux", o->most, 2));

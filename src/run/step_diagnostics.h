@@ -4,7 +4,7 @@
 #define PD_STEP_DIAGNOSTICS_H
 #include "run/model.h"
 
-typedef struct pd_observables {
+typedef struct pd_step_diagnostics {
     double volume_loss;   /* [-] share of the initial solid */
     double v_max;         /* [m/s] */
     double c_max;         /* [mol/m3] dissolved */
@@ -21,21 +21,21 @@ typedef struct pd_observables {
     int32_t nodes;
     float *depth;         /* [nodes] [m] bond-based corrosion: distance from the nearest fluid node of the start */
     double *layer;        /* [layers] [m^d/s] flux of each layer of nodes, work */
-} pd_observables;
+} pd_step_diagnostics;
 
 #ifdef PDI_INTERNAL
 /* [-] Largest cell Peclet number v h/D of the species in a flow; *slowest: name of the species with the least D. 0:
  * there is no flow with species. */
 PDI_FN double pdi_step_diagnostics_compute_peclet(const pd_model *model, const char **slowest);
-PDI_FN pd_status pdi_step_diagnostics_build(pd_ctx *ctx, const pd_model *model, pd_observables *o);
+PDI_FN pd_status pdi_step_diagnostics_build(pd_ctx *ctx, const pd_model *model, pd_step_diagnostics *o);
 /* Update the diagnostics. The two sections for the flux error lie a quarter of the free length away from the ends;
  * without solid at 1/4 and 3/4. */
-PDI_FN void pdi_step_diagnostics_update(pd_ctx *ctx, pd_model *model, pd_observables *o);
-PDI_FN void pdi_step_diagnostics_free(pd_ctx *ctx, pd_observables *o);
+PDI_FN void pdi_step_diagnostics_update(pd_ctx *ctx, pd_model *model, pd_step_diagnostics *o);
+PDI_FN void pdi_step_diagnostics_free(pd_ctx *ctx, pd_step_diagnostics *o);
 
 /* Store or load the worst values so far in a checkpoint. Depths are those of the start and are built before the model
  * is loaded. */
-PDI_FN pd_status pdi_step_diagnostics_store(pd_ctx *ctx, pd_observables *o, pd_archive *archive);
+PDI_FN pd_status pdi_step_diagnostics_store(pd_ctx *ctx, pd_step_diagnostics *o, pd_archive *archive);
 #endif
 
 #endif

@@ -68,12 +68,12 @@ static void pdi_summary_print_flow(const pdi_summary *s)
     pdi_setup_format_value(m->flow.reference_length, "m", length);
     char how[112];
     const char *order = m->flow.order == 4 ? ", order 4" : "";
-    if (m->setup->motion == PD_MOTION_IMPLICIT)
+    if (m->setup->motion == PD_FLOW_IMPLICIT)
         snprintf(how, sizeof how, "incompressible flow in time, implicit, step error %g%s",
                  m->implicit.desc.rtol, order);
-    else if (m->setup->motion == PD_MOTION_EXPLICIT)
+    else if (m->setup->motion == PD_FLOW_EXPLICIT)
         snprintf(how, sizeof how, "weakly compressible flow in time, explicit, c0 = %g m/s", m->setup->sound);
-    else if (m->setup->motion == PD_MOTION_GIVEN) snprintf(how, sizeof how, "given flow");
+    else if (m->setup->motion == PD_FLOW_PRESCRIBED) snprintf(how, sizeof how, "given flow");
     else snprintf(how, sizeof how, "steady Navier-Stokes to residual %g%s", m->setup->steady, order);
     snprintf(text, sizeof text, "%s, U = %s, L = %s, Re = %.4g", how, speed, length,
              m->flow.reference_speed * m->flow.reference_length / m->flow.nu);
@@ -201,7 +201,7 @@ static void pdi_summary_print_corrosion(const pdi_summary *s)
         pdi_summary_print_line(s, "  %-12s%s, Csat = %.6g mol/m3", "", text, u->saturation);
     }
     pdi_summary_print_line(s, "  %-12s%s weights, %s%s", "", kernels[u->kernel],
-                           u->weights == PD_WEIGHTS_PRINTED ? "printed" : "calibrated",
+                           u->weights == PD_WEIGHTS_PUBLISHED ? "printed" : "calibrated",
                            u->drive == PD_DRIVE_DIFFERENCE ? ", loss in proportion to the difference" : "");
     if (u->stochastic) pdi_summary_print_line(s, "  %-12smechanical bonds break at random, seed %d", "", u->seed);
 }
@@ -223,7 +223,7 @@ static void pdi_summary_print_grains(const pdi_summary *s)
 /* Print the failure criteria of bonds. */
 static void pdi_summary_print_fracture(const pdi_summary *s)
 {
-    const pd_setup_body *b = &s->model->setup->metal_body;
+    const pd_setup_mechanics *b = &s->model->setup->metal_body;
     char strength[PD_UNITS_TEXT];
     pdi_setup_format_value(b->strength, "Pa", strength);
     if (b->stretch > 0.0) pdi_summary_print_line(s, "  %-12sbonds break at a stretch of %g", "", b->stretch);
@@ -235,7 +235,7 @@ static void pdi_summary_print_solid(const pdi_summary *s)
 {
     static const char *const materials[] = {"small strains", "springs", "ordinary", "neo-Hookean", "Hencky"};
     const pd_model *m = s->model;
-    const pd_setup_body *b = &m->setup->metal_body;
+    const pd_setup_mechanics *b = &m->setup->metal_body;
     char text[384], young[PD_UNITS_TEXT], yield[PD_UNITS_TEXT];
     if (!m->setup->has_solid) return;
     pdi_setup_format_value(b->young, "Pa", young);
@@ -254,7 +254,7 @@ static void pdi_summary_print_solid(const pdi_summary *s)
 static void pdi_summary_print_thin_metal(const pdi_summary *s)
 {
     static const char *const across[] = {"6 m", "2 m + 2", "4 m", "6 m", "6 m"};
-    const pd_setup_body *b = &s->model->setup->metal_body;
+    const pd_setup_mechanics *b = &s->model->setup->metal_body;
     char text[320];
     if (!(s->model->thin > 0.0)) return;
     snprintf(text, sizeof text, "solid: %.3g %% of the metal is in parts thinner than %d cells, %s: where they are "
@@ -284,9 +284,9 @@ static void pdi_summary_print_absent(const pdi_summary *s)
     char text[256] = "  not modelled: ";
     const char *const names[] = {"flow", "transport", "dissolution", "grains", "inertia of the flow in time", "gas",
                                  "mechanics", "chemistry", "potential"};
-    const int has[] = {u->has_flow, u->has_transport, u->has_dissolve, u->has_grains,
-                       u->motion != PD_MOTION_STEADY || u->has_gas, u->has_gas, u->has_solid, u->has_chemistry,
-                       u->has_potential};
+    const int has[] = {
+        u->has_flow, u->has_transport, u->has_dissolve,  u->has_grains,   u->motion != PD_FLOW_STEADY || u->has_gas,
+        u->has_gas,  u->has_solid,     u->has_chemistry, u->has_potential};
     int absent = 0;
     for (int k = 0; k < (int)(sizeof has / sizeof has[0]); k++) {
         size_t used = strlen(text);
@@ -298,7 +298,7 @@ static void pdi_summary_print_absent(const pdi_summary *s)
 PDI_FN void pdi_summary_print(const pd_model *model, pd_print_fn print, void *user)
 {
     pdi_summary s;
-    pd_footprint footprint;
+    pd_memory_estimate footprint;
     size_t bytes = 0;
     if (!print) return;
     s.model = model;
@@ -317,7 +317,7 @@ PDI_FN void pdi_summary_print(const pd_model *model, pd_print_fn print, void *us
     pdi_summary_print_monitors(&s);
     pdi_summary_print_absent(&s);
     for (int k = 0; k < PD_PART_COUNT; k++) bytes += model->bytes[k];
-    pd_footprint_estimate(model->setup, &footprint);
+    pd_memory_estimate_compute(model->setup, &footprint);
     pdi_summary_print_line(
         &s, "  %-12s%.3g MB, %.0f bytes a node; about %.3g MB with files and pictures", "in all", (double)bytes * 1e-6,
         (double)bytes / (double)(model->grid.fluid_count + model->grid.solid_count), footprint.all * 1e-6);

@@ -7,13 +7,13 @@
 #include <string.h>
 
 /* The metal-fluid contacts that carry states: those of the electrodes, or of all metal. */
-static const pd_contacts *pdi_surface_states_get_contacts(const pd_surfaces *s)
+static const pd_contacts *pdi_surface_states_get_contacts(const pd_surface_states *s)
 {
     return s->cell ? &s->cell->potential.contacts : &s->contacts;
 }
 
 /* Bit mask of the states that an electrode carries; without electrodes: all states. */
-static uint32_t pdi_surface_states_get_electrode_states(const pd_surfaces *s, int electrode)
+static uint32_t pdi_surface_states_get_electrode_states(const pd_surface_states *s, int electrode)
 {
     uint32_t bits = 0;
     for (int k = 0; k < s->setup->states; k++)
@@ -25,7 +25,7 @@ static uint32_t pdi_surface_states_get_electrode_states(const pd_surfaces *s, in
  * `where` callback of pd_coat_desc. */
 static pd_status pdi_surface_states_mark_nodes(pd_ctx *ctx, void *user, int anew, uint32_t *on)
 {
-    pd_surfaces *s = (pd_surfaces *)user;
+    pd_surface_states *s = (pd_surface_states *)user;
     if (!s->cell && anew) {
         pdi_contact_metal metal;
         memset(&metal, 0, sizeof metal);
@@ -41,7 +41,7 @@ static pd_status pdi_surface_states_mark_nodes(pd_ctx *ctx, void *user, int anew
 /* Initial value of a state at a node, by its expression. */
 static double pdi_surface_states_get_initial(void *user, int state, int32_t node)
 {
-    const pd_surfaces *s = (const pd_surfaces *)user;
+    const pd_surface_states *s = (const pd_surface_states *)user;
     double x[PD_DIM];
     pd_grid_position(s->bonds->grid, node, x);
     return pdi_setup_eval_expr(&s->setup->state[state].initial, x, 0.0);
@@ -51,7 +51,7 @@ static double pdi_surface_states_get_initial(void *user, int state, int32_t node
  * contacts that carry states. */
 static void pdi_surface_states_average_electrode(void *user, int32_t node, double *around)
 {
-    const pd_surfaces *s = (const pd_surfaces *)user;
+    const pd_surface_states *s = (const pd_surface_states *)user;
     const pd_potential *p = &s->cell->potential;
     double area = 0.0;
     around[0] = around[1] = 0.0;
@@ -65,10 +65,10 @@ static void pdi_surface_states_average_electrode(void *user, int32_t node, doubl
     for (int k = 0; k < 2 && area > 0.0; k++) around[k] /= area;
 }
 
-PDI_FN void pdi_surface_states_set_variables(const pd_surfaces *s, int k, const pd_coat_at *at, const double *y,
+PDI_FN void pdi_surface_states_set_variables(const pd_surface_states *s, int k, const pd_coat_at *at, const double *y,
                                              double *vars)
 {
-    const pd_setup_state *state = &s->setup->state[k];
+    const pd_setup_surface_state *state = &s->setup->state[k];
     int next = PDI_SETUP_RATE_PH + 1;
     memset(vars, 0, PD_EXPR_VARS * sizeof *vars);
     vars[1] = at->time;
@@ -84,7 +84,7 @@ PDI_FN void pdi_surface_states_set_variables(const pd_surfaces *s, int k, const 
 /* Rates of all states at a place: rate [states] [unit of each per s] for the states y. */
 static void pdi_surface_states_compute_rates(void *user, const pd_coat_at *at, const double *y, double *rate)
 {
-    const pd_surfaces *s = (const pd_surfaces *)user;
+    const pd_surface_states *s = (const pd_surface_states *)user;
     double vars[PD_EXPR_VARS];
     for (int k = 0; k < s->setup->states; k++) {
         pdi_surface_states_set_variables(s, k, at, y, vars);
@@ -96,7 +96,7 @@ static void pdi_surface_states_compute_rates(void *user, const pd_coat_at *at, c
  * electrode currents: a diffusion film of half a cell. */
 static void pdi_surface_states_add_film_flux(void *user, int32_t node, double *flows)
 {
-    const pd_surfaces *s = (const pd_surfaces *)user;
+    const pd_surface_states *s = (const pd_surface_states *)user;
     const pd_reactive *r = s->coat.reactive;
     int count = r->components.count;
     int32_t place = s->etch ? s->etch->slot[node] : -1;
@@ -117,11 +117,11 @@ static void pdi_surface_states_add_film_flux(void *user, int32_t node, double *f
  * density around[0] [A/m2] and electrode potential around[1] [V] at the surface. 0: the surface has no solution. */
 static int pdi_surface_states_average_ion_surface(void *user, int32_t node, double *c, double *around)
 {
-    const pd_surfaces *s = (const pd_surfaces *)user;
+    const pd_surface_states *s = (const pd_surface_states *)user;
     const pd_etch *etch = s->etch;
     const pd_reactive *r = s->coat.reactive;
     int count = r->components.solutes;
-    double at[PD_SPECIES_MOST], sum[PD_SPECIES_MOST], psi, whole = 0.0;
+    double at[PD_SPECIES_MAX], sum[PD_SPECIES_MAX], psi, whole = 0.0;
     double volume = r->bonds->stencil->volume * pdi_grid_circumference(r->grid, node);
     memset(sum, 0, sizeof sum);
     around[0] = around[1] = 0.0;
@@ -145,14 +145,14 @@ static int pdi_surface_states_average_ion_surface(void *user, int32_t node, doub
 /* With migrating ions: solve rate laws and circuit potentials at time t [s]. The `solve` callback of pd_coat_desc. */
 static pd_status pdi_surface_states_solve_species_potential(pd_ctx *ctx, void *user, double t)
 {
-    const pd_surfaces *s = (const pd_surfaces *)user;
+    const pd_surface_states *s = (const pd_surface_states *)user;
     return s->find(ctx, s->finder, t);
 }
 
 /* Without migrating ions: solve the potential at time t [s]. The `solve` callback of pd_coat_desc. */
 static pd_status pdi_surface_states_solve_currents(pd_ctx *ctx, void *user, double t)
 {
-    return pdi_cell_bring(ctx, ((pd_surfaces *)user)->cell, t);
+    return pdi_cell_bring(ctx, ((pd_surface_states *)user)->cell, t);
 }
 
 PDI_FN void pdi_surface_states_set_desc(const pd_setup *setup, const pd_reactive *reactive, pd_coat_desc *desc)
@@ -161,7 +161,7 @@ PDI_FN void pdi_surface_states_set_desc(const pd_setup *setup, const pd_reactive
     desc->stages =
         setup->migrates && (pdi_setup_find_species_rate_metal(setup) >= 0 || pdi_setup_has_ion_electrodes(setup));
     for (int k = 0; k < setup->states; k++) {
-        const pd_setup_state *state = &setup->state[k];
+        const pd_setup_surface_state *state = &setup->state[k];
         desc->reads_ph |= (int)(state->rate.uses >> PDI_SETUP_RATE_PH & 1u);
         for (int n = 0; n < state->species; n++)
             if (state->rate.uses >> (PDI_SETUP_RATE_PH + 1 + n) & 1u)
@@ -172,7 +172,7 @@ PDI_FN void pdi_surface_states_set_desc(const pd_setup *setup, const pd_reactive
 
 PDI_FN pd_status pdi_surface_states_build(pd_ctx *ctx, const pd_setup *setup, pd_reactive *reactive,
                                           const pd_bonds *bonds, const pd_stencil *across, pd_cell *cell,
-                                          const pd_etch *etch, pd_surfaces *s)
+                                          const pd_etch *etch, pd_surface_states *s)
 {
     pd_coat_desc desc;
     memset(s, 0, sizeof *s);
@@ -183,7 +183,7 @@ PDI_FN pd_status pdi_surface_states_build(pd_ctx *ctx, const pd_setup *setup, pd
     s->cell = cell;
     s->etch = etch;
     for (int k = 0; k < setup->states; k++) {
-        const pd_setup_state *state = &setup->state[k];
+        const pd_setup_surface_state *state = &setup->state[k];
         desc.name[k] = state->name;
         desc.low[k] = state->low;
         desc.high[k] = state->high;
@@ -191,7 +191,7 @@ PDI_FN pd_status pdi_surface_states_build(pd_ctx *ctx, const pd_setup *setup, pd
     }
     for (int e = 0; e < setup->potential.electrodes; e++) {
         const pd_setup_electrode *is = &setup->potential.electrode[e];
-        double shed[PD_SPECIES_MOST];
+        double shed[PD_SPECIES_MAX];
         memset(shed, 0, sizeof shed);
         for (int n = 0; n < setup->electrolyte.count && is->reacts; n++)
             if (reactive->components.place[n] >= 0) shed[reactive->components.place[n]] = is->shed[n];
@@ -216,7 +216,7 @@ PDI_FN pd_status pdi_surface_states_build(pd_ctx *ctx, const pd_setup *setup, pd
     return pdi_coat_build(ctx, reactive, &desc, &s->coat);
 }
 
-PDI_FN void pdi_surface_states_free(pd_ctx *ctx, pd_surfaces *s)
+PDI_FN void pdi_surface_states_free(pd_ctx *ctx, pd_surface_states *s)
 {
     pdi_coat_free(ctx, &s->coat);
     pdi_contact_free(ctx, &s->contacts);
@@ -225,18 +225,18 @@ PDI_FN void pdi_surface_states_free(pd_ctx *ctx, pd_surfaces *s)
 
 /* ---- what reads states ---- */
 
-PDI_FN void pdi_surface_states_get_states(const pd_surfaces *s, int32_t node, double *value)
+PDI_FN void pdi_surface_states_get_states(const pd_surface_states *s, int32_t node, double *value)
 {
     for (int k = 0; k < s->setup->states; k++) value[k] = pdi_coat_value(&s->coat, k, node);
 }
 
-PDI_FN double pdi_surface_states_get_state(const pd_surfaces *s, int k, int32_t node)
+PDI_FN double pdi_surface_states_get_state(const pd_surface_states *s, int k, int32_t node)
 {
     if (!(s->coat.on[node] >> k & 1u)) return (double)NAN;
     return s->coat.value[k * (int64_t)s->bonds->grid->total + node];
 }
 
-PDI_FN void pdi_surface_states_compute_statistics(const pd_surfaces *s, int k, pd_surfaces_figures *f)
+PDI_FN void pdi_surface_states_compute_statistics(const pd_surface_states *s, int k, pd_surface_state_statistics *f)
 {
     const pd_contacts *c = pdi_surface_states_get_contacts(s);
     const pd_grid *grid = s->bonds->grid;
@@ -256,8 +256,8 @@ PDI_FN void pdi_surface_states_compute_statistics(const pd_surfaces *s, int k, p
     f->mean = sum / f->area;
 }
 
-PDI_FN pd_status pdi_surface_states_compute_curve_factor(pd_ctx *ctx, const pd_surfaces *s, int electrode, int32_t node,
-                                                         double t, double *share)
+PDI_FN pd_status pdi_surface_states_compute_curve_factor(pd_ctx *ctx, const pd_surface_states *s, int electrode,
+                                                         int32_t node, double t, double *share)
 {
     const pd_setup_electrode *e = &s->setup->potential.electrode[electrode];
     double vars[PD_EXPR_VARS];
@@ -274,7 +274,7 @@ PDI_FN pd_status pdi_surface_states_compute_curve_factor(pd_ctx *ctx, const pd_s
                     e->name, *share, pdi_grid_format_position(s->bonds->grid, node, place), t);
 }
 
-PDI_FN pd_status pdi_surface_states_update_contact_factors(pd_ctx *ctx, const pd_surfaces *s, pd_contact *contact,
+PDI_FN pd_status pdi_surface_states_update_contact_factors(pd_ctx *ctx, const pd_surface_states *s, pd_contact *contact,
                                                            int32_t count, double t)
 {
     for (int32_t n = 0; n < count; n++)

@@ -8,55 +8,56 @@
 #include "scene/setup.h"
 
 /* Surface states of a setup and what they are coupled to. All is borrowed, but for the contacts and the coat. */
-typedef struct pd_surfaces {
+typedef struct pd_surface_states {
     const pd_setup *setup;
     const pd_bonds *bonds;
     const pd_stencil *across; /* of bonds across surfaces */
     pd_cell *cell;            /* potential solver of the electrodes; NULL: there are none */
     const pd_etch *etch;      /* surface solver: metal that dissolves by a law in the species, or electrodes among
                                * migrating ions; NULL: neither */
-    pd_at_fn find;            /* with migrating ions: solves rate laws and curves at a time; */
+    pd_solve_at_fn find;      /* with migrating ions: solves rate laws and curves at a time; */
     void *finder;             /* its user pointer; both set by the owner */
     pd_contacts contacts;     /* without electrodes: of metal and fluid */
     pd_coat coat;
     int moves;                /* 1: the potential depends on states, or rates of states on it */
     int comes;                /* 1: electrode reactions are sources of species */
-    double gain[PD_SETUP_ELECTRODES][PD_SPECIES_MOST]; /* [-] components released per electron, of each electrode */
-} pd_surfaces;
+    double gain[PD_SETUP_ELECTRODES][PD_SPECIES_MAX]; /* [-] components released per electron, of each electrode */
+} pd_surface_states;
 
 /* Statistics of a state over its surface, as it is now. */
-typedef struct pd_surfaces_figures {
+typedef struct pd_surface_state_statistics {
     double mean, least, most; /* [unit of the state] over the area; NaN without any */
     double area;              /* [m^(d-1)] axisymmetric: over the whole circumference */
-} pd_surfaces_figures;
+} pd_surface_state_statistics;
 
 #ifdef PDI_INTERNAL
 /* Build the surface states of a setup. The object must not be moved afterwards: callbacks point to it. cell, etch: NULL
  * without; they may be built later. */
 PDI_FN pd_status pdi_surface_states_build(pd_ctx *ctx, const pd_setup *setup, pd_reactive *reactive,
                                           const pd_bonds *bonds, const pd_stencil *across, pd_cell *cell,
-                                          const pd_etch *etch, pd_surfaces *surfaces);
-PDI_FN void pdi_surface_states_free(pd_ctx *ctx, pd_surfaces *surfaces);
+                                          const pd_etch *etch, pd_surface_states *surfaces);
+PDI_FN void pdi_surface_states_free(pd_ctx *ctx, pd_surface_states *surfaces);
 /* All states at the surface beside a fluid node, into value [states] (extrapolated from near sites where there is
  * none). */
-PDI_FN void pdi_surface_states_get_states(const pd_surfaces *surfaces, int32_t node, double *value);
+PDI_FN void pdi_surface_states_get_states(const pd_surface_states *surfaces, int32_t node, double *value);
 /* Value of state k at a fluid node; NaN: its surface does not carry the state. */
-PDI_FN double pdi_surface_states_get_state(const pd_surfaces *surfaces, int k, int32_t node);
+PDI_FN double pdi_surface_states_get_state(const pd_surface_states *surfaces, int k, int32_t node);
 /* Area-weighted mean, minimum and maximum of state k over its surface, and the area. */
-PDI_FN void pdi_surface_states_compute_statistics(const pd_surfaces *surfaces, int k, pd_surfaces_figures *figures);
+PDI_FN void pdi_surface_states_compute_statistics(const pd_surface_states *surfaces, int k,
+                                                  pd_surface_state_statistics *figures);
 /* Set in desc what the rates of states depend on (solutes, pH, current density, potential), their number, and whether
  * they step in the stages of the species. */
 PDI_FN void pdi_surface_states_set_desc(const pd_setup *setup, const pd_reactive *reactive, pd_coat_desc *desc);
 /* Set the variables vars [PD_EXPR_VARS] of the rate expression of state k: inputs `at` of the place, and its states y.
  */
-PDI_FN void pdi_surface_states_set_variables(const pd_surfaces *surfaces, int k, const pd_coat_at *at, const double *y,
-                                             double *vars);
+PDI_FN void pdi_surface_states_set_variables(const pd_surface_states *surfaces, int k, const pd_coat_at *at,
+                                             const double *y, double *vars);
 /* Factor *share [-] on the polarisation curve of an electrode beside a node at time t [s], as a function of surface
  * states. PD_ERR_STATE: it is negative or not finite. */
-PDI_FN pd_status pdi_surface_states_compute_curve_factor(pd_ctx *ctx, const pd_surfaces *surfaces, int electrode,
+PDI_FN pd_status pdi_surface_states_compute_curve_factor(pd_ctx *ctx, const pd_surface_states *surfaces, int electrode,
                                                          int32_t node, double t, double *share);
 /* Set the factors (`share`) of the polarisation curves of contact [count] at time t [s], for the potential solver. */
-PDI_FN pd_status pdi_surface_states_update_contact_factors(pd_ctx *ctx, const pd_surfaces *surfaces,
+PDI_FN pd_status pdi_surface_states_update_contact_factors(pd_ctx *ctx, const pd_surface_states *surfaces,
                                                            pd_contact *contact, int32_t count, double t);
 #endif
 

@@ -12,14 +12,14 @@ PDI_FN pd_field pdi_surface_view_get_colour_field(const pd_setup *setup)
     return setup->drawing.surface > 1 ? (pd_field)(setup->drawing.surface - 2) : PD_FIELD_COUNT;
 }
 
-PDI_FN pd_status pdi_surface_view_build(pd_ctx *ctx, const pd_setup *u, pd_shade *shade)
+PDI_FN pd_status pdi_surface_view_build(pd_ctx *ctx, const pd_setup *u, pd_rendering *shade)
 {
     double lo[3] = {0.0, 0.0, 0.0}, hi[3] = {1.0, 1.0, 1.0};
     for (int d = 0; d < PD_DIM; d++) {
         lo[d] = u->lo[d];
         hi[d] = u->hi[d];
     }
-    return pdi_renderer_build(ctx, lo, hi, u->drawing.way, u->drawing.width ? u->drawing.width : PD_PICTURE_WIDTH,
+    return pdi_renderer_build(ctx, lo, hi, u->drawing.way, u->drawing.width ? u->drawing.width : PD_FIELD_PLOT_WIDTH,
                               shade);
 }
 
@@ -46,7 +46,7 @@ static double pdi_surface_view_get_colour_value(const void *user, const int *in,
     return pdi_sample_get_node(m, field, node);
 }
 
-PDI_FN pd_status pdi_surface_view_draw(pd_ctx *ctx, const pd_model *m, pd_shade *shade)
+PDI_FN pd_status pdi_surface_view_draw(pd_ctx *ctx, const pd_model *m, pd_rendering *shade)
 {
     pdi_surface_nets_desc desc;
     pdi_surface_nets_mesh shell;

@@ -23,7 +23,7 @@ static void pdi_tolerance_presets_set_unless_given(pdi_tolerance_presets *a, con
 }
 
 /* 1: the scene gives this setting. */
-static int pdi_tolerance_presets_is_given(const pdi_tolerance_presets *a, pd_knob knob)
+static int pdi_tolerance_presets_is_given(const pdi_tolerance_presets *a, pd_solver_setting knob)
 {
     return (int)((a->setup->given >> knob) & 1u);
 }
@@ -33,13 +33,14 @@ static void pdi_tolerance_presets_set_all(pdi_tolerance_presets *a)
 {
     pd_setup *u = a->setup;
     double w = a->accuracy;
-    int rtol = pdi_tolerance_presets_is_given(a, PD_KNOB_RTOL),
-        fraction = pdi_tolerance_presets_is_given(a, PD_KNOB_FRACTION);
-    if (u->has_flow && u->motion == PD_MOTION_STEADY)
-        pdi_tolerance_presets_set_unless_given(a, "steady", pdi_tolerance_presets_is_given(a, PD_KNOB_STEADY),
+    int rtol = pdi_tolerance_presets_is_given(a, PD_SOLVER_SETTING_RTOL),
+        fraction = pdi_tolerance_presets_is_given(a, PD_SOLVER_SETTING_FRACTION);
+    if (u->has_flow && u->motion == PD_FLOW_STEADY)
+        pdi_tolerance_presets_set_unless_given(a, "steady", pdi_tolerance_presets_is_given(a, PD_SOLVER_SETTING_STEADY),
                                                pdi_min(0.1, 0.1 * w), &u->steady);
-    if (u->has_flow && u->motion == PD_MOTION_IMPLICIT)
-        pdi_tolerance_presets_set_unless_given(a, "flow.rtol", pdi_tolerance_presets_is_given(a, PD_KNOB_FLOW_RTOL),
+    if (u->has_flow && u->motion == PD_FLOW_IMPLICIT)
+        pdi_tolerance_presets_set_unless_given(a, "flow.rtol",
+                                               pdi_tolerance_presets_is_given(a, PD_SOLVER_SETTING_FLOW_RTOL),
                                                pdi_min(0.1, 0.5 * w), &u->flow_rtol);
     if (u->has_transport && !u->has_dissolve && !u->settle)
         pdi_tolerance_presets_set_unless_given(a, "run.rtol", rtol, pdi_min(0.1, 0.5 * w), &u->rtol);
@@ -50,13 +51,13 @@ static void pdi_tolerance_presets_set_all(pdi_tolerance_presets *a)
         pdi_tolerance_presets_set_unless_given(a, "limiter", 0, 0.1 * w, &u->limiter);
 }
 
-pd_status pd_accuracy_apply(pd_ctx *ctx, double accuracy, pd_setup *setup, char *text, size_t size)
+pd_status pd_tolerance_presets_apply(pd_ctx *ctx, double accuracy, pd_setup *setup, char *text, size_t size)
 {
     pdi_tolerance_presets a;
     memset(&a, 0, sizeof a);
-    if (!(accuracy >= PD_ACCURACY_LEAST) || !(accuracy <= PD_ACCURACY_MOST))
+    if (!(accuracy >= PD_ACCURACY_MIN) || !(accuracy <= PD_ACCURACY_MAX))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "accuracy", "found %g, expected a share from %g to %g", accuracy,
-                        PD_ACCURACY_LEAST, PD_ACCURACY_MOST);
+                        PD_ACCURACY_MIN, PD_ACCURACY_MAX);
     a.accuracy = accuracy;
     a.setup = setup;
     pdi_tolerance_presets_set_all(&a);

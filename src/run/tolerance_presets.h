@@ -7,14 +7,14 @@
 #define PD_TOLERANCE_PRESETS_H
 #include "scene/setup.h"
 
-#define PD_ACCURACY_LEAST 1e-6 /* [-] */
-#define PD_ACCURACY_MOST 0.5   /* [-] */
+#define PD_ACCURACY_MIN 1e-6 /* [-] */
+#define PD_ACCURACY_MAX 0.5  /* [-] */
 
-#define pd_accuracy_apply PD_NAME(pd_accuracy_apply)
+#define pd_tolerance_presets_apply PD_NAME(pd_tolerance_presets_apply)
 
-/* accuracy [-]: relative, from PD_ACCURACY_LEAST to PD_ACCURACY_MOST, else PD_ERR_ARGUMENT. What was picked and what
+/* accuracy [-]: relative, from PD_ACCURACY_MIN to PD_ACCURACY_MAX, else PD_ERR_ARGUMENT. What was picked and what
  * the scene keeps goes into text[size], for example "accuracy 1 %: picked steady = 0.0001; of the scene rtol = 0.004".
  */
-PD_API pd_status pd_accuracy_apply(pd_ctx *ctx, double accuracy, pd_setup *setup, char *text, size_t size);
+PD_API pd_status pd_tolerance_presets_apply(pd_ctx *ctx, double accuracy, pd_setup *setup, char *text, size_t size);
 
 #endif

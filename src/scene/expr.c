@@ -782,7 +782,7 @@ PDI_FN void pdi_expr_get_table_range(const pd_expr *expr, int var, double *range
     range[1] = HUGE_VAL;
     for (int k = 1; k < expr->code_count; k++) {
         if ((expr->code[k] & 255) != PDI_EXPR_TABLE || expr->code[k - 1] != (PDI_EXPR_VAR | var << 8)) continue;
-        const pd_curve *curve = expr->tables[expr->code[k] >> 8].curve;
+        const pd_monotone_cubic *curve = expr->tables[expr->code[k] >> 8].curve;
         if (curve->strict) continue;
         range[0] = pdi_max(range[0], curve->x[0]);
         range[1] = pdi_min(range[1], curve->x[curve->count - 1]);

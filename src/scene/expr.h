@@ -29,7 +29,7 @@ typedef struct pd_expr_symbol {
 typedef struct pd_expr_table {
     const char *name;         /* an identifier that is no function above */
     pd_dims argument, result;
-    const pd_curve *curve;    /* of SI values */
+    const pd_monotone_cubic *curve; /* of SI values */
 } pd_expr_table;
 
 /* What to compile: text, symbols, expected dimension, location for messages. */

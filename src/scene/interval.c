@@ -117,7 +117,7 @@ static pdi_interval pdi_interval_apply_if(const pdi_interval *a)
 }
 
 /* Interval of a table: hull of its values at both ends and at the points in between; it is monotone between points. */
-static pdi_interval pdi_interval_apply_table(const pd_curve *curve, pdi_interval a)
+static pdi_interval pdi_interval_apply_table(const pd_monotone_cubic *curve, pdi_interval a)
 {
     double low = pdi_monotone_cubic_evaluate(curve, a.low), high = pdi_monotone_cubic_evaluate(curve, a.high);
     pdi_interval found = pdi_interval_make(pdi_min(low, high), pdi_max(low, high));

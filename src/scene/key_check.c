@@ -25,7 +25,7 @@ static pd_status pdi_key_check_section(pd_ctx *ctx, const pd_text *text, int sec
     const char *name = text->section[section].name;
     char hint[PD_UNITS_TEXT], list[256] = "";
     int count;
-    const pd_key_section *table = pd_keys(&count);
+    const pd_key_section *table = pd_key_sections(&count);
     pdi_units_suggestion near_word;
     if (pdi_keys_find_section(name)) return PD_OK;
     pdi_units_init_suggestion(&near_word, name, strlen(name));

@@ -527,7 +527,7 @@ static const pd_key_section pdi_keys_sections[] = {
 #undef PDI_KEYS_OF
 #define PDI_KEYS_SECTION_COUNT ((int)(sizeof pdi_keys_sections / sizeof pdi_keys_sections[0]))
 
-const pd_key_section *pd_keys(int *count)
+const pd_key_section *pd_key_sections(int *count)
 {
     *count = PDI_KEYS_SECTION_COUNT;
     return pdi_keys_sections;

@@ -22,10 +22,10 @@ typedef struct pd_key_section {
     int count;
 } pd_key_section;
 
-#define pd_keys PD_NAME(pd_keys)
+#define pd_key_sections PD_NAME(pd_key_sections)
 
 /* The table of all sections, in the order of the guide; *count: their number. */
-PD_API const pd_key_section *pd_keys(int *count);
+PD_API const pd_key_section *pd_key_sections(int *count);
 
 #ifdef PDI_INTERNAL
 /* Find the section of this name. NULL: there is none. */

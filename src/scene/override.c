@@ -29,7 +29,7 @@ static pd_status pdi_override_find_bare_key(pd_ctx *ctx, const pd_text *text, co
         return pdi_text_fail_line(ctx, text->name, 0, "found the key '%.40s', expected one of %s", key, list);
     if (count == 0 && !text->flat) {
         int sections;
-        const pd_key_section *known = pd_keys(&sections);
+        const pd_key_section *known = pd_key_sections(&sections);
         list[0] = '\0';
         for (int k = 0; k < sections; k++) {
             const pd_key_section *s = &known[k];

@@ -105,7 +105,7 @@ static pd_status pdi_read_chemistry_minerals(pdi_reader *s)
 {
     pd_electrolyte *e = &s->setup->electrolyte;
     pd_setup *u = s->setup;
-    int left_out = 0, stays[PD_SPECIES_MOST] = {0};
+    int left_out = 0, stays[PD_SPECIES_MAX] = {0};
     PDI_TRY(pdi_read_chemistry_check_minerals(s));
     PDI_TRY(pdi_read_chemistry_nonnegative(s, pdi_text_get_section(s->ctx, s->text, "chemistry", NULL), "tortuosity",
                                            "", "1", HUGE_VAL, &u->tortuosity));
@@ -137,11 +137,11 @@ static pd_status pdi_read_chemistry_minerals(pdi_reader *s)
                     : " none in a run, or --speciate for the equilibrium");
         left_out += !given && !e->precipitates;
         if (!given && !e->precipitates) continue;
-        if (u->minerals == PD_MINERAL_MOST)
+        if (u->minerals == PD_MINERAL_MAX)
             return pdi_text_fail_key(s->ctx, s->text, section, "mineral",
                                      "found more than %d solids that may form, "
                                      "expected fewer",
-                                     PD_MINERAL_MOST);
+                                     PD_MINERAL_MAX);
         stays[k] = 1;
         u->mineral[u->minerals].volume = e->volume[k];
         PDI_TRY(pdi_read_chemistry_mineral_rate(s, law, &u->mineral[u->minerals++]));
@@ -212,7 +212,7 @@ static pd_status pdi_read_chemistry_add_species(pdi_reader *s, int section, cons
         place = found.phase == PD_PHASE_GAS ? gas : found.phase == PD_PHASE_ELECTRON ? electron : metal;
         if (place == metal && (found.elements != 1 || found.count[0] != 1 || found.charge)) continue;
         if (*place >= 0) continue;
-        if (e->count == PD_SPECIES_MOST)
+        if (e->count == PD_SPECIES_MAX)
             return pdi_text_fail_key(s->ctx, s->text, section, "reaction", "found %d species beside %s, expected fewer",
                                      e->count, word);
         *place = e->count;

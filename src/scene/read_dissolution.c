@@ -358,7 +358,7 @@ static pd_status pdi_read_dissolution_corrode_variant(pdi_reader *s, int section
     PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "weights", weights, "calibrated", &printed));
     u->drive = (pd_drive)drive;
     u->kernel = (pd_kernel)kernel;
-    u->weights = printed ? PD_WEIGHTS_PRINTED : PD_WEIGHTS_CALIBRATED;
+    u->weights = printed ? PD_WEIGHTS_PUBLISHED : PD_WEIGHTS_CALIBRATED;
     if (u->activation && u->has_flow)
         return pdi_text_fail_key(s->ctx, s->text, section, "control",
                                  "found 'activation' beside [flow], expected diffusion: with activation all fluid holds"

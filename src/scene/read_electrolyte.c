@@ -21,7 +21,7 @@ typedef struct pdi_read_electrolyte_state {
     pd_electrolyte *electrolyte;
     int chemistry;                    /* section */
     int diffusion_by_viscosity;       /* 1: diffusivities follow the viscosity of water */
-    int section[PD_SPECIES_MOST];     /* of each species */
+    int section[PD_SPECIES_MAX];      /* of each species */
 } pdi_read_electrolyte_state;
 
 /* Report a failed call of the chemistry room with file:line and key before its message. Returns PD_ERR_ARGUMENT, or the
@@ -136,9 +136,9 @@ static pd_status pdi_read_electrolyte_one_species(pdi_read_electrolyte_state *s,
         return pdi_text_fail_key(s->ctx, s->text, section, "species",
                                  "found no name, expected [species Mg2+] or another "
                                  "formula");
-    if (k == PD_SPECIES_MOST)
+    if (k == PD_SPECIES_MAX)
         return pdi_text_fail_key(s->ctx, s->text, section, "species", "found more than %d species, expected fewer",
-                                 PD_SPECIES_MOST);
+                                 PD_SPECIES_MAX);
     if (pdi_text_has_key(s->ctx, s->text, section, "formula"))
         PDI_TRY(pdi_text_get_string(s->ctx, s->text, section, "formula", NULL, &desc.formula));
     desc.has_charge = pdi_text_has_key(s->ctx, s->text, section, "charge");
@@ -175,7 +175,7 @@ static pd_status pdi_read_electrolyte_species(pdi_read_electrolyte_state *s)
                                  "found no species, expected [species Na+] "
                                  "and others");
     int solvent = pdi_electrolyte_find_species(e, "H2O");
-    if (solvent < 0 && e->count < PD_SPECIES_MOST) {
+    if (solvent < 0 && e->count < PD_SPECIES_MAX) {
         memset(&water, 0, sizeof water);
         water.name = "H2O";
         PDI_TRY(pd_species_read(s->ctx, &water, &e->species[e->count]));
@@ -186,7 +186,7 @@ static pd_status pdi_read_electrolyte_species(pdi_read_electrolyte_state *s)
         return pdi_text_fail_key(s->ctx, s->text, s->section[e->count - 1], "species",
                                  "found %d species beside water, "
                                  "expected at most %d",
-                                 e->count, PD_SPECIES_MOST - 1);
+                                 e->count, PD_SPECIES_MAX - 1);
     if (!(e->initial[solvent] > 0.0)) e->initial[solvent] = PDI_READ_ELECTROLYTE_WATER_C;
     e->inlet[solvent] = e->inside[solvent] = e->initial[solvent];
     return PD_OK;
@@ -277,9 +277,9 @@ static pd_status pdi_read_electrolyte_reaction(pdi_read_electrolyte_state *s, in
         return pdi_text_fail_key(s->ctx, s->text, section, "reaction",
                                  "found no name, expected [reaction water] or "
                                  "another word");
-    if (e->reactions == PD_REACTION_MOST)
+    if (e->reactions == PD_REACTION_MAX)
         return pdi_text_fail_key(s->ctx, s->text, section, "reaction", "found more than %d reactions, expected fewer",
-                                 PD_REACTION_MOST);
+                                 PD_REACTION_MAX);
     PDI_TRY(pdi_text_get_string(s->ctx, s->text, section, "equation", NULL, &desc.text));
     const char *first = strchr(desc.text, '=');
     if (first && strchr(first + 1, '='))
@@ -378,7 +378,7 @@ static pd_status pdi_read_electrolyte_close_solution(pdi_read_electrolyte_state 
     for (int k = 0; k < s->electrolyte->count; k++)
         if (written < 0 && s->section[k] != s->chemistry && pdi_text_has_key(s->ctx, s->text, s->section[k], key))
             written = s->section[k];
-    if (pd_electrolyte_close(s->ctx, s->electrolyte, ph, c) == PD_OK) return PD_OK;
+    if (pd_electrolyte_neutralise(s->ctx, s->electrolyte, ph, c) == PD_OK) return PD_OK;
     return written < 0 ? pdi_read_electrolyte_fail(s, s->chemistry, key_ph)
                        : pdi_read_electrolyte_fail(s, written, key);
 }
@@ -391,9 +391,9 @@ static pd_status pdi_read_electrolyte_close_solutions(pdi_read_electrolyte_state
     if (pdi_electrolyte_build_speciation(s->ctx, e, NULL, &system) < 0)
         return pdi_read_electrolyte_fail(s, s->chemistry, "chemistry");
     memcpy(e->recipe, e->initial, sizeof e->recipe);
-    if (pd_electrolyte_close(s->ctx, e, NAN, e->initial) < 0)
+    if (pd_electrolyte_neutralise(s->ctx, e, NAN, e->initial) < 0)
         return pdi_read_electrolyte_fail(s, s->chemistry, "chemistry");
-    if (pd_electrolyte_close(s->ctx, e, e->ph, e->initial) < 0)
+    if (pd_electrolyte_neutralise(s->ctx, e, e->ph, e->initial) < 0)
         return pdi_read_electrolyte_fail(s, s->chemistry, "pH");
     PDI_TRY(pdi_read_electrolyte_close_solution(s, "inlet", "inlet_pH", e->inlet_ph, e->inlet));
     return pdi_read_electrolyte_close_solution(s, "inside", "inside_pH", e->inside_ph, e->inside);

@@ -16,7 +16,7 @@
 #define pd_electrolyte_parse PD_NAME(pd_electrolyte_parse)
 
 /* Read an electrolyte from a file, apply overrides ("species.Mg2+.initial=2 mM"), include files, and make its solutions
- * neutral with the given pH (pd_electrolyte_close). Other sections are ignored. PD_ERR_FILE, PD_ERR_PARSE,
+ * neutral with the given pH (pd_electrolyte_neutralise). Other sections are ignored. PD_ERR_FILE, PD_ERR_PARSE,
  * PD_ERR_ARGUMENT with file:line, what was found and what was expected. */
 PD_API pd_status pd_electrolyte_read(pd_ctx *ctx, const char *path, const char *const *overrides, int count,
                                      pd_electrolyte *electrolyte);

@@ -118,7 +118,8 @@ static pd_status pdi_read_image_options_ranges(pdi_read_image_options_state *r)
 static pd_status pdi_read_image_options_maps(pdi_read_image_options_state *r)
 {
     static const char *const names[] = {"violet", "viridis", "grey", "diverging"};
-    static const pd_map maps[] = {PD_MAP_SEQUENTIAL, PD_MAP_VIRIDIS, PD_MAP_GREY, PD_MAP_DIVERGING};
+    static const pd_colour_map maps[] = {PD_COLOUR_MAP_SEQUENTIAL, PD_COLOUR_MAP_VIRIDIS, PD_COLOUR_MAP_GREY,
+                                         PD_COLOUR_MAP_DIVERGING};
     const char *list;
     char item[PDI_READ_IMAGE_OPTIONS_ITEM_SIZE];
     if (!pdi_text_has_key(r->ctx, r->text, r->section, "map")) return PD_OK;
@@ -147,7 +148,7 @@ static pd_status pdi_read_image_options_maps(pdi_read_image_options_state *r)
 /* Read the fields drawn on a logarithmic scale. */
 static pd_status pdi_read_image_options_log(pdi_read_image_options_state *r)
 {
-    pd_setup_drawing *drawing = &r->setup->drawing;
+    pd_setup_image_options *drawing = &r->setup->drawing;
     PDI_TRY(pdi_read_monitors_fields(r->ctx, r->text, r->setup, r->section, "log", "none", &drawing->log));
     for (int k = 0; k < PD_FIELD_COUNT; k++) {
         const char *name = pdi_setup_field_name(r->setup, (pd_field)k);
@@ -191,7 +192,7 @@ static int pdi_read_image_options_is_number(const char *word)
 /* Read contour values of a field, "100 200 mol/m3": numbers with one unit at the end. */
 static pd_status pdi_read_image_options_contour_values(pdi_read_image_options_state *r, const char *from, int field)
 {
-    pd_setup_drawing *drawing = &r->setup->drawing;
+    pd_setup_image_options *drawing = &r->setup->drawing;
     char unit[PD_UNITS_TEXT], one[2 * PDI_READ_IMAGE_OPTIONS_ITEM_SIZE];
     const char *behind = from, *name = pdi_setup_field_name(r->setup, (pd_field)field);
     pdi_setup_field_unit(r->setup, (pd_field)field, unit);
@@ -227,7 +228,7 @@ static pd_status pdi_read_image_options_check_undeformed(pdi_read_image_options_
 /* Read one item of the contours: "C 8" (number of lines) or "C at 100 200 mol/m3" (values). */
 static pd_status pdi_read_image_options_contour(pdi_read_image_options_state *r, char *item)
 {
-    pd_setup_drawing *drawing = &r->setup->drawing;
+    pd_setup_image_options *drawing = &r->setup->drawing;
     char unit[PD_UNITS_TEXT];
     int field;
     char *from = pdi_read_image_options_split_word(item);
@@ -280,12 +281,14 @@ static pd_status pdi_read_image_options_flow_lines(pdi_read_image_options_state 
         PDI_TRY(pdi_read_image_options_find_field(r, key, item, &field));
         PDI_TRY(pdi_read_image_options_check_undeformed(r, key, field));
         if (across[field]) return pdi_text_fail_key(r->ctx, r->text, r->section, key, "found '%s' twice", item);
-        across[field] = *from ? pdi_read_image_options_parse_count(from, PD_PICTURE_FEWEST, PD_PICTURE_DENSEST) : usual;
+        across[field] =
+            *from ? pdi_read_image_options_parse_count(from, PD_FIELD_PLOT_MIN_DENSITY, PD_FIELD_PLOT_MAX_DENSITY)
+                  : usual;
         if (!across[field])
             return pdi_text_fail_key(r->ctx, r->text, r->section, key,
                                      "found '%.60s' behind '%s', expected how many fit "
                                      "side by side, from %d to %d",
-                                     from, item, PD_PICTURE_FEWEST, PD_PICTURE_DENSEST);
+                                     from, item, PD_FIELD_PLOT_MIN_DENSITY, PD_FIELD_PLOT_MAX_DENSITY);
     }
     return PD_OK;
 }
@@ -295,7 +298,7 @@ static pd_status pdi_read_image_options_flow_lines(pdi_read_image_options_state 
 /* Read the 3D view of the metal surface: "yes" or the field that colours it, and the direction of view. */
 static pd_status pdi_read_image_options_surface(pdi_read_image_options_state *r)
 {
-    pd_setup_drawing *drawing = &r->setup->drawing;
+    pd_setup_image_options *drawing = &r->setup->drawing;
     const char *word;
     int count = 3, k = 0;
     PDI_TRY(pdi_text_get_string(r->ctx, r->text, r->section, "surface", "no", &word));
@@ -349,7 +352,7 @@ static pd_status pdi_read_image_options_plane_images(pdi_read_image_options_stat
 {
     static const char *const keys[] = {"map", "width", "cells", "contours", "streamlines", "vectors"};
     static const char *const cells[] = {"blocky", "smooth", NULL};
-    pd_setup_drawing *drawing = &r->setup->drawing;
+    pd_setup_image_options *drawing = &r->setup->drawing;
     for (int k = 0; PD_DIM == 1 && k < 6; k++)
         if (pdi_text_has_key(r->ctx, r->text, r->section, keys[k]))
             return pdi_text_fail_key(r->ctx, r->text, r->section, keys[k],
@@ -362,8 +365,8 @@ static pd_status pdi_read_image_options_plane_images(pdi_read_image_options_stat
                                               drawing->streamlines));
     PDI_TRY(pdi_read_image_options_flow_lines(r, "vectors", PDI_READ_IMAGE_OPTIONS_DEFAULT_VECTORS, drawing->vectors));
     PDI_TRY(pdi_text_get_choice(r->ctx, r->text, r->section, "cells", cells, "blocky", &drawing->smooth));
-    return pdi_text_get_integer(r->ctx, r->text, r->section, "width", PD_PICTURE_LEAST, PD_PICTURE_MOST, "1000",
-                                &drawing->width);
+    return pdi_text_get_integer(r->ctx, r->text, r->section, "width", PD_FIELD_PLOT_MIN_WIDTH, PD_FIELD_PLOT_MAX_WIDTH,
+                                "1000", &drawing->width);
 }
 
 /* With images = none the other options have no effect; without the key `images` they are refused. */

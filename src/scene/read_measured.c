@@ -60,7 +60,7 @@ static pd_status pdi_read_measured_times(const pdi_read_tables_state *s, double 
 }
 
 /* Read the columns of values and of error bars, converted to SI. */
-static pd_status pdi_read_measured_values(const pdi_read_tables_state *s, pd_setup_record *r)
+static pd_status pdi_read_measured_values(const pdi_read_tables_state *s, pd_setup_measured *r)
 {
     char unit[PD_UNITS_TEXT];
     const char *spread = pdi_read_measured_find_spread(s);
@@ -85,7 +85,7 @@ static pd_status pdi_read_measured_values(const pdi_read_tables_state *s, pd_set
 }
 
 /* Read the name of the scalar output that the data are compared with: "volume_loss" or "section.name.figure". */
-static pd_status pdi_read_measured_output_name(const pdi_read_tables_state *s, pd_setup_record *r)
+static pd_status pdi_read_measured_output_name(const pdi_read_tables_state *s, pd_setup_measured *r)
 {
     const char *of;
     PDI_TRY(pdi_text_get_string(s->ctx, s->text, s->section, "of", "volume_loss", &of));
@@ -99,14 +99,14 @@ static pd_status pdi_read_measured_output_name(const pdi_read_tables_state *s, p
     return PD_OK;
 }
 
-PDI_FN int pdi_read_measured_is_in_run(const pd_setup_record *r, int point, double until)
+PDI_FN int pdi_read_measured_is_in_run(const pd_setup_measured *r, int point, double until)
 {
     return r->time[point] > 0.0 && r->time[point] <= until * (1.0 + PDI_READ_MEASURED_TIME_TOL);
 }
 
 /* Check that at least one data point lies in the run. PD_ERR_ARGUMENT. */
 static pd_status pdi_read_measured_check_times(const pdi_read_tables_state *s, const pd_setup *u,
-                                               const pd_setup_record *r)
+                                               const pd_setup_measured *r)
 {
     char until[PD_UNITS_TEXT];
     for (int k = 0; k < r->points; k++)
@@ -123,12 +123,12 @@ static pd_status pdi_read_measured_section(pdi_read_tables_state *s, pd_setup *u
 {
     const char *label = s->text->section[s->section].label;
     char path[PD_PATH_SIZE];
-    if (u->records >= PD_SETUP_RECORDS)
+    if (u->records >= PD_SETUP_MEASURED_MAX)
         return pdi_text_fail_key(s->ctx, s->text, s->section, "measured", "found more than %d sections of this sort",
-                                 PD_SETUP_RECORDS);
+                                 PD_SETUP_MEASURED_MAX);
     if (label[0] == '\0' || strlen(label) >= PD_SETUP_NAME - 24)
         return pdi_text_fail_key(s->ctx, s->text, s->section, "measured", "expected a short name: [measured NAME]");
-    pd_setup_record *r = &u->record[u->records++];
+    pd_setup_measured *r = &u->record[u->records++];
     memcpy(r->name, label, strlen(label) + 1);
     r->line = s->text->section[s->section].line;
     PDI_TRY(pdi_input_files_get_path(s->ctx, s->text, s->section, "file", s->folder, path));
@@ -179,7 +179,7 @@ PDI_FN pd_status pdi_read_measured_replace(pd_ctx *ctx, const char *where, const
     return status;
 }
 
-PDI_FN void pdi_read_measured_build_series(const pd_setup_record *r, double x_unit, double y_unit, double last,
+PDI_FN void pdi_read_measured_build_series(const pd_setup_measured *r, double x_unit, double y_unit, double last,
                                            double *work, pd_series *series)
 {
     double *y = work + r->points, *spread = y + r->points;
@@ -194,7 +194,7 @@ PDI_FN void pdi_read_measured_build_series(const pd_setup_record *r, double x_un
     series->x = work;
     series->y = y;
     series->spread = spread;
-    series->stroke = PD_STROKE_MARKERS;
+    series->stroke = PD_SERIES_STYLE_MARKERS;
 }
 
 #undef PDI_READ_MEASURED_TIME_TOL

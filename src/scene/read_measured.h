@@ -22,10 +22,10 @@ PDI_FN pd_status pdi_read_measured_read(pd_ctx *ctx, pd_text *text, const char *
  * start = 0.7 h". `where` is the location at the start of messages. */
 PDI_FN pd_status pdi_read_measured_replace(pd_ctx *ctx, const char *where, const char *text, pd_setup *setup);
 /* 1: the time of a data point lies in the run, 0 < t <= until; such points enter the comparison. */
-PDI_FN int pdi_read_measured_is_in_run(const pd_setup_record *record, int point, double until);
+PDI_FN int pdi_read_measured_is_in_run(const pd_setup_measured *record, int point, double until);
 /* Plot series of the data points with 0 <= t <= last [s]: markers with error bars, in units of x_unit [s] and y_unit
  * [SI]. work [3 points]: memory of the series. */
-PDI_FN void pdi_read_measured_build_series(const pd_setup_record *record, double x_unit, double y_unit, double last,
+PDI_FN void pdi_read_measured_build_series(const pd_setup_measured *record, double x_unit, double y_unit, double last,
                                            double *work, pd_series *series);
 #endif
 

@@ -7,12 +7,14 @@
 static const char *const pdi_read_mechanics_displacement_keys[] = {"ux", "uy", "uz"};
 
 /* Append a mechanical boundary condition for a section; *grip: the new entry. PD_ERR_ARGUMENT: too many. */
-static pd_status pdi_read_mechanics_add_bc(pd_ctx *ctx, pd_text *text, int section, pd_setup *u, pd_setup_grip **grip)
+static pd_status pdi_read_mechanics_add_bc(pd_ctx *ctx, pd_text *text, int section, pd_setup *u,
+                                           pd_setup_mechanical_bc **grip)
 {
-    pd_setup_body *b = &u->metal_body;
-    if (b->grips == PD_SETUP_GRIPS)
+    pd_setup_mechanics *b = &u->metal_body;
+    if (b->grips == PD_SETUP_MECHANICAL_BCS)
         return pdi_text_fail_key(ctx, text, section, "ux",
-                                 "found more than %d sides and shapes that hold or load metal", PD_SETUP_GRIPS);
+                                 "found more than %d sides and shapes that hold or load metal",
+                                 PD_SETUP_MECHANICAL_BCS);
     *grip = &b->grip[b->grips++];
     (*grip)->side = (*grip)->shape = -1;
     (*grip)->section = section;
@@ -20,7 +22,7 @@ static pd_status pdi_read_mechanics_add_bc(pd_ctx *ctx, pd_text *text, int secti
 }
 
 /* Read the prescribed displacements ux, uy, uz [m]; axes without one are free. */
-static pd_status pdi_read_mechanics_displacements(pd_ctx *ctx, pd_text *text, int section, pd_setup_grip *grip)
+static pd_status pdi_read_mechanics_displacements(pd_ctx *ctx, pd_text *text, int section, pd_setup_mechanical_bc *grip)
 {
     for (int d = 0; d < PD_DIM; d++) {
         if (!pdi_text_has_key(ctx, text, section, pdi_read_mechanics_displacement_keys[d])) continue;
@@ -33,7 +35,7 @@ static pd_status pdi_read_mechanics_displacements(pd_ctx *ctx, pd_text *text, in
 
 PDI_FN pd_status pdi_read_mechanics_shape_bc(pd_ctx *ctx, pd_text *text, int section, int shape, pd_setup *u)
 {
-    pd_setup_grip *grip = NULL;
+    pd_setup_mechanical_bc *grip = NULL;
     int moves = 0;
     if (!u->has_solid) return pdi_text_fail_key(ctx, text, section, "kind", "found 'grip' without a [solid] section");
     PDI_TRY(pdi_read_mechanics_add_bc(ctx, text, section, u, &grip));
@@ -61,7 +63,7 @@ static pd_status pdi_read_mechanics_side_bc(pdi_reader *s, int side)
 {
     static const char *const loads[] = {"traction", "pressure"};
     int section = pdi_text_get_section(s->ctx, s->text, "side", pdi_setup_side_name(side)), any = 0;
-    pd_setup_grip *grip = NULL;
+    pd_setup_mechanical_bc *grip = NULL;
     if (section < 0) return PD_OK;
     for (int d = 0; d < PD_DIM; d++)
         any = any || pdi_text_has_key(s->ctx, s->text, section, pdi_read_mechanics_displacement_keys[d]);
@@ -115,10 +117,10 @@ static pd_status pdi_read_mechanics_add_monitor(pdi_reader *s, int section, pd_m
 /* Add monitors of all mechanical boundary conditions and of the body. */
 static pd_status pdi_read_mechanics_add_monitors(pdi_reader *s, int section)
 {
-    const pd_setup_body *b = &s->setup->metal_body;
+    const pd_setup_mechanics *b = &s->setup->metal_body;
     for (int k = 0; k < b->grips; k++) {
         const char *name = s->text->section[b->grip[k].section].label;
-        PDI_TRY(pdi_read_mechanics_add_monitor(s, b->grip[k].section, PD_MONITOR_GRIP, k, name));
+        PDI_TRY(pdi_read_mechanics_add_monitor(s, b->grip[k].section, PD_MONITOR_MECHANICAL_BC, k, name));
     }
     return pdi_read_mechanics_add_monitor(s, section, PD_MONITOR_SOLID, 0, "metal");
 }
@@ -133,14 +135,17 @@ static const char *const pdi_read_mechanics_material_names[] = {"correspondence"
     "correspondence and hencky at rest"
 
 /* 1: the material is bond-based. */
-static int pdi_read_mechanics_is_bond_based(const pd_setup_body *b) { return b->material == PD_STRUCTURE_SPRINGS; }
+static int pdi_read_mechanics_is_bond_based(const pd_setup_mechanics *b)
+{
+    return b->material == PD_SOLID_COUPLING_BOND_BASED;
+}
 
 /* Read Poisson's ratio; that of the bond-based material is fixed: 1/3 in plane stress, else 1/4. */
 static pd_status pdi_read_mechanics_poisson(pdi_reader *s, int section)
 {
-    pd_setup_body *b = &s->setup->metal_body;
+    pd_setup_mechanics *b = &s->setup->metal_body;
     double own = PD_DIM == 2 && b->plane == PD_PLANE_STRESS ? 1.0 / 3.0 : 0.25;
-    int rubber = b->material == PD_STRUCTURE_NEO_HOOKEAN;
+    int rubber = b->material == PD_SOLID_COUPLING_NEO_HOOKEAN;
     if (PD_DIM == 1) return PD_OK;
     if (pdi_read_mechanics_is_bond_based(b) && !pdi_text_has_key(s->ctx, s->text, section, "nu")) {
         b->poisson = own;
@@ -158,12 +163,12 @@ static pd_status pdi_read_mechanics_poisson(pdi_reader *s, int section)
 /* Read yield stress and linear hardening; only of the materials correspondence and hencky. */
 static pd_status pdi_read_mechanics_plasticity(pdi_reader *s, int section)
 {
-    pd_setup_body *b = &s->setup->metal_body;
+    pd_setup_mechanics *b = &s->setup->metal_body;
     PDI_TRY(pdi_reader_get_nonnegative(s, section, "yield", "Pa", "0", &b->yield));
     if (pdi_text_has_key(s->ctx, s->text, section, "hardening") && !(b->yield > 0.0))
         return pdi_text_fail_key(s->ctx, s->text, section, "hardening", "found without a yield stress, expected both");
     if (!(b->yield > 0.0)) return PD_OK;
-    if (b->material != PD_STRUCTURE_CORRESPONDENCE && b->material != PD_STRUCTURE_HENCKY)
+    if (b->material != PD_SOLID_COUPLING_CORRESPONDENCE && b->material != PD_SOLID_COUPLING_HENCKY)
         return pdi_text_fail_key(s->ctx, s->text, section, "yield",
                                  "found with material = %s, expected another one of "
                                  "both: " PDI_READ_MECHANICS_SUPPORT_TEXT,
@@ -174,7 +179,7 @@ static pd_status pdi_read_mechanics_plasticity(pdi_reader *s, int section)
                                  "%g Pa: balances are no finer",
                                  b->yield, 1e3 * b->rtol * b->young);
     PDI_TRY(pdi_reader_get_nonnegative(s, section, "hardening", "Pa", "0", &b->hardening));
-    if (PD_DIM != 2 || b->plane == PD_PLANE_STRAIN || b->material == PD_STRUCTURE_HENCKY) return PD_OK;
+    if (PD_DIM != 2 || b->plane == PD_PLANE_STRAIN || b->material == PD_SOLID_COUPLING_HENCKY) return PD_OK;
     return pdi_text_fail_key(s->ctx, s->text, section, "yield",
                              "found with plane = stress, expected plane = strain or "
                              "material = hencky");
@@ -184,7 +189,7 @@ static pd_status pdi_read_mechanics_plasticity(pdi_reader *s, int section)
 static pd_status pdi_read_mechanics_failure(pdi_reader *s, int section)
 {
     static const char *const keys[] = {"stretch", "strength", "toughness"};
-    pd_setup_body *b = &s->setup->metal_body;
+    pd_setup_mechanics *b = &s->setup->metal_body;
     const char *found = NULL;
     PDI_TRY(pdi_reader_get_nonnegative(s, section, "stretch", "", "0", &b->stretch));
     PDI_TRY(pdi_reader_get_nonnegative(s, section, "strength", "Pa", "0", &b->strength));
@@ -200,7 +205,7 @@ static pd_status pdi_read_mechanics_failure(pdi_reader *s, int section)
         found = keys[k];
     }
     if (!(b->toughness > 0.0)) return PD_OK;
-    if (b->material != PD_STRUCTURE_CORRESPONDENCE)
+    if (b->material != PD_SOLID_COUPLING_CORRESPONDENCE)
         return pdi_text_fail_key(s->ctx, s->text, section, "toughness",
                                  "found with material = %s, expected another one "
                                  "of both: " PDI_READ_MECHANICS_SUPPORT_TEXT,
@@ -218,7 +223,7 @@ static pd_status pdi_read_mechanics_failure(pdi_reader *s, int section)
 static pd_status pdi_read_mechanics_plasticity_failure(pdi_reader *s, int section)
 {
     static const char *const still[] = {"yield", "hardening", "stretch", "strength", "speed_factor", "toughness"};
-    pd_setup_body *b = &s->setup->metal_body;
+    pd_setup_mechanics *b = &s->setup->metal_body;
     int moves = b->density > 0.0, springs = pdi_read_mechanics_is_bond_based(b);
     for (int k = 0; k < (springs ? 5 : 6); k++)
         if ((springs || moves) && pdi_text_has_key(s->ctx, s->text, section, still[k]))
@@ -234,7 +239,7 @@ static pd_status pdi_read_mechanics_plasticity_failure(pdi_reader *s, int sectio
 static pd_status pdi_read_mechanics_dynamics(pdi_reader *s, int section)
 {
     static const char *const answers[] = {"no", "yes", NULL};
-    pd_setup_body *b = &s->setup->metal_body;
+    pd_setup_mechanics *b = &s->setup->metal_body;
     int moves;
     PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "motion", answers, "no", &moves));
     if (s->setup->has_dissolve && (moves || pdi_read_mechanics_is_bond_based(b)))
@@ -251,11 +256,11 @@ static pd_status pdi_read_mechanics_material(pdi_reader *s, int section)
 {
     static const char *const planes[] = {"strain", "stress", NULL};
     static const char *const influences[] = {"constant", "inverse", "linear", NULL};
-    pd_setup_body *b = &s->setup->metal_body;
+    pd_setup_mechanics *b = &s->setup->metal_body;
     int plane = 0, influence, material;
     PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "material", pdi_read_mechanics_material_names,
                                 "correspondence", &material));
-    b->material = (pd_structure_material)material;
+    b->material = (pd_solid_coupling_material)material;
     PDI_TRY(pdi_reader_get_positive(s, section, "E", "Pa", NULL, &b->young));
     if (b->young < 1e-30)
         return pdi_text_fail_key(s->ctx, s->text, section, "E", "found %g Pa, expected at least 1e-30 Pa", b->young);
@@ -281,9 +286,9 @@ static pd_status pdi_read_mechanics_material(pdi_reader *s, int section)
 PDI_FN void pdi_read_mechanics_add_notes(pdi_reader *s)
 {
     pd_setup *u = s->setup;
-    const pd_setup_body *b = &u->metal_body;
+    const pd_setup_mechanics *b = &u->metal_body;
     int stress = PD_DIM == 2 && b->plane == PD_PLANE_STRESS;
-    int families = b->material != PD_STRUCTURE_SPRINGS && b->material != PD_STRUCTURE_ORDINARY;
+    int families = b->material != PD_SOLID_COUPLING_BOND_BASED && b->material != PD_SOLID_COUPLING_ORDINARY_STATE;
     if (!u->has_solid) return;
     for (int k = 1; k < u->metals; k++)
         pdi_setup_add_note(u,
@@ -304,7 +309,7 @@ PDI_FN void pdi_read_mechanics_add_notes(pdi_reader *s)
 /* Read the factor by which stress changes the dissolution rate (key `speed_factor`). */
 static pd_status pdi_read_mechanics_rate_factor(pdi_reader *s, int section)
 {
-    pd_setup_body *b = &s->setup->metal_body;
+    pd_setup_mechanics *b = &s->setup->metal_body;
     if (!pdi_text_has_key(s->ctx, s->text, section, "speed_factor")) return PD_OK;
     if (!s->setup->has_dissolve)
         return pdi_text_fail_key(s->ctx, s->text, section, "speed_factor",
@@ -316,11 +321,11 @@ static pd_status pdi_read_mechanics_rate_factor(pdi_reader *s, int section)
 }
 
 /* 1: a displacement, traction, pressure or body force depends on time. */
-static int pdi_read_mechanics_is_time_dependent(const pd_setup_body *b)
+static int pdi_read_mechanics_is_time_dependent(const pd_setup_mechanics *b)
 {
     int timed = 0;
     for (int k = 0; k < b->grips; k++) {
-        const pd_setup_grip *grip = &b->grip[k];
+        const pd_setup_mechanical_bc *grip = &b->grip[k];
         for (int d = 0; d < PD_DIM; d++) {
             timed = timed || (grip->moves[d] && pdi_setup_is_time_dependent(&grip->move[d]));
             timed = timed || (grip->pulls && pdi_setup_is_time_dependent(&grip->pull[d]));

@@ -222,7 +222,7 @@ static pd_status pdi_read_monitors_reference_fluid(pdi_read_monitors_state *w, p
     for (int side = 0; side < 2 * PD_DIM; side++)
         inlets += u->side[side].kind == PD_SIDE_INLET && !u->side[side].open;
     if (strcmp(value, "inlet") == 0) {
-        m->against = PD_AGAINST_INLET;
+        m->against = PD_REFERENCE_FLUID_INLET;
         m->fluid = u->inlet;
         if (inlets && u->enters)
             return pdi_text_fail_key(w->ctx, w->text, w->section, "fluid",
@@ -232,7 +232,7 @@ static pd_status pdi_read_monitors_reference_fluid(pdi_read_monitors_state *w, p
                                  "found 'inlet' in a scene without one, expected bulk or a concentration");
     }
     if (strcmp(value, "bulk") != 0) return pdi_read_monitors_concentration(w, "fluid", &m->fluid);
-    m->against = PD_AGAINST_BULK;
+    m->against = PD_REFERENCE_FLUID_BULK;
     PDI_TRY(pdi_read_monitors_check_section(w, u->has_flow, "flow"));
     if (m->axis >= 0) return PD_OK;
     return pdi_text_fail_key(w->ctx, w->text, w->section, "fluid",
@@ -285,11 +285,11 @@ static pd_status pdi_read_monitors_section(pdi_read_monitors_state *w, pd_monito
     case PD_MONITOR_FORCE: return pdi_read_monitors_force(w, m);
     case PD_MONITOR_TRANSFER: return pdi_read_monitors_transfer(w, m);
     case PD_MONITOR_TOTAL: return pdi_read_monitors_box(w, 1, m);
-    case PD_MONITOR_GRIP:
+    case PD_MONITOR_MECHANICAL_BC:
     case PD_MONITOR_SOLID:
     case PD_MONITOR_ELECTRODE:
-    case PD_MONITOR_STATE:
-    case PD_MONITOR_CUT: break; /* [solid] and [cut] make them */
+    case PD_MONITOR_SURFACE_STATE:
+    case PD_MONITOR_PRECRACK: break; /* [solid] and [cut] make them */
     }
     return PD_OK;
 }

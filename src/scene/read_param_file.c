@@ -371,7 +371,7 @@ PDI_FN pd_status pdi_read_param_file_read(pd_ctx *ctx, pd_text *text, const char
     PDI_TRY(pdi_read_param_file_box(ctx, text, &f, setup));
     PDI_TRY(pdi_read_param_file_shapes(ctx, text, &f, setup));
     pdi_read_param_file_flow(&f, setup);
-    if (pdi_text_has_key(ctx, text, 0, "flow_conv_tol")) setup->given |= 1u << PD_KNOB_STEADY;
+    if (pdi_text_has_key(ctx, text, 0, "flow_conv_tol")) setup->given |= 1u << PD_SOLVER_SETTING_STEADY;
     PDI_TRY(pdi_read_param_file_transport(ctx, &f, setup));
     PDI_TRY(pdi_read_param_file_dissolve(ctx, text, &f, setup));
     pdi_read_param_file_grains(&f, setup);

@@ -8,7 +8,7 @@ enum { PDI_READ_PRECRACKS_MIN_CORNERS = PD_DIM, PDI_READ_PRECRACKS_MAX_COORDINAT
 
 /* Read the corners [m] of the crack, all coordinates of one after the other: a point (1D), a polyline (2D), a polygon
  * (3D). */
-static pd_status pdi_read_precracks_corners(pdi_reader *s, int section, pd_setup_cut *cut)
+static pd_status pdi_read_precracks_corners(pdi_reader *s, int section, pd_setup_precrack *cut)
 {
     static const char *const what[] = {"one place", "2 or more corners of a line", "3 or more corners of a polygon"};
     int count;
@@ -35,7 +35,7 @@ static pd_status pdi_read_precracks_corners(pdi_reader *s, int section, pd_setup
 
 /* Read the growth direction of the crack; default in 2D: the direction of its last segment. A crack with a direction is
  * recorded in a table. */
-static pd_status pdi_read_precracks_direction(pdi_reader *s, int section, pd_setup_cut *cut)
+static pd_status pdi_read_precracks_direction(pdi_reader *s, int section, pd_setup_precrack *cut)
 {
     double square = 0.0;
     int count = PD_DIM;
@@ -54,22 +54,22 @@ static pd_status pdi_read_precracks_direction(pdi_reader *s, int section, pd_set
 
 /* Read the three radii [m] about the tip that bound the two domains of the J-integral, a horizon or more apart. Only
  * 2D, small strains, equilibrium. */
-static pd_status pdi_read_precracks_j_contours(pdi_reader *s, int section, pd_setup_cut *cut)
+static pd_status pdi_read_precracks_j_contours(pdi_reader *s, int section, pd_setup_precrack *cut)
 {
-    const pd_setup_body *b = &s->setup->metal_body;
+    const pd_setup_mechanics *b = &s->setup->metal_body;
     double least = b->m * s->setup->h[0];
     int count;
     if (!pdi_text_has_key(s->ctx, s->text, section, "contours")) return PD_OK;
     PDI_TRY(pdi_text_get_numbers(s->ctx, s->text, section, "contours", "m", NULL, 3, cut->radius, &count));
-    if (b->material > PD_STRUCTURE_ORDINARY || b->material == PD_STRUCTURE_SPRINGS || b->density > 0.0 ||
-        b->yield > 0.0)
+    if (b->material > PD_SOLID_COUPLING_ORDINARY_STATE || b->material == PD_SOLID_COUPLING_BOND_BASED ||
+        b->density > 0.0 || b->yield > 0.0)
         return pdi_text_fail_key(s->ctx, s->text, section, "contours",
                                  "found with %s, expected small strains in balance:"
                                  " J is theirs",
-                                 b->material == PD_STRUCTURE_SPRINGS ? "material = springs"
-                                 : b->density > 0.0                  ? "motion = yes"
-                                 : b->yield > 0.0                    ? "a yield stress"
-                                                                     : "a material of large strains");
+                                 b->material == PD_SOLID_COUPLING_BOND_BASED ? "material = springs"
+                                 : b->density > 0.0                          ? "motion = yes"
+                                 : b->yield > 0.0                            ? "a yield stress"
+                                                                             : "a material of large strains");
     if (PD_DIM != 2)
         return pdi_text_fail_key(s->ctx, s->text, section, "contours", "found in %dD, expected 2D", PD_DIM);
     if (count != 3)
@@ -88,7 +88,7 @@ static pd_status pdi_read_precracks_j_contours(pdi_reader *s, int section, pd_se
 }
 
 /* Add a monitor of the crack tip. */
-static pd_status pdi_read_precracks_add_monitor(pdi_reader *s, const pd_setup_cut *cut)
+static pd_status pdi_read_precracks_add_monitor(pdi_reader *s, const pd_setup_precrack *cut)
 {
     pd_setup *u = s->setup;
     if (!cut->watched) return PD_OK;
@@ -97,7 +97,7 @@ static pd_status pdi_read_precracks_add_monitor(pdi_reader *s, const pd_setup_cu
                                  "found more than %d tables", PD_SETUP_MONITORS);
     pd_setup_monitor *m = &u->monitor[u->monitors++];
     memset(m, 0, sizeof *m);
-    m->kind = PD_MONITOR_CUT;
+    m->kind = PD_MONITOR_PRECRACK;
     m->index = u->metal_body.cuts - 1;
     m->line = cut->line;
     memcpy(m->name, cut->name, sizeof m->name);
@@ -107,15 +107,15 @@ static pd_status pdi_read_precracks_add_monitor(pdi_reader *s, const pd_setup_cu
 /* Read one [cut NAME] section. */
 static pd_status pdi_read_precracks_section(pdi_reader *s, int section)
 {
-    pd_setup_body *b = &s->setup->metal_body;
+    pd_setup_mechanics *b = &s->setup->metal_body;
     const char *label = s->text->section[section].label;
     if (!s->setup->has_solid)
         return pdi_text_fail_key(s->ctx, s->text, section, "cut", "found no [solid] section, expected one");
-    if (b->cuts == PD_SETUP_CUTS)
-        return pdi_text_fail_key(s->ctx, s->text, section, "cut", "found more than %d cuts", PD_SETUP_CUTS);
+    if (b->cuts == PD_SETUP_PRECRACKS)
+        return pdi_text_fail_key(s->ctx, s->text, section, "cut", "found more than %d cuts", PD_SETUP_PRECRACKS);
     if (label[0] == '\0' || strlen(label) >= PD_SETUP_NAME - 24)
         return pdi_text_fail_key(s->ctx, s->text, section, "cut", "expected a short name: [cut NAME]");
-    pd_setup_cut *cut = &b->cut[b->cuts++];
+    pd_setup_precrack *cut = &b->cut[b->cuts++];
     memcpy(cut->name, label, strlen(label) + 1);
     cut->line = s->text->section[section].line;
     PDI_TRY(pdi_read_precracks_corners(s, section, cut));

@@ -332,7 +332,7 @@ static pd_status pdi_read_shapes_material(pdi_read_shapes_state *s, int index)
     int found = 0;
     const char *name;
     pd_material material;
-    pd_setup_piece *piece = &u->piece[u->pieces++];
+    pd_setup_solid_shape *piece = &u->piece[u->pieces++];
     snprintf(piece->name, sizeof piece->name, "%.*s", PD_SETUP_NAME - 1, s->text->section[s->section].label);
     piece->shape = index;
     piece->metal = 0;

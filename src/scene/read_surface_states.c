@@ -6,7 +6,7 @@
 #include <string.h>
 
 /* Section of a surface state in the text. */
-static int pdi_read_surface_states_find_section(pdi_reader *s, const pd_setup_state *state)
+static int pdi_read_surface_states_find_section(pdi_reader *s, const pd_setup_surface_state *state)
 {
     return pdi_text_get_section(s->ctx, s->text, "surface", state->name);
 }
@@ -60,8 +60,8 @@ static int pdi_read_surface_states_has_dims(const pd_expr *expr, const pd_dims *
 }
 
 /* Read a bound of the state (key `min` or `max`), of its dimension, if it is given. */
-static pd_status pdi_read_surface_states_bound(pdi_reader *s, int section, const char *key, const pd_setup_state *state,
-                                               double *value)
+static pd_status pdi_read_surface_states_bound(pdi_reader *s, int section, const char *key,
+                                               const pd_setup_surface_state *state, double *value)
 {
     pd_expr expr;
     char found[PD_UNITS_TEXT], wanted[PD_UNITS_TEXT];
@@ -82,18 +82,18 @@ static pd_status pdi_read_surface_states_state(pdi_reader *s, int section)
     pd_setup *u = s->setup;
     const char *name = s->text->section[section].label;
     char wanted[PD_UNITS_TEXT];
-    if (u->states == PD_SETUP_STATES)
+    if (u->states == PD_SETUP_SURFACE_STATES)
         return pdi_text_fail_key(s->ctx, s->text, section, "surface",
                                  "found more than %d states of surfaces, expected "
                                  "fewer",
-                                 PD_SETUP_STATES);
-    if (u->electrolyte.count + u->states >= PD_SPECIES_MOST)
+                                 PD_SETUP_SURFACE_STATES);
+    if (u->electrolyte.count + u->states >= PD_SPECIES_MAX)
         return pdi_text_fail_key(s->ctx, s->text, section, "surface",
                                  "found more than %d species and states of "
                                  "surfaces, expected fewer",
-                                 PD_SPECIES_MOST);
+                                 PD_SPECIES_MAX);
     PDI_TRY(pdi_read_surface_states_check_name(s, section, name));
-    pd_setup_state *state = &u->state[u->states];
+    pd_setup_surface_state *state = &u->state[u->states];
     memset(state, 0, sizeof *state);
     memcpy(state->name, name, strlen(name) + 1);
     state->line = s->text->section[section].line;
@@ -232,7 +232,7 @@ PDI_FN pd_status pdi_read_surface_states_current_factor(pdi_reader *s, int secti
 /* ---- rates ---- */
 
 /* Read the electrodes that carry the state (key `of`); all of them by default. */
-static pd_status pdi_read_surface_states_electrodes(pdi_reader *s, int section, pd_setup_state *state)
+static pd_status pdi_read_surface_states_electrodes(pdi_reader *s, int section, pd_setup_surface_state *state)
 {
     const pd_setup_potential *p = &s->setup->potential;
     pd_word_list list;
@@ -259,7 +259,7 @@ static pd_status pdi_read_surface_states_electrodes(pdi_reader *s, int section, 
 }
 
 /* Read the rate law of a state in C, t, x, y, z, i, E, pH, species and states; dimension of the state per time. */
-static pd_status pdi_read_surface_states_rate(pdi_reader *s, int section, pd_setup_state *state)
+static pd_status pdi_read_surface_states_rate(pdi_reader *s, int section, pd_setup_surface_state *state)
 {
     pd_setup *u = s->setup;
     pd_expr_symbol vars[PD_EXPR_VARS];
@@ -352,7 +352,7 @@ static pd_status pdi_read_surface_states_add_monitor(pdi_reader *s, int section,
         return pdi_text_fail_key(s->ctx, s->text, section, "surface", "found more than %d tables", PD_SETUP_MONITORS);
     pd_setup_monitor *m = &u->monitor[u->monitors++];
     memset(m, 0, sizeof *m);
-    m->kind = PD_MONITOR_STATE;
+    m->kind = PD_MONITOR_SURFACE_STATE;
     m->index = index;
     m->line = u->state[index].line;
     memcpy(m->name, u->state[index].name, sizeof m->name);

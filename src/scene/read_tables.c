@@ -100,7 +100,7 @@ PDI_FN pd_status pdi_read_tables_column(const pdi_read_tables_state *s, const ch
 
 /* Build the monotone interpolant from the columns x and y of the section. x[rows], y[rows]: work arrays. */
 static pd_status pdi_read_tables_build_curve(const pdi_read_tables_state *s, double *x, double *y,
-                                             pd_expr_table *function, pd_curve *curve)
+                                             pd_expr_table *function, pd_monotone_cubic *curve)
 {
     static const char *const outsides[] = {"hold", "error", NULL};
     char unit[PD_UNITS_TEXT];

@@ -26,7 +26,7 @@
 #define PDI_SCENE_MAX_STEPS 1e9 /* largest number of time steps */
 
 /* Mark in setup->given that the scene sets a solver setting, so that the `accuracy` preset leaves it alone. */
-static void pdi_scene_mark_given(pdi_reader *s, int section, const char *key, pd_knob knob)
+static void pdi_scene_mark_given(pdi_reader *s, int section, const char *key, pd_solver_setting knob)
 {
     if (pdi_text_has_key(s->ctx, s->text, section, key)) s->setup->given |= 1u << knob;
 }
@@ -353,22 +353,22 @@ static pd_status pdi_scene_read_flow_time(pdi_reader *s, int section)
     pd_setup *u = s->setup;
     int motion;
     PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "time", motions, "steady", &motion));
-    u->motion = (pd_motion)motion;
+    u->motion = (pd_flow_time)motion;
     for (int k = 0; k < 2 * PD_DIM; k++)
-        if (u->side[k].open && u->motion != PD_MOTION_GIVEN)
+        if (u->side[k].open && u->motion != PD_FLOW_PRESCRIBED)
             return pdi_text_fail_key(s->ctx, s->text, section, "time", "found '%s' beside an open side, expected given",
                                      motions[motion]);
-    if (u->motion == PD_MOTION_STEADY) return PD_OK;
-    if (u->has_dissolve && u->motion == PD_MOTION_GIVEN)
+    if (u->motion == PD_FLOW_STEADY) return PD_OK;
+    if (u->has_dissolve && u->motion == PD_FLOW_PRESCRIBED)
         return pdi_text_fail_key(s->ctx, s->text, section, "time",
                                  "found 'given' beside [dissolve], expected steady,"
                                  " implicit or explicit: a given flow does not enter where metal was");
     for (int d = 0; d < PD_DIM; d++)
         PDI_TRY(pdi_text_get_expr(s->ctx, s->text, section, keys[d], "m/s", pdi_setup_get_position_symbols(), PD_DIM,
                                   "0", &u->start[d]));
-    if (u->motion == PD_MOTION_GIVEN) return PD_OK;
-    if (u->motion == PD_MOTION_IMPLICIT) {
-        pdi_scene_mark_given(s, section, "rtol", PD_KNOB_FLOW_RTOL);
+    if (u->motion == PD_FLOW_PRESCRIBED) return PD_OK;
+    if (u->motion == PD_FLOW_IMPLICIT) {
+        pdi_scene_mark_given(s, section, "rtol", PD_SOLVER_SETTING_FLOW_RTOL);
         return pdi_reader_get_bounded(s, section, "rtol", "", "1e-4", 0.0, 0.1, 1, &u->flow_rtol);
     }
     PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "eos", states, "tait", &u->linear));
@@ -381,7 +381,7 @@ static pd_status pdi_scene_read_ignored_eos(pdi_reader *s, int section)
     static const char *const states[] = {"tait", "linear", NULL};
     double sound;
     int state, given = pdi_text_has_key(s->ctx, s->text, section, "c0");
-    if (s->setup->motion != PD_MOTION_STEADY) return PD_OK;
+    if (s->setup->motion != PD_FLOW_STEADY) return PD_OK;
     if (!given && !pdi_text_has_key(s->ctx, s->text, section, "eos")) return PD_OK;
     PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "eos", states, "tait", &state));
     if (given) PDI_TRY(pdi_reader_get_positive(s, section, "c0", "m/s", NULL, &sound));
@@ -418,7 +418,7 @@ static pd_status pdi_scene_read_flow_order(pdi_reader *s, int section)
                                  u->m);
     if (u->axisymmetric)
         return pdi_text_fail_key(s->ctx, s->text, section, "order", "found 4 in an axisymmetric box, expected 2");
-    if (u->motion == PD_MOTION_EXPLICIT || u->motion == PD_MOTION_GIVEN)
+    if (u->motion == PD_FLOW_EXPLICIT || u->motion == PD_FLOW_PRESCRIBED)
         return pdi_text_fail_key(s->ctx, s->text, section, "order",
                                  "found 4 beside time = explicit or given, expected steady or implicit");
     return PD_OK;
@@ -433,7 +433,7 @@ static pd_status pdi_scene_read_flow(pdi_reader *s)
     PDI_TRY(pdi_reader_get_positive(s, section, "rho", "kg/m3", NULL, &u->rho));
     PDI_TRY(pdi_reader_get_positive(s, section, "mu", "Pa s", NULL, &u->mu));
     PDI_TRY(pdi_reader_get_bounded(s, section, "steady", "", "1e-6", 0.0, 0.1, 1, &u->steady));
-    pdi_scene_mark_given(s, section, "steady", PD_KNOB_STEADY);
+    pdi_scene_mark_given(s, section, "steady", PD_SOLVER_SETTING_STEADY);
     PDI_TRY(pdi_scene_read_body_force(s, section));
     if (pdi_text_has_key(s->ctx, s->text, section, "speed"))
         PDI_TRY(pdi_reader_get_positive(s, section, "speed", "m/s", NULL, &u->speed));
@@ -508,7 +508,7 @@ static pd_status pdi_scene_check_steady_scene(pdi_reader *s)
     for (int k = 0; k < u->wall_count; k++)
         PDI_TRY(pdi_scene_check_time_independent(s, u->walls[k].section, "C", &u->walls[k].held, 1));
     for (int k = 0; k < u->metal_body.grips; k++) {
-        const pd_setup_grip *grip = &u->metal_body.grip[k];
+        const pd_setup_mechanical_bc *grip = &u->metal_body.grip[k];
         for (int d = 0; d < PD_DIM; d++) {
             static const char *const moves[] = {"ux", "uy", "uz"};
             PDI_TRY(pdi_scene_check_time_independent(s, grip->section, moves[d], &grip->move[d], 1));
@@ -533,9 +533,9 @@ static pd_status pdi_scene_read_run(pdi_reader *s)
     pd_setup *u = s->setup;
     int section = pdi_text_get_section(s->ctx, s->text, "run", NULL);
     int carries = u->has_transport || u->has_chemistry;
-    int rests = u->motion == PD_MOTION_STEADY || u->motion == PD_MOTION_GIVEN;
+    int rests = u->motion == PD_FLOW_STEADY || u->motion == PD_FLOW_PRESCRIBED;
     /* a steady flow may follow what stands outside of it, when a time to follow it for is given */
-    int follows = (u->motion == PD_MOTION_STEADY || u->has_solid || u->has_potential) && !carries &&
+    int follows = (u->motion == PD_FLOW_STEADY || u->has_solid || u->has_potential) && !carries &&
                   pdi_text_has_key(s->ctx, s->text, section, "until");
     rests = rests && !(u->metal_body.density > 0.0);
     if (rests && !follows && !u->has_gas && (!carries || u->settle)) return pdi_scene_check_steady_scene(s);
@@ -552,8 +552,8 @@ static pd_status pdi_scene_read_run(pdi_reader *s)
         PDI_TRY(pdi_reader_get_bounded(s, section, "rtol", "", "1e-3", 0.0, 0.1, 1, &u->rtol));
         return pdi_reader_get_bounded(s, section, "fraction", "", share, 0.0, 1.0, 1, &u->fraction);
     }
-    pdi_scene_mark_given(s, section, "rtol", PD_KNOB_RTOL);
-    pdi_scene_mark_given(s, section, "fraction", PD_KNOB_FRACTION);
+    pdi_scene_mark_given(s, section, "rtol", PD_SOLVER_SETTING_RTOL);
+    pdi_scene_mark_given(s, section, "fraction", PD_SOLVER_SETTING_FRACTION);
     PDI_TRY(pdi_reader_get_bounded(s, section, "rtol", "", u->has_dissolve ? "4e-3" : "1e-3", 0.0, 0.1, 1, &u->rtol));
     /* Measured on a dissolving disc of radius 12 h, law 1 - C/Csat, after 4 h of recession: the volume loss is off by
      * 3e-3 when a step takes at most 0.1 of a node, by 1e-3 with 0.025. */

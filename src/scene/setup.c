@@ -52,7 +52,7 @@ PDI_FN pd_status pdi_setup_init(pd_ctx *ctx, pd_setup *setup)
 }
 
 /* Free the expressions of loads, supports and stress factor. */
-static void pdi_setup_free_mechanics(pd_ctx *ctx, pd_setup_body *b)
+static void pdi_setup_free_mechanics(pd_ctx *ctx, pd_setup_mechanics *b)
 {
     for (int k = 0; k < b->grips; k++) {
         for (int d = 0; d < PD_DIM; d++) pdi_expr_free(ctx, &b->grip[k].move[d]);
@@ -115,7 +115,7 @@ void pd_setup_free(pd_ctx *ctx, pd_setup *setup)
     memset(setup, 0, sizeof *setup);
 }
 
-/* Error of pd_setup_function: the value under `key` cannot be a function, and why. Returns PD_ERR_ARGUMENT. */
+/* Error of pd_setup_set_function: the value under `key` cannot be a function, and why. Returns PD_ERR_ARGUMENT. */
 static pd_status pdi_setup_fail_function(pd_ctx *ctx, const char *key, const char *why)
 {
     return pdi_fail(ctx, PD_ERR_ARGUMENT, "setup", "a function for '%.40s': %s", key, why);
@@ -127,7 +127,7 @@ static pd_status pdi_setup_find_side_expr(pd_ctx *ctx, pd_setup *u, const char *
                                           pd_expr **expr)
 {
     const char *name = key + 3;
-    int inlet = side->kind == PD_SIDE_INLET && side->profile != PD_PROFILE_REST;
+    int inlet = side->kind == PD_SIDE_INLET && side->profile != PD_PROFILE_NONE;
     if (strcmp(name, "mean") == 0) {
         if (!inlet || (side->profile == PD_PROFILE_EXPRESSION && !side->scaled))
             return pdi_setup_fail_function(ctx, key,
@@ -149,7 +149,7 @@ static pd_status pdi_setup_find_side_expr(pd_ctx *ctx, pd_setup *u, const char *
     if (!u->has_transport || !(side->holds || side->kind == PD_SIDE_INLET))
         return pdi_setup_fail_function(ctx, key, "expected an inlet, or a wall that holds a concentration");
     for (int k = 0; k < u->monitors && !side->holds; k++)
-        if (u->monitor[k].kind == PD_MONITOR_TRANSFER && u->monitor[k].against == PD_AGAINST_INLET)
+        if (u->monitor[k].kind == PD_MONITOR_TRANSFER && u->monitor[k].against == PD_REFERENCE_FLUID_INLET)
             return pdi_setup_fail_function(ctx, key, "[transfer] has fluid = inlet, expected bulk or a concentration");
     u->enters = u->enters || !side->holds;
     return PD_OK;
@@ -193,7 +193,7 @@ static pd_status pdi_setup_find_expr(pd_ctx *ctx, pd_setup *u, const char *key, 
     return PD_OK;
 }
 
-pd_status pd_setup_function(pd_ctx *ctx, pd_setup *u, const char *key, pd_expr_fn fn, void *user, uint32_t uses)
+pd_status pd_setup_set_function(pd_ctx *ctx, pd_setup *u, const char *key, pd_expr_fn fn, void *user, uint32_t uses)
 {
     pd_expr *expr;
     PDI_TRY(pdi_setup_find_expr(ctx, u, key, uses, &expr));
@@ -203,7 +203,7 @@ pd_status pd_setup_function(pd_ctx *ctx, pd_setup *u, const char *key, pd_expr_f
     return PD_OK;
 }
 
-pd_status pd_setup_breaks(pd_ctx *ctx, pd_setup *u, const char *key, const double *t, int count)
+pd_status pd_setup_set_breaks(pd_ctx *ctx, pd_setup *u, const char *key, const double *t, int count)
 {
     pd_expr *expr;
     PDI_TRY(pdi_setup_find_expr(ctx, u, key, 0, &expr));
@@ -226,7 +226,7 @@ pd_status pd_setup_breaks(pd_ctx *ctx, pd_setup *u, const char *key, const doubl
 PDI_FN void pdi_setup_free_measured(pd_ctx *ctx, pd_setup *setup)
 {
     for (int k = 0; k < setup->records; k++) {
-        pd_setup_record *r = &setup->record[k];
+        pd_setup_measured *r = &setup->record[k];
         PDI_DELETE(ctx, r->points, r->time);
         PDI_DELETE(ctx, r->points, r->value);
         PDI_DELETE(ctx, r->points, r->spread);
@@ -250,7 +250,7 @@ PDI_FN int pdi_setup_count_ghost_layers(const pd_setup *setup)
 PDI_FN int pdi_setup_get_bond_options(const pd_setup *setup)
 {
     if (setup->has_flow) return 0;
-    return setup->has_gas ? PD_BONDS_AT_REST : PD_BONDS_AT_REST | PD_BONDS_LEAN;
+    return setup->has_gas ? PD_BONDS_NO_FLOW : PD_BONDS_NO_FLOW | PD_BONDS_LOW_MEMORY;
 }
 
 PDI_FN void pdi_setup_get_reactive_desc(const pd_setup *u, pd_reactive_desc *desc)
@@ -273,7 +273,7 @@ PDI_FN void pdi_setup_get_reactive_desc(const pd_setup *u, pd_reactive_desc *des
 PDI_FN int pdi_setup_field_species_index(const pd_setup *setup, int64_t field)
 {
     int64_t place = field - PD_FIELD_SPECIES;
-    return place >= 0 && place < PD_SPECIES_MOST && place < setup->electrolyte.count ? (int)place : -1;
+    return place >= 0 && place < PD_SPECIES_MAX && place < setup->electrolyte.count ? (int)place : -1;
 }
 
 PDI_FN int pdi_setup_field_state_index(const pd_setup *setup, int64_t field)
@@ -282,9 +282,12 @@ PDI_FN int pdi_setup_field_state_index(const pd_setup *setup, int64_t field)
     return field >= PD_FIELD_SPECIES && place >= 0 && place < setup->states ? (int)place : -1;
 }
 
-PDI_FN int pdi_setup_is_mechanics_field(pd_field field) { return field >= PD_FIELD_U && field <= PD_FIELD_ZX; }
+PDI_FN int pdi_setup_is_mechanics_field(pd_field field) { return field >= PD_FIELD_U && field <= PD_FIELD_SIGMA_ZX; }
 
-PDI_FN int pdi_setup_is_stress_field(pd_field field) { return field >= PD_FIELD_XX && field <= PD_FIELD_ZX; }
+PDI_FN int pdi_setup_is_stress_field(pd_field field)
+{
+    return field >= PD_FIELD_SIGMA_XX && field <= PD_FIELD_SIGMA_ZX;
+}
 
 PDI_FN const char *pdi_setup_field_name(const pd_setup *setup, pd_field field)
 {
@@ -360,7 +363,7 @@ PDI_FN int pdi_setup_is_metal_field(pd_field field)
 /* 1: the material has a stress tensor: solid mechanics that is not bond-based. */
 static int pdi_setup_has_stress(const pd_setup *setup)
 {
-    return setup->has_solid && setup->metal_body.material != PD_STRUCTURE_SPRINGS;
+    return setup->has_solid && setup->metal_body.material != PD_SOLID_COUPLING_BOND_BASED;
 }
 
 /* What the setup lacks for a field of chemistry (pH, species, diffusion potential, minerals); NULL: the field
@@ -372,8 +375,9 @@ static const char *pdi_setup_chemistry_field_lacks(const pd_setup *setup, pd_fie
         field == PD_FIELD_PH ? pdi_electrolyte_find_species(e, "H+") : pdi_setup_field_species_index(setup, field);
     if (pdi_setup_field_state_index(setup, field) >= 0) return NULL;
     if (!setup->has_chemistry) return "a [chemistry] section";
-    if (field == PD_FIELD_POTENTIAL) return setup->migrates ? NULL : "[chemistry] migration = yes";
-    if (field == PD_FIELD_FILM || field == PD_FIELD_SI) return setup->minerals ? NULL : "a [mineral ...] section";
+    if (field == PD_FIELD_DIFFUSION_POTENTIAL) return setup->migrates ? NULL : "[chemistry] migration = yes";
+    if (field == PD_FIELD_MINERAL_FRACTION || field == PD_FIELD_SATURATION_INDEX)
+        return setup->minerals ? NULL : "a [mineral ...] section";
     if (species >= 0 && species < e->count && e->species[species].phase != PD_PHASE_SOLVENT) return NULL;
     return field == PD_FIELD_PH ? "the species H+" : "a solute";
 }
@@ -385,32 +389,33 @@ PDI_FN const char *pdi_setup_field_lacks(const pd_setup *setup, pd_field field)
     case PD_FIELD_V:
     case PD_FIELD_P: return setup->has_flow || setup->has_gas ? NULL : "a [flow] or [gas] section";
     case PD_FIELD_U:
-    case PD_FIELD_STORED:
+    case PD_FIELD_STRAIN_ENERGY:
     case PD_FIELD_BROKEN: return setup->has_solid ? NULL : "a [solid] section";
     case PD_FIELD_MISES:
-    case PD_FIELD_PRESSURE: return pdi_setup_has_stress(setup) ? NULL : "a [solid] section whose bonds are no springs";
-    case PD_FIELD_SLIP:
+    case PD_FIELD_MEAN_STRESS:
+        return pdi_setup_has_stress(setup) ? NULL : "a [solid] section whose bonds are no springs";
+    case PD_FIELD_PLASTIC_STRAIN:
         return setup->has_solid && setup->metal_body.yield > 0.0 ? NULL : "a [solid] section with a yield stress";
     case PD_FIELD_ENERGY: return setup->has_gas ? NULL : "a [gas] section";
-    case PD_FIELD_XX: return pdi_setup_has_stress(setup) ? NULL : "a [solid] section whose bonds are no springs";
-    case PD_FIELD_YY:
-    case PD_FIELD_ZZ:
-    case PD_FIELD_XY:
+    case PD_FIELD_SIGMA_XX: return pdi_setup_has_stress(setup) ? NULL : "a [solid] section whose bonds are no springs";
+    case PD_FIELD_SIGMA_YY:
+    case PD_FIELD_SIGMA_ZZ:
+    case PD_FIELD_SIGMA_XY:
         if (PD_DIM > 1 && pdi_setup_has_stress(setup)) return NULL;
         return "two dimensions and a [solid] section whose bonds are no springs";
-    case PD_FIELD_YZ:
-    case PD_FIELD_ZX:
+    case PD_FIELD_SIGMA_YZ:
+    case PD_FIELD_SIGMA_ZX:
         return PD_DIM > 2 && pdi_setup_has_stress(setup) ? NULL
                                                          : "three dimensions and a [solid] section whose bonds are no "
                                                            "springs";
     case PD_FIELD_C:
     case PD_FIELD_D: return setup->has_transport ? NULL : "a [transport] or [corrode] section";
     case PD_FIELD_RATE: return setup->has_dissolve ? NULL : "a [dissolve] or [corrode] section";
-    case PD_FIELD_J:
+    case PD_FIELD_CURRENT_FLUID:
         if (setup->has_potential && setup->migrates) return "[potential] without migration = yes";
         return setup->has_potential ? NULL : "a [potential] section";
     case PD_FIELD_PHI:
-    case PD_FIELD_I: return setup->has_potential ? NULL : "a [potential] section";
+    case PD_FIELD_CURRENT_METAL: return setup->has_potential ? NULL : "a [potential] section";
     case PD_FIELD_DAMAGE: return setup->has_corrode ? NULL : "a [corrode] section";
     case PD_FIELD_GRAIN: return setup->has_grains ? NULL : "a solid [shape] with grains";
     case PD_FIELD_DENSITY:
@@ -419,9 +424,9 @@ PDI_FN const char *pdi_setup_field_lacks(const pd_setup *setup, pd_field field)
     case PD_FIELD_KIND:
     case PD_FIELD_PHASE:
     case PD_FIELD_PH:
-    case PD_FIELD_POTENTIAL:
-    case PD_FIELD_FILM:
-    case PD_FIELD_SI:
+    case PD_FIELD_DIFFUSION_POTENTIAL:
+    case PD_FIELD_MINERAL_FRACTION:
+    case PD_FIELD_SATURATION_INDEX:
     case PD_FIELD_SPECIES:
     case PD_FIELD_COUNT: break;
     }

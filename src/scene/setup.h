@@ -27,13 +27,13 @@
 #define PD_SETUP_WALLS 32 /* most shapes that are walls */
 #define PD_SETUP_CONTOURS 32 /* most lines of one value in a picture */
 #define PD_SETUP_METALS 4 /* one of each material */
-#define PD_SETUP_RECORDS 8 /* most [measured] sections */
+#define PD_SETUP_MEASURED_MAX 8 /* most [measured] sections */
 #define PD_SETUP_SHAPES 64 /* [shape] sections */
-#define PD_SETUP_GRIPS 16 /* most sides and shapes that hold or load a body */
-#define PD_SETUP_CUTS 16 /* most [cut] sections */
+#define PD_SETUP_MECHANICAL_BCS 16 /* most sides and shapes that hold or load a body */
+#define PD_SETUP_PRECRACKS 16      /* most [cut] sections */
 #define PD_SETUP_CORNERS 32 /* most corners of a cut */
 #define PD_SETUP_ELECTRODES 16 /* [electrode] sections */
-#define PD_SETUP_STATES PD_COAT_MOST /* [surface] sections */
+#define PD_SETUP_SURFACE_STATES PD_COAT_MOST /* [surface] sections */
 
 /* Fields of a run that can be written to files, drawn as images and probed. */
 typedef enum pd_field {
@@ -50,25 +50,25 @@ typedef enum pd_field {
     PD_FIELD_ENERGY,
     PD_FIELD_U,
     PD_FIELD_MISES,
-    PD_FIELD_PRESSURE,
-    PD_FIELD_SLIP,
+    PD_FIELD_MEAN_STRESS,
+    PD_FIELD_PLASTIC_STRAIN,
     PD_FIELD_BROKEN,
-    PD_FIELD_STORED,
-    PD_FIELD_XX, /* stresses */
-    PD_FIELD_YY,
-    PD_FIELD_ZZ,
-    PD_FIELD_XY,
-    PD_FIELD_YZ,
-    PD_FIELD_ZX,
-    PD_FIELD_PHI,     /* electric potential of the fluid, module potential */
-    PD_FIELD_J,       /* current density in the fluid */
-    PD_FIELD_I,       /* current density at the metal surface */
-    PD_FIELD_PH,      /* pH of the electrolyte */
-    PD_FIELD_POTENTIAL, /* diffusion potential of migrating ions, from electroneutrality */
-    PD_FIELD_FILM,    /* volume fraction of a cell that minerals fill */
-    PD_FIELD_SI,      /* largest saturation index of the minerals */
+    PD_FIELD_STRAIN_ENERGY,
+    PD_FIELD_SIGMA_XX, /* stresses */
+    PD_FIELD_SIGMA_YY,
+    PD_FIELD_SIGMA_ZZ,
+    PD_FIELD_SIGMA_XY,
+    PD_FIELD_SIGMA_YZ,
+    PD_FIELD_SIGMA_ZX,
+    PD_FIELD_PHI,                 /* electric potential of the fluid, module potential */
+    PD_FIELD_CURRENT_FLUID,       /* current density in the fluid */
+    PD_FIELD_CURRENT_METAL,       /* current density at the metal surface */
+    PD_FIELD_PH,                  /* pH of the electrolyte */
+    PD_FIELD_DIFFUSION_POTENTIAL, /* diffusion potential of migrating ions, from electroneutrality */
+    PD_FIELD_MINERAL_FRACTION,    /* volume fraction of a cell that minerals fill */
+    PD_FIELD_SATURATION_INDEX,    /* largest saturation index of the minerals */
     PD_FIELD_SPECIES, /* concentration of the first species; then the other species in order, then surface states */
-    PD_FIELD_COUNT = PD_FIELD_SPECIES + PD_SPECIES_MOST
+    PD_FIELD_COUNT = PD_FIELD_SPECIES + PD_SPECIES_MAX
 } pd_field;
 
 typedef uint64_t pd_fields; /* set of fields: bit k stands for pd_field k */
@@ -89,7 +89,7 @@ typedef enum pd_part {
 
 /* Velocity profile of an inlet. */
 typedef enum pd_profile {
-    PD_PROFILE_REST = 0, /* no inflow */
+    PD_PROFILE_NONE = 0, /* no inflow */
     PD_PROFILE_UNIFORM,
     PD_PROFILE_PARABOLA, /* fully developed laminar flow of the opening */
     PD_PROFILE_EXPRESSION
@@ -124,12 +124,12 @@ typedef struct pd_setup_wall {
 } pd_setup_wall;
 
 /* Time treatment of the flow. */
-typedef enum pd_motion {
-    PD_MOTION_STEADY = 0,
-    PD_MOTION_IMPLICIT, /* incompressible, implicit.h */
-    PD_MOTION_EXPLICIT, /* weakly compressible, weakly_compressible.h */
-    PD_MOTION_GIVEN     /* prescribed once and for all */
-} pd_motion;
+typedef enum pd_flow_time {
+    PD_FLOW_STEADY = 0,
+    PD_FLOW_IMPLICIT,  /* incompressible, implicit.h */
+    PD_FLOW_EXPLICIT,  /* weakly compressible, weakly_compressible.h */
+    PD_FLOW_PRESCRIBED /* prescribed once and for all */
+} pd_flow_time;
 
 typedef struct pd_setup_probe {
     char name[PD_SETUP_NAME];
@@ -141,29 +141,29 @@ typedef struct pd_setup_probe {
 /* A tabulated function that the expressions of the scene can call by name. */
 typedef struct pd_setup_table {
     char name[PD_SETUP_NAME];
-    pd_curve curve; /* monotone interpolant in SI units */
+    pd_monotone_cubic curve; /* monotone interpolant in SI units */
 } pd_setup_table;
 
 /* Quantities that a run records over time, besides the probes. */
 typedef enum pd_monitor_kind {
-    PD_MONITOR_LINE = 0, /* fields along a straight line, at output times */
-    PD_MONITOR_PLANE,    /* flow rate and solute flux through a plane of the lattice */
-    PD_MONITOR_FORCE,    /* force of the flow on the bodies in a box */
-    PD_MONITOR_TRANSFER, /* mass transfer from walls and solids in a box to the fluid, Sherwood number */
-    PD_MONITOR_TOTAL,    /* amounts inside a box */
-    PD_MONITOR_GRIP,     /* reaction force of a mechanical boundary condition */
-    PD_MONITOR_SOLID,    /* energies and extreme values of the loaded body */
-    PD_MONITOR_CUT,      /* crack tip and J-integral of a pre-crack */
-    PD_MONITOR_ELECTRODE, /* potential and current of an electrode */
-    PD_MONITOR_STATE     /* mean and extreme values of a surface state */
+    PD_MONITOR_LINE = 0,      /* fields along a straight line, at output times */
+    PD_MONITOR_PLANE,         /* flow rate and solute flux through a plane of the lattice */
+    PD_MONITOR_FORCE,         /* force of the flow on the bodies in a box */
+    PD_MONITOR_TRANSFER,      /* mass transfer from walls and solids in a box to the fluid, Sherwood number */
+    PD_MONITOR_TOTAL,         /* amounts inside a box */
+    PD_MONITOR_MECHANICAL_BC, /* reaction force of a mechanical boundary condition */
+    PD_MONITOR_SOLID,         /* energies and extreme values of the loaded body */
+    PD_MONITOR_PRECRACK,      /* crack tip and J-integral of a pre-crack */
+    PD_MONITOR_ELECTRODE,     /* potential and current of an electrode */
+    PD_MONITOR_SURFACE_STATE  /* mean and extreme values of a surface state */
 } pd_monitor_kind;
 
 /* Reference concentration of the fluid in a Sherwood number. */
-typedef enum pd_against {
-    PD_AGAINST_VALUE = 0,
-    PD_AGAINST_INLET,
-    PD_AGAINST_BULK /* flow-averaged (mixing-cup) concentration of each layer across `axis` */
-} pd_against;
+typedef enum pd_reference_fluid {
+    PD_REFERENCE_FLUID_VALUE = 0,
+    PD_REFERENCE_FLUID_INLET,
+    PD_REFERENCE_FLUID_BULK /* flow-averaged (mixing-cup) concentration of each layer across `axis` */
+} pd_reference_fluid;
 
 /* One recorded quantity: a [line], [plane], [force], [transfer] or [total] section, or one that other sections add. */
 typedef struct pd_setup_monitor {
@@ -183,11 +183,11 @@ typedef struct pd_setup_monitor {
     double length;                 /* [m] transfer: reference length, 0: no Sherwood number */
     double diffusivity;            /* [m2/s] transfer: of the Sherwood number */
     double surface, fluid;         /* [mol/m3] transfer: concentrations at the surface and of the reference fluid */
-    pd_against against;
+    pd_reference_fluid against;
 } pd_setup_monitor;
 
 /* Experimental data points of a scalar output, read from a [measured] section, that the run is compared with. */
-typedef struct pd_setup_record {
+typedef struct pd_setup_measured {
     char name[PD_SETUP_NAME];
     char figure[2 * PD_SETUP_NAME]; /* "volume_loss", "plane.up.flow" */
     int line;                       /* of the file */
@@ -198,10 +198,15 @@ typedef struct pd_setup_record {
     char unit[PD_UNITS_TEXT];       /* of the column */
     double scale;                   /* [-] size of that unit in SI */
     pd_dims dims;
-} pd_setup_record;
+} pd_setup_measured;
 
 /* Solver settings that the `accuracy` preset may choose when the scene does not give them. */
-typedef enum pd_knob { PD_KNOB_STEADY = 0, PD_KNOB_FLOW_RTOL, PD_KNOB_RTOL, PD_KNOB_FRACTION } pd_knob;
+typedef enum pd_solver_setting {
+    PD_SOLVER_SETTING_STEADY = 0,
+    PD_SOLVER_SETTING_FLOW_RTOL,
+    PD_SOLVER_SETTING_RTOL,
+    PD_SOLVER_SETTING_FRACTION
+} pd_solver_setting;
 
 /* A metal of the scene: material, dissolution rate law, electrode potential and surface reaction. */
 typedef struct pd_setup_metal {
@@ -214,12 +219,12 @@ typedef struct pd_setup_metal {
     double rate_scale; /* factor from rate to recession speed: [-] of a speed, [m] of layers, [m3/(A s)] of a current */
     int polarised;     /* 1: with migrating ions it has an electrode potential, of an electrode or `potential` */
     pd_expr potential; /* [V] of t: prescribed potential against inlets and walls that hold the species */
-    double shed[PD_SPECIES_MOST]; /* [-] moles of each species released per mole of metal; negative: consumed */
+    double shed[PD_SPECIES_MAX]; /* [-] moles of each species released per mole of metal; negative: consumed */
     double gas_shed;   /* [-] moles of gas released per mole of metal */
 } pd_setup_metal;
 
 /* A mechanical boundary condition: prescribed displacement, traction or pressure on a side of the box or in a shape. */
-typedef struct pd_setup_grip {
+typedef struct pd_setup_mechanical_bc {
     int side;               /* -1: the shape */
     int shape;              /* index of the shape, -1: a side */
     int section;            /* index of its section in the text */
@@ -229,10 +234,10 @@ typedef struct pd_setup_grip {
     pd_expr pull[PD_DIM];   /* [Pa] of x, y, z, t: traction */
     int presses;            /* 1: a side under pressure */
     pd_expr press;          /* [Pa] of x, y, z, t: pressure */
-} pd_setup_grip;
+} pd_setup_mechanical_bc;
 
 /* A pre-crack of the metal: a point (1D), a polyline (2D) or a plane convex polygon (3D) that cuts bonds. */
-typedef struct pd_setup_cut {
+typedef struct pd_setup_precrack {
     char name[PD_SETUP_NAME];
     int corners;
     double corner[PD_SETUP_CORNERS * PD_DIM]; /* [m] */
@@ -241,16 +246,16 @@ typedef struct pd_setup_cut {
     int rings;                                /* number of domains of the J-integral: 2 or 0 */
     double radius[3];                         /* [m] radii about the tip that bound those domains */
     int line;                                 /* line of the section in the file */
-} pd_setup_cut;
+} pd_setup_precrack;
 
 /* Solid mechanics of the metal: elastic constants, failure criterion, loads and supports. */
-typedef struct pd_setup_body {
+typedef struct pd_setup_mechanics {
     double young, poisson;   /* [Pa], [-] */
     pd_plane plane;
     pd_influence influence;
     double m;                /* [-] horizon of the mechanical bonds over the spacing h */
     double yield, hardening; /* [Pa] yield stress and hardening modulus; yield 0: no plastic flow */
-    pd_structure_material material;
+    pd_solid_coupling_material material;
     double stretch;          /* [-] critical bond stretch, 0: unused */
     double strength;         /* [Pa] critical largest principal stress, 0: unused */
     double toughness;        /* [J/m2] critical energy release rate, 0: unused */
@@ -259,35 +264,35 @@ typedef struct pd_setup_body {
     double rtol;             /* [-] relative tolerance of equilibrium */
     pd_expr force[PD_DIM];   /* [N/m3] of x, y, z, t: body force */
     int weighs;              /* 1: there is a body force */
-    pd_setup_grip grip[PD_SETUP_GRIPS];
+    pd_setup_mechanical_bc grip[PD_SETUP_MECHANICAL_BCS];
     int grips;
-    pd_setup_cut cut[PD_SETUP_CUTS];
+    pd_setup_precrack cut[PD_SETUP_PRECRACKS];
     int cuts;
     int paces;               /* 1: stress changes the dissolution rate */
     pd_expr pace;            /* [-] factor of the dissolution rate, of sigma_h, mises, eps_p, x, y, z, t */
-} pd_setup_body;
+} pd_setup_mechanics;
 
 /* Options of images: colour ranges and maps, contours, streamlines, arrows, surface view. All zero: defaults. */
-typedef struct pd_setup_drawing {
+typedef struct pd_setup_image_options {
     double range[PD_FIELD_COUNT][2]; /* [unit of the field] colour range; equal ends: range of all frames */
-    int map[PD_FIELD_COUNT];         /* 1 + pd_map; 0: default colour map of the field */
+    int map[PD_FIELD_COUNT];         /* 1 + pd_colour_map; 0: default colour map of the field */
     pd_fields log;                   /* fields drawn on a logarithmic scale */
     double percentile;               /* [-] central fraction of the values of a frame in its colour range; 0: all */
-    int width;                       /* [pixel] image width of the field; 0: default of pd_picture */
+    int width;                       /* [pixel] image width of the field; 0: default of pd_field_plot */
     int smooth;                      /* 1: linear interpolation between cell centres */
     int animate;                     /* 1: an animation of each field */
     unsigned formats;                /* bit 0: PNG, bit 1: SVG; 0: PNG */
     int contours[PD_FIELD_COUNT];    /* number of contour lines */
     int levels[PD_FIELD_COUNT];      /* 1: contour values are in `level`; 0: evenly spaced over the colour range */
     double level[PD_FIELD_COUNT][PD_SETUP_CONTOURS]; /* [unit of the field] contour values */
-    int streamlines[PD_FIELD_COUNT]; /* density of streamlines drawn over the field, as of pd_picture; 0: none */
+    int streamlines[PD_FIELD_COUNT]; /* density of streamlines drawn over the field, as of pd_field_plot; 0: none */
     int vectors[PD_FIELD_COUNT];     /* density of velocity arrows drawn over the field; 0: none */
     int surface;                     /* 3D: 1: view of the metal surface; 2 + pd_field: coloured by that field */
     double way[3];                   /* [-] direction from the surface to the viewer */
-} pd_setup_drawing;
+} pd_setup_image_options;
 
 /* A state variable of metal surfaces (film coverage, thickness) with its rate law, from a [surface NAME] section. */
-typedef struct pd_setup_state {
+typedef struct pd_setup_surface_state {
     char name[PD_SETUP_NAME];
     int line;               /* line of the section in the file */
     char unit[PD_UNITS_TEXT]; /* SI unit; "": dimensionless */
@@ -298,7 +303,7 @@ typedef struct pd_setup_state {
     pd_expr rate;           /* time derivative, of C, t, x, y, z, grain (unused), i, E, pH, species, surface states */
     int species;            /* number of species variables of the rate, which follow pH */
     int of[PD_EXPR_VARS];   /* their indices in the electrolyte */
-} pd_setup_state;
+} pd_setup_surface_state;
 
 /* An electrode: metal with a polarisation curve, its electrical control and half-reaction. */
 typedef struct pd_setup_electrode {
@@ -323,7 +328,7 @@ typedef struct pd_setup_electrode {
     int species;              /* number of species variables of `law`, which follow pH */
     int of[PD_EXPR_VARS];     /* their indices in the electrolyte */
     int reacts;               /* 1: its half-reaction releases or consumes species */
-    double shed[PD_SPECIES_MOST]; /* [-] moles of each species per mole of electrons that pass from fluid to metal */
+    double shed[PD_SPECIES_MAX]; /* [-] moles of each species per mole of electrons that pass from fluid to metal */
 } pd_setup_electrode;
 
 /* Electric potential of the fluid: conductivity, boundary values, electrodes. */
@@ -338,10 +343,10 @@ typedef struct pd_setup_potential {
 } pd_setup_potential;
 
 /* A shape of kind = solid and its metal. */
-typedef struct pd_setup_piece {
+typedef struct pd_setup_solid_shape {
     char name[PD_SETUP_NAME];
     int shape, metal;         /* indices */
-} pd_setup_piece;
+} pd_setup_solid_shape;
 
 typedef struct pd_setup {
     char name[PD_SETUP_NAME];  /* case name: the file name without folder and ending */
@@ -352,7 +357,7 @@ typedef struct pd_setup {
     char *fingerprint;          /* normalised input that identifies the scene, one item a line; NULL: no file */
     size_t fingerprint_size;   /* [byte] */
     int threads;               /* number of threads, 0: all */
-    unsigned given;            /* bit k: the scene sets solver setting pd_knob k */
+    unsigned given;            /* bit k: the scene sets solver setting pd_solver_setting k */
     /* lattice and geometry */
     double m;                          /* [-] horizon of the fluid operators over the spacing */
     double metal_m;                    /* [-] horizon of the bonds between metal and fluid over the spacing */
@@ -362,7 +367,7 @@ typedef struct pd_setup {
     pd_shape *shape;                   /* [PD_SHAPE_MAX] geometry tree, children before their parents */
     int shapes;                        /* entries in use */
     int named[PD_SETUP_SHAPES];        /* for [shape] section k: index of its shape if solid or wall, else -1 */
-    pd_setup_piece piece[PD_SETUP_SHAPES];
+    pd_setup_solid_shape piece[PD_SETUP_SHAPES];
     int pieces;                        /* number of shapes joined in `solid`, in the order of the file */
     int solid, wall, medium, passive;  /* index of the union of all shapes of that kind, -1: none */
     int solution;                      /* the same for fluid that starts with the composition `inside` */
@@ -388,7 +393,7 @@ typedef struct pd_setup {
     double speed;           /* [m/s] reference speed; 0: mean speed of the inlet */
     double length;          /* [m] reference length; 0: width of the inlet */
     double steady;          /* [-] tolerance of the steady residual */
-    pd_motion motion;
+    pd_flow_time motion;
     int flow_order;         /* order of the flow discretisation, 2 or 4; 0: 4 in steady flow where it pays */
     pd_expr start[PD_DIM];  /* [m/s] of x, y, z: prescribed velocity, or initial velocity of flow or gas */
     double flow_rtol;       /* [-] error tolerance of an implicit step */
@@ -425,22 +430,22 @@ typedef struct pd_setup {
     pd_drive drive;
     pd_kernel kernel;
     pd_weights weights;
-    pd_setup_body metal_body;
+    pd_setup_mechanics metal_body;
     /* species and reactions */
     int has_chemistry;
     pd_electrolyte electrolyte;      /* its solids are the minerals: */
-    pd_mineral mineral[PD_MINERAL_MOST];
+    pd_mineral mineral[PD_MINERAL_MAX];
     int minerals;
     double tortuosity;               /* [-] tortuosity of the pores of minerals */
     double cover;                    /* [m] mineral thickness that leaves 1/e of the metal bare; 0: none shields it */
-    char species_label[PD_SPECIES_MOST][PD_SPECIES_NAME + 12]; /* "Mg2+ [mol/m3]" */
+    char species_label[PD_SPECIES_MAX][PD_SPECIES_NAME + 12]; /* "Mg2+ [mol/m3]" */
     int sheds;                       /* 1: dissolved metal enters the species by a reaction at its surface */
     char gas[PD_SPECIES_NAME];       /* gas that this reaction evolves; "": none */
     /* electric potential */
     int has_potential;
     pd_setup_potential potential;
     /* states of surfaces */
-    pd_setup_state state[PD_SETUP_STATES];
+    pd_setup_surface_state state[PD_SETUP_SURFACE_STATES];
     int states;
     /* functions of the expressions */
     pd_setup_table *table;   /* [tables] tabulated functions */
@@ -457,13 +462,13 @@ typedef struct pd_setup {
     char prefix[PD_SETUP_NAME];
     int slice_axis;         /* 3D: normal of the drawn plane */
     double slice_at;        /* [m] its coordinate */
-    pd_setup_drawing drawing;
+    pd_setup_image_options drawing;
     double deformed;        /* [-] magnification of displacements in images of the metal; 0: undeformed */
     pd_setup_probe probe[PD_SETUP_PROBES];
     int probes;
     pd_setup_monitor monitor[PD_SETUP_MONITORS];
     int monitors;
-    pd_setup_record record[PD_SETUP_RECORDS];
+    pd_setup_measured record[PD_SETUP_MEASURED_MAX];
     int records;
     /* notes of the readers for the printed summary, a line each */
     char note[PD_SETUP_NOTES][200];
@@ -471,8 +476,8 @@ typedef struct pd_setup {
 } pd_setup;
 
 #define pd_setup_free PD_NAME(pd_setup_free)
-#define pd_setup_function PD_NAME(pd_setup_function)
-#define pd_setup_breaks PD_NAME(pd_setup_breaks)
+#define pd_setup_set_function PD_NAME(pd_setup_set_function)
+#define pd_setup_set_breaks PD_NAME(pd_setup_set_breaks)
 
 #ifdef PDI_INTERNAL
 /* Initialise a setup with defaults: no physics, walls on all sides, one metal (mg4ag). Allocates the array of
@@ -493,12 +498,12 @@ PD_API void pd_setup_free(pd_ctx *ctx, pd_setup *setup);
  *
  * and so on for x+, y-, ... A coordinate for each axis. A checkpoint does not know functions. PD_ERR_ARGUMENT: no such
  * key, or the scene does not give that value. */
-PD_API pd_status pd_setup_function(pd_ctx *ctx, pd_setup *setup, const char *key, pd_expr_fn fn, void *user,
-                                   uint32_t uses);
+PD_API pd_status pd_setup_set_function(pd_ctx *ctx, pd_setup *setup, const char *key, pd_expr_fn fn, void *user,
+                                       uint32_t uses);
 /* When such a function jumps, or a pulse of it begins or ends: t [count] [s] ascending; copied. Steps do not pass over
  * what it does then. Between breaks it counts as being between its values at both ends and in the middle of any time.
  * PD_ERR_ARGUMENT: no such key, no function stands there, or times that do not ascend. */
-PD_API pd_status pd_setup_breaks(pd_ctx *ctx, pd_setup *setup, const char *key, const double *t, int count);
+PD_API pd_status pd_setup_set_breaks(pd_ctx *ctx, pd_setup *setup, const char *key, const double *t, int count);
 
 #ifdef PDI_INTERNAL
 /* Name of a field in files: "C", "v", "Mg2+", ...; "": no such species or surface state in this setup. */

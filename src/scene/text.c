@@ -22,7 +22,7 @@
 PDI_FN pd_status pdi_text_copy_string(pd_ctx *ctx, pd_text *text, const char *bytes, size_t size, char **copy)
 {
     PDI_TEXT_GROW(ctx, text->block, text->block_count, text->block_room);
-    pd_text_block *block = &text->block[text->block_count];
+    pd_text_memory *block = &text->block[text->block_count];
     PDI_TRY(PDI_NEW(ctx, "text", size + 1, block->bytes));
     block->size = size + 1;
     text->block_count++;

@@ -45,16 +45,16 @@ typedef struct pd_text_entry {
 } pd_text_entry;
 
 /* A key that a reader has looked up in a group of sections, for suggestions in messages. */
-typedef struct pd_text_key {
+typedef struct pd_text_asked_key {
     const char *key;
     int group;
-} pd_text_key;
+} pd_text_asked_key;
 
 /* Memory of strings. */
-typedef struct pd_text_block {
+typedef struct pd_text_memory {
     char *bytes;
     size_t size;
-} pd_text_block;
+} pd_text_memory;
 
 /* A parsed file: its sections and pairs, the names that its expressions know, and which keys the readers looked up. */
 typedef struct pd_text {
@@ -65,14 +65,15 @@ typedef struct pd_text {
     int const_count;
     const pd_expr_table *tables;  /* the caller's functions there; borrowed as long as expressions live */
     int table_count;
-    int scene;                    /* set by the caller: with PD_DEBUG each look-up is compared with the table pd_keys */
+    /* set by the caller: with PD_DEBUG each look-up is compared with the table pd_key_sections */
+    int scene;
     pd_section *section; /* section 0 holds the pairs before the first section line */
     int section_count, section_room;
     pd_text_entry *entry;
     int entry_count, entry_room;
-    pd_text_key *asked; /* keys that readers have looked up, by group */
+    pd_text_asked_key *asked; /* keys that readers have looked up, by group */
     int asked_count, asked_room;
-    pd_text_block *block; /* memory of all strings, at fixed addresses until pdi_text_free */
+    pd_text_memory *block; /* memory of all strings, at fixed addresses until pdi_text_free */
     int block_count, block_room;
     pd_status failed; /* pending error (out of memory) of a call that returns no status */
 } pd_text;

@@ -20,8 +20,7 @@ typedef struct pdi_body_cell_list {
     int32_t count;
     int32_t *first; /* [count + 1] begin of each cell in point */
     int32_t *point; /* [points] */
-    int32_t *rank_of_point; /* [points] rank of each point in the order of coordinates */
-    int32_t *point_of_rank; /* [points] inverse of rank */
+    int32_t *rank_of_point, *point_of_rank; /* [points] rank in the order of coordinates, and the point of a rank */
 } pdi_body_cell_list;
 
 /* A point with its position, for the sort by coordinates. */
@@ -80,7 +79,7 @@ static void pdi_body_free_cell_list(pd_ctx *ctx, int32_t points, pdi_body_cell_l
 /* Upper bound of the bond length [m]; with a spacing cells count whose edge is within the horizon. */
 static double pdi_body_max_bond_length(const pd_body *body)
 {
-    if (body->rim == PD_RIM_EXACT) return body->horizon + 0.5 * sqrt((double)PD_DIM) * body->spacing;
+    if (body->rim == PD_PARTIAL_VOLUME_EXACT) return body->horizon + 0.5 * sqrt((double)PD_DIM) * body->spacing;
     return body->spacing > 0.0 ? body->horizon + 0.5 * body->spacing : body->horizon * (1.0 + PDI_BODY_ROUNDING);
 }
 
@@ -169,7 +168,7 @@ static pd_status pdi_body_build_cell_list(pd_ctx *ctx, const pd_body *body, pdi_
 static int pdi_body_is_in_family(const pd_body *body, const double *xi, double square, double reach)
 {
     if (square > reach * reach) return 0;
-    if (body->rim == PD_RIM_EXACT) return pdi_partial_volume_is_inside(xi, body->spacing, body->horizon);
+    if (body->rim == PD_PARTIAL_VOLUME_EXACT) return pdi_partial_volume_is_inside(xi, body->spacing, body->horizon);
     return !(body->spacing > 0.0) || sqrt(square) < reach;
 }
 
@@ -444,7 +443,7 @@ static pd_status pdi_body_build_lattice_families(pd_ctx *ctx, pd_body *body)
 }
 
 /* 1: the line of the bond stays within the body. Both ends ask for the same line, so they agree. */
-static int pdi_body_is_joined(const pd_body *body, const pd_body_desc *desc, int32_t i, const pd_walk *f)
+static int pdi_body_is_joined(const pd_body *body, const pd_body_desc *desc, int32_t i, const pd_bond_iterator *f)
 {
     double xi[PD_DIM];
     int first = 0;
@@ -464,7 +463,7 @@ static int64_t pdi_body_mark_leaving_bonds(const pd_ctx *ctx, const pd_body *bod
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++)
-        for (pd_walk f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);)
+        for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);)
             if (!lost[pdi_body_bond_number(&f)])
                 lost[pdi_body_bond_number(&f)] = (uint8_t)!pdi_body_is_joined(body, desc, i, &f);
     for (int64_t k = 0; k < body->bonds; k++) all += lost[k];
@@ -510,7 +509,7 @@ static pd_status pdi_body_store_incomplete_families(pd_ctx *ctx, pd_body *body, 
     for (int32_t i = 0; i < body->count; i++) {
         if (pdi_body_count_left(body, lost, i) == body->row[i + 1] - body->row[i]) continue;
         for (int32_t k = 0; k < body->kinds; k++) body->member[list + k] = -1;
-        for (pd_walk f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);)
+        for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);)
             if (!lost[pdi_body_bond_number(&f)]) body->member[list + f.kind] = f.to;
         body->place[i] = (int32_t)list;
         list += body->kinds;
@@ -607,7 +606,7 @@ PDI_FN double pdi_body_compute_bond_weight(const pd_body *body, pd_influence inf
     for (int d = 0; d < PD_DIM; d++) square += xi[d] * xi[d];
     double r = sqrt(square), inside = body->horizon + 0.5 * body->spacing - r;
     double part = body->spacing > 0.0 && inside < body->spacing ? inside / body->spacing : 1.0;
-    if (body->rim == PD_RIM_EXACT) part = pdi_body_cell_fraction(body, xi);
+    if (body->rim == PD_PARTIAL_VOLUME_EXACT) part = pdi_body_cell_fraction(body, xi);
     else if (body->spacing > 0.0 && !(inside > 0.0)) return 0.0;
     if (influence == PD_INFLUENCE_INVERSE) return part * body->horizon / r;
     if (influence == PD_INFLUENCE_LINEAR) return part * (1.0 - r / (body->horizon + body->spacing));
@@ -616,7 +615,7 @@ PDI_FN double pdi_body_compute_bond_weight(const pd_body *body, pd_influence inf
 
 PDI_FN int64_t pdi_body_count_intact(const pd_body *body, int32_t i)
 {
-    pd_walk f = pdi_body_bonds_begin(body, i);
+    pd_bond_iterator f = pdi_body_bonds_begin(body, i);
     int64_t bonds = f.bonds;
     for (int32_t byte = 0; byte < (f.bonds + 7) / 8; byte++)
         for (unsigned bits = f.broken[byte]; bits; bits &= bits - 1) bonds--;
@@ -633,7 +632,7 @@ PDI_FN int pdi_body_is_intact(const pd_body *body)
 /* Number of the bond of point j to that periodic image of point i; -1: none. */
 static int32_t pdi_body_find_bond_to_image(const pd_body *body, int32_t i, int32_t j, int image)
 {
-    for (pd_walk f = pdi_body_bonds_begin(body, j); pdi_body_bonds_next(&f);)
+    for (pd_bond_iterator f = pdi_body_bonds_begin(body, j); pdi_body_bonds_next(&f);)
         if (f.to == i && pdi_body_bond_image(&f) == image) return f.n;
     return -1;
 }
@@ -643,7 +642,7 @@ PDI_FN int32_t pdi_body_find_bond(const pd_body *body, int32_t i, int32_t j)
     return pdi_body_find_bond_to_image(body, i, j, 0);
 }
 
-PDI_FN int32_t pdi_body_find_reverse_bond(const pd_body *body, int32_t i, const pd_walk *f)
+PDI_FN int32_t pdi_body_find_reverse_bond(const pd_body *body, int32_t i, const pd_bond_iterator *f)
 {
     return pdi_body_find_bond_to_image(body, i, f->to, -pdi_body_bond_image(f));
 }
@@ -656,7 +655,7 @@ PDI_FN void pdi_body_mark_broken(pd_body *body, int32_t i, int32_t n)
 
 int32_t pd_body_family(const pd_body *body, int32_t i, int32_t *to, uint8_t *broken)
 {
-    pd_walk f = pdi_body_bonds_begin(body, i);
+    pd_bond_iterator f = pdi_body_bonds_begin(body, i);
     while (pdi_body_bonds_next(&f)) {
         if (to) to[f.n] = f.to;
         if (broken) broken[f.n] = (uint8_t)pdi_body_bond_is_broken(&f);
@@ -664,7 +663,7 @@ int32_t pd_body_family(const pd_body *body, int32_t i, int32_t *to, uint8_t *bro
     return f.bonds;
 }
 
-PDI_FN int pdi_body_break_bond(pd_body *body, int32_t i, const pd_walk *f)
+PDI_FN int pdi_body_break_bond(pd_body *body, int32_t i, const pd_bond_iterator *f)
 {
     if (pdi_body_bond_is_broken(f)) return 0;
     pdi_body_mark_broken(body, i, f->n);
@@ -674,7 +673,7 @@ PDI_FN int pdi_body_break_bond(pd_body *body, int32_t i, const pd_walk *f)
 
 int pd_body_break(pd_body *body, int32_t i, int32_t j)
 {
-    for (pd_walk f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);)
+    for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);)
         if (f.to == j && !pdi_body_bond_image(&f)) return pdi_body_break_bond(body, i, &f);
     return 0;
 }
@@ -682,7 +681,8 @@ int pd_body_break(pd_body *body, int32_t i, int32_t j)
 PDI_FN int64_t pdi_body_break_all_bonds(pd_body *body, int32_t i)
 {
     int64_t bonds = 0;
-    for (pd_walk f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) bonds += pdi_body_break_bond(body, i, &f);
+    for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);)
+        bonds += pdi_body_break_bond(body, i, &f);
     return bonds;
 }
 
@@ -690,7 +690,7 @@ PDI_FN void pdi_body_mark_influential(const pd_body *body, uint8_t *felt)
 {
     for (int32_t i = 0; i < body->own; i++) {
         felt[i] = 1;
-        for (pd_walk f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) felt[f.to] = 1;
+        for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) felt[f.to] = 1;
     }
 }
 
@@ -700,7 +700,7 @@ PDI_FN int32_t pdi_body_find_component(const pd_body *body, int32_t i, uint8_t *
     piece[0] = i;
     seen[i] = 1;
     for (int32_t n = 0; n < count; n++)
-        for (pd_walk f = pdi_body_bonds_begin(body, piece[n]); pdi_body_bonds_next(&f);) {
+        for (pd_bond_iterator f = pdi_body_bonds_begin(body, piece[n]); pdi_body_bonds_next(&f);) {
             if (seen[f.to] || pdi_body_bond_is_broken(&f)) continue;
             seen[f.to] = 1;
             piece[count++] = f.to;
@@ -728,8 +728,9 @@ static pd_status pdi_body_check_period(pd_ctx *ctx, const pd_body_desc *desc)
 /* PD_ERR_ARGUMENT: a value of the description is out of range. */
 static pd_status pdi_body_check(pd_ctx *ctx, const pd_body_desc *desc)
 {
-    if (desc->rim != PD_RIM_LINEAR && (desc->rim != PD_RIM_EXACT || !(desc->spacing > 0.0)))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "body", "rim %d with a spacing of %g m, expected one of pd_rim, and a"
+    if (desc->rim != PD_PARTIAL_VOLUME_LINEAR && (desc->rim != PD_PARTIAL_VOLUME_EXACT || !(desc->spacing > 0.0)))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "body",
+                        "rim %d with a spacing of %g m, expected one of pd_partial_volume, and a"
                         " lattice for exact parts", (int)desc->rim, desc->spacing);
     if (desc->count < 1 || !(desc->horizon > 0.0) || !(desc->horizon < 1e100) || !(desc->spacing >= 0.0) ||
         !(desc->spacing <= desc->horizon))
@@ -758,8 +759,8 @@ static pd_status pdi_body_build_inner(pd_ctx *ctx, const pd_body_desc *desc, pd_
     body->horizon = desc->horizon;
     body->spacing = desc->spacing;
     memcpy(body->period, desc->period, sizeof body->period);
-    body->rim = PD_DIM > 1 ? desc->rim : PD_RIM_LINEAR; /* which is exact in 1D */
-    if (body->rim == PD_RIM_EXACT && body->horizon < PDI_BODY_MAX_TABLE_SPACINGS * body->spacing)
+    body->rim = PD_DIM > 1 ? desc->rim : PD_PARTIAL_VOLUME_LINEAR; /* which is exact in 1D */
+    if (body->rim == PD_PARTIAL_VOLUME_EXACT && body->horizon < PDI_BODY_MAX_TABLE_SPACINGS * body->spacing)
         body->cells = (int32_t)ceil(body->horizon / body->spacing) + 2;
     PDI_TRY(pdi_array_registry_build(ctx, pdi_body_list_points, body));
     if (body->cells) pdi_body_tabulate_fractions(body);

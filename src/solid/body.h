@@ -5,10 +5,10 @@
  * it. A family is sorted by the places of its points, so what is summed over it does not depend on the order of the
  * points. Search: cell lists, O(count).
  *
- * Families are read by bond iterators (pd_walk): a list of index shifts leads through a table of points. The table of a
- * lattice has an entry for each lattice position, and the list is the stencil of a complete family: no bond is stored.
- * The table of other points holds their families one after another (compressed sparse rows). Bonds are numbered in that
- * order. One bit for each bond says whether it is broken.
+ * Families are read by bond iterators (pd_bond_iterator): a list of index shifts leads through a table of points. The
+ * table of a lattice has an entry for each lattice position, and the list is the stencil of a complete family: no bond
+ * is stored. The table of other points holds their families one after another (compressed sparse rows). Bonds are
+ * numbered in that order. One bit for each bond says whether it is broken.
  *
  * The straight line of a bond may leave the body across a gap, a notch or a slot. Such pairs are no bonds: no family
  * has them. The faces of the surface decide it (visibility criterion), or the callback `joined`. On a lattice a point
@@ -32,14 +32,14 @@ typedef enum pd_influence {
 } pd_influence;
 
 /* Partial volume: which fraction of a cell at the edge of the horizon counts. */
-typedef enum pd_rim {
-    PD_RIM_LINEAR = 0, /* by its distance: falls from 1 at horizon - spacing/2 to 0 at horizon + spacing/2 */
-    PD_RIM_EXACT       /* the part of the interval, square or cube that lies within the ball */
-} pd_rim;
+typedef enum pd_partial_volume {
+    PD_PARTIAL_VOLUME_LINEAR = 0, /* by its distance: falls from 1 at horizon - spacing/2 to 0 at horizon + spacing/2 */
+    PD_PARTIAL_VOLUME_EXACT       /* the part of the interval, square or cube that lies within the ball */
+} pd_partial_volume;
 
 /* 1: the straight line from point i by xi [m], to point j or to an image of it, stays within the body. Asked for one
  * end of a bond alone, that of the lesser coordinate, by several threads. */
-typedef int (*pd_joined_fn)(void *user, int32_t i, int32_t j, const double *xi);
+typedef int (*pd_bond_inside_fn)(void *user, int32_t i, int32_t j, const double *xi);
 
 typedef struct pd_body_desc {
     int32_t count;
@@ -47,9 +47,9 @@ typedef struct pd_body_desc {
     const double *volume;   /* [count] [m^d] */
     double horizon;         /* [m] */
     double spacing;         /* [m] of a lattice: parts of cells at the rim count; 0: points count wholly or not */
-    pd_rim rim;             /* of a lattice */
+    pd_partial_volume rim;  /* of a lattice */
     double period[PD_DIM];  /* [m] by which the points repeat; zero along the last axis: they do not */
-    pd_joined_fn joined;    /* NULL: no bond leaves the body but by its faces */
+    pd_bond_inside_fn joined; /* NULL: no bond leaves the body but by its faces */
     void *user;
     int64_t faces;          /* of the surface; 0: it is not known */
     const double *face;     /* [faces][PD_DIM][PD_DIM] [m] their corners: points, segments, triangles, such as those of
@@ -64,9 +64,10 @@ typedef struct pd_body {
     const uint8_t *flip; /* [count - own] borrowed: bit d: it is a reflection along axis d */
     double horizon;    /* [m] */
     double spacing;    /* [m] */
-    pd_rim rim;
+    pd_partial_volume rim;
     double period[PD_DIM]; /* [m] */
-    int32_t cells;     /* of a lattice with PD_RIM_EXACT: cells along an axis in the table `part`; 0: no table */
+    /* of a lattice with PD_PARTIAL_VOLUME_EXACT: cells along an axis in the table `part`; 0: no table */
+    int32_t cells;
     double *part;      /* [cells^PD_DIM] [-] volume fractions of cells within the horizon by their offsets, axis 0
                         * fastest */
     double *position;  /* [count][PD_DIM] [m] */
@@ -89,7 +90,7 @@ typedef struct pd_body {
 } pd_body;
 
 /* Iterator over the bonds of the family of a point. */
-typedef struct pd_walk {
+typedef struct pd_bond_iterator {
     const int32_t *at;     /* entry of the point in member */
     const int32_t *shift;  /* of the body */
     const uint8_t *broken; /* bits of the family */
@@ -99,7 +100,7 @@ typedef struct pd_walk {
     int32_t n;             /* current bond: number within the family; -1 before the first one */
     int32_t kind;          /* index of its shift: position in the stencil of a lattice */
     int32_t to;            /* the point at its other end */
-} pd_walk;
+} pd_bond_iterator;
 
 #define pd_body_build PD_NAME(pd_body_build)
 #define pd_body_free PD_NAME(pd_body_free)
@@ -128,11 +129,11 @@ PDI_FN void pdi_body_list_families(pdi_array_visitor *owner, void *body);
 
 /* 1: the body is periodic. */
 static inline int pdi_body_is_periodic(const pd_body *body) { return body->period[PD_DIM - 1] > 0.0; }
-/* Iterator that stands before the first bond of point i. Use: for (pd_walk f = pdi_body_bonds_begin(body, i);
+/* Iterator that stands before the first bond of point i. Use: for (pd_bond_iterator f = pdi_body_bonds_begin(body, i);
  * pdi_body_bonds_next(&f);) ... f.to ... */
-static inline pd_walk pdi_body_bonds_begin(const pd_body *body, int32_t i)
+static inline pd_bond_iterator pdi_body_bonds_begin(const pd_body *body, int32_t i)
 {
-    pd_walk f;
+    pd_bond_iterator f;
     f.first = body->row[i];
     f.bonds = (int32_t)(body->row[i + 1] - f.first);
     f.at = body->member + (body->lattice ? (int64_t)body->place[i] : f.first);
@@ -143,7 +144,7 @@ static inline pd_walk pdi_body_bonds_begin(const pd_body *body, int32_t i)
     return f;
 }
 /* Moves to the next bond of the family, broken ones too. Returns 0: there is none. */
-static inline int pdi_body_bonds_next(pd_walk *f)
+static inline int pdi_body_bonds_next(pd_bond_iterator *f)
 {
     if (++f->n == f->bonds) return 0;
     do f->to = f->at[f->shift[++f->kind]];
@@ -151,13 +152,13 @@ static inline int pdi_body_bonds_next(pd_walk *f)
     return 1;
 }
 /* Number of the current bond among all bonds of the body: index of arrays [bonds]. */
-static inline int64_t pdi_body_bond_number(const pd_walk *f) { return f->first + f->n; }
+static inline int64_t pdi_body_bond_number(const pd_bond_iterator *f) { return f->first + f->n; }
 /* 1: the current bond is broken. */
-static inline int pdi_body_bond_is_broken(const pd_walk *f) { return f->broken[f->n >> 3] >> (f->n & 7) & 1; }
+static inline int pdi_body_bond_is_broken(const pd_bond_iterator *f) { return f->broken[f->n >> 3] >> (f->n & 7) & 1; }
 
 /* Number of periods between the other end of the current bond and the point that it is an image of; 0 without a
  * period. */
-static inline int pdi_body_bond_image(const pd_walk *f) { return f->image ? f->image[f->n] : 0; }
+static inline int pdi_body_bond_image(const pd_bond_iterator *f) { return f->image ? f->image[f->n] : 0; }
 
 /* xi = x_j - x_i [m], the positions of two points. */
 static inline void pdi_body_compute_offset(const pd_body *body, int32_t i, int32_t j, double *xi)
@@ -167,7 +168,7 @@ static inline void pdi_body_compute_offset(const pd_body *body, int32_t i, int32
     for (int d = 0; d < PD_DIM; d++) xi[d] = to[d] - from[d];
 }
 /* Reference vector xi [m] of the current bond of point i, to its periodic image where there is one. */
-static inline void pdi_body_bond_vector(const pd_body *body, int32_t i, const pd_walk *f, double *xi)
+static inline void pdi_body_bond_vector(const pd_body *body, int32_t i, const pd_bond_iterator *f, double *xi)
 {
     pdi_body_compute_offset(body, i, f->to, xi);
     if (!f->image) return;
@@ -194,9 +195,9 @@ PDI_FN int64_t pdi_body_break_all_bonds(pd_body *body, int32_t i);
 /* Marks bond n of point i as broken at this end only; the caller has to mark the other end, too. */
 PDI_FN void pdi_body_mark_broken(pd_body *body, int32_t i, int32_t n);
 /* Number of the current bond of point i within the family of its other end. */
-PDI_FN int32_t pdi_body_find_reverse_bond(const pd_body *body, int32_t i, const pd_walk *f);
+PDI_FN int32_t pdi_body_find_reverse_bond(const pd_body *body, int32_t i, const pd_bond_iterator *f);
 /* Breaks the current bond of point i at both ends. Returns 1: it was intact; 0: it was broken. */
-PDI_FN int pdi_body_break_bond(pd_body *body, int32_t i, const pd_walk *f);
+PDI_FN int pdi_body_break_bond(pd_body *body, int32_t i, const pd_bond_iterator *f);
 /* Number of the bond to point i within the family of point j (no periodic image); -1: none. */
 PDI_FN int32_t pdi_body_find_bond(const pd_body *body, int32_t i, int32_t j);
 /* 1: no bond of the body is broken. */

@@ -19,8 +19,8 @@ enum { PDI_BOND_EXTENSION_SHAPE, PDI_BOND_EXTENSION_ENERGY, PDI_BOND_EXTENSION_S
 
 /* Result of a loop over the bonds of a batch. */
 typedef struct pdi_bond_extension_loop {
-    double (*sum)[PD_BAND_MOST];
-    double max_e[PD_BAND_MOST]; /* [-] largest |e| of the bonds of a point */
+    double (*sum)[PD_POINT_BATCH_MAX];
+    double max_e[PD_POINT_BATCH_MAX]; /* [-] largest |e| of the bonds of a point */
 } pdi_bond_extension_loop;
 
 /* Kinematics of one bond of one point of the batch. */
@@ -32,7 +32,7 @@ typedef struct pdi_bond_extension_bond {
 } pdi_bond_extension_bond;
 
 /* Kinematics of a bond of point n of a batch: own and other: fields of the point and its neighbour, shift [m] of a
- * periodic image or NULL, way: PDI_BOND_EXTENSION_LINEAR and so on. most [PD_BAND_MOST]: updated largest |e|. */
+ * periodic image or NULL, way: PDI_BOND_EXTENSION_LINEAR and so on. most [PD_POINT_BATCH_MAX]: updated largest |e|. */
 PDI_INLINE void pdi_bond_extension_compute_bond(const double *PD_RESTRICT own, const double *PD_RESTRICT other,
                                                 int64_t stride, const double *shift, uint32_t mask, int kinematics,
                                                 int n, double *PD_RESTRICT max_e,
@@ -67,7 +67,7 @@ PDI_INLINE void pdi_bond_extension_compute_bond(const double *PD_RESTRICT own, c
 PDI_INLINE_HOT void pdi_bond_extension_add_moment(const double *PD_RESTRICT own, const double *PD_RESTRICT other,
                                                   int64_t stride, const double *shift, double w, uint32_t mask,
                                                   int squares, int kinematics, int count, double *PD_RESTRICT max_e,
-                                                  double (*PD_RESTRICT sum)[PD_BAND_MOST])
+                                                  double (*PD_RESTRICT sum)[PD_POINT_BATCH_MAX])
 {
     for (int n = 0; n < count; n++) {
         pdi_bond_extension_bond bond;
@@ -84,7 +84,7 @@ PDI_INLINE_HOT void pdi_bond_extension_add_moment(const double *PD_RESTRICT own,
 PDI_INLINE_HOT void pdi_bond_extension_add_force(const double *PD_RESTRICT own, const double *PD_RESTRICT other,
                                                  int64_t stride, const double *shift, double w, uint32_t mask,
                                                  int stress, int kinematics, int count, double *PD_RESTRICT max_e,
-                                                 double (*PD_RESTRICT sum)[PD_BAND_MOST])
+                                                 double (*PD_RESTRICT sum)[PD_POINT_BATCH_MAX])
 {
     for (int n = 0; n < count; n++) {
         pdi_bond_extension_bond bond;
@@ -123,7 +123,7 @@ PDI_INLINE_HOT void pdi_bond_extension_add_bond(const double *own, const double 
 }
 
 /* Sum over all bonds of batch k with the given kinematics. Inlined with constants. */
-PDI_INLINE_HOT void pdi_bond_extension_sum_bonds(const pd_band *band, int32_t k, int what, int kinematics,
+PDI_INLINE_HOT void pdi_bond_extension_sum_bonds(const pd_point_batch *band, int32_t k, int what, int kinematics,
                                                  pdi_bond_extension_loop *loop)
 {
     int32_t i = band->first[k], count = band->first[k + 1] - i;
@@ -134,7 +134,7 @@ PDI_INLINE_HOT void pdi_bond_extension_sum_bonds(const pd_band *band, int32_t k,
     for (int p = 0; p < PDI_BOND_EXTENSION_ROWS; p++)
         for (int n = 0; n < whole; n++) loop->sum[p][n] = 0.0;
     for (int n = 0; n < whole; n++) loop->max_e[n] = 0.0;
-    for (pd_walk f = pdi_body_bonds_begin(band->body, i); count == 1 && pdi_body_bonds_next(&f);) {
+    for (pd_bond_iterator f = pdi_body_bonds_begin(band->body, i); count == 1 && pdi_body_bonds_next(&f);) {
         double w = pdi_bond_weights_get_intact(band->weights, i, &f);
         pdi_point_batch_image_shift(band->body, pdi_body_bond_image(&f), shift);
         if (w > 0.0)
@@ -150,14 +150,14 @@ PDI_INLINE_HOT void pdi_bond_extension_sum_bonds(const pd_band *band, int32_t k,
             pdi_bond_extension_add_bond(own, far, total, shift, w, lanes, what, kinematics, whole, loop);
         } else if (lanes == PDI_POINT_BATCH_FULL_MASK)
             pdi_bond_extension_add_bond(own, far, total, NULL, w, PDI_POINT_BATCH_FULL_MASK, what, kinematics,
-                                        PD_BAND_MOST, loop);
+                                        PD_POINT_BATCH_MAX, loop);
         else pdi_bond_extension_add_bond(own, far, total, NULL, w, lanes, what, kinematics, whole, loop);
     }
 }
 
 /* Sum over batch k: first by the series for small |e|, again in full where a bond exceeds its range. Inlined with a
  * constant for `what`. */
-PDI_INLINE_HOT void pdi_bond_extension_sum_batch(const pd_band *band, int32_t k, int linear, int what,
+PDI_INLINE_HOT void pdi_bond_extension_sum_batch(const pd_point_batch *band, int32_t k, int linear, int what,
                                                  pdi_bond_extension_loop *loop)
 {
     int32_t count = band->first[k + 1] - band->first[k], n = 0;
@@ -170,11 +170,11 @@ PDI_INLINE_HOT void pdi_bond_extension_sum_batch(const pd_band *band, int32_t k,
     if (n < count) pdi_bond_extension_sum_bonds(band, k, what, PDI_BOND_EXTENSION_ANY, loop);
 }
 
-PDI_FN int32_t pdi_bond_extension_compute_moment(const pd_band *band, int32_t k, int linear,
-                                                 double (*shape)[PD_BAND_MOST], double *square)
+PDI_FN int32_t pdi_bond_extension_compute_moment(const pd_point_batch *band, int32_t k, int linear,
+                                                 double (*shape)[PD_POINT_BATCH_MAX], double *square)
 {
     int32_t count = band->first[k + 1] - band->first[k];
-    double sum[PDI_BOND_EXTENSION_ROWS][PD_BAND_MOST];
+    double sum[PDI_BOND_EXTENSION_ROWS][PD_POINT_BATCH_MAX];
     pdi_bond_extension_loop loop;
     loop.sum = sum;
     if (square) pdi_bond_extension_sum_batch(band, k, linear, PDI_BOND_EXTENSION_ENERGY, &loop);
@@ -185,10 +185,10 @@ PDI_FN int32_t pdi_bond_extension_compute_moment(const pd_band *band, int32_t k,
     return count;
 }
 
-PDI_FN void pdi_bond_extension_compute_stress(const pd_band *band, int32_t k, int linear,
-                                              double (*stress)[PD_BAND_MOST])
+PDI_FN void pdi_bond_extension_compute_stress(const pd_point_batch *band, int32_t k, int linear,
+                                              double (*stress)[PD_POINT_BATCH_MAX])
 {
-    double sum[PDI_BOND_EXTENSION_ROWS][PD_BAND_MOST];
+    double sum[PDI_BOND_EXTENSION_ROWS][PD_POINT_BATCH_MAX];
     pdi_bond_extension_loop loop;
     loop.sum = sum;
     pdi_bond_extension_sum_batch(band, k, linear, PDI_BOND_EXTENSION_STRESS, &loop);
@@ -196,7 +196,7 @@ PDI_FN void pdi_bond_extension_compute_stress(const pd_band *band, int32_t k, in
         for (int32_t n = 0; n < band->first[k + 1] - band->first[k]; n++) stress[p][n] = sum[p][n];
 }
 
-PDI_FN void pdi_bond_extension_set_fields(const pd_band *band, int32_t i, double alpha, const double *q)
+PDI_FN void pdi_bond_extension_set_fields(const pd_point_batch *band, int32_t i, double alpha, const double *q)
 {
     double *field = pdi_point_batch_get_field(band, 0) + i;
     field[PDI_BOND_EXTENSION_ALPHA * band->stride] = alpha;
@@ -204,10 +204,10 @@ PDI_FN void pdi_bond_extension_set_fields(const pd_band *band, int32_t i, double
         field[(PDI_BOND_EXTENSION_Q + p) * band->stride] = p < PD_DIM ? q[p] : PDI_MANDEL_SQRT2 * q[p];
 }
 
-PDI_FN void pdi_bond_extension_compute_force(const pd_band *band, int32_t k, int linear, double *force)
+PDI_FN void pdi_bond_extension_compute_force(const pd_point_batch *band, int32_t k, int linear, double *force)
 {
     int32_t i = band->first[k], count = band->first[k + 1] - i;
-    double sum[PDI_BOND_EXTENSION_ROWS][PD_BAND_MOST];
+    double sum[PDI_BOND_EXTENSION_ROWS][PD_POINT_BATCH_MAX];
     pdi_bond_extension_loop loop;
     loop.sum = sum;
     pdi_bond_extension_sum_batch(band, k, linear, PDI_BOND_EXTENSION_FORCE, &loop);

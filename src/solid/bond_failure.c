@@ -12,11 +12,11 @@
 
 PDI_FN void pdi_bond_failure_list(pdi_array_visitor *owner, void *object)
 {
-    pd_criterion *criterion = (pd_criterion *)object;
+    pd_bond_failure *criterion = (pd_bond_failure *)object;
     const pd_body *body = criterion->solid.body;
     int64_t count = body && criterion->critical > 0.0 ? body->count : 0;
-    int64_t tensors = criterion->desc.kind >= PD_CRITERION_PRINCIPAL ? count : 0;
-    PDI_ARRAY(owner, criterion, energy, count && criterion->desc.kind == PD_CRITERION_ENERGY ? body->bonds : 0,
+    int64_t tensors = criterion->desc.kind >= PD_BOND_FAILURE_PRINCIPAL ? count : 0;
+    PDI_ARRAY(owner, criterion, energy, count && criterion->desc.kind == PD_BOND_FAILURE_ENERGY ? body->bonds : 0,
               "J/m^(2d)");
     PDI_ARRAY(owner, criterion, stress, tensors * PD_DIM * PD_DIM, "Pa");
     PDI_ARRAY(owner, criterion, scalar, tensors, "Pa");
@@ -38,7 +38,7 @@ static double pdi_bond_failure_sum_family(const pd_body *body, const double *n)
     return pdi_weight_calibration_cell_volume(body) * sum;
 }
 
-PDI_FN double pdi_bond_failure_crack_energy(const pd_criterion *c, const double *n)
+PDI_FN double pdi_bond_failure_crack_energy(const pd_bond_failure *c, const double *n)
 {
     return 0.5 * c->critical * pdi_bond_failure_sum_family(c->solid.body, n) / pdi_vec_norm(n);
 }
@@ -46,11 +46,11 @@ PDI_FN double pdi_bond_failure_crack_energy(const pd_criterion *c, const double 
 /* The same as a callback of the anisotropy. */
 static double pdi_bond_failure_crack_energy_of(const void *self, const double *n)
 {
-    return pdi_bond_failure_crack_energy((const pd_criterion *)self, n);
+    return pdi_bond_failure_crack_energy((const pd_bond_failure *)self, n);
 }
 
 /* Critical bond energy for the wanted fracture energy, mean over all crack directions (theory: eq. 8.29). */
-static void pdi_bond_failure_calibrate(pd_criterion *c)
+static void pdi_bond_failure_calibrate(pd_bond_failure *c)
 {
     static const double mean[3] = {1.0, 2.0 / PDI_PI, 0.5}; /* of |n.e| */
     c->critical = 2.0 * c->desc.fracture / (mean[PD_DIM - 1] * pdi_bond_failure_sum_family(c->solid.body, NULL));
@@ -61,11 +61,11 @@ static void pdi_bond_failure_calibrate(pd_criterion *c)
 
 /* Largest principal stress or von Mises stress [Pa] of point i, by the kind of criterion; with the out-of-plane stress
  * in 2D. */
-static double pdi_bond_failure_equivalent_stress(const pd_criterion *c, int32_t i, const double *stress)
+static double pdi_bond_failure_equivalent_stress(const pd_bond_failure *c, int32_t i, const double *stress)
 {
     double s[9] = {0.0}, normal = c->solid.normal ? c->solid.normal(c->solid.self, i, stress) : 0.0, mean;
     double mises = pdi_material_interface_von_mises(stress, normal, &mean);
-    if (c->desc.kind == PD_CRITERION_MISES) return mises;
+    if (c->desc.kind == PD_BOND_FAILURE_MISES) return mises;
     if (!(mises > 0.0)) return mean;
     for (int p = 0; p < PD_DIM; p++)
         for (int q = 0; q < PD_DIM; q++) s[3 * p + q] = 0.5 * (stress[p * PD_DIM + q] + stress[q * PD_DIM + p]);
@@ -78,8 +78,8 @@ static double pdi_bond_failure_equivalent_stress(const pd_criterion *c, int32_t 
 }
 
 /* Reference vector xi and relative displacement eta of the current bond of point i [m]. */
-static void pdi_bond_failure_bond_vectors(const pd_criterion *c, const double *u, int32_t i, const pd_walk *f,
-                                          double *xi, double *eta)
+static void pdi_bond_failure_bond_vectors(const pd_bond_failure *c, const double *u, int32_t i,
+                                          const pd_bond_iterator *f, double *xi, double *eta)
 {
     const double *own = u + (int64_t)i * PD_DIM, *far = u + (int64_t)f->to * PD_DIM;
     pdi_body_bond_vector(c->solid.body, i, f, xi);
@@ -87,16 +87,17 @@ static void pdi_bond_failure_bond_vectors(const pd_criterion *c, const double *u
 }
 
 /* Failure measure of the current bond of point i; 0: it is broken or spared. */
-static double pdi_bond_failure_compute_measure(const pd_criterion *c, const double *u, int32_t i, const pd_walk *f)
+static double pdi_bond_failure_compute_measure(const pd_bond_failure *c, const double *u, int32_t i,
+                                               const pd_bond_iterator *f)
 {
     const pd_body *body = c->solid.body;
     int32_t j = f->to;
     double xi[PD_DIM], eta[PD_DIM], y[PD_DIM], r, length;
     if (pdi_body_bond_is_broken(f) || (c->desc.spared && (c->desc.spared[i] || c->desc.spared[j]))) return 0.0;
-    if (c->desc.kind >= PD_CRITERION_PRINCIPAL) return 0.5 * (c->scalar[i] + c->scalar[j]);
+    if (c->desc.kind >= PD_BOND_FAILURE_PRINCIPAL) return 0.5 * (c->scalar[i] + c->scalar[j]);
     pdi_bond_failure_bond_vectors(c, u, i, f, xi, eta);
     double stretch = pdi_body_compute_stretch(xi, eta, y, &r, &length);
-    if (c->desc.kind == PD_CRITERION_STRETCH) return stretch;
+    if (c->desc.kind == PD_BOND_FAILURE_STRETCH) return stretch;
     if (!(stretch > 0.0)) return 0.0;
     double energy =
         c->energy[pdi_body_bond_number(f)] + c->energy[body->row[j] + pdi_body_find_reverse_bond(body, i, f)];
@@ -104,12 +105,13 @@ static double pdi_bond_failure_compute_measure(const pd_criterion *c, const doub
 }
 
 /* Inverse of the factor on u at which the current bond of point i breaks; 0: it never does. */
-static double pdi_bond_failure_inverse_load_factor(const pd_criterion *c, const double *u, int32_t i, const pd_walk *f)
+static double pdi_bond_failure_inverse_load_factor(const pd_bond_failure *c, const double *u, int32_t i,
+                                                   const pd_bond_iterator *f)
 {
     double xi[PD_DIM], eta[PD_DIM], measure = pdi_bond_failure_compute_measure(c, u, i, f);
     if (!(measure > 0.0)) return 0.0;
-    if (c->desc.kind == PD_CRITERION_ENERGY) return sqrt(measure / c->critical);
-    if (c->desc.kind != PD_CRITERION_STRETCH) return measure / c->critical;
+    if (c->desc.kind == PD_BOND_FAILURE_ENERGY) return sqrt(measure / c->critical);
+    if (c->desc.kind != PD_BOND_FAILURE_STRETCH) return measure / c->critical;
     pdi_bond_failure_bond_vectors(c, u, i, f, xi, eta); /* |xi + f eta| = (1 + critical) r */
     double along = pdi_vec_dot(xi, eta), square = pdi_vec_dot(eta, eta);
     double gap = c->critical * (2.0 + c->critical) * pdi_vec_dot(xi, xi), root = sqrt(along * along + square * gap);
@@ -117,19 +119,19 @@ static double pdi_bond_failure_inverse_load_factor(const pd_criterion *c, const 
 }
 
 /* A measure of bonds: pdi_bond_failure_compute_measure or pdi_bond_failure_inverse_load_factor. */
-typedef double (*pdi_bond_failure_fn)(const pd_criterion *c, const double *u, int32_t i, const pd_walk *f);
+typedef double (*pdi_bond_failure_fn)(const pd_bond_failure *c, const double *u, int32_t i, const pd_bond_iterator *f);
 
 /* Prepares energies or stresses at u, and finds the largest measure of the bonds of each point, into c->most. A bond
  * belongs to the point with the lower number, so both ends see the same. Returns the largest of all. */
-static double pdi_bond_failure_find_max(const pd_ctx *ctx, pd_criterion *c, const double *u,
+static double pdi_bond_failure_find_max(const pd_ctx *ctx, pd_bond_failure *c, const double *u,
                                         pdi_bond_failure_fn measure)
 {
     const pd_body *body = c->solid.body;
     double most = 0.0;
     int nt = pdi_par_threads(ctx, body->bonds * 20);
     (void)nt;
-    if (c->desc.kind == PD_CRITERION_ENERGY) c->solid.bond_energy(ctx, c->solid.self, u, c->energy);
-    if (c->desc.kind >= PD_CRITERION_PRINCIPAL) {
+    if (c->desc.kind == PD_BOND_FAILURE_ENERGY) c->solid.bond_energy(ctx, c->solid.self, u, c->energy);
+    if (c->desc.kind >= PD_BOND_FAILURE_PRINCIPAL) {
         c->solid.stress(ctx, c->solid.self, u, c->stress);
         for (int32_t i = 0; i < body->count; i++)
             c->scalar[i] = pdi_bond_failure_equivalent_stress(c, i, c->stress + (int64_t)i * PD_DIM * PD_DIM);
@@ -137,7 +139,7 @@ static double pdi_bond_failure_find_max(const pd_ctx *ctx, pd_criterion *c, cons
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) {
         c->most[i] = 0.0;
-        for (pd_walk f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);)
+        for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);)
             if (f.to >= i) c->most[i] = pdi_max(c->most[i], measure(c, u, i, &f));
     }
     for (int32_t i = 0; i < body->count; i++) most = pdi_max(most, c->most[i]);
@@ -146,19 +148,19 @@ static double pdi_bond_failure_find_max(const pd_ctx *ctx, pd_criterion *c, cons
 
 /* ---- what breaks ---- */
 
-/* Measure from which bonds break, by the largest one and `eager` (see pd_criterion_break). */
-static double pdi_bond_failure_breaking_threshold(const pd_criterion *c, double max_measure, double eager)
+/* Measure from which bonds break, by the largest one and `eager` (see pd_bond_failure_break). */
+static double pdi_bond_failure_breaking_threshold(const pd_bond_failure *c, double max_measure, double eager)
 {
     return pdi_max(c->critical, (max_measure - eager * (max_measure - c->critical)) * (1.0 - PDI_BOND_FAILURE_TIE));
 }
 
 /* Displacement gradient h of the unbroken bonds of point i. Returns 0: singular shape tensor. */
-static int pdi_bond_failure_compute_gradient(const pd_criterion *c, const double *u, int32_t i, double *h)
+static int pdi_bond_failure_compute_gradient(const pd_bond_failure *c, const double *u, int32_t i, double *h)
 {
     const pd_body *body = c->solid.body;
     double k[PD_DIM * PD_DIM] = {0.0}, moved[PD_DIM * PD_DIM] = {0.0}, shape[PD_DIM * PD_DIM] = {0.0};
     double xi[PD_DIM], eta[PD_DIM], over = 1.0 / (body->horizon * body->horizon);
-    for (pd_walk f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
+    for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
         if (pdi_body_bond_is_broken(&f)) continue;
         pdi_bond_failure_bond_vectors(c, u, i, &f, xi, eta);
         double weight = over * pdi_body_compute_bond_weight(body, PD_INFLUENCE_CONSTANT, xi) * body->volume[f.to];
@@ -178,14 +180,14 @@ static int pdi_bond_failure_compute_gradient(const pd_criterion *c, const double
 
 /* Largest stretch that the gradient of point i would give to its broken bonds; 0: none. Finds points whose remaining
  * bonds no longer resist the load. */
-static double pdi_bond_failure_lost_stretch(const pd_criterion *c, const double *u, int32_t i)
+static double pdi_bond_failure_lost_stretch(const pd_bond_failure *c, const double *u, int32_t i)
 {
     const pd_body *body = c->solid.body;
     double h[PD_DIM * PD_DIM], xi[PD_DIM], eta[PD_DIM], y[PD_DIM], r, length, most = 0.0;
     int64_t intact = pdi_body_count_intact(body, i);
     if (!intact || intact == body->row[i + 1] - body->row[i] || (c->desc.spared && c->desc.spared[i])) return 0.0;
     if (!pdi_bond_failure_compute_gradient(c, u, i, h)) return 0.0;
-    for (pd_walk f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
+    for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
         if (!pdi_body_bond_is_broken(&f)) continue;
         pdi_body_bond_vector(body, i, &f, xi);
         for (int p = 0; p < PD_DIM; p++) {
@@ -199,7 +201,7 @@ static double pdi_bond_failure_lost_stretch(const pd_criterion *c, const double 
 
 /* Breaks all bonds of points whose gradient would stretch a broken bond beyond the critical value: their remaining
  * bonds do not feel it. Returns how many broke. */
-static int64_t pdi_bond_failure_break_blind_points(const pd_ctx *ctx, pd_criterion *c, const double *u, double eager)
+static int64_t pdi_bond_failure_break_blind_points(const pd_ctx *ctx, pd_bond_failure *c, const double *u, double eager)
 {
     pd_body *body = c->solid.body;
     int64_t broken = 0;
@@ -213,33 +215,33 @@ static int64_t pdi_bond_failure_break_blind_points(const pd_ctx *ctx, pd_criteri
     double from = pdi_bond_failure_breaking_threshold(c, most, eager);
     for (int32_t i = 0; i < body->count; i++) {
         if (!(c->most[i] >= from)) continue;
-        for (pd_walk f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);)
+        for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);)
             if (!c->desc.spared || !c->desc.spared[f.to]) broken += pdi_body_break_bond(body, i, &f);
     }
     return broken;
 }
 
-int64_t pd_criterion_break(const pd_ctx *ctx, pd_criterion *c, const double *u, double eager)
+int64_t pd_bond_failure_break(const pd_ctx *ctx, pd_bond_failure *c, const double *u, double eager)
 {
     pd_body *body = c->solid.body;
     int64_t broken = 0;
     if (!(c->critical > 0.0)) return 0;
     double most = pdi_bond_failure_find_max(ctx, c, u, pdi_bond_failure_compute_measure);
     if (!(most > c->critical))
-        return c->desc.kind == PD_CRITERION_STRETCH && c->solid.stress
+        return c->desc.kind == PD_BOND_FAILURE_STRETCH && c->solid.stress
                    ? pdi_bond_failure_break_blind_points(ctx, c, u, eager)
                    : 0;
     double from = pdi_bond_failure_breaking_threshold(c, most, eager);
     for (int32_t i = 0; i < body->count; i++) {
         if (!(c->most[i] >= from)) continue;
-        for (pd_walk f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);)
+        for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);)
             if (f.to >= i && pdi_bond_failure_compute_measure(c, u, i, &f) >= from)
                 broken += pdi_body_break_bond(body, i, &f);
     }
     return broken;
 }
 
-void pd_criterion_first(const pd_ctx *ctx, pd_criterion *c, const double *u, pd_criterion_bond *first)
+void pd_bond_failure_find_first(const pd_ctx *ctx, pd_bond_failure *c, const double *u, pd_first_failure *first)
 {
     const pd_body *body = c->solid.body;
     memset(first, 0, sizeof *first);
@@ -247,7 +249,7 @@ void pd_criterion_first(const pd_ctx *ctx, pd_criterion *c, const double *u, pd_
     double most = c->critical > 0.0 ? pdi_bond_failure_find_max(ctx, c, u, pdi_bond_failure_inverse_load_factor) : 0.0;
     if (!(most > 0.0)) return;
     while (!(c->most[first->from] >= most)) first->from++;
-    pd_walk f = pdi_body_bonds_begin(body, first->from);
+    pd_bond_iterator f = pdi_body_bonds_begin(body, first->from);
     while (pdi_body_bonds_next(&f) &&
            !(f.to >= first->from && pdi_bond_failure_inverse_load_factor(c, u, first->from, &f) >= most))
         continue;
@@ -263,12 +265,13 @@ void pd_criterion_first(const pd_ctx *ctx, pd_criterion *c, const double *u, pd_
 /* ---- build ---- */
 
 /* Checks the description against the material. PD_ERR_ARGUMENT. */
-static pd_status pdi_bond_failure_check(pd_ctx *ctx, const pd_solid *solid, const pd_criterion_desc *desc)
+static pd_status pdi_bond_failure_check(pd_ctx *ctx, const pd_material_interface *solid,
+                                        const pd_bond_failure_desc *desc)
 {
-    int energy = desc->kind == PD_CRITERION_ENERGY;
-    if ((int)desc->kind < 0 || desc->kind > PD_CRITERION_MISES)
+    int energy = desc->kind == PD_BOND_FAILURE_ENERGY;
+    if ((int)desc->kind < 0 || desc->kind > PD_BOND_FAILURE_MISES)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "criterion", "kind %d, expected 0 to %d", (int)desc->kind,
-                        (int)PD_CRITERION_MISES);
+                        (int)PD_BOND_FAILURE_MISES);
     if (!(desc->critical >= 0.0) || !(desc->critical < 1e100) || !(desc->fracture >= 0.0) ||
         !(desc->fracture < 1e100) || (desc->fracture > 0.0 && (!energy || desc->critical > 0.0)))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "criterion", "a critical value of %g and %g J/m2 of a crack: expected "
@@ -277,13 +280,14 @@ static pd_status pdi_bond_failure_check(pd_ctx *ctx, const pd_solid *solid, cons
     if (desc->fracture > 0.0 && !(solid->body->spacing > 0.0))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "criterion", "the points are those of no lattice: expected a spacing, or "
                         "a critical energy");
-    if ((energy && !solid->bond_energy) || (desc->kind >= PD_CRITERION_PRINCIPAL && !solid->stress))
+    if ((energy && !solid->bond_energy) || (desc->kind >= PD_BOND_FAILURE_PRINCIPAL && !solid->stress))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "criterion", "the %s material has no %s", solid->name,
                         energy ? "energies of bonds" : "stress");
     return PD_OK;
 }
 
-pd_status pd_criterion_build(pd_ctx *ctx, const pd_solid *solid, const pd_criterion_desc *desc, pd_criterion *criterion)
+pd_status pd_bond_failure_build(pd_ctx *ctx, const pd_material_interface *solid, const pd_bond_failure_desc *desc,
+                                pd_bond_failure *criterion)
 {
     memset(criterion, 0, sizeof *criterion);
     pd_status status = pdi_bond_failure_check(ctx, solid, desc);
@@ -294,11 +298,11 @@ pd_status pd_criterion_build(pd_ctx *ctx, const pd_solid *solid, const pd_criter
     criterion->anisotropy = 1.0;
     if (desc->fracture > 0.0) pdi_bond_failure_calibrate(criterion);
     status = pdi_array_registry_build(ctx, pdi_bond_failure_list, criterion);
-    if (status < 0) pd_criterion_free(ctx, criterion);
+    if (status < 0) pd_bond_failure_free(ctx, criterion);
     return status;
 }
 
-void pd_criterion_free(pd_ctx *ctx, pd_criterion *criterion)
+void pd_bond_failure_free(pd_ctx *ctx, pd_bond_failure *criterion)
 {
     pdi_array_registry_free(ctx, pdi_bond_failure_list, criterion);
     memset(criterion, 0, sizeof *criterion);

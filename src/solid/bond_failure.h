@@ -9,65 +9,66 @@
 #define PD_BOND_FAILURE_H
 #include "solid/material_interface.h"
 
-typedef enum pd_criterion_kind {
-    PD_CRITERION_STRETCH = 0, /* [-] (|Y| - r)/r */
-    PD_CRITERION_ENERGY,      /* [J/m^(2d)] of both ends, over the part of a rim cell; of bonds that are stretched */
-    PD_CRITERION_PRINCIPAL,   /* [Pa] largest principal stress, mean of both ends */
-    PD_CRITERION_MISES        /* [Pa] von Mises' stress, mean of both ends */
-} pd_criterion_kind;
+typedef enum pd_bond_failure_kind {
+    PD_BOND_FAILURE_STRETCH = 0, /* [-] (|Y| - r)/r */
+    PD_BOND_FAILURE_ENERGY,      /* [J/m^(2d)] of both ends, over the part of a rim cell; of bonds that are stretched */
+    PD_BOND_FAILURE_PRINCIPAL,   /* [Pa] largest principal stress, mean of both ends */
+    PD_BOND_FAILURE_MISES        /* [Pa] von Mises' stress, mean of both ends */
+} pd_bond_failure_kind;
 
 /* Zero-initialise. Without a critical value and `fracture` no bond breaks. */
-typedef struct pd_criterion_desc {
-    pd_criterion_kind kind;
+typedef struct pd_bond_failure_desc {
+    pd_bond_failure_kind kind;
     double critical;       /* [-], [J/m^(2d)] or [Pa]; 0: from `fracture` */
-    double fracture;       /* [J/m2] energy of a crack per area, for PD_CRITERION_ENERGY on a lattice */
+    double fracture;       /* [J/m2] energy of a crack per area, for PD_BOND_FAILURE_ENERGY on a lattice */
     const uint8_t *spared; /* [count] 1: bonds of the point never break; NULL: none. Borrowed */
-} pd_criterion_desc;
+} pd_bond_failure_desc;
 
-typedef struct pd_criterion {
-    pd_criterion_desc desc;
-    pd_solid solid;
+typedef struct pd_bond_failure {
+    pd_bond_failure_desc desc;
+    pd_material_interface solid;
     double critical;   /* [-], [J/m^(2d)] or [Pa]; 0: no bond breaks */
     double anisotropy; /* [-] largest energy of a crack over the least one, all directions; 1 but for `fracture` */
     double *energy;    /* [bonds] [J/m^(2d)] work */
     double *stress;    /* [count][PD_DIM^2] [Pa] work */
     double *scalar;    /* [count] [Pa] stress of each point that counts */
     double *most;      /* [count] [-], [J/m^(2d)] or [Pa] largest measure of the bonds to points with higher numbers */
-} pd_criterion;
+} pd_bond_failure;
 
 /* The bond that breaks first. */
-typedef struct pd_criterion_bond {
+typedef struct pd_first_failure {
     int64_t bond;          /* -1: no measure is above 0 */
     int32_t from, to;      /* its points */
     double place[PD_DIM];  /* [m] its middle */
     double measure;        /* [-], [J/m^(2d)] or [Pa] */
     double factor;         /* [-] on u; 0: none */
-} pd_criterion_bond;
+} pd_first_failure;
 
-#define pd_criterion_build PD_NAME(pd_criterion_build)
-#define pd_criterion_break PD_NAME(pd_criterion_break)
-#define pd_criterion_first PD_NAME(pd_criterion_first)
-#define pd_criterion_free PD_NAME(pd_criterion_free)
+#define pd_bond_failure_build PD_NAME(pd_bond_failure_build)
+#define pd_bond_failure_break PD_NAME(pd_bond_failure_break)
+#define pd_bond_failure_find_first PD_NAME(pd_bond_failure_find_first)
+#define pd_bond_failure_free PD_NAME(pd_bond_failure_free)
 
 /* The table is copied, what it points to borrowed. PD_ERR_ARGUMENT: a value that is negative or not finite, `fracture`
  * without a lattice or with another kind, a material without bond energies or stress. */
-PD_API pd_status pd_criterion_build(pd_ctx *ctx, const pd_solid *solid, const pd_criterion_desc *desc,
-                                    pd_criterion *criterion);
+PD_API pd_status pd_bond_failure_build(pd_ctx *ctx, const pd_material_interface *solid,
+                                       const pd_bond_failure_desc *desc, pd_bond_failure *criterion);
 /* Mark as broken, at both ends, the bonds whose measure at u [count][PD_DIM] [m] is beyond the critical one. eager 0:
  * only those of the largest measure, 1: all; between, those above that part of the way down from the largest to the
  * critical one. Returns how many. The material has to be updated afterwards. Where no bond is beyond the critical
  * stretch, but the gradient of a family would stretch one of its broken bonds beyond it, the point loses all bonds. */
-PD_API int64_t pd_criterion_break(const pd_ctx *ctx, pd_criterion *criterion, const double *u, double eager);
+PD_API int64_t pd_bond_failure_break(const pd_ctx *ctx, pd_bond_failure *criterion, const double *u, double eager);
 /* Which bond breaks first when displacements u [count][PD_DIM] [m] grow in proportion, and by which factor on them.
  * Energies grow like its square: exact where forces are linear. */
-PD_API void pd_criterion_first(const pd_ctx *ctx, pd_criterion *criterion, const double *u, pd_criterion_bond *first);
-PD_API void pd_criterion_free(pd_ctx *ctx, pd_criterion *criterion);
+PD_API void pd_bond_failure_find_first(const pd_ctx *ctx, pd_bond_failure *criterion, const double *u,
+                                       pd_first_failure *first);
+PD_API void pd_bond_failure_free(pd_ctx *ctx, pd_bond_failure *criterion);
 
 #ifdef PDI_INTERNAL
 /* Describes the work arrays. */
 PDI_FN void pdi_bond_failure_list(pdi_array_visitor *owner, void *criterion);
 /* Fracture energy [J/m2] of a crack with the normal n (any length) through the lattice, mean over its positions. */
-PDI_FN double pdi_bond_failure_crack_energy(const pd_criterion *criterion, const double *n);
+PDI_FN double pdi_bond_failure_crack_energy(const pd_bond_failure *criterion, const double *n);
 #endif
 
 #endif

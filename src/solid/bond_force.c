@@ -18,7 +18,7 @@
 static int32_t pdi_bond_force_find_max_steps(const pd_body *body, int32_t i)
 {
     int32_t most = 0;
-    for (pd_walk f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
+    for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
         double xi[PD_DIM];
         pdi_body_compute_offset(body, i, f.to, xi);
         for (int d = 0; d < PD_DIM; d++) {
@@ -54,7 +54,7 @@ static int32_t pdi_bond_force_find_extent(const pd_ctx *ctx, const pd_body *body
 
 PDI_FN void pdi_bond_force_list(pdi_array_visitor *owner, void *object)
 {
-    pd_springs *springs = (pd_springs *)object;
+    pd_bond_force *springs = (pd_bond_force *)object;
     PDI_ARRAY(owner, springs, kind, springs->kinds, "");
     PDI_ARRAY(owner, springs, order, springs->kinds, "1");
     PDI_ARRAY(owner, springs, place, springs->kinds + 1, "1");
@@ -71,7 +71,7 @@ static int pdi_bond_force_find_sector(const double *xi, double rounding)
 /* qsort order of bond kinds: by sector, and outward in each. */
 static int pdi_bond_force_compare_kinds(const void *a, const void *b)
 {
-    const pd_springs_kind *p = (const pd_springs_kind *)a, *q = (const pd_springs_kind *)b;
+    const pd_bond_force_kind *p = (const pd_bond_force_kind *)a, *q = (const pd_bond_force_kind *)b;
     if (p->part != q->part) return p->part < q->part ? -1 : 1;
     for (int d = PD_DIM - 1; d >= 0; d--) {
         double own = fabs(p->xi[d]), other = fabs(q->xi[d]);
@@ -81,7 +81,7 @@ static int pdi_bond_force_compare_kinds(const void *a, const void *b)
 }
 
 /* Index of the lattice vector xi among all of the box of vectors. */
-static int32_t pdi_bond_force_offset_index(const pd_springs *s, const double *xi)
+static int32_t pdi_bond_force_offset_index(const pd_bond_force *s, const double *xi)
 {
     int32_t box = 0;
     for (int d = PD_DIM - 1; d >= 0; d--)
@@ -90,11 +90,11 @@ static int32_t pdi_bond_force_offset_index(const pd_springs *s, const double *xi
 }
 
 /* Builds the bond kinds of a lattice, and sorts them. */
-static void pdi_bond_force_sort_kinds(pd_springs *s)
+static void pdi_bond_force_sort_kinds(pd_bond_force *s)
 {
     int32_t wide = 2 * s->reach + 1;
     for (int32_t k = 0; k < s->kinds; k++) {
-        pd_springs_kind *kind = &s->kind[k];
+        pd_bond_force_kind *kind = &s->kind[k];
         double square = 0.0;
         for (int32_t d = 0, rest = k; d < PD_DIM; rest /= wide, d++) {
             kind->xi[d] = (rest % wide - s->reach) * s->body->spacing;
@@ -108,14 +108,14 @@ static void pdi_bond_force_sort_kinds(pd_springs *s)
     for (int32_t k = 0; k < s->kinds; k++) s->order[pdi_bond_force_offset_index(s, s->kind[k].xi)] = k;
 }
 
-PDI_FN pd_status pdi_bond_force_build(pd_ctx *ctx, pd_body *body, const pd_bond_weights *weights, pd_springs *s)
+PDI_FN pd_status pdi_bond_force_build(pd_ctx *ctx, pd_body *body, const pd_bond_weights *weights, pd_bond_force *s)
 {
     memset(s, 0, sizeof *s);
     s->body = body;
     s->weights = weights;
     s->reach = pdi_bond_force_find_extent(ctx, body);
     s->lattice = s->reach <= PDI_BOND_FORCE_MAX_STEPS;
-    s->kinds = s->lattice ? 1 : PD_SPRINGS_PARTS;
+    s->kinds = s->lattice ? 1 : PD_BOND_FORCE_SECTORS;
     for (int d = 0; d < PD_DIM && s->lattice; d++) s->kinds *= 2 * s->reach + 1;
     pd_status status = pdi_array_registry_build(ctx, pdi_bond_force_list, s);
     if (status == PD_OK) status = pdi_point_batch_build(ctx, body, weights, PDI_POINT_BATCH_STIFFNESS, &s->band);
@@ -127,7 +127,7 @@ PDI_FN pd_status pdi_bond_force_build(pd_ctx *ctx, pd_body *body, const pd_bond_
     return status;
 }
 
-PDI_FN void pdi_bond_force_free(pd_ctx *ctx, pd_springs *s)
+PDI_FN void pdi_bond_force_free(pd_ctx *ctx, pd_bond_force *s)
 {
     PDI_DELETE(ctx, s->room, s->of);
     pdi_point_batch_free(ctx, &s->band);
@@ -137,14 +137,14 @@ PDI_FN void pdi_bond_force_free(pd_ctx *ctx, pd_springs *s)
 
 /* ---- bands ---- */
 
-PDI_FN void pdi_bond_force_compute_offset(const pd_springs *s, int32_t i, int32_t j, double *xi)
+PDI_FN void pdi_bond_force_compute_offset(const pd_bond_force *s, int32_t i, int32_t j, double *xi)
 {
     pdi_body_compute_offset(s->body, i, j, xi);
     for (int d = 0; d < PD_DIM && s->lattice; d++) xi[d] = floor(xi[d] / s->body->spacing + 0.5) * s->body->spacing;
 }
 
 /* Kind of a bond of batch k, by the first of its points that has it. */
-static int32_t pdi_bond_force_find_kind(const pd_springs *s, int32_t k, const pd_band_bond *bond)
+static int32_t pdi_bond_force_find_kind(const pd_bond_force *s, int32_t k, const pd_point_batch_bond *bond)
 {
     const pd_body *body = s->body;
     int32_t i = s->band.first[k];
@@ -157,7 +157,7 @@ static int32_t pdi_bond_force_find_kind(const pd_springs *s, int32_t k, const pd
 }
 
 /* Sorts the bonds of batch k by kind; those of one kind keep their order. old, kind: work. */
-static void pdi_bond_force_sort_bonds(pd_springs *s, int32_t k, pd_band_bond *old, int32_t *kind)
+static void pdi_bond_force_sort_bonds(pd_bond_force *s, int32_t k, pd_point_batch_bond *old, int32_t *kind)
 {
     int64_t begin = s->band.begin[k], bonds = s->band.begin[k + 1] - begin;
     memset(s->place, 0, ((size_t)s->kinds + 1) * sizeof *s->place);
@@ -174,9 +174,9 @@ static void pdi_bond_force_sort_bonds(pd_springs *s, int32_t k, pd_band_bond *ol
     }
 }
 
-PDI_FN pd_status pdi_bond_force_update(pd_ctx *ctx, pd_springs *s)
+PDI_FN pd_status pdi_bond_force_update(pd_ctx *ctx, pd_bond_force *s)
 {
-    pd_band_bond *old = NULL;
+    pd_point_batch_bond *old = NULL;
     int32_t *kind = NULL;
     int64_t longest = 1;
     PDI_TRY(pdi_point_batch_update(ctx, &s->band));
@@ -198,17 +198,18 @@ PDI_FN pd_status pdi_bond_force_update(pd_ctx *ctx, pd_springs *s)
 
 /* Sums over the bonds of a batch. */
 typedef struct pdi_bond_force_sums {
-    double sector[PD_SPRINGS_PARTS][PD_DIM][PD_BAND_MOST]; /* sum w V (1/r - 1/|Y|) Y of each part of the family */
-    double max_e[PD_BAND_MOST], min_e[PD_BAND_MOST];       /* [-] largest and least e, and 0 */
+    /* sum w V (1/r - 1/|Y|) Y of each part of the family */
+    double sector[PD_BOND_FORCE_SECTORS][PD_DIM][PD_POINT_BATCH_MAX];
+    double max_e[PD_POINT_BATCH_MAX], min_e[PD_POINT_BATCH_MAX]; /* [-] largest and least e, and 0 */
 } pdi_bond_force_sums;
 
 /* Adds one bond of `count` points on a lattice by the series of small e; weight: w/r. Inlined with a constant mask or
  * count. */
 PDI_INLINE void pdi_bond_force_add_bond(const double *PD_RESTRICT own, const double *PD_RESTRICT other, int64_t stride,
-                                        const pd_springs_kind *PD_RESTRICT kind, double weight, uint32_t mask,
+                                        const pd_bond_force_kind *PD_RESTRICT kind, double weight, uint32_t mask,
                                         int count, pdi_bond_force_sums *PD_RESTRICT sums)
 {
-    double(*PD_RESTRICT sum)[PD_BAND_MOST] = sums->sector[kind->part];
+    double(*PD_RESTRICT sum)[PD_POINT_BATCH_MAX] = sums->sector[kind->part];
     double *PD_RESTRICT high = sums->max_e, *PD_RESTRICT low = sums->min_e;
     double xi[PD_DIM], inv_r2 = kind->over;
     for (int d = 0; d < PD_DIM; d++) xi[d] = kind->xi[d];
@@ -230,25 +231,25 @@ PDI_INLINE void pdi_bond_force_add_bond(const double *PD_RESTRICT own, const dou
 }
 
 /* Sums of batch k of a lattice, valid while all |e| are within the range of the series; whole: padded count. */
-static void pdi_bond_force_sum_batch(const pd_springs *s, int32_t k, int whole, pdi_bond_force_sums *sums)
+static void pdi_bond_force_sum_batch(const pd_bond_force *s, int32_t k, int whole, pdi_bond_force_sums *sums)
 {
-    const pd_band *band = &s->band;
+    const pd_point_batch *band = &s->band;
     const double *own = pdi_point_batch_get_field(band, 0) + band->first[k];
     int64_t total = band->stride;
     for (int64_t b = band->begin[k]; b < band->begin[k + 1]; b++) {
-        const pd_springs_kind *kind = &s->kind[s->of[b]];
+        const pd_bond_force_kind *kind = &s->kind[s->of[b]];
         const double *far = own + band->bond[b].offset;
         double weight = (double)band->bond[b].weight * kind->stiff;
         uint32_t lanes = band->bond[b].lanes;
         if (lanes == PDI_POINT_BATCH_FULL_MASK)
-            pdi_bond_force_add_bond(own, far, total, kind, weight, PDI_POINT_BATCH_FULL_MASK, PD_BAND_MOST, sums);
+            pdi_bond_force_add_bond(own, far, total, kind, weight, PDI_POINT_BATCH_FULL_MASK, PD_POINT_BATCH_MAX, sums);
         else if (whole > 1) pdi_bond_force_add_bond(own, far, total, kind, weight, lanes, whole, sums);
         else if (lanes) pdi_bond_force_add_bond(own, far, total, kind, weight, PDI_POINT_BATCH_FULL_MASK, 1, sums);
     }
 }
 
 /* Energy over c/4 that a breaking bond releases: w s^2 r V_i V_j [m^(2d+1)]. */
-static double pdi_bond_force_released_energy(const pd_springs *s, const pdi_bond_force_state *state, int32_t i,
+static double pdi_bond_force_released_energy(const pd_bond_force *s, const pdi_bond_force_state *state, int32_t i,
                                              int32_t j, double weight)
 {
     const pd_body *body = s->body;
@@ -264,23 +265,23 @@ static double pdi_bond_force_released_energy(const pd_springs *s, const pdi_bond
 }
 
 /* Marks the bond from point i to j as broken at the end of i. */
-static void pdi_bond_force_mark_broken(pd_springs *s, int32_t i, int32_t j)
+static void pdi_bond_force_mark_broken(pd_bond_force *s, int32_t i, int32_t j)
 {
     pdi_body_mark_broken(s->body, i, pdi_body_find_bond(s->body, j, i));
 }
 
 /* Sums of point n of batch k, bond by bond: any e, any positions, and bonds break. Returns how many broke; adds to
  * *released. */
-static int64_t pdi_bond_force_sum_point(pd_springs *s, const pdi_bond_force_state *state, int32_t k, int32_t n,
+static int64_t pdi_bond_force_sum_point(pd_bond_force *s, const pdi_bond_force_state *state, int32_t k, int32_t n,
                                         pdi_bond_force_sums *sums, double *released)
 {
-    const pd_band *band = &s->band;
+    const pd_point_batch *band = &s->band;
     const double *own = pdi_point_batch_get_field(band, 0) + band->first[k] + n;
     double top = state->critical * (2.0 + state->critical);
     int64_t total = band->stride, broken = 0;
     for (int64_t b = band->begin[k]; b < band->begin[k + 1]; b++) {
-        pd_band_bond *bond = &band->bond[b];
-        pd_springs_kind kind = s->kind[s->of[b]];
+        pd_point_batch_bond *bond = &band->bond[b];
+        pd_bond_force_kind kind = s->kind[s->of[b]];
         const double *far = own + bond->offset;
         double y[PD_DIM], more = 0.0, square = 0.0;
         if (!(bond->lanes >> n & 1u)) continue;
@@ -316,15 +317,15 @@ static void pdi_bond_force_clear_sums(int whole, pdi_bond_force_sums *sums)
         memset(sums, 0, sizeof *sums);
         return;
     }
-    for (int p = 0; p < PD_SPRINGS_PARTS * PD_DIM; p++) sums->sector[p / PD_DIM][p % PD_DIM][0] = 0.0;
+    for (int p = 0; p < PD_BOND_FORCE_SECTORS * PD_DIM; p++) sums->sector[p / PD_DIM][p % PD_DIM][0] = 0.0;
     sums->max_e[0] = sums->min_e[0] = 0.0;
 }
 
 /* Adds the sums of all sectors into the first one: along each axis the middle, and the sum of both sides. */
 static void pdi_bond_force_fold_sectors(int whole, pdi_bond_force_sums *sums)
 {
-    for (int stride = 1; stride < PD_SPRINGS_PARTS; stride *= 3)
-        for (int p = 0; p < PD_SPRINGS_PARTS; p += 3 * stride)
+    for (int stride = 1; stride < PD_BOND_FORCE_SECTORS; stride *= 3)
+        for (int p = 0; p < PD_BOND_FORCE_SECTORS; p += 3 * stride)
             for (int d = 0; d < PD_DIM; d++) {
                 double *PD_RESTRICT to = sums->sector[p][d];
                 const double *one = sums->sector[p + stride][d], *other = sums->sector[p + 2 * stride][d];
@@ -333,7 +334,7 @@ static void pdi_bond_force_fold_sectors(int whole, pdi_bond_force_sums *sums)
 }
 
 /* Force densities on the points of batch k. Returns how many bonds broke, each at one end. */
-static int64_t pdi_bond_force_compute_batch(pd_springs *s, const pdi_bond_force_state *state, int32_t k,
+static int64_t pdi_bond_force_compute_batch(pd_bond_force *s, const pdi_bond_force_state *state, int32_t k,
                                             double *released)
 {
     int32_t i = s->band.first[k], count = s->band.first[k + 1] - i, n = 0;
@@ -355,7 +356,7 @@ static int64_t pdi_bond_force_compute_batch(pd_springs *s, const pdi_bond_force_
     return broken;
 }
 
-PDI_FN int64_t pdi_bond_force_compute_force(const pd_ctx *ctx, pd_springs *s, pdi_bond_force_state *state)
+PDI_FN int64_t pdi_bond_force_compute_force(const pd_ctx *ctx, pd_bond_force *s, pdi_bond_force_state *state)
 {
     enum { parts = 256 };
     int64_t broken[parts], all = 0, bands = s->band.bands;

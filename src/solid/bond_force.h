@@ -9,29 +9,29 @@
 #define PD_BOND_FORCE_H
 #include "solid/point_batch.h"
 
-enum { PD_SPRINGS_PARTS = PD_DIM == 1 ? 3 : PD_DIM == 2 ? 9 : 27 /* sectors of a family, by the signs of xi */ };
+enum { PD_BOND_FORCE_SECTORS = PD_DIM == 1 ? 3 : PD_DIM == 2 ? 9 : 27 /* sectors of a family, by the signs of xi */ };
 
 /* Data of all bonds with one lattice vector (kind). */
-typedef struct pd_springs_kind {
+typedef struct pd_bond_force_kind {
     double xi[PD_DIM]; /* [m] */
     double over;       /* [1/m2] 1/r^2 */
     double stiff;      /* [1/m] 1/r */
     int part;          /* sector of the family */
-} pd_springs_kind;
+} pd_bond_force_kind;
 
-typedef struct pd_springs {
+typedef struct pd_bond_force {
     pd_body *body;
     const pd_bond_weights *weights; /* borrowed */
-    pd_band band;
+    pd_point_batch band;
     int lattice;            /* 1: all bonds are whole spacings along all axes */
     int32_t reach;          /* [spacing] of a bond along an axis */
     int32_t kinds;          /* (2 reach + 1)^PD_DIM on a lattice, else the parts of a family */
-    pd_springs_kind *kind;  /* [kinds] in the order in which sums take them */
+    pd_bond_force_kind *kind; /* [kinds] in the order in which sums take them */
     int32_t *order;         /* [kinds] the kind of each lattice vector, axis 0 fastest */
     int32_t *place;         /* [kinds + 1] work */
     int64_t room;
     int32_t *of;            /* [room] kind of each bond of the bands */
-} pd_springs;
+} pd_bond_force;
 
 #ifdef PDI_INTERNAL
 /* Input and results of a force evaluation of all points. */
@@ -48,15 +48,16 @@ typedef struct pdi_bond_force_state {
 /* Describes the arrays of bond kinds. */
 PDI_FN void pdi_bond_force_list(pdi_array_visitor *owner, void *springs);
 /* Finds the bond kinds of the body; body and weights are borrowed. pdi_bond_force_update has to follow. */
-PDI_FN pd_status pdi_bond_force_build(pd_ctx *ctx, pd_body *body, const pd_bond_weights *weights, pd_springs *springs);
-PDI_FN void pdi_bond_force_free(pd_ctx *ctx, pd_springs *springs);
+PDI_FN pd_status pdi_bond_force_build(pd_ctx *ctx, pd_body *body, const pd_bond_weights *weights,
+                                      pd_bond_force *springs);
+PDI_FN void pdi_bond_force_free(pd_ctx *ctx, pd_bond_force *springs);
 /* Builds the batches anew and sorts their bonds, after weights have changed or bonds have broken. */
-PDI_FN pd_status pdi_bond_force_update(pd_ctx *ctx, pd_springs *springs);
+PDI_FN pd_status pdi_bond_force_update(pd_ctx *ctx, pd_bond_force *springs);
 /* Reference vector xi [m] from point i to j, rounded to whole spacings on a lattice. */
-PDI_FN void pdi_bond_force_compute_offset(const pd_springs *springs, int32_t i, int32_t j, double *xi);
+PDI_FN void pdi_bond_force_compute_offset(const pd_bond_force *springs, int32_t i, int32_t j, double *xi);
 /* Force densities of all points. Bonds beyond the critical stretch break, in the body and in the batches. Returns how
  * many. */
-PDI_FN int64_t pdi_bond_force_compute_force(const pd_ctx *ctx, pd_springs *springs, pdi_bond_force_state *state);
+PDI_FN int64_t pdi_bond_force_compute_force(const pd_ctx *ctx, pd_bond_force *springs, pdi_bond_force_state *state);
 #endif
 
 #endif

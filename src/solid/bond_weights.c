@@ -33,7 +33,7 @@ static int32_t pdi_bond_weights_set_stencil_weights(const pd_bond_weights *w, pd
                                                     const void *self, int32_t i)
 {
     int32_t found = 0;
-    for (pd_walk f = pdi_body_bonds_begin(w->body, i); pdi_body_bonds_next(&f);) {
+    for (pd_bond_iterator f = pdi_body_bonds_begin(w->body, i); pdi_body_bonds_next(&f);) {
         if (w->whole[f.kind] < (float)HUGE_VAL) continue;
         w->whole[f.kind] = (float)weigh(self, i, &f);
         found++;
@@ -45,7 +45,7 @@ static int32_t pdi_bond_weights_set_stencil_weights(const pd_bond_weights *w, pd
 static int64_t pdi_bond_weights_count_nearby_bonds(const pd_body *body, int32_t i)
 {
     int64_t bonds = body->row[i + 1] - body->row[i];
-    for (pd_walk f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);)
+    for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);)
         bonds += body->row[f.to + 1] - body->row[f.to];
     return bonds;
 }
@@ -71,7 +71,7 @@ static void pdi_bond_weights_init_stencil_weights(const pd_bond_weights *w, pdi_
 /* 1: a bond of point i has another weight than the stencil has. */
 static int pdi_bond_weights_has_own(const pd_bond_weights *w, pdi_bond_weights_fn weigh, const void *self, int32_t i)
 {
-    for (pd_walk f = pdi_body_bonds_begin(w->body, i); pdi_body_bonds_next(&f);) {
+    for (pd_bond_iterator f = pdi_body_bonds_begin(w->body, i); pdi_body_bonds_next(&f);) {
         float weight = (float)weigh(self, i, &f), whole = w->whole[f.kind];
         if (weight < whole || weight > whole) return 1;
     }
@@ -126,7 +126,7 @@ PDI_FN pd_status pdi_bond_weights_compute(pd_ctx *ctx, pd_bond_weights *w, pdi_b
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) {
         if (w->begin[i] < 0) continue;
-        for (pd_walk f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);)
+        for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);)
             w->own[w->begin[i] + f.n] = (float)weigh(self, i, &f);
     }
     return PD_OK;
@@ -141,7 +141,7 @@ typedef struct pdi_bond_weights_influence_params {
 } pdi_bond_weights_influence_params;
 
 /* The pdi_bond_weights_fn of the influence function. */
-static double pdi_bond_weights_compute_by_length(const void *self, int32_t i, const pd_walk *bond)
+static double pdi_bond_weights_compute_by_length(const void *self, int32_t i, const pd_bond_iterator *bond)
 {
     const pdi_bond_weights_influence_params *by = (const pdi_bond_weights_influence_params *)self;
     double xi[PD_DIM];

@@ -20,7 +20,7 @@ typedef struct pd_bond_weights {
 
 #ifdef PDI_INTERNAL
 /* Weight [-] of the current bond of point i; has to return the same bits at both ends. */
-typedef double (*pdi_bond_weights_fn)(const void *self, int32_t i, const pd_walk *bond);
+typedef double (*pdi_bond_weights_fn)(const void *self, int32_t i, const pd_bond_iterator *bond);
 
 /* Describes the arrays of weights. */
 PDI_FN void pdi_bond_weights_list(pdi_array_visitor *owner, void *weights);
@@ -34,13 +34,13 @@ PDI_FN pd_status pdi_bond_weights_compute_influence(pd_ctx *ctx, pd_bond_weights
 PDI_FN void pdi_bond_weights_free(pd_ctx *ctx, pd_bond_weights *weights);
 
 /* Weight [-] of the current bond of point i, broken or not. */
-static inline float pdi_bond_weights_get(const pd_bond_weights *w, int32_t i, const pd_walk *bond)
+static inline float pdi_bond_weights_get(const pd_bond_weights *w, int32_t i, const pd_bond_iterator *bond)
 {
     if (w->begin && w->begin[i] >= 0) return w->own[w->begin[i] + bond->n];
     return w->whole[bond->kind];
 }
 /* Weight [-] of the current bond of point i; 0: it is broken. */
-static inline double pdi_bond_weights_get_intact(const pd_bond_weights *w, int32_t i, const pd_walk *bond)
+static inline double pdi_bond_weights_get_intact(const pd_bond_weights *w, int32_t i, const pd_bond_iterator *bond)
 {
     return pdi_body_bond_is_broken(bond) ? 0.0 : (double)pdi_bond_weights_get(w, i, bond);
 }

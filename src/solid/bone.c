@@ -14,7 +14,7 @@ double pd_bone_modulus(pd_bone_site site, double density)
     return laws[k][0] * rate * pow(density * 1e-3, laws[k][1]);
 }
 
-double pd_bone_stretch(double young, double poisson, pd_plane plane, double fracture, double horizon)
+double pd_bone_critical_stretch(double young, double poisson, pd_plane plane, double fracture, double horizon)
 {
     static const double share[3] = {3.0, PDI_PI / 3.0, 5.0 / 9.0}; /* s^2 K d/G in 1D, 2D, 3D */
     double bulk = young;

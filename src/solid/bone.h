@@ -1,7 +1,8 @@
 /* bone: Young's modulus of bone by its density, and the critical stretch of a brittle bond-based solid.
  *
  * Modulus: a power law  E = a (rho/1 g/cm3)^b  of the apparent density of wet bone. A body of
- * uneven density has the modulus of one density, and factors for points (pd_finite_desc.stiff, pd_elastic_desc.stiff).
+ * uneven density has the modulus of one density, and factors for points (pd_finite_strain_desc.stiff,
+ * pd_correspondence_desc.stiff).
  *
  * Sources: Morgan, Bayraktar and Keaveny 2003 (sites); Carter and Hayes 1977 (compact and spongy bone).
  */
@@ -19,7 +20,7 @@ typedef enum pd_bone_site {
 } pd_bone_site;
 
 #define pd_bone_modulus PD_NAME(pd_bone_modulus)
-#define pd_bone_stretch PD_NAME(pd_bone_stretch)
+#define pd_bone_critical_stretch PD_NAME(pd_bone_critical_stretch)
 
 /* Young's modulus [Pa] of an apparent density [kg/m3]; NaN for a site or density that is none. */
 PD_API double pd_bone_modulus(pd_bone_site site, double density);
@@ -27,6 +28,6 @@ PD_API double pd_bone_modulus(pd_bone_site site, double density);
  * 3 G/(K d), pi G/(3 K d), 5 G/(9 K d)  in 1D, 2D, 3D, with the horizon d [m] and the bulk modulus K of that
  * dimension (Silling and Askari 2005, in 3D). These are integrals over a ball; sums over a lattice with nu = 1/4 are
  * those of pd_microelastic. NaN: an argument is out of range. */
-PD_API double pd_bone_stretch(double young, double poisson, pd_plane plane, double fracture, double horizon);
+PD_API double pd_bone_critical_stretch(double young, double poisson, pd_plane plane, double fracture, double horizon);
 
 #endif

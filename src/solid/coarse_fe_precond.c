@@ -16,7 +16,7 @@ enum { PDI_COARSE_FE_PRECOND_CORNERS = 1 << PD_DIM, PDI_COARSE_FE_PRECOND_BLOCK 
 /* Describes the arrays by points. */
 static void pdi_coarse_fe_precond_list_points(pdi_array_visitor *owner, void *object)
 {
-    pd_scaffold *scaffold = (pd_scaffold *)object;
+    pd_coarse_fe_precond *scaffold = (pd_coarse_fe_precond *)object;
     PDI_ARRAY(owner, scaffold, part, scaffold->body ? scaffold->body->count : 0, "1");
     PDI_ARRAY(owner, scaffold, point, scaffold->body ? scaffold->body->count : 0, "1");
 }
@@ -24,7 +24,7 @@ static void pdi_coarse_fe_precond_list_points(pdi_array_visitor *owner, void *ob
 /* Describes the arrays by elements of level 0 that only the finest level has. */
 static void pdi_coarse_fe_precond_list_elements(pdi_array_visitor *owner, void *object)
 {
-    pd_scaffold *scaffold = (pd_scaffold *)object;
+    pd_coarse_fe_precond *scaffold = (pd_coarse_fe_precond *)object;
     int64_t parts = scaffold->level[0].parts;
     PDI_ARRAY(owner, scaffold, first, parts + 1, "1");
     PDI_ARRAY(owner, scaffold, sum, parts * PDI_COARSE_FE_PRECOND_CORNERS * PD_DIM, "N");
@@ -33,7 +33,7 @@ static void pdi_coarse_fe_precond_list_elements(pdi_array_visitor *owner, void *
 /* Describes the arrays of a level by elements. */
 static void pdi_coarse_fe_precond_list_level_elements(pdi_array_visitor *owner, void *object)
 {
-    pd_scaffold_level *level = (pd_scaffold_level *)object;
+    pd_coarse_fe_level *level = (pd_coarse_fe_level *)object;
     PDI_ARRAY(owner, level, box, (int64_t)level->parts * PD_DIM, "1");
     PDI_ARRAY(owner, level, node, (int64_t)level->parts * PDI_COARSE_FE_PRECOND_CORNERS, "1");
     PDI_ARRAY(owner, level, corner, (int64_t)level->parts * PDI_COARSE_FE_PRECOND_CORNERS, "1");
@@ -45,7 +45,7 @@ static void pdi_coarse_fe_precond_list_level_elements(pdi_array_visitor *owner, 
 /* Describes the arrays of a level by nodes. */
 static void pdi_coarse_fe_precond_list_level_nodes(pdi_array_visitor *owner, void *object)
 {
-    pd_scaffold_level *level = (pd_scaffold_level *)object;
+    pd_coarse_fe_level *level = (pd_coarse_fe_level *)object;
     int64_t entries = (int64_t)level->nodes * PD_DIM;
     PDI_ARRAY(owner, level, first, level->nodes + 1, "1");
     PDI_ARRAY(owner, level, row, level->nodes + 1, "1");
@@ -60,7 +60,7 @@ static void pdi_coarse_fe_precond_list_level_nodes(pdi_array_visitor *owner, voi
 /* Describes the arrays of a level by matrix blocks. */
 static void pdi_coarse_fe_precond_list_level_blocks(pdi_array_visitor *owner, void *object)
 {
-    pd_scaffold_level *level = (pd_scaffold_level *)object;
+    pd_coarse_fe_level *level = (pd_coarse_fe_level *)object;
     PDI_ARRAY(owner, level, column, level->links, "1");
     PDI_ARRAY(owner, level, block, (int64_t)level->links * PDI_COARSE_FE_PRECOND_BLOCK, "N/m");
 }
@@ -78,7 +78,7 @@ static int32_t pdi_coarse_fe_precond_number_sets(int32_t *set, int32_t n)
 /* ---- parts and nodes ---- */
 
 /* Index of the box of a point along the axes. */
-static void pdi_coarse_fe_precond_find_box(const pd_scaffold *s, int32_t i, int32_t *box)
+static void pdi_coarse_fe_precond_find_box(const pd_coarse_fe_precond *s, int32_t i, int32_t *box)
 {
     for (int d = 0; d < PD_DIM; d++)
         box[d] = (int32_t)((s->body->position[(int64_t)i * PD_DIM + d] - s->lo[d]) / s->width);
@@ -93,15 +93,15 @@ static int pdi_coarse_fe_precond_is_same_box(const int32_t *a, const int32_t *b)
 }
 
 /* Elements of level 0: points of a box that bonds within it connect. */
-static pd_status pdi_coarse_fe_precond_build_elements(pd_ctx *ctx, pd_scaffold *s)
+static pd_status pdi_coarse_fe_precond_build_elements(pd_ctx *ctx, pd_coarse_fe_precond *s)
 {
     const pd_body *body = s->body;
-    pd_scaffold_level *level = &s->level[0];
+    pd_coarse_fe_level *level = &s->level[0];
     for (int32_t i = 0; i < body->count; i++) s->part[i] = i;
     for (int32_t i = 0; i < body->count; i++) {
         int32_t own[PD_DIM], far[PD_DIM];
         pdi_coarse_fe_precond_find_box(s, i, own);
-        for (pd_walk f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
+        for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
             if (f.to <= i || pdi_body_bond_is_broken(&f)) continue;
             pdi_coarse_fe_precond_find_box(s, f.to, far);
             if (pdi_coarse_fe_precond_is_same_box(own, far)) pdi_disjoint_sets_merge(s->part, i, f.to);
@@ -122,7 +122,7 @@ static pd_status pdi_coarse_fe_precond_build_elements(pd_ctx *ctx, pd_scaffold *
 }
 
 /* Merges the nodes of elements p and q that their boxes share. set: disjoint sets of element corners. */
-static void pdi_coarse_fe_precond_merge_nodes(const pd_scaffold_level *level, int32_t p, int32_t q, int32_t *set)
+static void pdi_coarse_fe_precond_merge_nodes(const pd_coarse_fe_level *level, int32_t p, int32_t q, int32_t *set)
 {
     for (int a = 0; a < PDI_COARSE_FE_PRECOND_CORNERS; a++) {
         int b = 0, shared = 1;
@@ -137,12 +137,12 @@ static void pdi_coarse_fe_precond_merge_nodes(const pd_scaffold_level *level, in
 }
 
 /* Merges nodes of level-0 elements that a bond connects. seen [parts]: work. */
-static void pdi_coarse_fe_precond_connect_elements(const pd_scaffold *s, int32_t *seen, int32_t *set)
+static void pdi_coarse_fe_precond_connect_elements(const pd_coarse_fe_precond *s, int32_t *seen, int32_t *set)
 {
     const pd_body *body = s->body;
     for (int32_t p = 0; p < s->level[0].parts; p++)
         for (int32_t n = s->first[p]; n < s->first[p + 1]; n++)
-            for (pd_walk f = pdi_body_bonds_begin(body, s->point[n]); pdi_body_bonds_next(&f);) {
+            for (pd_bond_iterator f = pdi_body_bonds_begin(body, s->point[n]); pdi_body_bonds_next(&f);) {
                 int32_t q = s->part[f.to];
                 if (q <= p || pdi_body_bond_is_broken(&f) || seen[q] == p + 1) continue;
                 seen[q] = p + 1;
@@ -151,7 +151,7 @@ static void pdi_coarse_fe_precond_connect_elements(const pd_scaffold *s, int32_t
 }
 
 /* Nodes of a level, which are the sets of corners: numbered by colour, with the corners of each. */
-static pd_status pdi_coarse_fe_precond_build_nodes(pd_ctx *ctx, pd_scaffold_level *level, int32_t *set)
+static pd_status pdi_coarse_fe_precond_build_nodes(pd_ctx *ctx, pd_coarse_fe_level *level, int32_t *set)
 {
     int32_t corners = level->parts * PDI_COARSE_FE_PRECOND_CORNERS, colour[PDI_COARSE_FE_PRECOND_CORNERS + 1] = {0};
     for (int32_t k = 0; k < corners; k++) set[k] = pdi_disjoint_sets_find_root(set, k);
@@ -182,8 +182,8 @@ static pd_status pdi_coarse_fe_precond_build_nodes(pd_ctx *ctx, pd_scaffold_leve
 }
 
 /* Elements of the next level: connected elements within a box of twice the width. */
-static pd_status pdi_coarse_fe_precond_build_coarse_elements(pd_ctx *ctx, pd_scaffold_level *level,
-                                                             pd_scaffold_level *next)
+static pd_status pdi_coarse_fe_precond_build_coarse_elements(pd_ctx *ctx, pd_coarse_fe_level *level,
+                                                             pd_coarse_fe_level *next)
 {
     int32_t *box = level->box, *set = level->parent;
     for (int32_t p = 0; p < level->parts; p++) set[p] = p;
@@ -205,8 +205,8 @@ static pd_status pdi_coarse_fe_precond_build_coarse_elements(pd_ctx *ctx, pd_sca
 }
 
 /* Merges nodes of elements of the next level whose children share a node. */
-static void pdi_coarse_fe_precond_connect_coarse_elements(const pd_scaffold_level *level, const pd_scaffold_level *next,
-                                                          int32_t *set)
+static void pdi_coarse_fe_precond_connect_coarse_elements(const pd_coarse_fe_level *level,
+                                                          const pd_coarse_fe_level *next, int32_t *set)
 {
     for (int32_t v = 0; v < level->nodes; v++)
         for (int32_t k = level->first[v]; k < level->first[v + 1]; k++)
@@ -218,7 +218,7 @@ static void pdi_coarse_fe_precond_connect_coarse_elements(const pd_scaffold_leve
 }
 
 /* Block pattern of the matrix: nodes that share an element. Counts first, then fills. */
-static pd_status pdi_coarse_fe_precond_build_pattern(pd_ctx *ctx, pd_scaffold_level *level)
+static pd_status pdi_coarse_fe_precond_build_pattern(pd_ctx *ctx, pd_coarse_fe_level *level)
 {
     int32_t *seen = NULL;
     pd_status status = PDI_NEW(ctx, "scaffold", level->nodes, seen);
@@ -246,9 +246,9 @@ static pd_status pdi_coarse_fe_precond_build_pattern(pd_ctx *ctx, pd_scaffold_le
 }
 
 /* Nodes and matrix pattern of level k. */
-static pd_status pdi_coarse_fe_precond_build_level(pd_ctx *ctx, pd_scaffold *s, int k)
+static pd_status pdi_coarse_fe_precond_build_level(pd_ctx *ctx, pd_coarse_fe_precond *s, int k)
 {
-    pd_scaffold_level *level = &s->level[k];
+    pd_coarse_fe_level *level = &s->level[k];
     int32_t *set = NULL, *seen = NULL, corners = level->parts * PDI_COARSE_FE_PRECOND_CORNERS;
     pd_status status = PDI_NEW(ctx, "scaffold", corners, set);
     if (status == PD_OK) status = PDI_NEW(ctx, "scaffold", level->parts, seen);
@@ -265,7 +265,7 @@ static pd_status pdi_coarse_fe_precond_build_level(pd_ctx *ctx, pd_scaffold *s, 
 }
 
 /* 1: the level has one box only. */
-static int pdi_coarse_fe_precond_is_coarsest(const pd_scaffold_level *level)
+static int pdi_coarse_fe_precond_is_coarsest(const pd_coarse_fe_level *level)
 {
     for (int32_t k = 0; k < level->parts * PD_DIM; k++)
         if (level->box[k] > 0) return 0;
@@ -273,7 +273,7 @@ static int pdi_coarse_fe_precond_is_coarsest(const pd_scaffold_level *level)
 }
 
 /* Inner part of the build; after an error the caller frees. */
-static pd_status pdi_coarse_fe_precond_build_inner(pd_ctx *ctx, pd_scaffold *s)
+static pd_status pdi_coarse_fe_precond_build_inner(pd_ctx *ctx, pd_coarse_fe_precond *s)
 {
     const pd_body *body = s->body;
     s->width = body->horizon + 0.5 * body->spacing;
@@ -291,7 +291,7 @@ static pd_status pdi_coarse_fe_precond_build_inner(pd_ctx *ctx, pd_scaffold *s)
     for (;;) {
         int k = s->levels++;
         PDI_TRY(pdi_coarse_fe_precond_build_level(ctx, s, k));
-        if (pdi_coarse_fe_precond_is_coarsest(&s->level[k]) || s->levels == PD_SCAFFOLD_LEVELS) return PD_OK;
+        if (pdi_coarse_fe_precond_is_coarsest(&s->level[k]) || s->levels == PD_COARSE_FE_LEVELS) return PD_OK;
         PDI_TRY(pdi_coarse_fe_precond_build_coarse_elements(ctx, &s->level[k], &s->level[k + 1]));
     }
 }
@@ -300,7 +300,7 @@ PDI_FN double pdi_coarse_fe_precond_estimate_bytes(int32_t count, double wide)
 {
     double bytes, parts = (double)count;
     pd_body body;
-    pd_scaffold s;
+    pd_coarse_fe_precond s;
     memset(&body, 0, sizeof body);
     memset(&s, 0, sizeof s);
     body.count = count;
@@ -309,8 +309,8 @@ PDI_FN double pdi_coarse_fe_precond_estimate_bytes(int32_t count, double wide)
     s.level[0].parts = (int32_t)parts + 1;
     bytes = (double)(pdi_array_registry_count_bytes(pdi_coarse_fe_precond_list_points, &s) +
                      pdi_array_registry_count_bytes(pdi_coarse_fe_precond_list_elements, &s));
-    for (int k = 0; k < PD_SCAFFOLD_LEVELS && parts > 1.0; k++, parts /= (double)PDI_COARSE_FE_PRECOND_CORNERS) {
-        pd_scaffold_level *level = &s.level[k];
+    for (int k = 0; k < PD_COARSE_FE_LEVELS && parts > 1.0; k++, parts /= (double)PDI_COARSE_FE_PRECOND_CORNERS) {
+        pd_coarse_fe_level *level = &s.level[k];
         level->parts = (int32_t)parts + 1;
         level->nodes = (int32_t)pow(pow(parts, 1.0 / PD_DIM) + 1.0, PD_DIM) + 1;
         level->links = (int32_t)pdi_min(pow(3.0, PD_DIM) * (double)level->nodes, (double)INT32_MAX);
@@ -321,7 +321,7 @@ PDI_FN double pdi_coarse_fe_precond_estimate_bytes(int32_t count, double wide)
     return bytes;
 }
 
-PDI_FN pd_status pdi_coarse_fe_precond_build(pd_ctx *ctx, const pd_body *body, pd_scaffold *s)
+PDI_FN pd_status pdi_coarse_fe_precond_build(pd_ctx *ctx, const pd_body *body, pd_coarse_fe_precond *s)
 {
     memset(s, 0, sizeof *s);
     s->body = body;
@@ -330,9 +330,9 @@ PDI_FN pd_status pdi_coarse_fe_precond_build(pd_ctx *ctx, const pd_body *body, p
     return status;
 }
 
-PDI_FN void pdi_coarse_fe_precond_free(pd_ctx *ctx, pd_scaffold *s)
+PDI_FN void pdi_coarse_fe_precond_free(pd_ctx *ctx, pd_coarse_fe_precond *s)
 {
-    for (int k = 0; k < PD_SCAFFOLD_LEVELS; k++) {
+    for (int k = 0; k < PD_COARSE_FE_LEVELS; k++) {
         pdi_array_registry_free(ctx, pdi_coarse_fe_precond_list_level_blocks, &s->level[k]);
         pdi_array_registry_free(ctx, pdi_coarse_fe_precond_list_level_nodes, &s->level[k]);
         pdi_array_registry_free(ctx, pdi_coarse_fe_precond_list_level_elements, &s->level[k]);
@@ -385,7 +385,7 @@ static void pdi_coarse_fe_precond_integrate_element(pdi_coarse_fe_precond_elemen
 }
 
 /* Matrix and inverse diagonal blocks of a level with boxes of this width. */
-static void pdi_coarse_fe_precond_assemble_level(const pd_ctx *ctx, const pd_scaffold_level *level, double width)
+static void pdi_coarse_fe_precond_assemble_level(const pd_ctx *ctx, const pd_coarse_fe_level *level, double width)
 {
     pdi_coarse_fe_precond_element e;
     double scale = 1.0 / (width * width);
@@ -420,7 +420,7 @@ static void pdi_coarse_fe_precond_assemble_level(const pd_ctx *ctx, const pd_sca
 }
 
 /* Element of the next level that contains node v, and its position in the box of that. */
-static int32_t pdi_coarse_fe_precond_find_parent(const pd_scaffold_level *level, const pd_scaffold_level *next,
+static int32_t pdi_coarse_fe_precond_find_parent(const pd_coarse_fe_level *level, const pd_coarse_fe_level *next,
                                                  int32_t v, double *at)
 {
     int32_t part = level->parent[level->corner[level->first[v]] / PDI_COARSE_FE_PRECOND_CORNERS];
@@ -430,7 +430,7 @@ static int32_t pdi_coarse_fe_precond_find_parent(const pd_scaffold_level *level,
 }
 
 /* Adds nodal values of a level to the next one: transpose of the interpolation. */
-static void pdi_coarse_fe_precond_restrict_nodes(const pd_scaffold_level *level, const pd_scaffold_level *next,
+static void pdi_coarse_fe_precond_restrict_nodes(const pd_coarse_fe_level *level, const pd_coarse_fe_level *next,
                                                  const double *from, double *to)
 {
     for (int32_t v = 0; v < level->nodes; v++) {
@@ -445,7 +445,7 @@ static void pdi_coarse_fe_precond_restrict_nodes(const pd_scaffold_level *level,
 }
 
 /* Adds the interpolated correction of the next level to this one. */
-static void pdi_coarse_fe_precond_prolong_nodes(const pd_scaffold_level *level, const pd_scaffold_level *next)
+static void pdi_coarse_fe_precond_prolong_nodes(const pd_coarse_fe_level *level, const pd_coarse_fe_level *next)
 {
     for (int32_t v = 0; v < level->nodes; v++) {
         double at[PD_DIM];
@@ -459,20 +459,20 @@ static void pdi_coarse_fe_precond_prolong_nodes(const pd_scaffold_level *level, 
 }
 
 /* Position of a point in its box, 0 to 1 along each axis. */
-static void pdi_coarse_fe_precond_box_position(const pd_scaffold *s, int32_t i, double *at)
+static void pdi_coarse_fe_precond_box_position(const pd_coarse_fe_precond *s, int32_t i, double *at)
 {
     const int32_t *box = s->level[0].box + s->part[i] * PD_DIM;
     for (int d = 0; d < PD_DIM; d++)
         at[d] = (s->body->position[(int64_t)i * PD_DIM + d] - s->lo[d]) / s->width - box[d];
 }
 
-PDI_FN void pdi_coarse_fe_precond_assemble(const pd_ctx *ctx, pd_scaffold *s, const double *lambda, const double *mu,
-                                           const double *hold)
+PDI_FN void pdi_coarse_fe_precond_assemble(const pd_ctx *ctx, pd_coarse_fe_precond *s, const double *lambda,
+                                           const double *mu, const double *hold)
 {
     double width = s->width;
-    pd_scaffold_level *first = &s->level[0];
+    pd_coarse_fe_level *first = &s->level[0];
     for (int k = 0; k < s->levels; k++) {
-        pd_scaffold_level *level = &s->level[k];
+        pd_coarse_fe_level *level = &s->level[k];
         memset(level->lambda, 0, (size_t)level->parts * sizeof *level->lambda);
         memset(level->mu, 0, (size_t)level->parts * sizeof *level->mu);
         memset(level->hold, 0, (size_t)level->nodes * PD_DIM * sizeof *level->hold);
@@ -488,7 +488,7 @@ PDI_FN void pdi_coarse_fe_precond_assemble(const pd_ctx *ctx, pd_scaffold *s, co
                     pdi_coarse_fe_precond_shape_function(a, at, -1) * hold[(int64_t)i * PD_DIM + d];
     }
     for (int k = 0; k < s->levels; k++, width *= 2.0) {
-        pd_scaffold_level *level = &s->level[k], *next = &s->level[k + 1];
+        pd_coarse_fe_level *level = &s->level[k], *next = &s->level[k + 1];
         pdi_coarse_fe_precond_assemble_level(ctx, level, width);
         if (k + 1 == s->levels) break;
         for (int32_t p = 0; p < level->parts; p++) {
@@ -502,7 +502,7 @@ PDI_FN void pdi_coarse_fe_precond_assemble(const pd_ctx *ctx, pd_scaffold *s, co
 /* ---- cycle ---- */
 
 /* b - A x of node v. */
-static inline void pdi_coarse_fe_precond_node_residual(const pd_scaffold_level *level, int32_t v, double *rest)
+static inline void pdi_coarse_fe_precond_node_residual(const pd_coarse_fe_level *level, int32_t v, double *rest)
 {
     for (int d = 0; d < PD_DIM; d++) rest[d] = level->b[v * PD_DIM + d];
     for (int32_t m = level->row[v]; m < level->row[v + 1]; m++) {
@@ -514,7 +514,7 @@ static inline void pdi_coarse_fe_precond_node_residual(const pd_scaffold_level *
 }
 
 /* Gauss-Seidel over the nodes of one colour, which are not adjacent: the part of one thread. */
-static void pdi_coarse_fe_precond_sweep_colour(const pd_scaffold_level *level, int colour)
+static void pdi_coarse_fe_precond_sweep_colour(const pd_coarse_fe_level *level, int colour)
 {
     PDI_FOR_NOWAIT
     for (int32_t v = level->colour[colour]; v < level->colour[colour + 1]; v++) {
@@ -527,7 +527,7 @@ static void pdi_coarse_fe_precond_sweep_colour(const pd_scaffold_level *level, i
 }
 
 /* Gauss-Seidel sweep colour by colour; back 1: in reverse order. */
-static void pdi_coarse_fe_precond_sweep_all(const pd_ctx *ctx, const pd_scaffold_level *level, int back)
+static void pdi_coarse_fe_precond_sweep_all(const pd_ctx *ctx, const pd_coarse_fe_level *level, int back)
 {
     int nt = pdi_par_threads(ctx, (int64_t)level->links * PDI_COARSE_FE_PRECOND_BLOCK);
     for (int n = 0; n < PDI_COARSE_FE_PRECOND_CORNERS; n++)
@@ -536,16 +536,16 @@ static void pdi_coarse_fe_precond_sweep_all(const pd_ctx *ctx, const pd_scaffold
 }
 
 /* r = b - A x of a level: the part of one thread. */
-static void pdi_coarse_fe_precond_compute_residual(const pd_scaffold_level *level)
+static void pdi_coarse_fe_precond_compute_residual(const pd_coarse_fe_level *level)
 {
     PDI_FOR_NOWAIT
     for (int32_t v = 0; v < level->nodes; v++) pdi_coarse_fe_precond_node_residual(level, v, level->r + v * PD_DIM);
 }
 
 /* V-cycle from level k on, with one sweep before and a reverse one after the coarse correction. */
-static void pdi_coarse_fe_precond_v_cycle(const pd_ctx *ctx, const pd_scaffold *s, int k)
+static void pdi_coarse_fe_precond_v_cycle(const pd_ctx *ctx, const pd_coarse_fe_precond *s, int k)
 {
-    const pd_scaffold_level *level = &s->level[k], *next = level + 1;
+    const pd_coarse_fe_level *level = &s->level[k], *next = level + 1;
     int nt = pdi_par_threads(ctx, (int64_t)level->links * PDI_COARSE_FE_PRECOND_BLOCK);
     memset(level->x, 0, (size_t)level->nodes * PD_DIM * sizeof *level->x);
     pdi_coarse_fe_precond_sweep_all(ctx, level, 0);
@@ -565,9 +565,9 @@ static void pdi_coarse_fe_precond_v_cycle(const pd_ctx *ctx, const pd_scaffold *
 }
 
 /* Forces f of points to the nodes of level 0. */
-static void pdi_coarse_fe_precond_restrict_points(const pd_ctx *ctx, const pd_scaffold *s, const double *f)
+static void pdi_coarse_fe_precond_restrict_points(const pd_ctx *ctx, const pd_coarse_fe_precond *s, const double *f)
 {
-    const pd_scaffold_level *level = &s->level[0];
+    const pd_coarse_fe_level *level = &s->level[0];
     int nt = pdi_par_threads(ctx, (int64_t)s->body->count * 20);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
@@ -591,9 +591,9 @@ static void pdi_coarse_fe_precond_restrict_points(const pd_ctx *ctx, const pd_sc
         }
 }
 
-PDI_FN void pdi_coarse_fe_precond_apply(const pd_ctx *ctx, pd_scaffold *s, const double *f, double *u)
+PDI_FN void pdi_coarse_fe_precond_apply(const pd_ctx *ctx, pd_coarse_fe_precond *s, const double *f, double *u)
 {
-    const pd_scaffold_level *level = &s->level[0];
+    const pd_coarse_fe_level *level = &s->level[0];
     int nt = pdi_par_threads(ctx, (int64_t)s->body->count * 20);
     (void)nt;
     pdi_coarse_fe_precond_restrict_points(ctx, s, f);

@@ -13,9 +13,9 @@
 #include "core/array_registry.h"
 #include "solid/body.h"
 
-#define PD_SCAFFOLD_LEVELS 30
+#define PD_COARSE_FE_LEVELS 30
 
-typedef struct pd_scaffold_level {
+typedef struct pd_coarse_fe_level {
     int32_t parts, nodes, links; /* elements, nodes, blocks of the matrix */
     int32_t *box;       /* [parts][PD_DIM] index of the box along the axes */
     int32_t *node;      /* [parts][2^d] corners; bit d of a corner: the upper end of axis d */
@@ -31,9 +31,9 @@ typedef struct pd_scaffold_level {
     float *block;       /* [links][PD_DIM^2] [N/m] the operator */
     float *inverse;     /* [nodes][PD_DIM^2] [m/N] of its diagonal blocks */
     double *x, *b, *r;  /* [nodes][PD_DIM] [m], [N], [N] correction, right side, residual */
-} pd_scaffold_level;
+} pd_coarse_fe_level;
 
-typedef struct pd_scaffold {
+typedef struct pd_coarse_fe_precond {
     const pd_body *body;
     double width;       /* [m] of the boxes of level 0 */
     double lo[PD_DIM];  /* [m] corner of the first box */
@@ -42,22 +42,22 @@ typedef struct pd_scaffold {
     int32_t *point;     /* [count] by part */
     double *sum;        /* [parts][2^d][PD_DIM] [N] nodal forces of elements: work */
     int levels;
-    pd_scaffold_level level[PD_SCAFFOLD_LEVELS];
-} pd_scaffold;
+    pd_coarse_fe_level level[PD_COARSE_FE_LEVELS];
+} pd_coarse_fe_precond;
 
 #ifdef PDI_INTERNAL
 /* Builds elements, nodes and matrix patterns of all levels for the unbroken bonds of a body. */
-PDI_FN pd_status pdi_coarse_fe_precond_build(pd_ctx *ctx, const pd_body *body, pd_scaffold *scaffold);
-PDI_FN void pdi_coarse_fe_precond_free(pd_ctx *ctx, pd_scaffold *scaffold);
+PDI_FN pd_status pdi_coarse_fe_precond_build(pd_ctx *ctx, const pd_body *body, pd_coarse_fe_precond *scaffold);
+PDI_FN void pdi_coarse_fe_precond_free(pd_ctx *ctx, pd_coarse_fe_precond *scaffold);
 /* Estimate of the memory [byte] for a compact body of `count` points whose boxes are `wide` points wide. */
 PDI_FN double pdi_coarse_fe_precond_estimate_bytes(int32_t count, double wide);
 /* Assembles all levels from Lame's moduli [count] [Pa] of the points and the springs hold [count][PD_DIM] [N/m]; 0:
  * free. */
-PDI_FN void pdi_coarse_fe_precond_assemble(const pd_ctx *ctx, pd_scaffold *scaffold, const double *lambda,
+PDI_FN void pdi_coarse_fe_precond_assemble(const pd_ctx *ctx, pd_coarse_fe_precond *scaffold, const double *lambda,
                                            const double *mu, const double *hold);
 /* Adds the correction for forces f [count][PD_DIM] [N] to u [count][PD_DIM] [m], by one V-cycle: linear, symmetric and
  * positive. */
-PDI_FN void pdi_coarse_fe_precond_apply(const pd_ctx *ctx, pd_scaffold *scaffold, const double *f, double *u);
+PDI_FN void pdi_coarse_fe_precond_apply(const pd_ctx *ctx, pd_coarse_fe_precond *scaffold, const double *f, double *u);
 #endif
 
 #endif

@@ -29,7 +29,7 @@ typedef struct pdi_constitutive_law_spectrum {
 
 /* ---- moduli ---- */
 
-PDI_FN pd_status pdi_constitutive_law_init(pd_ctx *ctx, const pd_finite_law *law, pdi_constitutive_law_params *m)
+PDI_FN pd_status pdi_constitutive_law_init(pd_ctx *ctx, const pd_constitutive_law *law, pdi_constitutive_law_params *m)
 {
     double nu = law->poisson;
     memset(m, 0, sizeof *m);
@@ -39,12 +39,12 @@ PDI_FN pd_status pdi_constitutive_law_init(pd_ctx *ctx, const pd_finite_law *law
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "finite",
                         "E = %g Pa and nu = %g, expected a finite positive E and nu between -1 and 0.5", law->young,
                         nu);
-    if (law->kind == PD_FINITE_NEO_HOOKEAN && m->free && nu < 0.0)
+    if (law->kind == PD_FINITE_STRAIN_NEO_HOOKEAN && m->free && nu < 0.0)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "finite", "nu = %g, expected one from 0 for a neo-Hookean material in "
                         "plane stress or 1D", nu);
     m->mu = 0.5 * law->young / (1.0 + nu);
     m->lambda = law->young * nu / ((1.0 + nu) * (1.0 - 2.0 * nu));
-    if (law->kind != PD_FINITE_J2) return PD_OK;
+    if (law->kind != PD_FINITE_STRAIN_J2) return PD_OK;
     if (!(law->yield > 0.0) || !(law->yield < 1e100) || !(law->hardening >= 0.0) || !(law->hardening < 1e100))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "finite", "yield stress %g Pa and hardening %g Pa, expected a positive "
                         "stress and no softening", law->yield, law->hardening);
@@ -62,7 +62,7 @@ PDI_FN double pdi_constitutive_law_plane_lambda(const pdi_constitutive_law_param
 
 /* Yield stress [Pa] at the equivalent plastic strain a; *slope: its derivative, *work: its integral from 0 [Pa] (Voce
  * 1948 with linear hardening). */
-static double pdi_constitutive_law_yield_stress(const pd_finite_law *law, double a, double *slope, double *work)
+static double pdi_constitutive_law_yield_stress(const pd_constitutive_law *law, double a, double *slope, double *work)
 {
     double more = law->saturation > 0.0 ? law->saturation - law->yield : 0.0;
     double gone = more > 0.0 ? -expm1(-law->rate * a) : 0.0;
@@ -206,7 +206,8 @@ static void pdi_constitutive_law_return_map(const pdi_constitutive_law_params *m
     s->slope = 2.0 * m->mu;
     s->flow = 0.0;
     double equivalent = sqrt(1.5) * 2.0 * m->mu * size;
-    if (m->law.kind == PD_FINITE_J2 && equivalent > pdi_constitutive_law_yield_stress(&m->law, before, &slope, &work)) {
+    if (m->law.kind == PD_FINITE_STRAIN_J2 &&
+        equivalent > pdi_constitutive_law_yield_stress(&m->law, before, &slope, &work)) {
         s->flow = pdi_constitutive_law_plastic_increment(m, equivalent, before);
         pdi_constitutive_law_yield_stress(&m->law, before + s->flow, &slope, &work);
         s->slope *= 1.0 - 3.0 * m->mu * s->flow / equivalent;
@@ -324,7 +325,7 @@ PDI_FN int pdi_constitutive_law_compute_stress(const pdi_constitutive_law_params
 {
     pdi_constitutive_law_spectrum s;
     double tau[PDI_TENSOR];
-    if (m->law.kind == PD_FINITE_NEO_HOOKEAN) return pdi_constitutive_law_neo_hookean(m, f, NULL, p);
+    if (m->law.kind == PD_FINITE_STRAIN_NEO_HOOKEAN) return pdi_constitutive_law_neo_hookean(m, f, NULL, p);
     if (!pdi_constitutive_law_compute_spectrum(m, f, state, &s)) return 0;
     pdi_constitutive_law_compute_kirchhoff(&s, tau);
     pdi_constitutive_law_pull_back(&s, tau, p);
@@ -335,9 +336,9 @@ PDI_FN void pdi_constitutive_law_apply_tangent(const pdi_constitutive_law_params
                                                const double *state, const double *df, double *dp)
 {
     pdi_constitutive_law_spectrum s;
-    int good = m->law.kind == PD_FINITE_NEO_HOOKEAN ? pdi_constitutive_law_neo_hookean(m, f, df, dp)
-                                                    : pdi_constitutive_law_compute_spectrum(m, f, state, &s);
-    if (good && m->law.kind != PD_FINITE_NEO_HOOKEAN) pdi_constitutive_law_spectral_tangent(&s, df, dp);
+    int good = m->law.kind == PD_FINITE_STRAIN_NEO_HOOKEAN ? pdi_constitutive_law_neo_hookean(m, f, df, dp)
+                                                           : pdi_constitutive_law_compute_spectrum(m, f, state, &s);
+    if (good && m->law.kind != PD_FINITE_STRAIN_NEO_HOOKEAN) pdi_constitutive_law_spectral_tangent(&s, df, dp);
     for (int k = 0; k < PDI_TENSOR && !good; k++) dp[k] = 0.0;
 }
 
@@ -345,7 +346,7 @@ PDI_FN void pdi_constitutive_law_compute_tangent(const pdi_constitutive_law_para
                                                  const double *state, double *moduli)
 {
     pdi_constitutive_law_spectrum s;
-    int neo = m->law.kind == PD_FINITE_NEO_HOOKEAN,
+    int neo = m->law.kind == PD_FINITE_STRAIN_NEO_HOOKEAN,
         good = neo || pdi_constitutive_law_compute_spectrum(m, f, state, &s);
     for (int row = 0, k = 0; row < PDI_TENSOR; row++) {
         double df[PDI_TENSOR] = {0.0}, dp[PDI_TENSOR] = {0.0};
@@ -362,7 +363,7 @@ PDI_FN int pdi_constitutive_law_compute_cauchy(const pdi_constitutive_law_params
     pdi_constitutive_law_spectrum s;
     double p[PDI_TENSOR], turned[PDI_TENSOR], det = pdi_tensor_compute_cofactor(f, turned);
     if (!(det > 0.0) || !(det < HUGE_VAL)) return 0;
-    if (m->law.kind == PD_FINITE_NEO_HOOKEAN) {
+    if (m->law.kind == PD_FINITE_STRAIN_NEO_HOOKEAN) {
         pdi_constitutive_law_neo_hookean(m, f, NULL, p);
         pdi_tensor_multiply_transposed_b(p, f, stress);
         double log_det = log(det), y = pdi_constitutive_law_stress_free_stretch(m, log_det);
@@ -385,11 +386,11 @@ PDI_FN double pdi_constitutive_law_compute_energy(const pdi_constitutive_law_par
 {
     pdi_constitutive_law_spectrum s;
     double bulk = m->lambda + 2.0 * m->mu / 3.0, trace = 0.0, size = 0.0, slope, work = 0.0;
-    if (m->law.kind == PD_FINITE_NEO_HOOKEAN) return pdi_constitutive_law_neo_hookean_energy(m, f);
+    if (m->law.kind == PD_FINITE_STRAIN_NEO_HOOKEAN) return pdi_constitutive_law_neo_hookean_energy(m, f);
     if (!pdi_constitutive_law_compute_spectrum(m, f, state, &s)) return HUGE_VAL;
     for (int a = 0; a < 3; a++) trace += s.strain[a];
     for (int a = 0; a < 3; a++) size += pow(s.slope * (s.strain[a] - trace / 3.0), 2.0);
-    if (plastic && m->law.kind == PD_FINITE_J2)
+    if (plastic && m->law.kind == PD_FINITE_STRAIN_J2)
         pdi_constitutive_law_yield_stress(&m->law, (state ? state[PDI_CONSTITUTIVE_LAW_STATE - 1] : 0.0) + s.flow,
                                           &slope, &work);
     return 0.5 * bulk * trace * trace + 0.25 * size / m->mu + work;

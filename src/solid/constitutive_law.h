@@ -17,14 +17,14 @@
 #include "core/vec.h"
 #include "solid/correspondence.h"
 
-typedef enum pd_finite_kind {
-    PD_FINITE_NEO_HOOKEAN = 0,
-    PD_FINITE_HENCKY,
-    PD_FINITE_J2
-} pd_finite_kind;
+typedef enum pd_constitutive_kind {
+    PD_FINITE_STRAIN_NEO_HOOKEAN = 0,
+    PD_FINITE_STRAIN_HENCKY,
+    PD_FINITE_STRAIN_J2
+} pd_constitutive_kind;
 
-typedef struct pd_finite_law {
-    pd_finite_kind kind;
+typedef struct pd_constitutive_law {
+    pd_constitutive_kind kind;
     double young;      /* [Pa] E of small strains; in 1D of a bar */
     double poisson;    /* [-] -1 < nu < 1/2; neo-Hookean in plane stress and 1D from 0 */
     pd_plane plane;    /* of 2D */
@@ -32,7 +32,7 @@ typedef struct pd_finite_law {
     double hardening;  /* [Pa] J2: linear part, over the equivalent plastic strain; 0: none */
     double saturation; /* [Pa] J2: yield stress in the end without the linear part; 0: as at first */
     double rate;       /* [-] J2: how fast it saturates, over the equivalent plastic strain */
-} pd_finite_law;
+} pd_constitutive_law;
 
 #ifdef PDI_INTERNAL
 /* Entries of a plastic state under J2: G - 1 with G = (F^p^T F^p)^-1, its upper triangle and in 1D and 2D the rest
@@ -43,13 +43,13 @@ enum { PDI_CONSTITUTIVE_LAW_TANGENT = PD_DIM == 3 ? 45 : PD_DIM == 2 ? 10 : 1 };
 
 /* A law with its moduli. */
 typedef struct pdi_constitutive_law_params {
-    pd_finite_law law;
+    pd_constitutive_law law;
     double lambda, mu; /* [Pa] */
     int free;          /* number of directions beyond PD_DIM without stress */
 } pdi_constitutive_law_params;
 
 /* Checks a law and computes its moduli. PD_ERR_ARGUMENT: a modulus out of range. */
-PDI_FN pd_status pdi_constitutive_law_init(pd_ctx *ctx, const pd_finite_law *law, pdi_constitutive_law_params *m);
+PDI_FN pd_status pdi_constitutive_law_init(pd_ctx *ctx, const pd_constitutive_law *law, pdi_constitutive_law_params *m);
 /* Lame's lambda [Pa] of small strains for PD_DIM directions, with stress-free directions condensed. */
 PDI_FN double pdi_constitutive_law_plane_lambda(const pdi_constitutive_law_params *m);
 /* First Piola-Kirchhoff stress p [PD_DIM^2] [Pa] of the deformation gradient f. state: plastic state, NULL but for J2.

@@ -25,8 +25,8 @@ static inline double pdi_correspondence_dot(const double *a, const double *b)
 }
 
 /* Current bond of point i: xi [m], 1/r^2 [1/m2], weight w V_j [m^d]. Returns 0: it is broken. */
-static inline int pdi_correspondence_get_bond(const pd_elastic *e, int32_t i, const pd_walk *f, double *xi,
-                                              double *inv_r2, double *weight)
+static inline int pdi_correspondence_get_bond(const pd_correspondence *e, int32_t i, const pd_bond_iterator *f,
+                                              double *xi, double *inv_r2, double *weight)
 {
     *weight = pdi_bond_weights_get_intact(&e->weights, i, f);
     if (!(*weight > 0.0)) return 0;
@@ -65,13 +65,13 @@ static inline double pdi_correspondence_trace(const double *a)
 }
 
 /* Factor of E of point i. */
-static inline double pdi_correspondence_stiffness_factor(const pd_elastic *e, int32_t i)
+static inline double pdi_correspondence_stiffness_factor(const pd_correspondence *e, int32_t i)
 {
     return e->desc.stiff ? e->desc.stiff[i] : 1.0;
 }
 
 /* Elastic stress p [Pa] of a displacement gradient h by Hooke's law, with the full E. */
-static inline void pdi_correspondence_hooke_stress(const pd_elastic *e, const double *h, double *p)
+static inline void pdi_correspondence_hooke_stress(const pd_correspondence *e, const double *h, double *p)
 {
     double trace = pdi_correspondence_trace(h);
     for (int a = 0; a < PD_DIM; a++)
@@ -92,7 +92,7 @@ static inline double pdi_correspondence_compute_nonuniform(const double *h, cons
 
 PDI_FN void pdi_correspondence_list(pdi_array_visitor *owner, void *object)
 {
-    pd_elastic *elastic = (pd_elastic *)object;
+    pd_correspondence *elastic = (pd_correspondence *)object;
     int64_t count = elastic->body ? elastic->body->count : 0;
     PDI_ARRAY(owner, elastic, felt, count, "1");
     PDI_ARRAY(owner, elastic, shape, count * PDI_CORRESPONDENCE_TENSOR, "1/m^(d+2)");
@@ -127,7 +127,7 @@ static void pdi_correspondence_add_fourth(const double *xi, double inv_r2, doubl
 
 /* Inverse shape tensor, second and fourth direction moments and total weight of the family of point i. Returns 0: the
  * shape tensor is singular, and they are zero. */
-static int pdi_correspondence_compute_family(const pd_elastic *e, int32_t i)
+static int pdi_correspondence_compute_family(const pd_correspondence *e, int32_t i)
 {
     const pd_body *body = e->body;
     double k[PDI_CORRESPONDENCE_TENSOR] = {0.0}, total = 0.0, scale = 1.0 / (body->horizon * body->horizon), xi[PD_DIM];
@@ -136,7 +136,7 @@ static int pdi_correspondence_compute_family(const pd_elastic *e, int32_t i)
     double *fourth = e->fourth + (int64_t)i * PDI_CORRESPONDENCE_FOURTH;
     for (int p = 0; p < PDI_CORRESPONDENCE_TENSOR; p++) mean[p] = 0.0;
     for (int p = 0; p < PDI_CORRESPONDENCE_FOURTH; p++) fourth[p] = 0.0;
-    for (pd_walk f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
+    for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
         double over, weight;
         if (!pdi_correspondence_get_bond(e, i, &f, xi, &over, &weight)) continue;
         total += weight;
@@ -163,7 +163,7 @@ static int pdi_correspondence_compute_family(const pd_elastic *e, int32_t i)
 
 /* Fields of point i for the surface vectors: these are the forces of the displacements u = x with 1/w_0, A = (1 - M)
  * K^-1, lambda = -1 and mu = 1 (theory: eq. 8.5). */
-static void pdi_correspondence_set_surface_fields(const pd_elastic *e, int32_t i)
+static void pdi_correspondence_set_surface_fields(const pd_correspondence *e, int32_t i)
 {
     const double *mean = e->mean + (int64_t)i * PDI_CORRESPONDENCE_TENSOR;
     const double *shape = e->shape + (int64_t)i * PDI_CORRESPONDENCE_TENSOR;
@@ -179,7 +179,7 @@ static void pdi_correspondence_set_surface_fields(const pd_elastic *e, int32_t i
 }
 
 /* Computes the surface vectors of all points, then stores the stiffness fields. */
-static void pdi_correspondence_compute_edges(const pd_ctx *ctx, const pd_elastic *e)
+static void pdi_correspondence_compute_edges(const pd_ctx *ctx, const pd_correspondence *e)
 {
     int nt = pdi_par_threads(ctx, e->body->bonds * 20);
     (void)nt;
@@ -193,7 +193,7 @@ static void pdi_correspondence_compute_edges(const pd_ctx *ctx, const pd_elastic
 }
 
 /* Tensors of all families. Returns the first point with a singular shape tensor; -1: none. */
-static int32_t pdi_correspondence_compute_families(const pd_ctx *ctx, const pd_elastic *e)
+static int32_t pdi_correspondence_compute_families(const pd_ctx *ctx, const pd_correspondence *e)
 {
     const pd_body *body = e->body;
     int32_t flat = -1;
@@ -207,7 +207,7 @@ static int32_t pdi_correspondence_compute_families(const pd_ctx *ctx, const pd_e
     return flat;
 }
 
-pd_status pd_elastic_update(pd_ctx *ctx, pd_elastic *e)
+pd_status pd_correspondence_update(pd_ctx *ctx, pd_correspondence *e)
 {
     const pd_body *body = e->body;
     int32_t flat = pdi_correspondence_compute_families(ctx, e);
@@ -227,7 +227,8 @@ pd_status pd_elastic_update(pd_ctx *ctx, pd_elastic *e)
 }
 
 /* Inner part of the build; after an error the caller frees. */
-static pd_status pdi_correspondence_build_inner(pd_ctx *ctx, pd_body *body, const pd_elastic_desc *desc, pd_elastic *e)
+static pd_status pdi_correspondence_build_inner(pd_ctx *ctx, pd_body *body, const pd_correspondence_desc *desc,
+                                                pd_correspondence *e)
 {
     double nu = PD_DIM == 1 ? 0.0 : desc->poisson;
     memset(e, 0, sizeof *e);
@@ -256,17 +257,17 @@ static pd_status pdi_correspondence_build_inner(pd_ctx *ctx, pd_body *body, cons
     PDI_TRY(pdi_point_batch_build(ctx, body, &e->weights,
                                   e->plastic.count > 0 ? PDI_POINT_BATCH_FIELDS : PDI_POINT_BATCH_PLASTIC_STRESS,
                                   &e->band));
-    return pd_elastic_update(ctx, e);
+    return pd_correspondence_update(ctx, e);
 }
 
-pd_status pd_elastic_build(pd_ctx *ctx, pd_body *body, const pd_elastic_desc *desc, pd_elastic *e)
+pd_status pd_correspondence_build(pd_ctx *ctx, pd_body *body, const pd_correspondence_desc *desc, pd_correspondence *e)
 {
     pd_status status = pdi_correspondence_build_inner(ctx, body, desc, e);
-    if (status < 0) pd_elastic_free(ctx, e);
+    if (status < 0) pd_correspondence_free(ctx, e);
     return status;
 }
 
-void pd_elastic_free(pd_ctx *ctx, pd_elastic *e)
+void pd_correspondence_free(pd_ctx *ctx, pd_correspondence *e)
 {
     pdi_point_batch_free(ctx, &e->band);
     pdi_bond_weights_free(ctx, &e->weights);
@@ -285,7 +286,7 @@ static inline void pdi_correspondence_relative_displacement(const double *u, int
 }
 
 /* Displacement gradient h of point i, number n of its batch; average, unless NULL: mean of the bond gradients H_b. */
-static void pdi_correspondence_compute_gradient(const pd_elastic *e, const pdi_point_batch_sums *sums, int32_t i,
+static void pdi_correspondence_compute_gradient(const pd_correspondence *e, const pdi_point_batch_sums *sums, int32_t i,
                                                 int32_t n, double *h, double *average)
 {
     double sum[PDI_CORRESPONDENCE_TENSOR], part[PDI_CORRESPONDENCE_TENSOR], total = e->total[i];
@@ -300,7 +301,7 @@ static void pdi_correspondence_compute_gradient(const pd_elastic *e, const pdi_p
 /* Mean over the family of point i of the stress from the non-uniform parts z of bonds, times (1 - n n^T). z gives
  * lambda s 1 + mu (z n^T + n z^T)/r with s = z.n/r; the means of s, s n n^T and n z^T follow from sums over eta and
  * from direction moments. */
-static void pdi_correspondence_compute_nonuniform_moment(const pd_elastic *e, const pdi_point_batch_sums *sums,
+static void pdi_correspondence_compute_nonuniform_moment(const pd_correspondence *e, const pdi_point_batch_sums *sums,
                                                          int32_t i, int32_t n, const double *h, double *moment)
 {
     const double *mean = e->mean + (int64_t)i * PDI_CORRESPONDENCE_TENSOR;
@@ -322,7 +323,7 @@ static void pdi_correspondence_compute_nonuniform_moment(const pd_elastic *e, co
 }
 
 /* Fields of point i that bonds read: the tensors of eq. 8.4 for the gradient h. */
-static void pdi_correspondence_set_force_fields(const pd_elastic *e, const pdi_point_batch_sums *sums, int32_t i,
+static void pdi_correspondence_set_force_fields(const pd_correspondence *e, const pdi_point_batch_sums *sums, int32_t i,
                                                 int32_t n, const double *h)
 {
     const double *mean = e->mean + (int64_t)i * PDI_CORRESPONDENCE_TENSOR;
@@ -348,7 +349,7 @@ static void pdi_correspondence_set_force_fields(const pd_elastic *e, const pdi_p
 }
 
 /* 1: forces on real points depend on the families of batch k. */
-static int pdi_correspondence_batch_is_influential(const pd_elastic *e, int32_t k)
+static int pdi_correspondence_batch_is_influential(const pd_correspondence *e, int32_t k)
 {
     for (int32_t i = e->band.first[k]; i < e->band.first[k + 1]; i++)
         if (e->felt[i]) return 1;
@@ -357,7 +358,8 @@ static int pdi_correspondence_batch_is_influential(const pd_elastic *e, int32_t 
 
 /* First pass of a force: gradients, plastic strains and force tensors of all families at displacements u. tangent 1: u
  * is an increment, and the plastic part is its derivative (tangent). */
-static void pdi_correspondence_update_fields(const pd_ctx *ctx, const pd_elastic *e, const double *u, int tangent)
+static void pdi_correspondence_update_fields(const pd_ctx *ctx, const pd_correspondence *e, const double *u,
+                                             int tangent)
 {
     int nt = pdi_par_threads(ctx, e->body->bonds * 40);
     (void)nt;
@@ -379,7 +381,7 @@ static void pdi_correspondence_update_fields(const pd_ctx *ctx, const pd_elastic
 }
 
 /* Second pass of a force: sums over bonds, into force [count][PD_DIM] [N/m3]. */
-static void pdi_correspondence_sum_forces(const pd_ctx *ctx, const pd_elastic *e, double *force)
+static void pdi_correspondence_sum_forces(const pd_ctx *ctx, const pd_correspondence *e, double *force)
 {
     int nt = pdi_par_threads(ctx, e->body->bonds * 40);
     (void)nt;
@@ -388,7 +390,7 @@ static void pdi_correspondence_sum_forces(const pd_ctx *ctx, const pd_elastic *e
         if (e->band.first[k] < e->body->own) pdi_point_batch_compute_force(&e->band, k, e->lambda, e->mu, force);
 }
 
-void pd_elastic_force(const pd_ctx *ctx, const pd_elastic *e, const double *u, double *force)
+void pd_correspondence_force(const pd_ctx *ctx, const pd_correspondence *e, const double *u, double *force)
 {
     pdi_correspondence_update_fields(ctx, e, u, 0);
     pdi_correspondence_sum_forces(ctx, e, force);
@@ -396,11 +398,11 @@ void pd_elastic_force(const pd_ctx *ctx, const pd_elastic *e, const double *u, d
 
 /* w_0 times the energy density of the family of point i [J m^d/m3]. bond_energy [bonds]: energy density of bonds
  * times w [J/m3]; may be NULL. */
-static double pdi_correspondence_family_energy(const pd_elastic *e, const double *u, int32_t i, const double *h,
+static double pdi_correspondence_family_energy(const pd_correspondence *e, const double *u, int32_t i, const double *h,
                                                double *bond_energy)
 {
     double own[PDI_CORRESPONDENCE_TENSOR], p[PDI_CORRESPONDENCE_TENSOR], xi[PD_DIM], eta[PD_DIM], z[PD_DIM], sum = 0.0;
-    for (pd_walk f = pdi_body_bonds_begin(e->body, i); pdi_body_bonds_next(&f);) {
+    for (pd_bond_iterator f = pdi_body_bonds_begin(e->body, i); pdi_body_bonds_next(&f);) {
         double over, weight, density = 0.0;
         if (bond_energy) bond_energy[pdi_body_bond_number(&f)] = 0.0;
         if (!pdi_correspondence_get_bond(e, i, &f, xi, &over, &weight)) continue;
@@ -417,8 +419,8 @@ static double pdi_correspondence_family_energy(const pd_elastic *e, const double
 }
 
 /* Energy density [J/m3] of point i, number n of its batch, less that of the plastic strain. */
-static double pdi_correspondence_energy_density(const pd_elastic *e, const double *u, const pdi_point_batch_sums *sums,
-                                                int32_t i, int32_t n)
+static double pdi_correspondence_energy_density(const pd_correspondence *e, const double *u,
+                                                const pdi_point_batch_sums *sums, int32_t i, int32_t n)
 {
     double h[PDI_CORRESPONDENCE_TENSOR], average[PDI_CORRESPONDENCE_TENSOR], density;
     if (!(e->total[i] > 0.0)) return 0.0;
@@ -431,7 +433,7 @@ static double pdi_correspondence_energy_density(const pd_elastic *e, const doubl
     return pdi_correspondence_stiffness_factor(e, i) * density;
 }
 
-double pd_elastic_energy(const pd_ctx *ctx, const pd_elastic *e, const double *u)
+double pd_correspondence_energy(const pd_ctx *ctx, const pd_correspondence *e, const double *u)
 {
     pdi_compensated_sum all = {0.0, 0.0};
     pdi_point_batch_sums sums;
@@ -447,8 +449,8 @@ double pd_elastic_energy(const pd_ctx *ctx, const pd_elastic *e, const double *u
 }
 
 /* Stress p [Pa] of point i by its gradient h, or with plasticity by the mean gradient of its bonds; 0 without bonds. */
-static void pdi_correspondence_point_stress(const pd_elastic *e, int32_t i, const double *h, const double *average,
-                                            double *p)
+static void pdi_correspondence_point_stress(const pd_correspondence *e, int32_t i, const double *h,
+                                            const double *average, double *p)
 {
     for (int k = 0; k < PDI_CORRESPONDENCE_TENSOR; k++) p[k] = 0.0;
     if (!(e->total[i] > 0.0)) return;
@@ -460,7 +462,7 @@ static void pdi_correspondence_point_stress(const pd_elastic *e, int32_t i, cons
     }
 }
 
-void pd_elastic_stress(const pd_ctx *ctx, const pd_elastic *e, const double *u, double *stress)
+void pd_correspondence_stress(const pd_ctx *ctx, const pd_correspondence *e, const double *u, double *stress)
 {
     int nt = pdi_par_threads(ctx, e->body->bonds * 20);
     (void)nt;
@@ -480,25 +482,25 @@ void pd_elastic_stress(const pd_ctx *ctx, const pd_elastic *e, const double *u, 
 
 /* ---- what solvers see ---- */
 
-/* pd_solid.force. */
+/* pd_material_interface.force. */
 static pd_status pdi_correspondence_ops_force(pd_ctx *ctx, void *self, const double *u, double *force)
 {
-    pd_elastic_force(ctx, (const pd_elastic *)self, u, force);
+    pd_correspondence_force(ctx, (const pd_correspondence *)self, u, force);
     return PD_OK;
 }
 
-/* pd_solid.tangent. */
+/* pd_material_interface.tangent. */
 static void pdi_correspondence_ops_tangent(const pd_ctx *ctx, void *self, const double *du, double *df)
 {
-    pdi_correspondence_update_fields(ctx, (const pd_elastic *)self, du, 1);
-    pdi_correspondence_sum_forces(ctx, (const pd_elastic *)self, df);
+    pdi_correspondence_update_fields(ctx, (const pd_correspondence *)self, du, 1);
+    pdi_correspondence_sum_forces(ctx, (const pd_correspondence *)self, df);
 }
 
-/* pd_solid.blocks: each bond gives (mu 1 + (lambda + mu) n n^T)/r^2 of both families, as if the other points did not
- * move. */
+/* pd_material_interface.blocks: each bond gives (mu 1 + (lambda + mu) n n^T)/r^2 of both families, as if the other
+ * points did not move. */
 static void pdi_correspondence_ops_blocks(const pd_ctx *ctx, void *self, double *block)
 {
-    const pd_elastic *e = (const pd_elastic *)self;
+    const pd_correspondence *e = (const pd_correspondence *)self;
     const pd_body *body = e->body;
     int nt = pdi_par_threads(ctx, body->bonds * 20);
     (void)nt;
@@ -506,7 +508,7 @@ static void pdi_correspondence_ops_blocks(const pd_ctx *ctx, void *self, double 
     for (int32_t i = 0; i < body->count; i++) {
         double *a = block + (int64_t)i * PDI_CORRESPONDENCE_TENSOR, xi[PD_DIM];
         for (int p = 0; p < PDI_CORRESPONDENCE_TENSOR; p++) a[p] = 0.0;
-        for (pd_walk f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
+        for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
             double over, weight;
             if (!pdi_correspondence_get_bond(e, i, &f, xi, &over, &weight)) continue;
             double share = weight * body->volume[i] * over *
@@ -520,18 +522,19 @@ static void pdi_correspondence_ops_blocks(const pd_ctx *ctx, void *self, double 
     }
 }
 
-/* pd_solid.moduli: Lame's moduli of each point, averaged with its neighbours, since a bond has the stiffness of both
- * families. */
+/* pd_material_interface.moduli: Lame's moduli of each point, averaged with its neighbours, since a bond has the
+ * stiffness of both families. */
 static void pdi_correspondence_ops_moduli(const pd_ctx *ctx, void *self, double *lambda, double *mu)
 {
-    const pd_elastic *e = (const pd_elastic *)self;
+    const pd_correspondence *e = (const pd_correspondence *)self;
     const pd_body *body = e->body;
     int nt = pdi_par_threads(ctx, body->bonds * 4);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) {
         double sum = 0.0, own = pdi_correspondence_stiffness_factor(e, i);
-        for (pd_walk f = pdi_body_bonds_begin(body, i); e->desc.stiff && e->total[i] > 0.0 && pdi_body_bonds_next(&f);)
+        for (pd_bond_iterator f = pdi_body_bonds_begin(body, i);
+             e->desc.stiff && e->total[i] > 0.0 && pdi_body_bonds_next(&f);)
             sum += pdi_bond_weights_get_intact(&e->weights, i, &f) * body->volume[f.to] *
                    (pdi_correspondence_stiffness_factor(e, f.to) - own);
         double part = own + (sum != 0.0 ? 0.5 * sum / e->total[i] : 0.0);
@@ -540,16 +543,16 @@ static void pdi_correspondence_ops_moduli(const pd_ctx *ctx, void *self, double 
     }
 }
 
-/* pd_solid.energy. */
+/* pd_material_interface.energy. */
 static double pdi_correspondence_ops_energy(const pd_ctx *ctx, void *self, const double *u)
 {
-    return pd_elastic_energy(ctx, (const pd_elastic *)self, u);
+    return pd_correspondence_energy(ctx, (const pd_correspondence *)self, u);
 }
 
-/* pd_solid.bond_energy, without plasticity. */
+/* pd_material_interface.bond_energy, without plasticity. */
 static void pdi_correspondence_ops_bond_energy(const pd_ctx *ctx, void *self, const double *u, double *energy)
 {
-    const pd_elastic *e = (const pd_elastic *)self;
+    const pd_correspondence *e = (const pd_correspondence *)self;
     int nt = pdi_par_threads(ctx, e->body->bonds * 40);
     (void)nt;
     pdi_point_batch_set_displacements(ctx, &e->band, u);
@@ -568,10 +571,10 @@ static void pdi_correspondence_ops_bond_energy(const pd_ctx *ctx, void *self, co
     }
 }
 
-/* pd_solid.density. */
+/* pd_material_interface.density. */
 static void pdi_correspondence_ops_density(const pd_ctx *ctx, void *self, const double *u, double *density)
 {
-    const pd_elastic *e = (const pd_elastic *)self;
+    const pd_correspondence *e = (const pd_correspondence *)self;
     int nt = pdi_par_threads(ctx, e->body->bonds * 40);
     (void)nt;
     pdi_point_batch_set_displacements(ctx, &e->band, u);
@@ -584,24 +587,24 @@ static void pdi_correspondence_ops_density(const pd_ctx *ctx, void *self, const 
     }
 }
 
-/* pd_solid.slip: equivalent plastic strain. */
+/* pd_material_interface.slip: equivalent plastic strain. */
 static void pdi_correspondence_ops_plastic_strain(const pd_ctx *ctx, const void *self, double *strain)
 {
-    const pd_elastic *e = (const pd_elastic *)self;
+    const pd_correspondence *e = (const pd_correspondence *)self;
     (void)ctx;
     memcpy(strain, e->plastic.slip, (size_t)e->body->count * sizeof *strain);
 }
 
-/* pd_solid.stress. */
+/* pd_material_interface.stress. */
 static void pdi_correspondence_ops_stress(const pd_ctx *ctx, void *self, const double *u, double *stress)
 {
-    pd_elastic_stress(ctx, (const pd_elastic *)self, u, stress);
+    pd_correspondence_stress(ctx, (const pd_correspondence *)self, u, stress);
 }
 
-/* pd_solid.dissipated: plastic dissipation. */
+/* pd_material_interface.dissipated: plastic dissipation. */
 static double pdi_correspondence_ops_dissipated(const void *self)
 {
-    const pd_elastic *e = (const pd_elastic *)self;
+    const pd_correspondence *e = (const pd_correspondence *)self;
     pdi_compensated_sum all = {0.0, 0.0};
     for (int32_t i = 0; i < e->body->own && e->plastic.count; i++)
         pdi_compensated_sum_add(&all, e->body->volume[i] * pdi_correspondence_stiffness_factor(e, i) *
@@ -609,10 +612,11 @@ static double pdi_correspondence_ops_dissipated(const void *self)
     return pdi_compensated_sum_total(&all);
 }
 
-/* pd_solid.normal: out-of-plane stress in plane strain, with the out-of-plane plastic strain; 0 in plane stress. */
+/* pd_material_interface.normal: out-of-plane stress in plane strain, with the out-of-plane plastic strain; 0 in plane
+ * stress. */
 static double pdi_correspondence_ops_normal_stress(const void *self, int32_t i, const double *stress)
 {
-    const pd_elastic *e = (const pd_elastic *)self;
+    const pd_correspondence *e = (const pd_correspondence *)self;
     double stiff = pdi_correspondence_stiffness_factor(e, i), relief = 0.0;
     if (PD_DIM != 2 || e->desc.plane == PD_PLANE_STRESS || !(stiff > 0.0) || !(e->total[i] > 0.0)) return 0.0;
     if (e->plastic.count) relief = pdi_correspondence_trace(e->plastic.relief + (int64_t)i * PDI_CORRESPONDENCE_TENSOR);
@@ -620,16 +624,16 @@ static double pdi_correspondence_ops_normal_stress(const void *self, int32_t i, 
     return stiff * (e->lambda * trace + relief);
 }
 
-/* pd_solid.update. */
+/* pd_material_interface.update. */
 static pd_status pdi_correspondence_ops_update(pd_ctx *ctx, void *self)
 {
-    return pd_elastic_update(ctx, (pd_elastic *)self);
+    return pd_correspondence_update(ctx, (pd_correspondence *)self);
 }
 
-/* pd_solid.commit: the plastic strains of the step to u become the state. */
+/* pd_material_interface.commit: the plastic strains of the step to u become the state. */
 static pd_status pdi_correspondence_ops_commit(pd_ctx *ctx, void *self, const double *u)
 {
-    const pd_elastic *e = (const pd_elastic *)self;
+    const pd_correspondence *e = (const pd_correspondence *)self;
     int nt = pdi_par_threads(ctx, e->body->bonds * 20);
     (void)nt;
     if (!e->plastic.count) return PD_OK;
@@ -648,24 +652,24 @@ static pd_status pdi_correspondence_ops_commit(pd_ctx *ctx, void *self, const do
     return PD_OK;
 }
 
-/* pd_solid.store: broken bonds and plastic strains. */
+/* pd_material_interface.store: broken bonds and plastic strains. */
 static pd_status pdi_correspondence_ops_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
-    pd_elastic *e = (pd_elastic *)self;
+    pd_correspondence *e = (pd_correspondence *)self;
     PDI_TRY(pdi_array_registry_store(ctx, pdi_body_list_state, e->body, archive));
     if (e->plastic.count) PDI_TRY(pdi_array_registry_store(ctx, pdi_j2_plasticity_list, &e->plastic, archive));
-    return archive->reading ? pd_elastic_update(ctx, e) : PD_OK;
+    return archive->reading ? pd_correspondence_update(ctx, e) : PD_OK;
 }
 
-/* pd_solid.limit: upper bound of the highest frequency. |H|^2 is at most tr K^-1 times sum w V |eta|^2, and |eta|^2 at
- * most twice the squares of both ends. */
+/* pd_material_interface.limit: upper bound of the highest frequency. |H|^2 is at most tr K^-1 times sum w V |eta|^2,
+ * and |eta|^2 at most twice the squares of both ends. */
 static double pdi_correspondence_ops_stable_step(const void *self, double density)
 {
-    const pd_elastic *e = (const pd_elastic *)self;
+    const pd_correspondence *e = (const pd_correspondence *)self;
     double most = 0.0, modulus = 2.0 * e->mu + pdi_max(PD_DIM * e->lambda, 0.0);
     for (int32_t i = 0; i < e->body->count; i++) {
         double sum = 0.0, xi[PD_DIM], own = pdi_correspondence_trace(e->shape + (int64_t)i * PDI_CORRESPONDENCE_TENSOR);
-        for (pd_walk f = pdi_body_bonds_begin(e->body, i); pdi_body_bonds_next(&f);) {
+        for (pd_bond_iterator f = pdi_body_bonds_begin(e->body, i); pdi_body_bonds_next(&f);) {
             double over, weight;
             if (!pdi_correspondence_get_bond(e, i, &f, xi, &over, &weight)) continue;
             double other = pdi_correspondence_trace(e->shape + (int64_t)f.to * PDI_CORRESPONDENCE_TENSOR);
@@ -677,9 +681,9 @@ static double pdi_correspondence_ops_stable_step(const void *self, double densit
     return most > 0.0 ? sqrt(2.0 * density / most) : HUGE_VAL;
 }
 
-pd_solid pd_elastic_solid(pd_elastic *e)
+pd_material_interface pd_correspondence_material(pd_correspondence *e)
 {
-    pd_solid solid;
+    pd_material_interface solid;
     memset(&solid, 0, sizeof solid);
     solid.name = "elastic";
     solid.self = e;

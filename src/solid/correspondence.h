@@ -20,20 +20,20 @@ typedef enum pd_plane {
     PD_PLANE_STRESS
 } pd_plane;
 
-typedef struct pd_elastic_desc {
+typedef struct pd_correspondence_desc {
     double young;   /* [Pa] E */
     double poisson; /* [-] -1 < nu < 1/2; 1D takes none, and E is that of a bar */
     pd_plane plane; /* of 2D */
     pd_influence influence;
     const double *stiff; /* [count] [-] factor of E and of the yield stress of a point; NULL: 1. Borrowed, may change
-                          * before pd_elastic_update */
+                          * before pd_correspondence_update */
     double yield;        /* [Pa] von Mises yield stress; 0: no plasticity */
     double hardening;    /* [Pa] isotropic hardening modulus */
     int loose;           /* 1: a point with a singular shape tensor loses its bonds; 0: it is an error */
-} pd_elastic_desc;
+} pd_correspondence_desc;
 
-typedef struct pd_elastic {
-    pd_elastic_desc desc;
+typedef struct pd_correspondence {
+    pd_correspondence_desc desc;
     pd_body *body;
     double lambda, mu; /* [Pa] stress = lambda tr(e) 1 + 2 mu e, with the lambda of the plane */
     pd_bond_weights weights; /* w */
@@ -42,39 +42,42 @@ typedef struct pd_elastic {
     double *mean;      /* [count][PD_DIM^2] [-] (1/w_0) sum w V_j n n^T, n = xi/r */
     double *fourth;    /* [count][15, 2D 5, 1D 1] [-] mean of n n n n: its monomials, by powers of z, then y */
     double *total;     /* [count] [m^d] w_0 */
-    double *edge;      /* [count][PD_DIM] [1/m] see pd_elastic_update */
-    pd_band band;      /* batches of points for the sums over bonds */
-    pd_plastic plastic; /* plastic strains; plastic.count 0: none */
+    double *edge;      /* [count][PD_DIM] [1/m] see pd_correspondence_update */
+    pd_point_batch band;      /* batches of points for the sums over bonds */
+    pd_j2_plasticity plastic; /* plastic strains; plastic.count 0: none */
     int64_t lost;      /* bonds broken at points whose bonds did not span all directions (desc.loose) */
-} pd_elastic;
+} pd_correspondence;
 
-#define pd_elastic_build PD_NAME(pd_elastic_build)
-#define pd_elastic_update PD_NAME(pd_elastic_update)
-#define pd_elastic_force PD_NAME(pd_elastic_force)
-#define pd_elastic_energy PD_NAME(pd_elastic_energy)
-#define pd_elastic_stress PD_NAME(pd_elastic_stress)
-#define pd_elastic_solid PD_NAME(pd_elastic_solid)
-#define pd_elastic_free PD_NAME(pd_elastic_free)
+#define pd_correspondence_build PD_NAME(pd_correspondence_build)
+#define pd_correspondence_update PD_NAME(pd_correspondence_update)
+#define pd_correspondence_force PD_NAME(pd_correspondence_force)
+#define pd_correspondence_energy PD_NAME(pd_correspondence_energy)
+#define pd_correspondence_stress PD_NAME(pd_correspondence_stress)
+#define pd_correspondence_material PD_NAME(pd_correspondence_material)
+#define pd_correspondence_free PD_NAME(pd_correspondence_free)
 
 /* The body is borrowed. PD_ERR_ARGUMENT: a modulus out of range, plane stress of a metal that flows. PD_ERR_GEOMETRY:
- * as of pd_elastic_update. */
-PD_API pd_status pd_elastic_build(pd_ctx *ctx, pd_body *body, const pd_elastic_desc *desc, pd_elastic *elastic);
+ * as of pd_correspondence_update. */
+PD_API pd_status pd_correspondence_build(pd_ctx *ctx, pd_body *body, const pd_correspondence_desc *desc,
+                                         pd_correspondence *elastic);
 /* Bonds have broken: shape tensors, and the normals of the surface. A uniform stress P gives the point the force
  * density P edge: zero in the bulk, and over the layer at a surface of normal n  sum V edge = -n  per area. So a
  * traction t = P n on it is the load -P edge, and a uniform stress in a body of any shape is in balance to rounding
  * (theory: eq. 8.5). PD_ERR_GEOMETRY: the bonds of a point do not span all directions (the message names it). */
-PD_API pd_status pd_elastic_update(pd_ctx *ctx, pd_elastic *elastic);
+PD_API pd_status pd_correspondence_update(pd_ctx *ctx, pd_correspondence *elastic);
 /* force [count][PD_DIM] [N/m3] of displacements u [count][PD_DIM] [m] (theory: eq. 8.4). Those of images behind planes
  * of symmetry are not computed, at least in part. With plasticity the plastic strain is that of a step from the last
  * committed state to u (theory, 8.1). */
-PD_API void pd_elastic_force(const pd_ctx *ctx, const pd_elastic *elastic, const double *u, double *force);
+PD_API void pd_correspondence_force(const pd_ctx *ctx, const pd_correspondence *elastic, const double *u,
+                                    double *force);
 /* Energy [J] (per m in 2D, per m2 in 1D) of displacements u [count][PD_DIM] [m] (theory: eq. 8.3). */
-PD_API double pd_elastic_energy(const pd_ctx *ctx, const pd_elastic *elastic, const double *u);
+PD_API double pd_correspondence_energy(const pd_ctx *ctx, const pd_correspondence *elastic, const double *u);
 /* stress [count][PD_DIM^2] [Pa] of the family of each point at displacements u [count][PD_DIM] [m]. */
-PD_API void pd_elastic_stress(const pd_ctx *ctx, const pd_elastic *elastic, const double *u, double *stress);
-/* The pd_solid table of the material. */
-PD_API pd_solid pd_elastic_solid(pd_elastic *elastic);
-PD_API void pd_elastic_free(pd_ctx *ctx, pd_elastic *elastic);
+PD_API void pd_correspondence_stress(const pd_ctx *ctx, const pd_correspondence *elastic, const double *u,
+                                     double *stress);
+/* The pd_material_interface table of the material. */
+PD_API pd_material_interface pd_correspondence_material(pd_correspondence *elastic);
+PD_API void pd_correspondence_free(pd_ctx *ctx, pd_correspondence *elastic);
 
 #ifdef PDI_INTERNAL
 /* Describes the arrays of the material, without those of its parts. */

@@ -20,7 +20,7 @@ enum { PDI_CRACK_TENSOR = PD_DIM * PD_DIM };
 
 /* Fields for the domain integral around a tip. */
 typedef struct pdi_crack_fields {
-    const pd_solid *solid;
+    const pd_material_interface *solid;
     pd_crack_desc desc; /* way and front of length 1 */
     int64_t count;
     double *q;        /* [count] [-] */
@@ -90,7 +90,7 @@ static int pdi_crack_needs_gradient(const pdi_crack_fields *c, int32_t i)
 {
     const pd_body *body = c->solid->body;
     if (c->q[i] > 0.0 && c->q[i] < 1.0) return 1;
-    for (pd_walk f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
+    for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
         double other = c->q[f.to];
         if (other < c->q[i] || other > c->q[i]) return 1;
     }
@@ -103,7 +103,7 @@ static int pdi_crack_compute_gradient(const pdi_crack_fields *c, const double *u
     const pd_body *body = c->solid->body;
     double k[PDI_CRACK_TENSOR] = {0.0}, sum[PDI_CRACK_TENSOR] = {0.0}, inverse[PDI_CRACK_TENSOR];
     double over = 1.0 / (body->horizon * body->horizon);
-    for (pd_walk f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
+    for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
         int64_t j = f.to;
         double xi[PD_DIM];
         if (pdi_body_bond_is_broken(&f)) continue;
@@ -174,7 +174,7 @@ static double pdi_crack_bond_integrand(const pdi_crack_fields *c, const double *
 {
     const pd_body *body = c->solid->body;
     double sum = -c->density[i] * pdi_vec_dot(c->q_gradient + (int64_t)i * PD_DIM, c->desc.way);
-    for (pd_walk f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
+    for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
         double along[PD_DIM], pull[PD_DIM], step = c->q[i] - c->q[f.to];
         if (pdi_body_bond_is_broken(&f) || !(fabs(step) > 0.0)) continue;
         c->solid->pull(c->solid->self, u, i, &f, pull);
@@ -187,7 +187,7 @@ static double pdi_crack_bond_integrand(const pdi_crack_fields *c, const double *
 /* Domain integral *j [J/m2] of displacements u, less the work of external forces within the domain. */
 static pd_status pdi_crack_compute_j(pd_ctx *ctx, pdi_crack_fields *c, const double *u, double *j)
 {
-    const pd_solid *solid = c->solid;
+    const pd_material_interface *solid = c->solid;
     pdi_compensated_sum all = {0.0, 0.0};
     PDI_TRY(pdi_crack_check(ctx, c));
     PDI_TRY(pdi_array_registry_build(ctx, pdi_crack_list, c));
@@ -207,7 +207,8 @@ static pd_status pdi_crack_compute_j(pd_ctx *ctx, pdi_crack_fields *c, const dou
     return PD_OK;
 }
 
-pd_status pd_crack_j(pd_ctx *ctx, const pd_solid *solid, const pd_crack_desc *desc, const double *u, double *j)
+pd_status pd_crack_j(pd_ctx *ctx, const pd_material_interface *solid, const pd_crack_desc *desc, const double *u,
+                     double *j)
 {
     pdi_crack_fields c;
     memset(&c, 0, sizeof c);
@@ -303,7 +304,7 @@ PDI_FN pd_status pdi_crack_find_tip(pd_ctx *ctx, const pd_body *body, int corner
         if (seen[i]) next[known++] = i;
     }
     for (int32_t k = 0; k < known; k++)
-        for (pd_walk f = pdi_body_bonds_begin(body, next[k]); pdi_body_bonds_next(&f);) {
+        for (pd_bond_iterator f = pdi_body_bonds_begin(body, next[k]); pdi_body_bonds_next(&f);) {
             if (seen[f.to] || !(left[f.to] > 0.0) || !pdi_crack_is_damaged(body, f.to, PDI_CRACK_TIP_DAMAGE)) continue;
             seen[f.to] = 1;
             next[known++] = f.to;

@@ -25,7 +25,8 @@ typedef struct pd_crack_desc {
  * direction or a radius out of range, or a material of which neither stress nor bonds are known. PD_ERR_GEOMETRY: no
  * points lie between the radii, their bonds do not span all directions, or a surface lies there that is not parallel
  * to the crack. PD_RETRY: u is no state of the material. */
-PD_API pd_status pd_crack_j(pd_ctx *ctx, const pd_solid *solid, const pd_crack_desc *desc, const double *u, double *j);
+PD_API pd_status pd_crack_j(pd_ctx *ctx, const pd_material_interface *solid, const pd_crack_desc *desc, const double *u,
+                            double *j);
 /* The farthest point along `way` that has lost at least `share` (0: 0.15) of its bonds: the mean of all that are as
  * far, into tip [PD_DIM] [m]. A point beside a straight crack has lost the share of the ball of its family that lies
  * beyond the crack, and half of that where the crack ends. PD_ERR_ARGUMENT: a share or a direction out of range.

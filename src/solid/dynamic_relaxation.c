@@ -110,8 +110,8 @@ static pd_status pdi_dynamic_relaxation_solve_inner(pdi_dynamic_relaxation *r, d
                     result->iterations);
 }
 
-pd_status pd_relaxation_solve(pd_ctx *ctx, const pd_solid *solid, const pd_equilibrium_desc *desc, const double *load,
-                              double *u, pd_equilibrium_result *result)
+pd_status pd_dynamic_relaxation_solve(pd_ctx *ctx, const pd_material_interface *solid, const pd_equilibrium_desc *desc,
+                                      const double *load, double *u, pd_equilibrium_result *result)
 {
     pdi_dynamic_relaxation r;
     memset(&r, 0, sizeof r);

@@ -26,7 +26,7 @@
 enum { PDI_EQUILIBRIUM_BLOCK = PD_DIM * PD_DIM };
 
 /* Callback of pdi_equilibrium_visit_components for one component. */
-typedef pd_status (*pdi_equilibrium_visit)(pdi_equilibrium *q, const pd_rigid *rigid);
+typedef pd_status (*pdi_equilibrium_visit)(pdi_equilibrium *q, const pd_rigid_modes *rigid);
 
 PDI_FN void pdi_equilibrium_list(pdi_array_visitor *owner, void *object)
 {
@@ -54,7 +54,7 @@ static void pdi_equilibrium_apply_tangent(void *user, const double *x, double *y
 /* Sets the interpolated components of x [m] from its free ones. */
 static void pdi_equilibrium_interpolate(const pdi_equilibrium *q, double *x)
 {
-    const pd_interpolation *all = q->desc->interpolation;
+    const pd_multipoint_constraint *all = q->desc->interpolation;
     if (!pdi_equilibrium_has_interpolation(q)) return;
     for (int64_t k = 0; k < all->count; k++) x[all->row[k].at] = 0.0;
     for (int64_t k = 0; k < all->count; k++) x[all->row[k].at] += all->row[k].part * x[all->row[k].leader];
@@ -98,7 +98,7 @@ PDI_FN void pdi_equilibrium_apply_precond(void *user, const double *x, double *y
             for (int b = 0; b < PD_DIM; b++) sum += row[b] * x[i * PD_DIM + b];
             y[i * PD_DIM + a] = share * sum;
         }
-    if (q->coarse.levels) pdi_coarse_fe_precond_apply(q->ctx, (pd_scaffold *)&q->coarse, x, y);
+    if (q->coarse.levels) pdi_coarse_fe_precond_apply(q->ctx, (pd_coarse_fe_precond *)&q->coarse, x, y);
     for (int64_t k = 0; k < q->n; k++)
         if (pdi_equilibrium_is_held(q, k)) y[k] = 0.0;
 }
@@ -113,10 +113,10 @@ static void pdi_equilibrium_update_coarse(const pdi_equilibrium *q)
         q->step[k] =
             pdi_equilibrium_is_held(q, k) && !(q->solid->follows && q->solid->follows[k]) ? q->diagonal[k] : 0.0;
     for (int64_t k = 0; pdi_equilibrium_has_interpolation(q) && k < q->desc->interpolation->count; k++) {
-        const pd_interpolated *row = q->desc->interpolation->row + k;
+        const pd_constraint_row *row = q->desc->interpolation->row + k;
         if (!row->face) q->step[row->at] = 0.0;
     }
-    pdi_coarse_fe_precond_assemble(q->ctx, (pd_scaffold *)&q->coarse, q->lambda, q->mu, q->step);
+    pdi_coarse_fe_precond_assemble(q->ctx, (pd_coarse_fe_precond *)&q->coarse, q->lambda, q->mu, q->step);
 }
 
 PDI_FN void pdi_equilibrium_compute_blocks(const pdi_equilibrium *q)
@@ -163,8 +163,8 @@ PDI_FN int pdi_equilibrium_is_balanced(const pd_body *body, const uint8_t *held,
     return fabs(all) <= PDI_EQUILIBRIUM_ROUNDING * size;
 }
 
-PDI_FN int pdi_equilibrium_has_unbalanced_moment(const pd_solid *solid, const uint8_t *held, const double *load,
-                                                 const pd_rigid *rigid)
+PDI_FN int pdi_equilibrium_has_unbalanced_moment(const pd_material_interface *solid, const uint8_t *held,
+                                                 const double *load, const pd_rigid_modes *rigid)
 {
     return solid->moduli && pdi_rigid_modes_relative_work(rigid, held, load) > PDI_EQUILIBRIUM_ROUNDING;
 }
@@ -189,7 +189,7 @@ static pd_status pdi_equilibrium_visit_components(pdi_equilibrium *q, pdi_equili
     pd_status status = PDI_NEW(q->ctx, "equilibrium", all, piece);
     if (status == PD_OK) status = PDI_NEW(q->ctx, "equilibrium", all, seen);
     for (int32_t i = 0; i < all && status == PD_OK; i++) {
-        pd_rigid rigid;
+        pd_rigid_modes rigid;
         if (seen[i]) continue;
         int32_t count = pdi_body_find_component(q->solid->body, i, seen, piece);
         pdi_rigid_modes_compute(q->solid->body, q->desc->held, piece, count, &rigid);
@@ -201,7 +201,7 @@ static pd_status pdi_equilibrium_visit_components(pdi_equilibrium *q, pdi_equili
 }
 
 /* Checks the loads of a component. PD_ERR_DIVERGED: its moments do not balance. */
-static pd_status pdi_equilibrium_check_component(pdi_equilibrium *q, const pd_rigid *rigid)
+static pd_status pdi_equilibrium_check_component(pdi_equilibrium *q, const pd_rigid_modes *rigid)
 {
     PDI_TRY(pdi_equilibrium_check_forces(q, rigid->piece, rigid->count));
     q->has_rigid_motions = q->has_rigid_motions || rigid->motions;
@@ -211,14 +211,14 @@ static pd_status pdi_equilibrium_check_component(pdi_equilibrium *q, const pd_ri
 }
 
 /* Removes the mean rigid motions of a component from the step. */
-static pd_status pdi_equilibrium_remove_rigid_step(pdi_equilibrium *q, const pd_rigid *rigid)
+static pd_status pdi_equilibrium_remove_rigid_step(pdi_equilibrium *q, const pd_rigid_modes *rigid)
 {
     pdi_rigid_modes_remove(rigid, q->step);
     return PD_OK;
 }
 
 /* Removes the rigid motions of a component from the residual, which rounding puts there. */
-static pd_status pdi_equilibrium_project_residual(pdi_equilibrium *q, const pd_rigid *rigid)
+static pd_status pdi_equilibrium_project_residual(pdi_equilibrium *q, const pd_rigid_modes *rigid)
 {
     const double *volume = q->solid->body->volume;
     for (int way = 0; way < 2; way++) {
@@ -503,8 +503,8 @@ static pd_status pdi_equilibrium_solve_inner(pdi_equilibrium *q, double *u, pd_e
     return status;
 }
 
-pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_solid *solid, const pd_equilibrium_desc *desc, const double *load,
-                               double *u, pd_equilibrium_result *result)
+pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_material_interface *solid, const pd_equilibrium_desc *desc,
+                               const double *load, double *u, pd_equilibrium_result *result)
 {
     pdi_equilibrium q;
     memset(&q, 0, sizeof q);

@@ -18,22 +18,22 @@
 
 /* A prescribed displacement that is interpolated from a free one (multi-point constraint): u[at] = given + part
  * u[leader]. */
-typedef struct pd_interpolated {
+typedef struct pd_constraint_row {
     int64_t at, leader; /* indices into [count][PD_DIM]; one with several leaders has a row for each */
     double part;        /* [-] coefficient */
     int face;           /* 1: the point lies less than a spacing from where the displacement is prescribed */
-} pd_interpolated;
+} pd_constraint_row;
 
 /* All of them. */
-typedef struct pd_interpolation {
+typedef struct pd_multipoint_constraint {
     int64_t count;
-    pd_interpolated *row; /* [count] */
-} pd_interpolation;
+    pd_constraint_row *row; /* [count] */
+} pd_multipoint_constraint;
 
 typedef struct pd_equilibrium_desc {
     const uint8_t *held;   /* [count][PD_DIM] 1: this displacement is prescribed (Dirichlet) or interpolated; NULL: all
                             * are free. Borrowed */
-    const pd_interpolation *interpolation; /* of prescribed displacements; NULL: none. Borrowed */
+    const pd_multipoint_constraint *interpolation; /* of prescribed displacements; NULL: none. Borrowed */
     double rtol;           /* [-] residual over the norm of loads and reactions; 0: PD_EQUILIBRIUM_RTOL. Residuals that
                             * are rounding of the displacements are accepted */
     int max_iterations;    /* 0: 10000 */
@@ -56,14 +56,14 @@ typedef struct pd_equilibrium_result {
  * load step may. PD_ERR_STATE: a load or displacement is not finite, a component without support along an axis has
  * loads along it that do not balance, or the guess is no state of the material. PD_ERR_DIVERGED: loads rotate the
  * body, or a part of it about a hinge. */
-PD_API pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_solid *solid, const pd_equilibrium_desc *desc,
+PD_API pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_material_interface *solid, const pd_equilibrium_desc *desc,
                                       const double *load, double *u, pd_equilibrium_result *result);
 
 #ifdef PDI_INTERNAL
 /* State of a solve. */
 typedef struct pdi_equilibrium {
     pd_ctx *ctx;
-    const pd_solid *solid;
+    const pd_material_interface *solid;
     const pd_equilibrium_desc *desc;
     const double *load;
     int64_t n;     /* components of all points */
@@ -77,7 +77,7 @@ typedef struct pdi_equilibrium {
     double *full_direction; /* [n] [m] a direction with its interpolated components; empty without interpolation */
     double *trial_u;        /* [n] [m] trial displacements of the line search, of nonlinear materials */
     double *lambda, *mu;  /* [count] [Pa] where the moduli are known */
-    pd_scaffold coarse;   /* where the moduli are known */
+    pd_coarse_fe_precond coarse; /* where the moduli are known */
     int has_rigid_motions; /* 1: a component has rigid motions */
     pd_krylov krylov;
 } pdi_equilibrium;
@@ -107,8 +107,8 @@ PDI_FN void pdi_equilibrium_compute_blocks(const pdi_equilibrium *equilibrium);
 /* Preconditioner: y [m] = inverse blocks times x [N], plus the coarse finite-element correction where there is one. */
 PDI_FN void pdi_equilibrium_apply_precond(void *solve, const double *x, double *y);
 /* 1: the loads do work along a free rigid motion of a component: small displacements reach no equilibrium. */
-PDI_FN int pdi_equilibrium_has_unbalanced_moment(const pd_solid *solid, const uint8_t *held, const double *load,
-                                                 const pd_rigid *rigid);
+PDI_FN int pdi_equilibrium_has_unbalanced_moment(const pd_material_interface *solid, const uint8_t *held,
+                                                 const double *load, const pd_rigid_modes *rigid);
 /* 1: a component of the body (piece [count]) is supported along an axis, or its loads along it sum up to zero. *sum
  * [N]: that sum; may be NULL. */
 PDI_FN int pdi_equilibrium_is_balanced(const pd_body *body, const uint8_t *held, const double *load, int axis,

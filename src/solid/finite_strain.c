@@ -20,10 +20,13 @@ typedef struct pdi_finite_strain_bond {
 } pdi_finite_strain_bond;
 
 /* 1: each bond has its own deformation gradient; 0: that of the family. */
-static int pdi_finite_strain_bond_gradients(const pd_finite *f) { return f->desc.control == PD_FINITE_BOND_GRADIENT; }
+static int pdi_finite_strain_bond_gradients(const pd_finite_strain *f)
+{
+    return f->desc.control == PD_FINITE_STRAIN_BOND_GRADIENT;
+}
 
 /* Data of the current bond of point i. Returns 0: it is broken. */
-static inline int pdi_finite_strain_get_bond(const pd_finite *f, int32_t i, const pd_walk *it,
+static inline int pdi_finite_strain_get_bond(const pd_finite_strain *f, int32_t i, const pd_bond_iterator *it,
                                              pdi_finite_strain_bond *bond)
 {
     bond->w = pdi_bond_weights_get_intact(&f->weights, i, it);
@@ -35,19 +38,19 @@ static inline int pdi_finite_strain_get_bond(const pd_finite *f, int32_t i, cons
 }
 
 /* Factor of the moduli of point i. */
-static double pdi_finite_strain_stiffness_factor(const pd_finite *f, int32_t i)
+static double pdi_finite_strain_stiffness_factor(const pd_finite_strain *f, int32_t i)
 {
     return f->desc.stiff ? f->desc.stiff[i] : 1.0;
 }
 
 /* Plastic state of a bond (or point, with plain correspondence); NULL but for J2. */
-static double *pdi_finite_strain_get_state(const pd_finite *f, int64_t site)
+static double *pdi_finite_strain_get_state(const pd_finite_strain *f, int64_t site)
 {
-    return f->desc.law.kind == PD_FINITE_J2 ? f->state + site * PDI_CONSTITUTIVE_LAW_STATE : NULL;
+    return f->desc.law.kind == PD_FINITE_STRAIN_J2 ? f->state + site * PDI_CONSTITUTIVE_LAW_STATE : NULL;
 }
 
 /* Moduli of the constitutive law, which the build has checked. */
-static pdi_constitutive_law_params pdi_finite_strain_get_law(const pd_finite *f)
+static pdi_constitutive_law_params pdi_finite_strain_get_law(const pd_finite_strain *f)
 {
     pdi_constitutive_law_params m;
     pd_ctx none;
@@ -60,7 +63,7 @@ static pdi_constitutive_law_params pdi_finite_strain_get_law(const pd_finite *f)
 
 PDI_FN void pdi_finite_strain_list(pdi_array_visitor *owner, void *object)
 {
-    pd_finite *finite = (pd_finite *)object;
+    pd_finite_strain *finite = (pd_finite_strain *)object;
     int64_t count = finite->body ? finite->body->count : 0, bonds = finite->body ? finite->body->bonds : 0;
     int64_t sites = pdi_finite_strain_bond_gradients(finite) ? bonds : count;
     PDI_ARRAY(owner, finite, back, bonds, "1");
@@ -75,31 +78,31 @@ PDI_FN void pdi_finite_strain_list(pdi_array_visitor *owner, void *object)
     if (PD_DIM == 2) PDI_ARRAY(owner, finite, across, count, "Pa");
     PDI_SCALAR_STATE(owner, finite, cost, "J");
     if (finite->desc.keep) PDI_ARRAY(owner, finite, moduli, sites * PDI_CONSTITUTIVE_LAW_TANGENT, "Pa");
-    if (finite->desc.law.kind == PD_FINITE_J2)
+    if (finite->desc.law.kind == PD_FINITE_STRAIN_J2)
         PDI_ARRAY_STATE(owner, finite, state, sites * PDI_CONSTITUTIVE_LAW_STATE, "1");
 }
 
 /* Finds the reverse bond of every bond. */
-static void pdi_finite_strain_find_reverse_bonds(const pd_ctx *ctx, const pd_finite *f)
+static void pdi_finite_strain_find_reverse_bonds(const pd_ctx *ctx, const pd_finite_strain *f)
 {
     const pd_body *body = f->body;
     int nt = pdi_par_threads(ctx, body->bonds * 60);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++)
-        for (pd_walk b = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&b);)
+        for (pd_bond_iterator b = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&b);)
             f->back[pdi_body_bond_number(&b)] = pdi_body_find_reverse_bond(body, i, &b);
 }
 
 /* Inverse shape tensor K^-1 and total weight w_0 of point i; w_0 = 0 where K is singular. mean: of n n^T over its
  * bonds. */
-static void pdi_finite_strain_compute_family(const pd_finite *f, int32_t i, double *mean)
+static void pdi_finite_strain_compute_family(const pd_finite_strain *f, int32_t i, double *mean)
 {
     double k[PDI_TENSOR] = {0.0}, total = 0.0, scale = 1.0 / (f->body->horizon * f->body->horizon);
     double *shape = f->shape + (int64_t)i * PDI_TENSOR;
     pdi_finite_strain_bond bond;
     for (int p = 0; p < PDI_TENSOR; p++) mean[p] = 0.0;
-    for (pd_walk b = pdi_body_bonds_begin(f->body, i); pdi_body_bonds_next(&b);) {
+    for (pd_bond_iterator b = pdi_body_bonds_begin(f->body, i); pdi_body_bonds_next(&b);) {
         if (!pdi_finite_strain_get_bond(f, i, &b, &bond)) continue;
         total += bond.weight;
         for (int p = 0; p < PDI_TENSOR; p++) {
@@ -117,13 +120,13 @@ static void pdi_finite_strain_compute_family(const pd_finite *f, int32_t i, doub
 
 /* Bond vectors g of the family of point i into pull: a uniform stress P has the force states P g. Computes the family,
  * too. */
-static void pdi_finite_strain_compute_bond_vectors(const pd_finite *f, int32_t i)
+static void pdi_finite_strain_compute_bond_vectors(const pd_finite_strain *f, int32_t i)
 {
     double mean[PDI_TENSOR], at[PD_DIM], back[PD_DIM];
     const double *shape = f->shape + (int64_t)i * PDI_TENSOR;
     pdi_finite_strain_bond bond;
     pdi_finite_strain_compute_family(f, i, mean);
-    for (pd_walk b = pdi_body_bonds_begin(f->body, i); pdi_body_bonds_next(&b);) {
+    for (pd_bond_iterator b = pdi_body_bonds_begin(f->body, i); pdi_body_bonds_next(&b);) {
         double *pull = f->pull + pdi_body_bond_number(&b) * PD_DIM;
         int open = f->total[i] > 0.0 && pdi_finite_strain_get_bond(f, i, &b, &bond);
         for (int d = 0; d < PD_DIM; d++) pull[d] = 0.0;
@@ -138,11 +141,11 @@ static void pdi_finite_strain_compute_bond_vectors(const pd_finite *f, int32_t i
 }
 
 /* Force density [N/m3] on point i from the force states of its family and of those of its neighbours. */
-static void pdi_finite_strain_sum_force(const pd_finite *f, int32_t i, double *force)
+static void pdi_finite_strain_sum_force(const pd_finite_strain *f, int32_t i, double *force)
 {
     const pd_body *body = f->body;
     for (int d = 0; d < PD_DIM; d++) force[d] = 0.0;
-    for (pd_walk b = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&b);) {
+    for (pd_bond_iterator b = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&b);) {
         int64_t k = pdi_body_bond_number(&b);
         const double *own = f->pull + k * PD_DIM, *other = f->pull + (body->row[b.to] + f->back[k]) * PD_DIM;
         for (int d = 0; d < PD_DIM; d++) force[d] += body->volume[b.to] * (own[d] - other[d]);
@@ -150,7 +153,7 @@ static void pdi_finite_strain_sum_force(const pd_finite *f, int32_t i, double *f
 }
 
 /* The same of the first `count` points: all, or those that are no mirror images. */
-static void pdi_finite_strain_sum_forces(const pd_ctx *ctx, const pd_finite *f, int32_t count, double *force)
+static void pdi_finite_strain_sum_forces(const pd_ctx *ctx, const pd_finite_strain *f, int32_t count, double *force)
 {
     int nt = pdi_par_threads(ctx, f->body->bonds * 10);
     (void)nt;
@@ -159,7 +162,7 @@ static void pdi_finite_strain_sum_forces(const pd_ctx *ctx, const pd_finite *f, 
 }
 
 /* Tensors and bond vectors of all families. Returns the first point with a singular shape tensor; -1: none. */
-static int32_t pdi_finite_strain_compute_families(const pd_ctx *ctx, const pd_finite *f)
+static int32_t pdi_finite_strain_compute_families(const pd_ctx *ctx, const pd_finite_strain *f)
 {
     int nt = pdi_par_threads(ctx, f->body->bonds * 60);
     (void)nt;
@@ -170,11 +173,11 @@ static int32_t pdi_finite_strain_compute_families(const pd_ctx *ctx, const pd_fi
     return -1;
 }
 
-/* pd_solid.update: families and surface vectors, after bonds or stiffness factors have changed. Points with a singular
- * shape tensor lose their bonds (loose 1), or are an error. */
+/* pd_material_interface.update: families and surface vectors, after bonds or stiffness factors have changed. Points
+ * with a singular shape tensor lose their bonds (loose 1), or are an error. */
 static pd_status pdi_finite_strain_ops_update(pd_ctx *ctx, void *self)
 {
-    pd_finite *f = (pd_finite *)self;
+    pd_finite_strain *f = (pd_finite_strain *)self;
     const pd_body *body = f->body;
     f->known = 0;
     for (int32_t i = 0; i < body->count; i++)
@@ -201,15 +204,16 @@ static pd_status pdi_finite_strain_ops_update(pd_ctx *ctx, void *self)
 
 /* Penalty stiffness [Pa/m^(d+2)] of Silling 2017: a bond-based solid of the same bulk modulus K has the micromodulus c
  * = 2 K/d^2, 12 K/(pi d^3), 18 K/(pi d^4) in 1D, 2D, 3D; here over the horizon d. */
-static double pdi_finite_strain_penalty_stiffness(const pd_finite *f)
+static double pdi_finite_strain_penalty_stiffness(const pd_finite_strain *f)
 {
     static const double share[3] = {2.0, 12.0 / PDI_PI, 18.0 / PDI_PI};
-    if (f->desc.control != PD_FINITE_SILLING) return 0.0;
+    if (f->desc.control != PD_FINITE_STRAIN_SILLING) return 0.0;
     return f->desc.penalty * share[PD_DIM - 1] * (f->lambda + 2.0 * f->mu / PD_DIM) / pow(f->body->horizon, PD_DIM + 2);
 }
 
 /* Inner part of the build; after an error the caller frees. */
-static pd_status pdi_finite_strain_build_inner(pd_ctx *ctx, pd_body *body, const pd_finite_desc *desc, pd_finite *f)
+static pd_status pdi_finite_strain_build_inner(pd_ctx *ctx, pd_body *body, const pd_finite_strain_desc *desc,
+                                               pd_finite_strain *f)
 {
     pdi_constitutive_law_params moduli;
     memset(f, 0, sizeof *f);
@@ -217,7 +221,7 @@ static pd_status pdi_finite_strain_build_inner(pd_ctx *ctx, pd_body *body, const
     if ((int)desc->control < 0 || (int)desc->control > 2 || (int)desc->law.kind < 0 || (int)desc->law.kind > 2)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "finite", "control %d of law %d, expected ones of 0 to 2",
                         (int)desc->control, (int)desc->law.kind);
-    if (desc->control == PD_FINITE_SILLING && (!(desc->penalty > 0.0) || !(desc->penalty < 1e100)))
+    if (desc->control == PD_FINITE_STRAIN_SILLING && (!(desc->penalty > 0.0) || !(desc->penalty < 1e100)))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "finite", "penalty %g, expected a finite positive one", desc->penalty);
     f->desc = *desc;
     f->body = body;
@@ -232,14 +236,14 @@ static pd_status pdi_finite_strain_build_inner(pd_ctx *ctx, pd_body *body, const
     return pdi_finite_strain_ops_update(ctx, f);
 }
 
-pd_status pd_finite_build(pd_ctx *ctx, pd_body *body, const pd_finite_desc *desc, pd_finite *f)
+pd_status pd_finite_strain_build(pd_ctx *ctx, pd_body *body, const pd_finite_strain_desc *desc, pd_finite_strain *f)
 {
     pd_status status = pdi_finite_strain_build_inner(ctx, body, desc, f);
-    if (status < 0) pd_finite_free(ctx, f);
+    if (status < 0) pd_finite_strain_free(ctx, f);
     return status;
 }
 
-void pd_finite_free(pd_ctx *ctx, pd_finite *f)
+void pd_finite_strain_free(pd_ctx *ctx, pd_finite_strain *f)
 {
     pdi_bond_weights_free(ctx, &f->weights);
     pdi_array_registry_free(ctx, pdi_finite_strain_list, f);
@@ -256,11 +260,11 @@ static inline void pdi_finite_strain_relative_displacement(const double *u, int3
 }
 
 /* Displacement gradient h = F - 1 of point i. */
-static void pdi_finite_strain_compute_gradient(const pd_finite *f, const double *u, int32_t i, double *h)
+static void pdi_finite_strain_compute_gradient(const pd_finite_strain *f, const double *u, int32_t i, double *h)
 {
     double sum[PDI_TENSOR] = {0.0}, eta[PD_DIM];
     pdi_finite_strain_bond bond;
-    for (pd_walk b = pdi_body_bonds_begin(f->body, i); pdi_body_bonds_next(&b);) {
+    for (pd_bond_iterator b = pdi_body_bonds_begin(f->body, i); pdi_body_bonds_next(&b);) {
         if (!pdi_finite_strain_get_bond(f, i, &b, &bond)) continue;
         pdi_finite_strain_relative_displacement(u, i, b.to, eta);
         for (int p = 0; p < PDI_TENSOR; p++) sum[p] += bond.weight * eta[p / PD_DIM] * bond.xi[p % PD_DIM];
@@ -297,7 +301,7 @@ static inline void pdi_finite_strain_add_identity(const double *h, double *f)
 
 /* Derivative p of the first Piola-Kirchhoff stress of a site (bond or point) with the gradient `full` along df. Stores
  * or uses the tangent where desc.keep says so. */
-static inline void pdi_finite_strain_apply_moduli(const pd_finite *f, const pdi_constitutive_law_params *m,
+static inline void pdi_finite_strain_apply_moduli(const pd_finite_strain *f, const pdi_constitutive_law_params *m,
                                                   int64_t site, const double *full, const double *df, double *p)
 {
     if (!f->desc.keep) {
@@ -319,7 +323,7 @@ static inline void pdi_finite_strain_apply_moduli(const pd_finite *f, const pdi_
 
 /* Force states of the bonds of point i with bond gradients, at the displacements f->u; their derivative along du unless
  * it is NULL. Returns 0: a bond is inverted (det F <= 0). */
-static int pdi_finite_strain_compute_bond_states(const pd_finite *f, const pdi_constitutive_law_params *m,
+static int pdi_finite_strain_compute_bond_states(const pd_finite_strain *f, const pdi_constitutive_law_params *m,
                                                  const double *du, int32_t i)
 {
     const double *h = f->gradient + (int64_t)i * PDI_TENSOR;
@@ -327,7 +331,7 @@ static int pdi_finite_strain_compute_bond_states(const pd_finite *f, const pdi_c
     double moment[PDI_TENSOR] = {0.0}, stiffness = pdi_finite_strain_stiffness_factor(f, i), along[PD_DIM];
     pdi_finite_strain_bond bond;
     if (du) pdi_finite_strain_compute_gradient(f, du, i, dh);
-    for (pd_walk b = pdi_body_bonds_begin(f->body, i); pdi_body_bonds_next(&b);) {
+    for (pd_bond_iterator b = pdi_body_bonds_begin(f->body, i); pdi_body_bonds_next(&b);) {
         double *pull = f->pull + pdi_body_bond_number(&b) * PD_DIM;
         if (!pdi_finite_strain_get_bond(f, i, &b, &bond)) continue;
         pdi_finite_strain_compute_bond_gradient(f->u, h, i, b.to, &bond, part);
@@ -346,7 +350,7 @@ static int pdi_finite_strain_compute_bond_states(const pd_finite *f, const pdi_c
             moment[k] += bond.weight * (p[k] - along[k / PD_DIM] * bond.xi[k % PD_DIM] * bond.inv_r2);
     }
     pdi_tensor_multiply(moment, f->shape + (int64_t)i * PDI_TENSOR, part);
-    for (pd_walk b = pdi_body_bonds_begin(f->body, i); pdi_body_bonds_next(&b);) {
+    for (pd_bond_iterator b = pdi_body_bonds_begin(f->body, i); pdi_body_bonds_next(&b);) {
         if (!pdi_finite_strain_get_bond(f, i, &b, &bond)) continue;
         double *pull = f->pull + pdi_body_bond_number(&b) * PD_DIM;
         pdi_tensor_multiply_vector(part, bond.xi, along);
@@ -356,7 +360,7 @@ static int pdi_finite_strain_compute_bond_states(const pd_finite *f, const pdi_c
 }
 
 /* The same with the gradient of the family for all bonds, and with the penalty of Silling. */
-static int pdi_finite_strain_compute_point_states(const pd_finite *f, const pdi_constitutive_law_params *m,
+static int pdi_finite_strain_compute_point_states(const pd_finite_strain *f, const pdi_constitutive_law_params *m,
                                                   const double *du, int32_t i)
 {
     const double *h = f->gradient + (int64_t)i * PDI_TENSOR, *u = du ? du : f->u;
@@ -370,7 +374,7 @@ static int pdi_finite_strain_compute_point_states(const pd_finite *f, const pdi_
         return 0;
     }
     pdi_tensor_multiply(p, f->shape + (int64_t)i * PDI_TENSOR, part);
-    for (pd_walk b = pdi_body_bonds_begin(f->body, i); pdi_body_bonds_next(&b);) {
+    for (pd_bond_iterator b = pdi_body_bonds_begin(f->body, i); pdi_body_bonds_next(&b);) {
         double *pull = f->pull + pdi_body_bond_number(&b) * PD_DIM;
         if (!pdi_finite_strain_get_bond(f, i, &b, &bond)) continue;
         double share = pdi_finite_strain_stiffness_factor(f, i) * bond.w;
@@ -382,7 +386,7 @@ static int pdi_finite_strain_compute_point_states(const pd_finite *f, const pdi_
 }
 
 /* Force states of all families, or their derivative along du. Returns a point with an inverted bond, or -1. */
-static int32_t pdi_finite_strain_compute_states(const pd_ctx *ctx, const pd_finite *f, const double *du)
+static int32_t pdi_finite_strain_compute_states(const pd_ctx *ctx, const pd_finite_strain *f, const double *du)
 {
     const pdi_constitutive_law_params m = pdi_finite_strain_get_law(f);
     int nt = pdi_par_threads(ctx, f->body->bonds * PDI_FINITE_STRAIN_OPERATIONS);
@@ -401,10 +405,10 @@ static int32_t pdi_finite_strain_compute_states(const pd_ctx *ctx, const pd_fini
     return -1;
 }
 
-/* pd_solid.force. PD_RETRY: a family is inverted. */
+/* pd_material_interface.force. PD_RETRY: a family is inverted. */
 static pd_status pdi_finite_strain_ops_force(pd_ctx *ctx, void *self, const double *u, double *force)
 {
-    pd_finite *f = (pd_finite *)self;
+    pd_finite_strain *f = (pd_finite_strain *)self;
     f->known = 0;
     memcpy(f->u, u, (size_t)f->body->count * PD_DIM * sizeof *u);
     int32_t folded = pdi_finite_strain_compute_states(ctx, f, NULL);
@@ -415,17 +419,17 @@ static pd_status pdi_finite_strain_ops_force(pd_ctx *ctx, void *self, const doub
     return PD_OK;
 }
 
-/* pd_solid.tangent. */
+/* pd_material_interface.tangent. */
 static void pdi_finite_strain_ops_tangent(const pd_ctx *ctx, void *self, const double *du, double *df)
 {
-    pd_finite *f = (pd_finite *)self;
+    pd_finite_strain *f = (pd_finite_strain *)self;
     pdi_finite_strain_compute_states(ctx, f, du);
     f->known = 1;
     pdi_finite_strain_sum_forces(ctx, f, f->body->own, df);
 }
 
 /* Adds factor (mu g^2 1 + (lambda + mu) g g^T) to a diagonal block. */
-static void pdi_finite_strain_add_block(const pd_finite *f, double factor, const double *g, double *block)
+static void pdi_finite_strain_add_block(const pd_finite_strain *f, double factor, const double *g, double *block)
 {
     double square = pdi_tensor_dot(g, g);
     for (int k = 0; k < PDI_TENSOR; k++)
@@ -433,10 +437,10 @@ static void pdi_finite_strain_add_block(const pd_finite *f, double factor, const
                              (f->lambda + f->mu) * g[k / PD_DIM] * g[k % PD_DIM]);
 }
 
-/* pd_solid.blocks: those of small strains. */
+/* pd_material_interface.blocks: those of small strains. */
 static void pdi_finite_strain_ops_blocks(const pd_ctx *ctx, void *self, double *block)
 {
-    const pd_finite *f = (const pd_finite *)self;
+    const pd_finite_strain *f = (const pd_finite_strain *)self;
     const pd_body *body = f->body;
     int nt = pdi_par_threads(ctx, body->bonds * 20);
     (void)nt;
@@ -446,7 +450,7 @@ static void pdi_finite_strain_ops_blocks(const pd_ctx *ctx, void *self, double *
         double at[PD_DIM], all[PD_DIM] = {0.0};
         pdi_finite_strain_bond bond;
         for (int k = 0; k < PDI_TENSOR; k++) a[k] = 0.0;
-        for (pd_walk b = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&b);) {
+        for (pd_bond_iterator b = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&b);) {
             int32_t j = b.to;
             double there = pdi_finite_strain_stiffness_factor(f, j);
             if (!pdi_finite_strain_get_bond(f, i, &b, &bond)) continue;
@@ -469,13 +473,13 @@ static void pdi_finite_strain_ops_blocks(const pd_ctx *ctx, void *self, double *
 /* ---- energy, stress, state ---- */
 
 /* Energy density [Pa] of point i at u, with the penalty of Silling. */
-static double pdi_finite_strain_energy_density(const pd_finite *f, const pdi_constitutive_law_params *m,
+static double pdi_finite_strain_energy_density(const pd_finite_strain *f, const pdi_constitutive_law_params *m,
                                                const double *u, int32_t i)
 {
     double h[PDI_TENSOR], part[PDI_TENSOR], full[PDI_TENSOR], z[PD_DIM], sum = 0.0;
     pdi_finite_strain_bond bond;
     pdi_finite_strain_compute_gradient(f, u, i, h);
-    for (pd_walk b = pdi_body_bonds_begin(f->body, i); pdi_body_bonds_next(&b);) {
+    for (pd_bond_iterator b = pdi_body_bonds_begin(f->body, i); pdi_body_bonds_next(&b);) {
         if (!pdi_finite_strain_get_bond(f, i, &b, &bond)) continue;
         if (pdi_finite_strain_bond_gradients(f)) {
             pdi_finite_strain_compute_bond_gradient(u, h, i, b.to, &bond, part);
@@ -495,10 +499,10 @@ static double pdi_finite_strain_energy_density(const pd_finite *f, const pdi_con
     return sum * pdi_finite_strain_stiffness_factor(f, i);
 }
 
-/* pd_solid.energy; HUGE_VAL where a bond is inverted. */
+/* pd_material_interface.energy; HUGE_VAL where a bond is inverted. */
 static double pdi_finite_strain_ops_energy(const pd_ctx *ctx, void *self, const double *u)
 {
-    pd_finite *f = (pd_finite *)self;
+    pd_finite_strain *f = (pd_finite_strain *)self;
     const pdi_constitutive_law_params m = pdi_finite_strain_get_law(f);
     pdi_compensated_sum all = {0.0, 0.0};
     int nt = pdi_par_threads(ctx, f->body->bonds * PDI_FINITE_STRAIN_OPERATIONS);
@@ -514,14 +518,14 @@ static double pdi_finite_strain_ops_energy(const pd_ctx *ctx, void *self, const 
 
 /* Mean Cauchy stress [Pa] of the bonds of point i at u; stress NULL: commits their plastic states instead, and their
  * plastic work goes into f->work. */
-static void pdi_finite_strain_visit_point(const pd_finite *f, const pdi_constitutive_law_params *m, const double *u,
-                                          int32_t i, double *stress)
+static void pdi_finite_strain_visit_point(const pd_finite_strain *f, const pdi_constitutive_law_params *m,
+                                          const double *u, int32_t i, double *stress)
 {
     double h[PDI_TENSOR], part[PDI_TENSOR], full[PDI_TENSOR], sum[PDI_TENSOR] = {0.0};
     double single = 1.0, normal, all = 0.0;
     pdi_finite_strain_bond bond;
     pdi_finite_strain_compute_gradient(f, u, i, h);
-    for (pd_walk b = pdi_body_bonds_begin(f->body, i); pdi_body_bonds_next(&b);) {
+    for (pd_bond_iterator b = pdi_body_bonds_begin(f->body, i); pdi_body_bonds_next(&b);) {
         int64_t site = pdi_finite_strain_bond_gradients(f) ? pdi_body_bond_number(&b) : i;
         if (!pdi_finite_strain_get_bond(f, i, &b, &bond)) continue;
         memcpy(part, h, sizeof part);
@@ -544,7 +548,7 @@ static void pdi_finite_strain_visit_point(const pd_finite *f, const pdi_constitu
 }
 
 /* The same for all points. */
-static void pdi_finite_strain_visit_all(const pd_ctx *ctx, const pd_finite *f, const double *u, double *stress)
+static void pdi_finite_strain_visit_all(const pd_ctx *ctx, const pd_finite_strain *f, const double *u, double *stress)
 {
     const pdi_constitutive_law_params m = pdi_finite_strain_get_law(f);
     int nt = pdi_par_threads(ctx, f->body->bonds * PDI_FINITE_STRAIN_OPERATIONS);
@@ -554,16 +558,16 @@ static void pdi_finite_strain_visit_all(const pd_ctx *ctx, const pd_finite *f, c
         pdi_finite_strain_visit_point(f, &m, u, i, stress ? stress + (int64_t)i * PDI_TENSOR : NULL);
 }
 
-/* pd_solid.stress. */
+/* pd_material_interface.stress. */
 static void pdi_finite_strain_ops_stress(const pd_ctx *ctx, void *self, const double *u, double *stress)
 {
-    pdi_finite_strain_visit_all(ctx, (const pd_finite *)self, u, stress);
+    pdi_finite_strain_visit_all(ctx, (const pd_finite_strain *)self, u, stress);
 }
 
-/* pd_solid.commit: plastic states and plastic work of the step to u. */
+/* pd_material_interface.commit: plastic states and plastic work of the step to u. */
 static pd_status pdi_finite_strain_ops_commit(pd_ctx *ctx, void *self, const double *u)
 {
-    pd_finite *f = (pd_finite *)self;
+    pd_finite_strain *f = (pd_finite_strain *)self;
     pdi_compensated_sum all = {f->cost, 0.0};
     pdi_finite_strain_visit_all(ctx, f, u, NULL);
     for (int32_t i = 0; i < f->body->own; i++) pdi_compensated_sum_add(&all, f->body->volume[i] * f->work[i]);
@@ -572,29 +576,29 @@ static pd_status pdi_finite_strain_ops_commit(pd_ctx *ctx, void *self, const dou
     return PD_OK;
 }
 
-/* pd_solid.normal: out-of-plane stress of the last `stress`. */
+/* pd_material_interface.normal: out-of-plane stress of the last `stress`. */
 static double pdi_finite_strain_ops_normal_stress(const void *self, int32_t i, const double *stress)
 {
     (void)stress;
-    return ((const pd_finite *)self)->across[i];
+    return ((const pd_finite_strain *)self)->across[i];
 }
 
-/* pd_solid.dissipated. */
-static double pdi_finite_strain_ops_dissipated(const void *self) { return ((const pd_finite *)self)->cost; }
+/* pd_material_interface.dissipated. */
+static double pdi_finite_strain_ops_dissipated(const void *self) { return ((const pd_finite_strain *)self)->cost; }
 
-/* pd_solid.store: plastic states and broken bonds. */
+/* pd_material_interface.store: plastic states and broken bonds. */
 static pd_status pdi_finite_strain_ops_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
-    pd_finite *f = (pd_finite *)self;
+    pd_finite_strain *f = (pd_finite_strain *)self;
     PDI_TRY(pdi_array_registry_store(ctx, pdi_finite_strain_list, f, archive));
     PDI_TRY(pdi_array_registry_store(ctx, pdi_body_list_state, f->body, archive));
     return archive->reading ? pdi_finite_strain_ops_update(ctx, f) : PD_OK;
 }
 
-/* pd_solid.density. */
+/* pd_material_interface.density. */
 static void pdi_finite_strain_ops_density(const pd_ctx *ctx, void *self, const double *u, double *density)
 {
-    pd_finite *f = (pd_finite *)self;
+    pd_finite_strain *f = (pd_finite_strain *)self;
     const pdi_constitutive_law_params m = pdi_finite_strain_get_law(f);
     int nt = pdi_par_threads(ctx, f->body->bonds * PDI_FINITE_STRAIN_OPERATIONS);
     (void)nt;
@@ -602,10 +606,10 @@ static void pdi_finite_strain_ops_density(const pd_ctx *ctx, void *self, const d
     for (int32_t i = 0; i < f->body->count; i++) density[i] = pdi_finite_strain_energy_density(f, &m, u, i);
 }
 
-/* pd_solid.moduli: Lame's moduli of small strains. */
+/* pd_material_interface.moduli: Lame's moduli of small strains. */
 static void pdi_finite_strain_ops_moduli(const pd_ctx *ctx, void *self, double *lambda, double *mu)
 {
-    const pd_finite *f = (const pd_finite *)self;
+    const pd_finite_strain *f = (const pd_finite_strain *)self;
     (void)ctx;
     for (int32_t i = 0; i < f->body->count; i++) {
         lambda[i] = pdi_finite_strain_stiffness_factor(f, i) * f->lambda;
@@ -613,16 +617,16 @@ static void pdi_finite_strain_ops_moduli(const pd_ctx *ctx, void *self, double *
     }
 }
 
-void pd_finite_plastic(const pd_ctx *ctx, const pd_finite *f, double *strain)
+void pd_finite_strain_plastic_strain(const pd_ctx *ctx, const pd_finite_strain *f, double *strain)
 {
     (void)ctx;
     for (int32_t i = 0; i < f->body->count; i++) {
         pdi_finite_strain_bond bond;
-        double *state = f->desc.law.kind == PD_FINITE_J2 && !pdi_finite_strain_bond_gradients(f)
+        double *state = f->desc.law.kind == PD_FINITE_STRAIN_J2 && !pdi_finite_strain_bond_gradients(f)
                             ? pdi_finite_strain_get_state(f, i)
                             : NULL;
         strain[i] = state ? state[PDI_CONSTITUTIVE_LAW_STATE - 1] : 0.0;
-        for (pd_walk b = pdi_body_bonds_begin(f->body, i);
+        for (pd_bond_iterator b = pdi_body_bonds_begin(f->body, i);
              pdi_finite_strain_bond_gradients(f) && f->state && pdi_body_bonds_next(&b);)
             if (pdi_finite_strain_get_bond(f, i, &b, &bond))
                 strain[i] += bond.weight / f->total[i] *
@@ -630,22 +634,23 @@ void pd_finite_plastic(const pd_ctx *ctx, const pd_finite *f, double *strain)
     }
 }
 
-/* pd_solid.slip: equivalent plastic strain. */
+/* pd_material_interface.slip: equivalent plastic strain. */
 static void pdi_finite_strain_ops_plastic_strain(const pd_ctx *ctx, const void *self, double *strain)
 {
-    pd_finite_plastic(ctx, (const pd_finite *)self, strain);
+    pd_finite_strain_plastic_strain(ctx, (const pd_finite_strain *)self, strain);
 }
 
 /* Upper bound of the largest eigenvalue of (1 - mean of n n^T) K^-1 of point i [1/m^(d+2)], by the trace of its eighth
  * power; with plain correspondence of K^-1. */
-static double pdi_finite_strain_max_eigenvalue(const pd_finite *f, int32_t i)
+static double pdi_finite_strain_max_eigenvalue(const pd_finite_strain *f, int32_t i)
 {
     const double *shape = f->shape + (int64_t)i * PDI_TENSOR;
     double across[PDI_TENSOR] = {0.0}, power[PDI_TENSOR], square[PDI_TENSOR], trace = 0.0, size = 0.0;
     pdi_finite_strain_bond bond;
     if (!(f->total[i] > 0.0)) return 0.0;
     for (int d = 0; d < PD_DIM; d++) across[d * (PD_DIM + 1)] = 1.0;
-    for (pd_walk b = pdi_body_bonds_begin(f->body, i); pdi_finite_strain_bond_gradients(f) && pdi_body_bonds_next(&b);)
+    for (pd_bond_iterator b = pdi_body_bonds_begin(f->body, i);
+         pdi_finite_strain_bond_gradients(f) && pdi_body_bonds_next(&b);)
         if (pdi_finite_strain_get_bond(f, i, &b, &bond))
             for (int k = 0; k < PDI_TENSOR; k++)
                 across[k] -= bond.weight / f->total[i] * bond.xi[k / PD_DIM] * bond.xi[k % PD_DIM] * bond.inv_r2;
@@ -660,18 +665,18 @@ static double pdi_finite_strain_max_eigenvalue(const pd_finite *f, int32_t i)
     return size * pow(pdi_max(trace, 0.0), 0.125);
 }
 
-/* pd_solid.limit: a bond stores no more energy than a spring of stiffness M w V_i V_j (1/(w_i r^2) + k_i), k from the
- * eigenvalue above, and the same of its other end, with the largest modulus M (theory: eq. 8.24). */
+/* pd_material_interface.limit: a bond stores no more energy than a spring of stiffness M w V_i V_j (1/(w_i r^2) + k_i),
+ * k from the eigenvalue above, and the same of its other end, with the largest modulus M (theory: eq. 8.24). */
 static double pdi_finite_strain_ops_stable_step(const void *self, double density)
 {
-    const pd_finite *f = (const pd_finite *)self;
+    const pd_finite_strain *f = (const pd_finite_strain *)self;
     const pd_body *body = f->body;
     double modulus = pdi_max(2.0 * f->mu, PD_DIM * f->lambda + 2.0 * f->mu), stiffest = 0.0;
     for (int32_t i = 0; i < body->count; i++) f->work[i] = modulus * pdi_finite_strain_max_eigenvalue(f, i);
     for (int32_t i = 0; i < body->count; i++) {
         pdi_finite_strain_bond bond;
         double sum = 0.0;
-        for (pd_walk b = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&b);) {
+        for (pd_bond_iterator b = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&b);) {
             if (!pdi_finite_strain_get_bond(f, i, &b, &bond)) continue;
             for (int end = 0; end < 2; end++) {
                 int32_t k = end ? b.to : i;
@@ -685,9 +690,9 @@ static double pdi_finite_strain_ops_stable_step(const void *self, double density
     return sqrt(2.0 * density / stiffest);
 }
 
-pd_solid pd_finite_solid(pd_finite *f)
+pd_material_interface pd_finite_strain_material(pd_finite_strain *f)
 {
-    pd_solid s;
+    pd_material_interface s;
     memset(&s, 0, sizeof s);
     s.name = "finite";
     s.self = f;
@@ -703,7 +708,7 @@ pd_solid pd_finite_solid(pd_finite *f)
     s.stress = pdi_finite_strain_ops_stress;
     s.update = pdi_finite_strain_ops_update;
     if (PD_DIM == 2) s.normal = pdi_finite_strain_ops_normal_stress;
-    if (f->desc.law.kind == PD_FINITE_J2) {
+    if (f->desc.law.kind == PD_FINITE_STRAIN_J2) {
         s.dissipated = pdi_finite_strain_ops_dissipated;
         s.slip = pdi_finite_strain_ops_plastic_strain;
         s.commit = pdi_finite_strain_ops_commit;

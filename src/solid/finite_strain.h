@@ -17,29 +17,29 @@
 #include "solid/material_interface.h"
 #include "solid/bond_weights.h"
 
-typedef enum pd_finite_control {
-    PD_FINITE_BOND_GRADIENT = 0, /* each bond has its own gradient */
-    PD_FINITE_SILLING,           /* plain, with a penalty on the non-uniform part of bond deformation */
-    PD_FINITE_PLAIN
-} pd_finite_control;
+typedef enum pd_zero_energy_control {
+    PD_FINITE_STRAIN_BOND_GRADIENT = 0, /* each bond has its own gradient */
+    PD_FINITE_STRAIN_SILLING,           /* plain, with a penalty on the non-uniform part of bond deformation */
+    PD_FINITE_STRAIN_PLAIN
+} pd_zero_energy_control;
 
-typedef struct pd_finite_desc {
-    pd_finite_law law;
+typedef struct pd_finite_strain_desc {
+    pd_constitutive_law law;
     pd_influence influence;
-    pd_finite_control control;
-    double penalty;          /* [-] PD_FINITE_SILLING: penalty stiffness over that of a bond-based solid */
+    pd_zero_energy_control control;
+    double penalty;          /* [-] PD_FINITE_STRAIN_SILLING: penalty stiffness over that of a bond-based solid */
     const double *stiff;     /* [count] [-] factors of the energy of points, and so of moduli and yield stress; NULL: 1.
                               * Borrowed, may change before an update */
     int keep;                /* 1: material tangents are stored, in 80 B (2D) or 360 B (3D) a bond, and products with
                               * the tangent are 4 to 6 times as fast under Hencky and J2; 0: computed each time */
     int loose;               /* 1: a point whose bonds do not span all directions loses them; 0: it is an error */
-} pd_finite_desc;
+} pd_finite_strain_desc;
 
-typedef struct pd_finite {
-    pd_finite_desc desc;
+typedef struct pd_finite_strain {
+    pd_finite_strain_desc desc;
     pd_body *body;
     double lambda, mu; /* [Pa] of small strains: stress = lambda tr(e) 1 + 2 mu e, with the lambda of the plane */
-    double spring;     /* [Pa/m^(d+2)] of PD_FINITE_SILLING */
+    double spring;     /* [Pa/m^(d+2)] of PD_FINITE_STRAIN_SILLING */
     pd_bond_weights weights; /* w */
     uint8_t *felt;     /* [count] 1: forces on real points depend on this family; 0: only those on mirror images */
     int32_t *back;     /* [bonds] number of the reverse bond in the family of the other end */
@@ -56,23 +56,24 @@ typedef struct pd_finite {
     double *across;    /* [count] [Pa] in 2D: out-of-plane normal stress of the last stresses */
     double cost;       /* [J] (per m in 2D, per m2 in 1D) plastic work up to the last state */
     int64_t lost;      /* bonds broken at points whose bonds did not span all directions (desc.loose) */
-} pd_finite;
+} pd_finite_strain;
 
-#define pd_finite_build PD_NAME(pd_finite_build)
-#define pd_finite_solid PD_NAME(pd_finite_solid)
-#define pd_finite_plastic PD_NAME(pd_finite_plastic)
-#define pd_finite_free PD_NAME(pd_finite_free)
+#define pd_finite_strain_build PD_NAME(pd_finite_strain_build)
+#define pd_finite_strain_material PD_NAME(pd_finite_strain_material)
+#define pd_finite_strain_plastic_strain PD_NAME(pd_finite_strain_plastic_strain)
+#define pd_finite_strain_free PD_NAME(pd_finite_strain_free)
 
 /* The body is borrowed. PD_ERR_ARGUMENT: a modulus, a factor or the penalty is out of range. PD_ERR_GEOMETRY: the bonds
  * of a point do not span all directions (the message names it). */
-PD_API pd_status pd_finite_build(pd_ctx *ctx, pd_body *body, const pd_finite_desc *desc, pd_finite *finite);
+PD_API pd_status pd_finite_strain_build(pd_ctx *ctx, pd_body *body, const pd_finite_strain_desc *desc,
+                                        pd_finite_strain *finite);
 /* The table for solvers. Loads of `edge` are dead: t = P n per area and normal of the reference. The energy is infinite
  * where a bond is turned inside out. A failed update leaves the material without use. It stores which bonds of the body
  * are broken. */
-PD_API pd_solid pd_finite_solid(pd_finite *finite);
+PD_API pd_material_interface pd_finite_strain_material(pd_finite_strain *finite);
 /* strain [count] [-]: equivalent plastic strain, mean over the family, as committed. */
-PD_API void pd_finite_plastic(const pd_ctx *ctx, const pd_finite *finite, double *strain);
-PD_API void pd_finite_free(pd_ctx *ctx, pd_finite *finite);
+PD_API void pd_finite_strain_plastic_strain(const pd_ctx *ctx, const pd_finite_strain *finite, double *strain);
+PD_API void pd_finite_strain_free(pd_ctx *ctx, pd_finite_strain *finite);
 
 #ifdef PDI_INTERNAL
 /* Describes the arrays of the material; plastic states and plastic work are stored. */

@@ -33,9 +33,9 @@ typedef struct pdi_fracture_calibration {
     int layers;          /* 3D: after which the points repeat */
     int32_t count;
     pd_body body;        /* with a spacing of 1 */
-    pd_elastic elastic;
-    pd_solid solid;
-    pd_criterion criterion; /* of the critical energy 1 */
+    pd_correspondence elastic;
+    pd_material_interface solid;
+    pd_bond_failure criterion; /* of the critical energy 1 */
     double factor;       /* [-] largest strain so far */
     double *position;    /* [count][PD_DIM] */
     double *volume;      /* [count] */
@@ -80,7 +80,7 @@ static pd_status pdi_fracture_calibration_build_strip(pd_ctx *ctx, const pd_body
     double corner[4 * PD_DIM] = {0.0};
     int64_t broken;
     pd_body_desc desc;
-    pd_cut cut;
+    pd_precrack cut;
     pdi_fracture_calibration_init_points(t);
     memset(&desc, 0, sizeof desc);
     desc.count = t->count;
@@ -100,19 +100,19 @@ static pd_status pdi_fracture_calibration_build_strip(pd_ctx *ctx, const pd_body
         corner[k * PD_DIM] = k == 0 || k == 3 ? -1.0 : t->crack_length;
         if (PD_DIM == 3) corner[k * PD_DIM + PD_DIM - 1] = k < 2 ? -t->held_rows : t->held_rows + t->layers;
     }
-    return pd_body_cut(ctx, &t->body, &cut, 1, &broken);
+    return pd_body_apply_precracks(ctx, &t->body, &cut, 1, &broken);
 }
 
 /* Correspondence material of the strip with E = 1. */
-static pd_status pdi_fracture_calibration_build_material(pd_ctx *ctx, const pd_elastic_desc *elastic,
+static pd_status pdi_fracture_calibration_build_material(pd_ctx *ctx, const pd_correspondence_desc *elastic,
                                                          pdi_fracture_calibration *t)
 {
-    pd_elastic_desc desc = *elastic;
+    pd_correspondence_desc desc = *elastic;
     desc.stiff = NULL;
     desc.loose = 1;
     desc.young = 1.0;
-    PDI_TRY(pd_elastic_build(ctx, &t->body, &desc, &t->elastic));
-    t->solid = pd_elastic_solid(&t->elastic);
+    PDI_TRY(pd_correspondence_build(ctx, &t->body, &desc, &t->elastic));
+    t->solid = pd_correspondence_material(&t->elastic);
     return PD_OK;
 }
 
@@ -147,12 +147,12 @@ static pd_status pdi_fracture_calibration_compute_j(pd_ctx *ctx, pdi_fracture_ca
 /* Raises the strain until the next bond breaks, and breaks it. PD_ERR_STATE: none does. */
 static pd_status pdi_fracture_calibration_break_bonds(pd_ctx *ctx, pdi_fracture_calibration *t)
 {
-    pd_criterion_bond first;
+    pd_first_failure first;
     PDI_TRY(pdi_fracture_calibration_solve_equilibrium(ctx, t));
-    pd_criterion_first(ctx, &t->criterion, t->unit_solution, &first);
+    pd_bond_failure_find_first(ctx, &t->criterion, t->unit_solution, &first);
     t->factor = pdi_max(t->factor, first.factor * (1.0 + PDI_FRACTURE_CALIBRATION_MARGIN));
     for (int64_t k = 0; k < (int64_t)t->count * PD_DIM; k++) t->loaded[k] = t->factor * t->unit_solution[k];
-    if (pd_criterion_break(ctx, &t->criterion, t->loaded, PDI_FRACTURE_CALIBRATION_EAGER)) return PD_OK;
+    if (pd_bond_failure_break(ctx, &t->criterion, t->loaded, PDI_FRACTURE_CALIBRATION_EAGER)) return PD_OK;
     return pdi_fail(ctx, PD_ERR_STATE, "toughness", "a crack in a strip of the lattice does not run");
 }
 
@@ -162,12 +162,12 @@ static pd_status pdi_fracture_calibration_grow_crack(pd_ctx *ctx, pdi_fracture_c
 {
     static const double way[PD_DIM] = {1.0};
     double tip[PD_DIM] = {0.0}, j;
-    pd_criterion_desc desc;
+    pd_bond_failure_desc desc;
     memset(&desc, 0, sizeof desc);
-    desc.kind = PD_CRITERION_ENERGY;
+    desc.kind = PD_BOND_FAILURE_ENERGY;
     desc.critical = 1.0;
     desc.spared = t->spared;
-    PDI_TRY(pd_criterion_build(ctx, &t->solid, &desc, &t->criterion));
+    PDI_TRY(pd_bond_failure_build(ctx, &t->solid, &desc, &t->criterion));
     while (tip[0] < t->crack_length + PDI_FRACTURE_CALIBRATION_ADVANCE) {
         PDI_TRY(pdi_fracture_calibration_break_bonds(ctx, t));
         PDI_TRY(pd_crack_tip(ctx, &t->body, way, 0.0, tip));
@@ -178,7 +178,8 @@ static pd_status pdi_fracture_calibration_grow_crack(pd_ctx *ctx, pdi_fracture_c
 }
 
 /* Builds the strip and grows its crack. */
-static pd_status pdi_fracture_calibration_solve_strip(pd_ctx *ctx, const pd_body *body, const pd_elastic_desc *elastic,
+static pd_status pdi_fracture_calibration_solve_strip(pd_ctx *ctx, const pd_body *body,
+                                                      const pd_correspondence_desc *elastic,
                                                       pdi_fracture_calibration *t, double *j_ratio)
 {
     int reach = (int)ceil(body->horizon / body->spacing);
@@ -195,7 +196,7 @@ static pd_status pdi_fracture_calibration_solve_strip(pd_ctx *ctx, const pd_body
 }
 
 PDI_FN pd_status pdi_fracture_calibration_compute_critical(pd_ctx *ctx, const pd_body *body,
-                                                           const pd_elastic_desc *elastic, double fracture,
+                                                           const pd_correspondence_desc *elastic, double fracture,
                                                            double *critical)
 {
     double most = 0.0, h = body->spacing;
@@ -211,8 +212,8 @@ PDI_FN pd_status pdi_fracture_calibration_compute_critical(pd_ctx *ctx, const pd
                         "expected %g to %g",
                         body->horizon / h, PDI_FRACTURE_CALIBRATION_MIN_HORIZON, PDI_FRACTURE_CALIBRATION_MAX_HORIZON);
     pd_status status = pdi_fracture_calibration_solve_strip(ctx, body, elastic, &t, &most);
-    pd_criterion_free(ctx, &t.criterion);
-    pd_elastic_free(ctx, &t.elastic);
+    pd_bond_failure_free(ctx, &t.criterion);
+    pd_correspondence_free(ctx, &t.elastic);
     pd_body_free(ctx, &t.body);
     pdi_array_registry_free(ctx, pdi_fracture_calibration_list, &t);
     /* J = most critical of the spacing 1; volumes of bonds grow by h^d, areas over volumes by 1/h */

@@ -15,11 +15,11 @@
 
 #ifdef PDI_INTERNAL
 #if PD_DIM > 1
-/* critical [J/m^(2d)]: critical bond energy (PD_CRITERION_ENERGY) of a body on a lattice, whose cracks along the axes
- * grow at `fracture` [J/m2]; stiffness factors are ignored. PD_ERR_GEOMETRY: no lattice; PD_ERR_ARGUMENT: in 3D a
+/* critical [J/m^(2d)]: critical bond energy (PD_BOND_FAILURE_ENERGY) of a body on a lattice, whose cracks along the
+ * axes grow at `fracture` [J/m2]; stiffness factors are ignored. PD_ERR_GEOMETRY: no lattice; PD_ERR_ARGUMENT: in 3D a
  * horizon that is not 1.5 to 3 spacings; errors of the material and of the equilibrium. */
 PDI_FN pd_status pdi_fracture_calibration_compute_critical(pd_ctx *ctx, const pd_body *body,
-                                                           const pd_elastic_desc *elastic, double fracture,
+                                                           const pd_correspondence_desc *elastic, double fracture,
                                                            double *critical);
 #endif
 #endif

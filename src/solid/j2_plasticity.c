@@ -7,7 +7,7 @@ enum { PDI_J2_PLASTICITY_TENSOR = PD_DIM * PD_DIM };
 
 PDI_FN void pdi_j2_plasticity_list(pdi_array_visitor *owner, void *object)
 {
-    pd_plastic *plastic = (pd_plastic *)object;
+    pd_j2_plasticity *plastic = (pd_j2_plasticity *)object;
     PDI_ARRAY_STATE(owner, plastic, strain, plastic->count * PDI_J2_PLASTICITY_TENSOR, "1");
     PDI_ARRAY_STATE(owner, plastic, slip, plastic->count, "1");
     PDI_ARRAY(owner, plastic, relief, plastic->count * PDI_J2_PLASTICITY_TENSOR, "Pa");
@@ -42,14 +42,14 @@ static void pdi_j2_plasticity_strain_deviator(const double *h, double *e)
 }
 
 /* Stress over deviatoric strain [Pa]: 2 mu; in 1D E. */
-static double pdi_j2_plasticity_stiffness(const pd_plastic *p) { return PD_DIM > 1 ? 2.0 * p->shear : p->shear; }
+static double pdi_j2_plasticity_stiffness(const pd_j2_plasticity *p) { return PD_DIM > 1 ? 2.0 * p->shear : p->shear; }
 /* Factor by which the norm of a deviator becomes von Mises' stress: sqrt(3/2), in 1D 1. */
 static double pdi_j2_plasticity_mises_factor(void) { return PD_DIM > 1 ? sqrt(1.5) : 1.0; }
 
 /* Increment of the equivalent plastic strain of the step of point i to h; 0: elastic. Out: flow direction way, norm of
  * the trial stress [Pa]. */
-static double pdi_j2_plasticity_compute_increment(const pd_plastic *p, int64_t i, const double *h, double *direction,
-                                                  double *trial)
+static double pdi_j2_plasticity_compute_increment(const pd_j2_plasticity *p, int64_t i, const double *h,
+                                                  double *direction, double *trial)
 {
     const double *was = p->strain + i * PDI_J2_PLASTICITY_TENSOR;
     double stiffness = pdi_j2_plasticity_stiffness(p), mises = pdi_j2_plasticity_mises_factor(),
@@ -63,7 +63,7 @@ static double pdi_j2_plasticity_compute_increment(const pd_plastic *p, int64_t i
     return beyond / (mises * mises * stiffness + p->hardening);
 }
 
-PDI_FN void pdi_j2_plasticity_return_map(const pd_plastic *p, int64_t i, const double *h)
+PDI_FN void pdi_j2_plasticity_return_map(const pd_j2_plasticity *p, int64_t i, const double *h)
 {
     double *relief = p->relief + i * PDI_J2_PLASTICITY_TENSOR, *way = p->way + i * PDI_J2_PLASTICITY_TENSOR, stress;
     const double *was = p->strain + i * PDI_J2_PLASTICITY_TENSOR;
@@ -77,7 +77,7 @@ PDI_FN void pdi_j2_plasticity_return_map(const pd_plastic *p, int64_t i, const d
     p->across[i] = PD_DIM > 1 ? stiffness * stiffness * mises * slip / stress : 0.0;
 }
 
-PDI_FN void pdi_j2_plasticity_apply_tangent(const pd_plastic *p, int64_t i, const double *dh)
+PDI_FN void pdi_j2_plasticity_apply_tangent(const pd_j2_plasticity *p, int64_t i, const double *dh)
 {
     double *relief = p->relief + i * PDI_J2_PLASTICITY_TENSOR, e[PDI_J2_PLASTICITY_TENSOR], share = 0.0;
     const double *way = p->way + i * PDI_J2_PLASTICITY_TENSOR;
@@ -90,7 +90,7 @@ PDI_FN void pdi_j2_plasticity_apply_tangent(const pd_plastic *p, int64_t i, cons
         relief[k] = p->along[i] * share * way[k] + p->across[i] * (e[k] - share * way[k]);
 }
 
-PDI_FN void pdi_j2_plasticity_commit(const pd_plastic *p, int64_t i, const double *h)
+PDI_FN void pdi_j2_plasticity_commit(const pd_j2_plasticity *p, int64_t i, const double *h)
 {
     double way[PDI_J2_PLASTICITY_TENSOR], stress, slip = pdi_j2_plasticity_compute_increment(p, i, h, way, &stress);
     if (!(slip > 0.0)) return;
@@ -99,7 +99,7 @@ PDI_FN void pdi_j2_plasticity_commit(const pd_plastic *p, int64_t i, const doubl
     p->slip[i] += slip;
 }
 
-PDI_FN double pdi_j2_plasticity_energy_relief(const pd_plastic *p, int64_t i, const double *h)
+PDI_FN double pdi_j2_plasticity_energy_relief(const pd_j2_plasticity *p, int64_t i, const double *h)
 {
     const double *relief = p->relief + i * PDI_J2_PLASTICITY_TENSOR;
     double e[PDI_J2_PLASTICITY_TENSOR], own = pdi_j2_plasticity_norm(relief), sum;
@@ -109,7 +109,7 @@ PDI_FN double pdi_j2_plasticity_energy_relief(const pd_plastic *p, int64_t i, co
     return sum - 0.5 * own * own / pdi_j2_plasticity_stiffness(p);
 }
 
-PDI_FN double pdi_j2_plasticity_dissipated(const pd_plastic *p, int64_t i)
+PDI_FN double pdi_j2_plasticity_dissipated(const pd_j2_plasticity *p, int64_t i)
 {
     return (p->yield + 0.5 * p->hardening * p->slip[i]) * p->slip[i];
 }

@@ -10,7 +10,7 @@
 #define PD_J2_PLASTICITY_H
 #include "core/array_registry.h"
 
-typedef struct pd_plastic {
+typedef struct pd_j2_plasticity {
     int64_t count;    /* points; 0: no plasticity */
     double shear;     /* [Pa] mu; 1D: E */
     double yield;     /* [Pa] */
@@ -21,23 +21,23 @@ typedef struct pd_plastic {
     double *way;      /* [count][PD_DIM^2] [-] flow direction, of unit norm with its out-of-plane part */
     double *along;    /* [count] [Pa] derivative of relief by the strain along the flow direction; 0: elastic step */
     double *across;   /* [count] [Pa] derivative by a strain that turns the flow direction */
-} pd_plastic;
+} pd_j2_plasticity;
 
 #ifdef PDI_INTERNAL
 /* Describes the arrays: plastic strains are state, the others work of a step. */
 PDI_FN void pdi_j2_plasticity_list(pdi_array_visitor *owner, void *plastic);
 /* Radial return of point i from its state to the displacement gradient h: sets relief, way, along, across. */
-PDI_FN void pdi_j2_plasticity_return_map(const pd_plastic *plastic, int64_t i, const double *h);
+PDI_FN void pdi_j2_plasticity_return_map(const pd_j2_plasticity *plastic, int64_t i, const double *h);
 /* Derivative of the plastic stress of point i along dh, into relief. To be called after pdi_j2_plasticity_return_map.
  */
-PDI_FN void pdi_j2_plasticity_apply_tangent(const pd_plastic *plastic, int64_t i, const double *dh);
+PDI_FN void pdi_j2_plasticity_apply_tangent(const pd_j2_plasticity *plastic, int64_t i, const double *dh);
 /* Makes the plastic strain of the step of point i to h its state. */
-PDI_FN void pdi_j2_plasticity_commit(const pd_plastic *plastic, int64_t i, const double *h);
+PDI_FN void pdi_j2_plasticity_commit(const pd_j2_plasticity *plastic, int64_t i, const double *h);
 /* Energy density [J/m3] by which the plastic strain lowers the elastic energy of the gradient h, at the present
  * relief. */
-PDI_FN double pdi_j2_plasticity_energy_relief(const pd_plastic *plastic, int64_t i, const double *h);
+PDI_FN double pdi_j2_plasticity_energy_relief(const pd_j2_plasticity *plastic, int64_t i, const double *h);
 /* Plastic work [J/m3] of point i so far: heat and hardening. */
-PDI_FN double pdi_j2_plasticity_dissipated(const pd_plastic *plastic, int64_t i);
+PDI_FN double pdi_j2_plasticity_dissipated(const pd_j2_plasticity *plastic, int64_t i);
 #endif
 
 #endif

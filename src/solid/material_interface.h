@@ -8,7 +8,7 @@
 #include "core/archive.h"
 #include "solid/body.h"
 
-typedef struct pd_solid {
+typedef struct pd_material_interface {
     const char *name;
     void *self;
     pd_body *body;
@@ -47,7 +47,7 @@ typedef struct pd_solid {
     void (*density)(const pd_ctx *ctx, void *self, const double *u, double *density);
     /* Force state t [PD_DIM] [N/m^(2d)] of point i on the current bond, at u: force_i = sum V_j (t_ij - t_ji). NULL:
      * not a bond-based material. */
-    void (*pull)(const void *self, const double *u, int32_t i, const pd_walk *bond, double *pull);
+    void (*pull)(const void *self, const double *u, int32_t i, const pd_bond_iterator *bond, double *pull);
     /* Explicit dynamics: force [N/m3] at the end of a time step of dt [s] to u; v [m/s] are the velocities of the step,
      * NULL before the first one. Bonds break by the rule of the material. Returns how many. NULL: use `force`. */
     int64_t (*move)(const pd_ctx *ctx, void *self, const double *u, const double *v, double dt, double *force);
@@ -59,7 +59,7 @@ typedef struct pd_solid {
     double (*limit)(const void *self, double density);
     /* Writes the history variables to an archive, or reads them. NULL: none. */
     pd_status (*store)(pd_ctx *ctx, void *self, pd_archive *archive);
-} pd_solid;
+} pd_material_interface;
 
 #ifdef PDI_INTERNAL
 /* Von Mises stress [Pa] of a stress [PD_DIM^2] and, in 2D, its out-of-plane normal stress. *mean [Pa]: mean of the

@@ -70,7 +70,7 @@ PDI_FN void pdi_microelastic_list(pdi_array_visitor *owner, void *object)
     pd_microelastic *microelastic = (pd_microelastic *)object;
     int64_t count = microelastic->body ? microelastic->body->count : 0;
     if (PD_DIM > 1 && microelastic->desc.surface == PD_MICROELASTIC_MOMENTS)
-        PDI_ARRAY(owner, microelastic, share, count * PD_MEND_MOMENTS, "1");
+        PDI_ARRAY(owner, microelastic, share, count * PD_SURFACE_CORRECTION_MOMENTS, "1");
     PDI_ARRAY(owner, microelastic, at, count * PD_DIM, "m");
     PDI_SCALAR_STATE(owner, microelastic, released, "J");
 }
@@ -119,7 +119,7 @@ static double pdi_microelastic_influence_weight(const pd_microelastic *m, const 
 }
 
 /* The pdi_bond_weights_fn without surface correction. */
-static double pdi_microelastic_uncorrected_weight(const void *self, int32_t i, const pd_walk *bond)
+static double pdi_microelastic_uncorrected_weight(const void *self, int32_t i, const pd_bond_iterator *bond)
 {
     const pd_microelastic *m = (const pd_microelastic *)self;
     double xi[PD_DIM];
@@ -128,7 +128,7 @@ static double pdi_microelastic_uncorrected_weight(const void *self, int32_t i, c
 }
 
 /* The pdi_bond_weights_fn with the surface correction, by the family moments or the multipliers of both ends. */
-static double pdi_microelastic_corrected_weight(const void *self, int32_t i, const pd_walk *bond)
+static double pdi_microelastic_corrected_weight(const void *self, int32_t i, const pd_bond_iterator *bond)
 {
     const pdi_microelastic_weight_params *o = (const pdi_microelastic_weight_params *)self;
     const pd_microelastic *m = o->m;
@@ -136,8 +136,8 @@ static double pdi_microelastic_corrected_weight(const void *self, int32_t i, con
     double xi[PD_DIM], factor = 1.0;
     pdi_bond_force_compute_offset(&m->springs, i, bond->to, xi);
     if (m->share)
-        factor = pdi_surface_correction_bond_factor(&o->correction, m->share + k * PD_MEND_MOMENTS,
-                                                    m->share + j * PD_MEND_MOMENTS, xi);
+        factor = pdi_surface_correction_bond_factor(&o->correction, m->share + k * PD_SURFACE_CORRECTION_MOMENTS,
+                                                    m->share + j * PD_SURFACE_CORRECTION_MOMENTS, xi);
     else if (o->family_moments && m->desc.surface == PD_MICROELASTIC_VOLUME)
         factor = 2.0 * o->complete.volume / (o->family_moments[k * PD_DIM] + o->family_moments[j * PD_DIM]);
     else if (o->family_moments)
@@ -152,7 +152,7 @@ static void pdi_microelastic_compute_family_moments(const pd_microelastic *m, in
     const pd_body *body = m->body;
     pdi_compensated_sum sum[PD_DIM];
     memset(sum, 0, sizeof sum);
-    for (pd_walk f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
+    for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
         double xi[PD_DIM], volume = body->volume[f.to];
         pdi_bond_force_compute_offset(&m->springs, i, f.to, xi);
         double square = pdi_vec_dot(xi, xi);
@@ -169,7 +169,7 @@ static void pdi_microelastic_compute_family_moments(const pd_microelastic *m, in
 static double pdi_microelastic_stiffness_bound(const pd_microelastic *m, int32_t i)
 {
     double stiff[PD_DIM * PD_DIM] = {0.0}, most = 0.0;
-    for (pd_walk f = pdi_body_bonds_begin(m->body, i); pdi_body_bonds_next(&f);) {
+    for (pd_bond_iterator f = pdi_body_bonds_begin(m->body, i); pdi_body_bonds_next(&f);) {
         double xi[PD_DIM], weight = (double)pdi_bond_weights_get(&m->weights, i, &f);
         pdi_bond_force_compute_offset(&m->springs, i, f.to, xi);
         double square = pdi_vec_dot(xi, xi), over = weight * m->body->volume[f.to] / (square * sqrt(square));
@@ -290,7 +290,7 @@ PDI_FN void pdi_microelastic_compute_edge(const pd_microelastic *m, int32_t i, d
     double over = 3.0 * m->modulus / ((PD_DIM + 2.0) * pdi_microelastic_axial_modulus(m)) * m->body->spacing,
            xi[PD_DIM];
     int64_t units[PD_DIM] = {0}; /* whole numbers, so that mirror images have the same bits */
-    for (pd_walk f = pdi_body_bonds_begin(m->body, i); pdi_body_bonds_next(&f);) {
+    for (pd_bond_iterator f = pdi_body_bonds_begin(m->body, i); pdi_body_bonds_next(&f);) {
         pdi_bond_force_compute_offset(&m->springs, i, f.to, xi);
         double weight = over * (double)pdi_bond_weights_get(&m->weights, i, &f) * m->body->volume[f.to];
         double most = weight / pdi_vec_norm(xi) * PDI_MICROELASTIC_FIXED_POINT;
@@ -304,7 +304,7 @@ static double pdi_microelastic_energy_density(const pd_microelastic *m, const do
 {
     const pd_body *body = m->body;
     double sum = 0.0, y[PD_DIM], r, length;
-    for (pd_walk f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
+    for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
         double weight = pdi_bond_weights_get_intact(&m->weights, i, &f) * body->volume[f.to];
         if (!(weight > 0.0)) continue;
         double s = pdi_microelastic_compute_stretch(body, u, i, f.to, y, &r, &length);
@@ -324,7 +324,7 @@ double pd_microelastic_energy(const pd_ctx *ctx, const pd_microelastic *m, const
 
 /* ---- what solvers see ---- */
 
-/* pd_solid.force: forces without breaking; keeps u for the tangent. */
+/* pd_material_interface.force: forces without breaking; keeps u for the tangent. */
 static pd_status pdi_microelastic_ops_force(pd_ctx *ctx, void *self, const double *u, double *force)
 {
     pd_microelastic *m = (pd_microelastic *)self;
@@ -336,8 +336,9 @@ static pd_status pdi_microelastic_ops_force(pd_ctx *ctx, void *self, const doubl
 
 /* Longitudinal and transverse stiffness of a bond of point i at u [N/m^(2d+1)], and its direction n. Returns 0: it is
  * broken. */
-static int pdi_microelastic_bond_stiffness(const pd_microelastic *m, const double *u, int32_t i, const pd_walk *f,
-                                           double *n, double *longitudinal, double *transverse)
+static int pdi_microelastic_bond_stiffness(const pd_microelastic *m, const double *u, int32_t i,
+                                           const pd_bond_iterator *f, double *n, double *longitudinal,
+                                           double *transverse)
 {
     double r, length, weight = m->modulus * pdi_bond_weights_get_intact(&m->weights, i, f);
     if (!(weight > 0.0)) return 0;
@@ -348,7 +349,7 @@ static int pdi_microelastic_bond_stiffness(const pd_microelastic *m, const doubl
     return 1;
 }
 
-/* pd_solid.tangent at the displacements of the last force. */
+/* pd_material_interface.tangent at the displacements of the last force. */
 static void pdi_microelastic_ops_tangent(const pd_ctx *ctx, void *self, const double *du, double *df)
 {
     const pd_microelastic *m = (const pd_microelastic *)self;
@@ -358,7 +359,7 @@ static void pdi_microelastic_ops_tangent(const pd_ctx *ctx, void *self, const do
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) {
         double sum[PD_DIM] = {0.0}, n[PD_DIM], along, across;
-        for (pd_walk f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
+        for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
             const double *own = du + (int64_t)i * PD_DIM, *far = du + (int64_t)f.to * PD_DIM;
             double volume = body->volume[f.to], longer = 0.0;
             if (!pdi_microelastic_bond_stiffness(m, m->at, i, &f, n, &along, &across)) continue;
@@ -370,7 +371,7 @@ static void pdi_microelastic_ops_tangent(const pd_ctx *ctx, void *self, const do
     }
 }
 
-/* pd_solid.blocks: diagonal blocks; compressed bonds get no negative transverse stiffness. */
+/* pd_material_interface.blocks: diagonal blocks; compressed bonds get no negative transverse stiffness. */
 static void pdi_microelastic_ops_blocks(const pd_ctx *ctx, void *self, double *block)
 {
     const pd_microelastic *m = (const pd_microelastic *)self;
@@ -381,7 +382,7 @@ static void pdi_microelastic_ops_blocks(const pd_ctx *ctx, void *self, double *b
     for (int32_t i = 0; i < body->count; i++) {
         double *a = block + (int64_t)i * PD_DIM * PD_DIM, n[PD_DIM], along, across;
         for (int p = 0; p < PD_DIM * PD_DIM; p++) a[p] = 0.0;
-        for (pd_walk f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
+        for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
             double volume = body->volume[i] * body->volume[f.to];
             if (!pdi_microelastic_bond_stiffness(m, m->at, i, &f, n, &along, &across)) continue;
             across = pdi_max(across, PDI_MICROELASTIC_MIN_TRANSVERSE * along);
@@ -393,13 +394,13 @@ static void pdi_microelastic_ops_blocks(const pd_ctx *ctx, void *self, double *b
     }
 }
 
-/* pd_solid.energy. */
+/* pd_material_interface.energy. */
 static double pdi_microelastic_ops_energy(const pd_ctx *ctx, void *self, const double *u)
 {
     return pd_microelastic_energy(ctx, (const pd_microelastic *)self, u);
 }
 
-/* pd_solid.density: energy density of all points. */
+/* pd_material_interface.density: energy density of all points. */
 static void pdi_microelastic_ops_density(const pd_ctx *ctx, void *self, const double *u, double *density)
 {
     const pd_microelastic *m = (const pd_microelastic *)self;
@@ -409,8 +410,8 @@ static void pdi_microelastic_ops_density(const pd_ctx *ctx, void *self, const do
     for (int32_t i = 0; i < m->body->count; i++) density[i] = pdi_microelastic_energy_density(m, u, i);
 }
 
-/* pd_solid.pull: half of the bond force on point i, the part of its own family. */
-static void pdi_microelastic_ops_bond_force(const void *self, const double *u, int32_t i, const pd_walk *f,
+/* pd_material_interface.pull: half of the bond force on point i, the part of its own family. */
+static void pdi_microelastic_ops_bond_force(const void *self, const double *u, int32_t i, const pd_bond_iterator *f,
                                             double *pull)
 {
     const pd_microelastic *m = (const pd_microelastic *)self;
@@ -419,27 +420,27 @@ static void pdi_microelastic_ops_bond_force(const void *self, const double *u, i
     for (int d = 0; d < PD_DIM; d++) pull[d] *= weight > 0.0 ? 0.5 * m->modulus * weight * s / length : 0.0;
 }
 
-/* pd_solid.move: forces at the end of a time step, with breaking. The energy of a bond that breaks is that at the
- * middle of the step. */
+/* pd_material_interface.move: forces at the end of a time step, with breaking. The energy of a bond that breaks is that
+ * at the middle of the step. */
 static int64_t pdi_microelastic_ops_move(const pd_ctx *ctx, void *self, const double *u, const double *v, double dt,
                                          double *force)
 {
     return pdi_microelastic_compute_force(ctx, (pd_microelastic *)self, u, v, 0.5 * dt, 1, force);
 }
 
-/* pd_solid.update: bonds have broken. */
+/* pd_material_interface.update: bonds have broken. */
 static pd_status pdi_microelastic_ops_update(pd_ctx *ctx, void *self)
 {
     return pdi_bond_force_update(ctx, &((pd_microelastic *)self)->springs);
 }
 
-/* pd_solid.limit: stable time step. */
+/* pd_material_interface.limit: stable time step. */
 static double pdi_microelastic_ops_stable_step(const void *self, double density)
 {
     return pdi_microelastic_stable_step((const pd_microelastic *)self, density);
 }
 
-/* pd_solid.store: state to or from an archive. */
+/* pd_material_interface.store: state to or from an archive. */
 static pd_status pdi_microelastic_ops_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     pd_microelastic *m = (pd_microelastic *)self;
@@ -448,9 +449,9 @@ static pd_status pdi_microelastic_ops_store(pd_ctx *ctx, void *self, pd_archive 
     return archive->reading ? pdi_bond_force_update(ctx, &m->springs) : PD_OK;
 }
 
-pd_solid pd_microelastic_solid(pd_microelastic *m)
+pd_material_interface pd_microelastic_material(pd_microelastic *m)
 {
-    pd_solid solid;
+    pd_material_interface solid;
     memset(&solid, 0, sizeof solid);
     solid.name = "microelastic";
     solid.self = m;

@@ -39,9 +39,10 @@ typedef struct pd_microelastic {
     double critical;    /* [-] stretch at which bonds break; 0: none */
     double anisotropy;  /* [-] largest energy of a crack over the least one, all directions */
     double stiffest;    /* [m^(d-1)] bound of sum w/r n n V of all families; 1D: 0 */
-    double *share;      /* [count][PD_MEND_MOMENTS] [-] multipliers of the surface correction; NULL: another method */
+    /* [count][PD_SURFACE_CORRECTION_MOMENTS] [-] multipliers of the surface correction; NULL: another method */
+    double *share;
     pd_bond_weights weights; /* w */
-    pd_springs springs; /* forces of bonds */
+    pd_bond_force springs;   /* forces of bonds */
     double *at;         /* [count][PD_DIM] [m] displacements of the last forces that a solver has asked for */
     double released;    /* [J] (per m in 2D, per m2 in 1D) energy of the bonds that broke, as they did */
 } pd_microelastic;
@@ -49,7 +50,7 @@ typedef struct pd_microelastic {
 #define pd_microelastic_build PD_NAME(pd_microelastic_build)
 #define pd_microelastic_force PD_NAME(pd_microelastic_force)
 #define pd_microelastic_energy PD_NAME(pd_microelastic_energy)
-#define pd_microelastic_solid PD_NAME(pd_microelastic_solid)
+#define pd_microelastic_material PD_NAME(pd_microelastic_material)
 #define pd_microelastic_free PD_NAME(pd_microelastic_free)
 
 /* The body is borrowed; it has a spacing, whose lattice the constants are for, and no period. PD_ERR_ARGUMENT: a
@@ -62,10 +63,10 @@ PD_API int64_t pd_microelastic_force(const pd_ctx *ctx, pd_microelastic *materia
                                      double *force);
 /* Energy [J] (per m in 2D, per m2 in 1D) of the bonds that are left. */
 PD_API double pd_microelastic_energy(const pd_ctx *ctx, const pd_microelastic *material, const double *u);
-/* The pd_solid table of the material: displacements of any size; `force` breaks no bonds. It has no stress. Under
- * pressure the derivative of its forces may be indefinite; its blocks are positive. PD_RETRY of `force`: a bond has no
- * length. */
-PD_API pd_solid pd_microelastic_solid(pd_microelastic *material);
+/* The pd_material_interface table of the material: displacements of any size; `force` breaks no bonds. It has no
+ * stress. Under pressure the derivative of its forces may be indefinite; its blocks are positive. PD_RETRY of `force`:
+ * a bond has no length. */
+PD_API pd_material_interface pd_microelastic_material(pd_microelastic *material);
 PD_API void pd_microelastic_free(pd_ctx *ctx, pd_microelastic *material);
 
 #ifdef PDI_INTERNAL

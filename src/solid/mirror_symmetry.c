@@ -6,7 +6,7 @@
 /* Describes the arrays of images. */
 static void pdi_mirror_symmetry_list(pdi_array_visitor *owner, void *object)
 {
-    pd_mirrored *mirrored = (pd_mirrored *)object;
+    pd_mirror_symmetry *mirrored = (pd_mirror_symmetry *)object;
     int64_t all = (int64_t)mirrored->count + mirrored->images;
     PDI_ARRAY(owner, mirrored, of, mirrored->images, "1");
     PDI_ARRAY(owner, mirrored, flip, mirrored->images, "1");
@@ -17,7 +17,7 @@ static void pdi_mirror_symmetry_list(pdi_array_visitor *owner, void *object)
 }
 
 /* Copies vectors x of the real points to all [count + images], with reflected ones for the images. */
-static void pdi_mirror_symmetry_expand_images(const pd_mirrored *m, const double *x, double *all)
+static void pdi_mirror_symmetry_expand_images(const pd_mirror_symmetry *m, const double *x, double *all)
 {
     memcpy(all, x, (size_t)m->count * PD_DIM * sizeof *all);
     for (int32_t g = 0; g < m->images; g++)
@@ -28,96 +28,96 @@ static void pdi_mirror_symmetry_expand_images(const pd_mirrored *m, const double
 }
 
 /* Sets the forces on images to zero. */
-static void pdi_mirror_symmetry_clear_images(const pd_mirrored *m, double *force)
+static void pdi_mirror_symmetry_clear_images(const pd_mirror_symmetry *m, double *force)
 {
     memset(force + (int64_t)m->count * PD_DIM, 0, (size_t)m->images * PD_DIM * sizeof *force);
 }
 
-/* pd_solid.force of the real points, with images that follow them. */
+/* pd_material_interface.force of the real points, with images that follow them. */
 static pd_status pdi_mirror_symmetry_ops_force(pd_ctx *ctx, void *self, const double *u, double *force)
 {
-    pd_mirrored *m = (pd_mirrored *)self;
+    pd_mirror_symmetry *m = (pd_mirror_symmetry *)self;
     pdi_mirror_symmetry_expand_images(m, u, m->u);
     pd_status status = m->inner.force(ctx, m->inner.self, m->u, force);
     pdi_mirror_symmetry_clear_images(m, force);
     return status;
 }
 
-/* pd_solid.tangent along du of the real points. */
+/* pd_material_interface.tangent along du of the real points. */
 static void pdi_mirror_symmetry_ops_tangent(const pd_ctx *ctx, void *self, const double *du, double *df)
 {
-    pd_mirrored *m = (pd_mirrored *)self;
+    pd_mirror_symmetry *m = (pd_mirror_symmetry *)self;
     pdi_mirror_symmetry_expand_images(m, du, m->v);
     m->inner.tangent(ctx, m->inner.self, m->v, df);
     pdi_mirror_symmetry_clear_images(m, df);
 }
 
-/* pd_solid.blocks of the material. */
+/* pd_material_interface.blocks of the material. */
 static void pdi_mirror_symmetry_ops_blocks(const pd_ctx *ctx, void *self, double *block)
 {
-    pd_mirrored *m = (pd_mirrored *)self;
+    pd_mirror_symmetry *m = (pd_mirror_symmetry *)self;
     m->inner.blocks(ctx, m->inner.self, block);
 }
 
-/* pd_solid.moduli of the material. */
+/* pd_material_interface.moduli of the material. */
 static void pdi_mirror_symmetry_ops_moduli(const pd_ctx *ctx, void *self, double *lambda, double *mu)
 {
-    pd_mirrored *m = (pd_mirrored *)self;
+    pd_mirror_symmetry *m = (pd_mirror_symmetry *)self;
     m->inner.moduli(ctx, m->inner.self, lambda, mu);
 }
 
-/* pd_solid.density at u of the real points. */
+/* pd_material_interface.density at u of the real points. */
 static void pdi_mirror_symmetry_ops_density(const pd_ctx *ctx, void *self, const double *u, double *density)
 {
-    pd_mirrored *m = (pd_mirrored *)self;
+    pd_mirror_symmetry *m = (pd_mirror_symmetry *)self;
     pdi_mirror_symmetry_expand_images(m, u, m->u);
     m->inner.density(ctx, m->inner.self, m->u, density);
 }
 
-/* pd_solid.energy: sum over the real points. */
+/* pd_material_interface.energy: sum over the real points. */
 static double pdi_mirror_symmetry_ops_energy(const pd_ctx *ctx, void *self, const double *u)
 {
-    pd_mirrored *m = (pd_mirrored *)self;
+    pd_mirror_symmetry *m = (pd_mirror_symmetry *)self;
     pdi_compensated_sum all = {0.0, 0.0};
     pdi_mirror_symmetry_ops_density(ctx, self, u, m->density);
     for (int32_t i = 0; i < m->count; i++) pdi_compensated_sum_add(&all, m->inner.body->volume[i] * m->density[i]);
     return pdi_compensated_sum_total(&all);
 }
 
-/* pd_solid.stress at u of the real points. */
+/* pd_material_interface.stress at u of the real points. */
 static void pdi_mirror_symmetry_ops_stress(const pd_ctx *ctx, void *self, const double *u, double *stress)
 {
-    pd_mirrored *m = (pd_mirrored *)self;
+    pd_mirror_symmetry *m = (pd_mirror_symmetry *)self;
     pdi_mirror_symmetry_expand_images(m, u, m->u);
     m->inner.stress(ctx, m->inner.self, m->u, stress);
 }
 
-/* pd_solid.normal of the material. */
+/* pd_material_interface.normal of the material. */
 static double pdi_mirror_symmetry_ops_normal_stress(const void *self, int32_t i, const double *stress)
 {
-    const pd_mirrored *m = (const pd_mirrored *)self;
+    const pd_mirror_symmetry *m = (const pd_mirror_symmetry *)self;
     return m->inner.normal(m->inner.self, i, stress);
 }
 
-/* pd_solid.dissipated of the material. */
+/* pd_material_interface.dissipated of the material. */
 static double pdi_mirror_symmetry_ops_dissipated(const void *self)
 {
-    const pd_mirrored *m = (const pd_mirrored *)self;
+    const pd_mirror_symmetry *m = (const pd_mirror_symmetry *)self;
     return m->inner.dissipated(m->inner.self);
 }
 
-/* pd_solid.slip of the material. */
+/* pd_material_interface.slip of the material. */
 static void pdi_mirror_symmetry_ops_plastic_strain(const pd_ctx *ctx, const void *self, double *strain)
 {
-    const pd_mirrored *m = (const pd_mirrored *)self;
+    const pd_mirror_symmetry *m = (const pd_mirror_symmetry *)self;
     m->inner.slip(ctx, m->inner.self, strain);
 }
 
-/* pd_solid.move with displacements and velocities of the real points. */
+/* pd_material_interface.move with displacements and velocities of the real points. */
 static int64_t pdi_mirror_symmetry_ops_move(const pd_ctx *ctx, void *self, const double *u, const double *v, double dt,
                                             double *force)
 {
-    pd_mirrored *m = (pd_mirrored *)self;
+    pd_mirror_symmetry *m = (pd_mirror_symmetry *)self;
     pdi_mirror_symmetry_expand_images(m, u, m->u);
     if (v) pdi_mirror_symmetry_expand_images(m, v, m->v);
     int64_t broken = m->inner.move(ctx, m->inner.self, m->u, v ? m->v : NULL, dt, force);
@@ -125,49 +125,50 @@ static int64_t pdi_mirror_symmetry_ops_move(const pd_ctx *ctx, void *self, const
     return broken;
 }
 
-/* pd_solid.update of the material. */
+/* pd_material_interface.update of the material. */
 static pd_status pdi_mirror_symmetry_ops_update(pd_ctx *ctx, void *self)
 {
-    pd_mirrored *m = (pd_mirrored *)self;
+    pd_mirror_symmetry *m = (pd_mirror_symmetry *)self;
     return m->inner.update(ctx, m->inner.self);
 }
 
-/* pd_solid.commit at u of the real points. */
+/* pd_material_interface.commit at u of the real points. */
 static pd_status pdi_mirror_symmetry_ops_commit(pd_ctx *ctx, void *self, const double *u)
 {
-    pd_mirrored *m = (pd_mirrored *)self;
+    pd_mirror_symmetry *m = (pd_mirror_symmetry *)self;
     pdi_mirror_symmetry_expand_images(m, u, m->u);
     return m->inner.commit(ctx, m->inner.self, m->u);
 }
 
-/* pd_solid.limit of the material. */
+/* pd_material_interface.limit of the material. */
 static double pdi_mirror_symmetry_ops_stable_step(const void *self, double density)
 {
-    const pd_mirrored *m = (const pd_mirrored *)self;
+    const pd_mirror_symmetry *m = (const pd_mirror_symmetry *)self;
     return m->inner.limit(m->inner.self, density);
 }
 
-/* pd_solid.store of the material. */
+/* pd_material_interface.store of the material. */
 static pd_status pdi_mirror_symmetry_ops_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
-    pd_mirrored *m = (pd_mirrored *)self;
+    pd_mirror_symmetry *m = (pd_mirror_symmetry *)self;
     return m->inner.store(ctx, m->inner.self, archive);
 }
 
-PDI_FN pd_status pdi_mirror_symmetry_build(pd_ctx *ctx, pd_mirrored *m)
+PDI_FN pd_status pdi_mirror_symmetry_build(pd_ctx *ctx, pd_mirror_symmetry *m)
 {
     return pdi_array_registry_build(ctx, pdi_mirror_symmetry_list, m);
 }
 
-PDI_FN void pdi_mirror_symmetry_free(pd_ctx *ctx, pd_mirrored *m)
+PDI_FN void pdi_mirror_symmetry_free(pd_ctx *ctx, pd_mirror_symmetry *m)
 {
     pdi_array_registry_free(ctx, pdi_mirror_symmetry_list, m);
     memset(m, 0, sizeof *m);
 }
 
-PDI_FN pd_solid pdi_mirror_symmetry_build_interface(pd_mirrored *m, const pd_solid *material)
+PDI_FN pd_material_interface pdi_mirror_symmetry_build_interface(pd_mirror_symmetry *m,
+                                                                 const pd_material_interface *material)
 {
-    pd_solid s = *material;
+    pd_material_interface s = *material;
     m->inner = *material;
     for (int32_t g = 0; g < m->images; g++)
         for (int d = 0; d < PD_DIM; d++)

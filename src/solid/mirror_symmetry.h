@@ -2,29 +2,30 @@
  *
  * The last points of the body are mirror images of others: they complete the families of points near a plane, and move
  * as the reflections of their points. The layer of images is three horizons thick, so that the forces on real points
- * are those of the complete body. Energies are those of the real points. Solvers see a pd_solid whose images carry no
- * forces; what they prescribe, load or compute at images is ignored.
+ * are those of the complete body. Energies are those of the real points. Solvers see a pd_material_interface whose
+ * images carry no forces; what they prescribe, load or compute at images is ignored.
  */
 #ifndef PD_MIRROR_SYMMETRY_H
 #define PD_MIRROR_SYMMETRY_H
 #include "solid/material_interface.h"
 
-typedef struct pd_mirrored {
-    pd_solid inner;
+typedef struct pd_mirror_symmetry {
+    pd_material_interface inner;
     int32_t count, images; /* points, and images, which come behind them */
     int32_t *of;           /* [images] the point that an image stands for */
     uint8_t *flip;         /* [images] bit d: it is a reflection along axis d */
-    uint8_t *follows;      /* [count + images][PD_DIM] as of pd_solid */
+    uint8_t *follows;      /* [count + images][PD_DIM] as of pd_material_interface */
     double *u, *v;         /* [count + images][PD_DIM] [m], [m/s] of all points; work */
     double *density;       /* [count + images] [J/m3] */
-} pd_mirrored;
+} pd_mirror_symmetry;
 
 #ifdef PDI_INTERNAL
 /* Arrays of images; count and images are set before, of and flip are filled in after the build. */
-PDI_FN pd_status pdi_mirror_symmetry_build(pd_ctx *ctx, pd_mirrored *mirrored);
-PDI_FN void pdi_mirror_symmetry_free(pd_ctx *ctx, pd_mirrored *mirrored);
-/* The pd_solid table that wraps the one of a material, which is borrowed. */
-PDI_FN pd_solid pdi_mirror_symmetry_build_interface(pd_mirrored *mirrored, const pd_solid *material);
+PDI_FN pd_status pdi_mirror_symmetry_build(pd_ctx *ctx, pd_mirror_symmetry *mirrored);
+PDI_FN void pdi_mirror_symmetry_free(pd_ctx *ctx, pd_mirror_symmetry *mirrored);
+/* The pd_material_interface table that wraps the one of a material, which is borrowed. */
+PDI_FN pd_material_interface pdi_mirror_symmetry_build_interface(pd_mirror_symmetry *mirrored,
+                                                                 const pd_material_interface *material);
 #endif
 
 #endif

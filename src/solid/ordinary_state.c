@@ -24,8 +24,8 @@ typedef struct pdi_ordinary_state_bond {
 } pdi_ordinary_state_bond;
 
 /* Kinematics of the current bond of point i at u. Returns 0: it is broken. */
-static inline int pdi_ordinary_state_get_bond(const pd_ordinary *o, int linear, const double *u, int32_t i,
-                                              const pd_walk *f, pdi_ordinary_state_bond *bond)
+static inline int pdi_ordinary_state_get_bond(const pd_ordinary_state *o, int linear, const double *u, int32_t i,
+                                              const pd_bond_iterator *f, pdi_ordinary_state_bond *bond)
 {
     const double *own = u + (int64_t)i * PD_DIM, *far = u + (int64_t)f->to * PD_DIM;
     double eta[PD_DIM];
@@ -46,22 +46,22 @@ static inline int pdi_ordinary_state_get_bond(const pd_ordinary *o, int linear, 
     return 1;
 }
 
-/* 1: the model fits a strain to each family (PD_ORDINARY_POSITION). */
-static int pdi_ordinary_state_is_position_aware(const pd_ordinary *o)
+/* 1: the model fits a strain to each family (PD_ORDINARY_STATE_POSITION). */
+static int pdi_ordinary_state_is_position_aware(const pd_ordinary_state *o)
 {
-    return o->desc.surface == PD_ORDINARY_POSITION;
+    return o->desc.surface == PD_ORDINARY_STATE_POSITION;
 }
 
 /* Bond weights: isotropic for shear on a lattice, and with the surface correction; sets shear, bulk, anisotropy. */
-static pd_status pdi_ordinary_state_compute_weights(pd_ctx *ctx, pd_ordinary *o)
+static pd_status pdi_ordinary_state_compute_weights(pd_ctx *ctx, pd_ordinary_state *o)
 {
     int strain = pdi_ordinary_state_is_position_aware(o);
     pdi_weight_calibration weigh;
     memset(&weigh, 0, sizeof weigh);
     weigh.body = o->body;
     weigh.influence = o->desc.influence;
-    if (o->desc.surface == PD_ORDINARY_ENERGY) weigh.correction = PDI_WEIGHT_CALIBRATION_ENERGY;
-    if (o->desc.surface == PD_ORDINARY_VOLUME) weigh.correction = PDI_WEIGHT_CALIBRATION_VOLUME;
+    if (o->desc.surface == PD_ORDINARY_STATE_ENERGY) weigh.correction = PDI_WEIGHT_CALIBRATION_ENERGY;
+    if (o->desc.surface == PD_ORDINARY_STATE_VOLUME) weigh.correction = PDI_WEIGHT_CALIBRATION_VOLUME;
     PDI_TRY(pdi_weight_calibration_calibrate(ctx, &weigh, !strain && !o->desc.plain));
     const pdi_weight_calibration_sums *whole = &weigh.whole;
     o->shear = weigh.anisotropy;
@@ -96,14 +96,15 @@ static double pdi_ordinary_state_max_eigenvalue(int n, double *a)
 
 /* Weighted volume m (*size) of family i, and the fourth-order moment sum w V_j r^2 (n n)(n n)/m, replaced by its
  * inverse for the position-aware model. Returns 0: singular, or no bonds. */
-static int pdi_ordinary_state_compute_moment(const pd_ordinary *o, int32_t i, double *weighted_volume, double *moment)
+static int pdi_ordinary_state_compute_moment(const pd_ordinary_state *o, int32_t i, double *weighted_volume,
+                                             double *moment)
 {
     const pd_body *body = o->body;
     double least[PDI_SYM_COMPONENTS], dyad[PDI_SYM_COMPONENTS], inverse[PDI_SYM_COMPONENTS * PDI_SYM_COMPONENTS],
         xi[PD_DIM];
     memset(moment, 0, PDI_SYM_COMPONENTS * PDI_SYM_COMPONENTS * sizeof *moment);
     *weighted_volume = 0.0;
-    for (pd_walk f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
+    for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
         double weight = pdi_bond_weights_get_intact(&o->weights, i, &f) * body->volume[f.to];
         if (!(weight > 0.0)) continue;
         pdi_body_bond_vector(body, i, &f, xi);
@@ -128,7 +129,7 @@ static int pdi_ordinary_state_compute_moment(const pd_ordinary *o, int32_t i, do
 }
 
 /* Law of the position-aware family i: L = M^-1 (C M^-1 - alpha), with n = m M^-1, m: size (theory: eq. 8.27). */
-static void pdi_ordinary_state_compute_position_law(const pd_ordinary *o, int32_t i, double size, const double *n)
+static void pdi_ordinary_state_compute_position_law(const pd_ordinary_state *o, int32_t i, double size, const double *n)
 {
     double row[PDI_SYM_COMPONENTS], carried[PDI_SYM_COMPONENTS * PDI_SYM_COMPONENTS],
         *law = o->law + (int64_t)i * PDI_MANDEL_MATRIX_SIZE;
@@ -146,13 +147,14 @@ static void pdi_ordinary_state_compute_position_law(const pd_ordinary *o, int32_
 
 /* Law L, alpha and energy bound of family i. Returns 1; 0: no law, as bonds do not determine all strains; -1: a strain
  * has no energy. */
-static int pdi_ordinary_state_compute_law(const pd_ordinary *o, int32_t i)
+static int pdi_ordinary_state_compute_law(const pd_ordinary_state *o, int32_t i)
 {
     double size, moment[PDI_SYM_COMPONENTS * PDI_SYM_COMPONENTS], *law = o->law + (int64_t)i * PDI_MANDEL_MATRIX_SIZE;
     memset(law, 0, PDI_MANDEL_MATRIX_SIZE * sizeof *law);
     o->alpha[i] = 0.0;
     if (!pdi_ordinary_state_compute_moment(o, i, &size, moment)) return 0;
-    double whole = o->desc.surface == PD_ORDINARY_ENERGY || o->desc.surface == PD_ORDINARY_VOLUME ? o->bulk : size;
+    double whole =
+        o->desc.surface == PD_ORDINARY_STATE_ENERGY || o->desc.surface == PD_ORDINARY_STATE_VOLUME ? o->bulk : size;
     o->alpha[i] = PD_DIM * (PD_DIM + 2) * o->mu / whole;
     if (pdi_ordinary_state_is_position_aware(o)) {
         pdi_ordinary_state_compute_position_law(o, i, size, moment);
@@ -166,11 +168,11 @@ static int pdi_ordinary_state_compute_law(const pd_ordinary *o, int32_t i)
 }
 
 /* Upper bound [Pa/m2] of density times the squared angular frequency, from point i (theory: 8.9). */
-static double pdi_ordinary_state_frequency_bound(const pd_ordinary *o, int32_t i)
+static double pdi_ordinary_state_frequency_bound(const pd_ordinary_state *o, int32_t i)
 {
     const pd_body *body = o->body;
     double sum[PD_DIM * PD_DIM] = {0.0}, xi[PD_DIM];
-    for (pd_walk f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
+    for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
         double weight = pdi_bond_weights_get_intact(&o->weights, i, &f) * body->volume[f.to];
         pdi_body_bond_vector(body, i, &f, xi);
         double share = 2.0 * weight * (o->bound[i] + o->bound[f.to]) / pdi_vec_dot(xi, xi);
@@ -182,12 +184,12 @@ static double pdi_ordinary_state_frequency_bound(const pd_ordinary *o, int32_t i
 /* ---- forces ---- */
 
 /* Q = L sum w V_j x r n n of point i, into `to`; x: extensions at u, or their derivative along du unless it is NULL. */
-static void pdi_ordinary_state_compute_state(const pd_ordinary *o, int linear, const double *u, const double *du,
+static void pdi_ordinary_state_compute_state(const pd_ordinary_state *o, int linear, const double *u, const double *du,
                                              int32_t i, double *to)
 {
     pdi_ordinary_state_bond bond;
     double sum[PDI_SYM_COMPONENTS] = {0.0};
-    for (pd_walk f = pdi_body_bonds_begin(o->body, i); pdi_body_bonds_next(&f);) {
+    for (pd_bond_iterator f = pdi_body_bonds_begin(o->body, i); pdi_body_bonds_next(&f);) {
         if (!pdi_ordinary_state_get_bond(o, linear, u, i, &f, &bond)) continue;
         double x = bond.extension;
         if (du) {
@@ -201,15 +203,15 @@ static void pdi_ordinary_state_compute_state(const pd_ordinary *o, int linear, c
 }
 
 /* Scalar force state of a bond over w by the family of point i with tensor q, at the extension x. */
-static inline double pdi_ordinary_state_family_force(const pd_ordinary *o, const pdi_ordinary_state_bond *bond,
+static inline double pdi_ordinary_state_family_force(const pd_ordinary_state *o, const pdi_ordinary_state_bond *bond,
                                                      int32_t i, const double *q, double x)
 {
     return pdi_mandel_dot(bond->dyad, q) / bond->r + o->alpha[i] * x;
 }
 
 /* The same by both of its families; q [count][tensor]. */
-static inline double pdi_ordinary_state_bond_force(const pd_ordinary *o, const pdi_ordinary_state_bond *bond, int32_t i,
-                                                   int32_t j, const double *q, double x)
+static inline double pdi_ordinary_state_bond_force(const pd_ordinary_state *o, const pdi_ordinary_state_bond *bond,
+                                                   int32_t i, int32_t j, const double *q, double x)
 {
     return pdi_ordinary_state_family_force(o, bond, i, q + (int64_t)i * PDI_SYM_COMPONENTS, x) +
            pdi_ordinary_state_family_force(o, bond, j, q + (int64_t)j * PDI_SYM_COMPONENTS, x);
@@ -221,12 +223,12 @@ static void pdi_ordinary_state_clear_images(const pd_body *body, double *force)
     memset(force + (int64_t)body->own * PD_DIM, 0, (size_t)(body->count - body->own) * PD_DIM * sizeof *force);
 }
 
-/* Tensors Q of batch k into state [count][tensor], and the energy densities of its points into energy [PD_BAND_MOST],
- * or NULL. Displacements are those set in the batches. Returns how many points. */
-static int32_t pdi_ordinary_state_compute_batch(const pd_ordinary *o, int32_t k, int linear, double *state,
+/* Tensors Q of batch k into state [count][tensor], and the energy densities of its points into energy
+ * [PD_POINT_BATCH_MAX], or NULL. Displacements are those set in the batches. Returns how many points. */
+static int32_t pdi_ordinary_state_compute_batch(const pd_ordinary_state *o, int32_t k, int linear, double *state,
                                                 double *energy)
 {
-    double shape[PDI_SYM_COMPONENTS][PD_BAND_MOST];
+    double shape[PDI_SYM_COMPONENTS][PD_POINT_BATCH_MAX];
     int32_t count = pdi_bond_extension_compute_moment(&o->band, k, linear, shape, energy);
     for (int32_t n = 0; n < count; n++) {
         int64_t i = o->band.first[k] + n;
@@ -239,12 +241,12 @@ static int32_t pdi_ordinary_state_compute_batch(const pd_ordinary *o, int32_t k,
     return count;
 }
 
-/* Forces at the displacements u, of any size or small (linear 1); state: tensors Q, as of pd_ordinary. */
-static void pdi_ordinary_state_compute_force(const pd_ctx *ctx, const pd_ordinary *o, int linear, const double *u,
+/* Forces at the displacements u, of any size or small (linear 1); state: tensors Q, as of pd_ordinary_state. */
+static void pdi_ordinary_state_compute_force(const pd_ctx *ctx, const pd_ordinary_state *o, int linear, const double *u,
                                              double *state, double *force)
 {
     const pd_body *body = o->body;
-    const pd_band *band = &o->band;
+    const pd_point_batch *band = &o->band;
     int nt = pdi_par_threads(ctx, body->bonds * 20);
     (void)nt;
     pdi_point_batch_set_displacements(ctx, band, u);
@@ -256,10 +258,10 @@ static void pdi_ordinary_state_compute_force(const pd_ctx *ctx, const pd_ordinar
     pdi_ordinary_state_clear_images(body, force);
 }
 
-/* pd_solid.force; keeps u for the tangent. PD_RETRY: a bond has no length. */
+/* pd_material_interface.force; keeps u for the tangent. PD_RETRY: a bond has no length. */
 static pd_status pdi_ordinary_state_ops_force(pd_ctx *ctx, void *self, const double *u, double *force)
 {
-    const pd_ordinary *o = (const pd_ordinary *)self;
+    const pd_ordinary_state *o = (const pd_ordinary_state *)self;
     int64_t n = (int64_t)o->body->count * PD_DIM;
     pdi_par_copy(ctx, n, u, o->at);
     pdi_ordinary_state_compute_force(ctx, o, o->desc.linear, u, o->state, force);
@@ -267,7 +269,8 @@ static pd_status pdi_ordinary_state_ops_force(pd_ctx *ctx, void *self, const dou
 }
 
 /* Directional derivative of the forces along du at finite displacements, with the geometric stiffness. */
-static void pdi_ordinary_state_compute_tangent(const pd_ctx *ctx, const pd_ordinary *o, const double *du, double *df)
+static void pdi_ordinary_state_compute_tangent(const pd_ctx *ctx, const pd_ordinary_state *o, const double *du,
+                                               double *df)
 {
     const pd_body *body = o->body;
     int nt = pdi_par_threads(ctx, body->bonds * 80);
@@ -281,7 +284,7 @@ static void pdi_ordinary_state_compute_tangent(const pd_ctx *ctx, const pd_ordin
     for (int32_t i = 0; i < body->own; i++) {
         pdi_ordinary_state_bond bond;
         double sum[PD_DIM] = {0.0}, eta[PD_DIM];
-        for (pd_walk f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
+        for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
             int32_t j = f.to;
             if (!pdi_ordinary_state_get_bond(o, 0, o->at, i, &f, &bond)) continue;
             for (int d = 0; d < PD_DIM; d++) eta[d] = du[(int64_t)j * PD_DIM + d] - du[(int64_t)i * PD_DIM + d];
@@ -295,24 +298,24 @@ static void pdi_ordinary_state_compute_tangent(const pd_ctx *ctx, const pd_ordin
     }
 }
 
-/* pd_solid.tangent. */
+/* pd_material_interface.tangent. */
 static void pdi_ordinary_state_ops_tangent(const pd_ctx *ctx, void *self, const double *du, double *df)
 {
-    const pd_ordinary *o = (const pd_ordinary *)self;
+    const pd_ordinary_state *o = (const pd_ordinary_state *)self;
     if (o->desc.linear) pdi_ordinary_state_compute_force(ctx, o, 1, du, o->change, df);
     else pdi_ordinary_state_compute_tangent(ctx, o, du, df);
 }
 
 /* Diagonal block [N/m] of point i: exact but for the negative geometric stiffness of compressed bonds, which is left
  * out. */
-static void pdi_ordinary_state_compute_block(const pd_ordinary *o, int32_t i, double *block)
+static void pdi_ordinary_state_compute_block(const pd_ordinary_state *o, int32_t i, double *block)
 {
     const pd_body *body = o->body;
     double own[PD_DIM][PDI_SYM_COMPONENTS], carried[PDI_SYM_COMPONENTS];
     pdi_ordinary_state_bond bond;
     memset(own, 0, sizeof own);
     memset(block, 0, PD_DIM * PD_DIM * sizeof *block);
-    for (pd_walk f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
+    for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
         int32_t j = f.to;
         if (!pdi_ordinary_state_get_bond(o, o->desc.linear, o->at, i, &f, &bond)) continue;
         pdi_mandel_multiply(o->law + (int64_t)j * PDI_MANDEL_MATRIX_SIZE, bond.dyad, carried);
@@ -339,10 +342,10 @@ static void pdi_ordinary_state_compute_block(const pd_ordinary *o, int32_t i, do
         }
 }
 
-/* pd_solid.blocks. */
+/* pd_material_interface.blocks. */
 static void pdi_ordinary_state_ops_blocks(const pd_ctx *ctx, void *self, double *block)
 {
-    const pd_ordinary *o = (const pd_ordinary *)self;
+    const pd_ordinary_state *o = (const pd_ordinary_state *)self;
     int nt = pdi_par_threads(ctx, o->body->bonds * 80);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
@@ -352,29 +355,29 @@ static void pdi_ordinary_state_ops_blocks(const pd_ctx *ctx, void *self, double 
 
 /* ---- energy and stress ---- */
 
-/* pd_solid.density. */
+/* pd_material_interface.density. */
 static void pdi_ordinary_state_ops_density(const pd_ctx *ctx, void *self, const double *u, double *density)
 {
-    const pd_ordinary *o = (const pd_ordinary *)self;
+    const pd_ordinary_state *o = (const pd_ordinary_state *)self;
     int nt = pdi_par_threads(ctx, o->body->bonds * 10);
     (void)nt;
     pdi_point_batch_set_displacements(ctx, &o->band, u);
     PDI_PARALLEL_FOR(nt)
     for (int32_t k = 0; k < o->band.bands; k++) {
-        double energy[PD_BAND_MOST];
+        double energy[PD_POINT_BATCH_MAX];
         int32_t count = pdi_ordinary_state_compute_batch(o, k, o->desc.linear, o->change, energy);
         for (int32_t n = 0; n < count; n++) density[o->band.first[k] + n] = energy[n];
     }
 }
 
-/* pd_solid.energy. */
+/* pd_material_interface.energy. */
 static double pdi_ordinary_state_ops_energy(const pd_ctx *ctx, void *self, const double *u)
 {
-    const pd_ordinary *o = (const pd_ordinary *)self;
+    const pd_ordinary_state *o = (const pd_ordinary_state *)self;
     pdi_compensated_sum all = {0.0, 0.0};
     pdi_point_batch_set_displacements(ctx, &o->band, u);
     for (int32_t k = 0; k < o->band.bands; k++) {
-        double energy[PD_BAND_MOST];
+        double energy[PD_POINT_BATCH_MAX];
         int32_t count = pdi_ordinary_state_compute_batch(o, k, o->desc.linear, o->change, energy);
         for (int32_t n = 0; n < count; n++)
             pdi_compensated_sum_add(&all, o->body->volume[o->band.first[k] + n] * energy[n]);
@@ -382,10 +385,10 @@ static double pdi_ordinary_state_ops_energy(const pd_ctx *ctx, void *self, const
     return pdi_compensated_sum_total(&all);
 }
 
-/* pd_solid.bond_energy. */
+/* pd_material_interface.bond_energy. */
 static void pdi_ordinary_state_ops_bond_energy(const pd_ctx *ctx, void *self, const double *u, double *energy)
 {
-    const pd_ordinary *o = (const pd_ordinary *)self;
+    const pd_ordinary_state *o = (const pd_ordinary_state *)self;
     int linear = o->desc.linear, nt = pdi_par_threads(ctx, o->body->bonds * 50);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
@@ -393,7 +396,7 @@ static void pdi_ordinary_state_ops_bond_energy(const pd_ctx *ctx, void *self, co
         double q[PDI_SYM_COMPONENTS];
         pdi_ordinary_state_bond bond;
         pdi_ordinary_state_compute_state(o, linear, u, NULL, i, q);
-        for (pd_walk f = pdi_body_bonds_begin(o->body, i); pdi_body_bonds_next(&f);) {
+        for (pd_bond_iterator f = pdi_body_bonds_begin(o->body, i); pdi_body_bonds_next(&f);) {
             double *each = energy + pdi_body_bond_number(&f);
             *each = 0.0;
             if (!pdi_ordinary_state_get_bond(o, linear, u, i, &f, &bond)) continue;
@@ -404,12 +407,12 @@ static void pdi_ordinary_state_ops_bond_energy(const pd_ctx *ctx, void *self, co
 }
 
 /* Volume ratio det F of the family of point i at u; 1 where its shape tensor is singular. */
-static double pdi_ordinary_state_volume_ratio(const pd_ordinary *o, const double *u, int32_t i)
+static double pdi_ordinary_state_volume_ratio(const pd_ordinary_state *o, const double *u, int32_t i)
 {
     double k[PD_DIM * PD_DIM] = {0.0}, y[PD_DIM * PD_DIM] = {0.0}, f[PD_DIM * PD_DIM];
     double none[PD_DIM] = {0.0}, swell = 1.0;
     pdi_ordinary_state_bond bond;
-    for (pd_walk w = pdi_body_bonds_begin(o->body, i); pdi_body_bonds_next(&w);) {
+    for (pd_bond_iterator w = pdi_body_bonds_begin(o->body, i); pdi_body_bonds_next(&w);) {
         if (!pdi_ordinary_state_get_bond(o, 0, u, i, &w, &bond)) continue;
         for (int p = 0; p < PD_DIM * PD_DIM; p++) {
             k[p] += bond.weight * bond.xi[p / PD_DIM] * bond.xi[p % PD_DIM];
@@ -430,16 +433,16 @@ static double pdi_ordinary_state_volume_ratio(const pd_ordinary *o, const double
     return swell;
 }
 
-/* pd_solid.stress: force states of the family, over the deformed volume. */
+/* pd_material_interface.stress: force states of the family, over the deformed volume. */
 static void pdi_ordinary_state_ops_stress(const pd_ctx *ctx, void *self, const double *u, double *stress)
 {
-    const pd_ordinary *o = (const pd_ordinary *)self;
+    const pd_ordinary_state *o = (const pd_ordinary_state *)self;
     int linear = o->desc.linear, nt = pdi_par_threads(ctx, o->body->bonds * 20);
     (void)nt;
     pdi_point_batch_set_displacements(ctx, &o->band, u);
     PDI_PARALLEL_FOR(nt)
     for (int32_t k = 0; k < o->band.bands; k++) {
-        double sum[PDI_SYM_COMPONENTS][PD_BAND_MOST];
+        double sum[PDI_SYM_COMPONENTS][PD_POINT_BATCH_MAX];
         int32_t count = pdi_ordinary_state_compute_batch(o, k, linear, o->change, NULL);
         pdi_bond_extension_compute_stress(&o->band, k, linear, sum);
         for (int32_t n = 0; n < count; n++) {
@@ -456,8 +459,8 @@ static void pdi_ordinary_state_ops_stress(const pd_ctx *ctx, void *self, const d
 /* ---- update and build ---- */
 
 /* Force density of the uniform stress e_b e_c^T + e_c e_b^T, as small displacements u (work). */
-static void pdi_ordinary_state_apply_uniform_stress(const pd_ctx *ctx, const pd_ordinary *o, int b, int c, double *u,
-                                                    double *force)
+static void pdi_ordinary_state_apply_uniform_stress(const pd_ctx *ctx, const pd_ordinary_state *o, int b, int c,
+                                                    double *u, double *force)
 {
     double trace = b == c ? 2.0 * o->lambda / (PD_DIM * o->lambda + 2.0 * o->mu) : 0.0;
     for (int64_t i = 0; i < o->body->count; i++)
@@ -469,7 +472,7 @@ static void pdi_ordinary_state_apply_uniform_stress(const pd_ctx *ctx, const pd_
 }
 
 /* Surface vectors c that fit the forces of all uniform stresses P best by P c (theory: eq. 8.28). u, force: work. */
-static void pdi_ordinary_state_fit_edges(const pd_ctx *ctx, const pd_ordinary *o, double *u, double *force)
+static void pdi_ordinary_state_fit_edges(const pd_ctx *ctx, const pd_ordinary_state *o, double *u, double *force)
 {
     pdi_par_zero(ctx, (int64_t)o->body->count * PD_DIM, o->edge);
     for (int b = 0; b < PD_DIM; b++)
@@ -483,7 +486,7 @@ static void pdi_ordinary_state_fit_edges(const pd_ctx *ctx, const pd_ordinary *o
 }
 
 /* Computes the surface vectors of all points. */
-static pd_status pdi_ordinary_state_compute_edges(pd_ctx *ctx, const pd_ordinary *o)
+static pd_status pdi_ordinary_state_compute_edges(pd_ctx *ctx, const pd_ordinary_state *o)
 {
     int64_t n = (int64_t)o->body->count * PD_DIM;
     double *u = NULL, *force = NULL;
@@ -496,7 +499,7 @@ static pd_status pdi_ordinary_state_compute_edges(pd_ctx *ctx, const pd_ordinary
 }
 
 /* Computes the bound of all frequencies. */
-static void pdi_ordinary_state_compute_frequency_bound(const pd_ctx *ctx, pd_ordinary *o)
+static void pdi_ordinary_state_compute_frequency_bound(const pd_ctx *ctx, pd_ordinary_state *o)
 {
     int nt = pdi_par_threads(ctx, o->body->bonds * 60);
     (void)nt;
@@ -507,7 +510,7 @@ static void pdi_ordinary_state_compute_frequency_bound(const pd_ctx *ctx, pd_ord
 }
 
 /* Laws of all families. Returns the first point that has none; -1: all have one. */
-static int32_t pdi_ordinary_state_compute_laws(const pd_ctx *ctx, const pd_ordinary *o)
+static int32_t pdi_ordinary_state_compute_laws(const pd_ctx *ctx, const pd_ordinary_state *o)
 {
     const pd_body *body = o->body;
     int32_t bad = -1;
@@ -524,7 +527,7 @@ static int32_t pdi_ordinary_state_compute_laws(const pd_ctx *ctx, const pd_ordin
 }
 
 /* Laws of all families. Points without a law lose their bonds (loose 1), or are PD_ERR_GEOMETRY. */
-static pd_status pdi_ordinary_state_compute_stable_laws(pd_ctx *ctx, pd_ordinary *o)
+static pd_status pdi_ordinary_state_compute_stable_laws(pd_ctx *ctx, pd_ordinary_state *o)
 {
     pd_body *body = o->body;
     int32_t bad = pdi_ordinary_state_compute_laws(ctx, o);
@@ -541,7 +544,7 @@ static pd_status pdi_ordinary_state_compute_stable_laws(pd_ctx *ctx, pd_ordinary
 }
 
 /* Multiplies the laws by the stiffness factors of points. PD_ERR_ARGUMENT: a factor out of range. */
-static pd_status pdi_ordinary_state_apply_stiffness(pd_ctx *ctx, const pd_ordinary *o)
+static pd_status pdi_ordinary_state_apply_stiffness(pd_ctx *ctx, const pd_ordinary_state *o)
 {
     for (int64_t i = 0; i < o->body->count && o->desc.stiff; i++) {
         double part = o->desc.stiff[i];
@@ -555,20 +558,20 @@ static pd_status pdi_ordinary_state_apply_stiffness(pd_ctx *ctx, const pd_ordina
     return PD_OK;
 }
 
-/* pd_solid.normal: out-of-plane stress nu tr(stress) in plane strain; otherwise 0. */
+/* pd_material_interface.normal: out-of-plane stress nu tr(stress) in plane strain; otherwise 0. */
 static double pdi_ordinary_state_ops_normal_stress(const void *self, int32_t i, const double *stress)
 {
-    const pd_ordinary *o = (const pd_ordinary *)self;
+    const pd_ordinary_state *o = (const pd_ordinary_state *)self;
     double trace = 0.0;
     (void)i;
     for (int d = 0; d < PD_DIM; d++) trace += stress[d * (PD_DIM + 1)];
     return PD_DIM == 2 && o->desc.plane == PD_PLANE_STRAIN ? o->desc.poisson * trace : 0.0;
 }
 
-/* pd_solid.update: bonds or stiffness factors have changed. */
+/* pd_material_interface.update: bonds or stiffness factors have changed. */
 static pd_status pdi_ordinary_state_ops_update(pd_ctx *ctx, void *self)
 {
-    pd_ordinary *o = (pd_ordinary *)self;
+    pd_ordinary_state *o = (pd_ordinary_state *)self;
     PDI_TRY(pdi_ordinary_state_compute_stable_laws(ctx, o));
     PDI_TRY(pdi_point_batch_update(ctx, &o->band));
     PDI_TRY(pdi_ordinary_state_compute_edges(ctx, o));
@@ -579,22 +582,22 @@ static pd_status pdi_ordinary_state_ops_update(pd_ctx *ctx, void *self)
     return PD_OK;
 }
 
-/* pd_solid.limit: 2 over the largest angular frequency. */
+/* pd_material_interface.limit: 2 over the largest angular frequency. */
 static double pdi_ordinary_state_ops_stable_step(const void *self, double density)
 {
-    return 2.0 * sqrt(density / ((const pd_ordinary *)self)->rate);
+    return 2.0 * sqrt(density / ((const pd_ordinary_state *)self)->rate);
 }
 
-/* pd_solid.store: broken bonds. */
+/* pd_material_interface.store: broken bonds. */
 static pd_status pdi_ordinary_state_ops_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
-    PDI_TRY(pdi_array_registry_store(ctx, pdi_body_list_state, ((pd_ordinary *)self)->body, archive));
+    PDI_TRY(pdi_array_registry_store(ctx, pdi_body_list_state, ((pd_ordinary_state *)self)->body, archive));
     return archive->reading ? pdi_ordinary_state_ops_update(ctx, self) : PD_OK;
 }
 
 PDI_FN void pdi_ordinary_state_list(pdi_array_visitor *owner, void *object)
 {
-    pd_ordinary *ordinary = (pd_ordinary *)object;
+    pd_ordinary_state *ordinary = (pd_ordinary_state *)object;
     int64_t count = ordinary->body ? ordinary->body->count : 0;
     PDI_ARRAY(owner, ordinary, felt, count, "1");
     PDI_ARRAY(owner, ordinary, alpha, count, "Pa/m^(d+2)");
@@ -607,20 +610,21 @@ PDI_FN void pdi_ordinary_state_list(pdi_array_visitor *owner, void *object)
 }
 
 /* Inner part of the build; after an error the caller frees. */
-static pd_status pdi_ordinary_state_build_inner(pd_ctx *ctx, pd_body *body, const pd_ordinary_desc *desc,
-                                                pd_ordinary *o)
+static pd_status pdi_ordinary_state_build_inner(pd_ctx *ctx, pd_body *body, const pd_ordinary_state_desc *desc,
+                                                pd_ordinary_state *o)
 {
     double nu = PD_DIM == 1 ? 0.0 : desc->poisson;
-    int mends = desc->surface == PD_ORDINARY_ENERGY || desc->surface == PD_ORDINARY_VOLUME;
+    int mends = desc->surface == PD_ORDINARY_STATE_ENERGY || desc->surface == PD_ORDINARY_STATE_VOLUME;
     memset(o, 0, sizeof *o);
     if (!(desc->young > 0.0) || !(desc->young < 1e100) || !(nu > -1.0) || !(nu < 0.5))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "ordinary",
                         "E = %g Pa and nu = %g, expected a finite positive E and nu between -1 and 0.5", desc->young,
                         desc->poisson);
-    if ((int)desc->surface < 0 || desc->surface > PD_ORDINARY_VOLUME || (mends && !(body->spacing > 0.0)))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "ordinary", "method %d of surfaces and a spacing of %g m, expected 0 to "
-                        "%d, and a spacing for those that compare with a whole family", (int)desc->surface,
-                        body->spacing, (int)PD_ORDINARY_VOLUME);
+    if ((int)desc->surface < 0 || desc->surface > PD_ORDINARY_STATE_VOLUME || (mends && !(body->spacing > 0.0)))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "ordinary",
+                        "method %d of surfaces and a spacing of %g m, expected 0 to "
+                        "%d, and a spacing for those that compare with a whole family",
+                        (int)desc->surface, body->spacing, (int)PD_ORDINARY_STATE_VOLUME);
     o->desc = *desc;
     o->body = body;
     o->mu = 0.5 * desc->young / (1.0 + nu);
@@ -635,16 +639,17 @@ static pd_status pdi_ordinary_state_build_inner(pd_ctx *ctx, pd_body *body, cons
     return pdi_ordinary_state_ops_update(ctx, o);
 }
 
-pd_status pd_ordinary_build(pd_ctx *ctx, pd_body *body, const pd_ordinary_desc *desc, pd_ordinary *ordinary)
+pd_status pd_ordinary_state_build(pd_ctx *ctx, pd_body *body, const pd_ordinary_state_desc *desc,
+                                  pd_ordinary_state *ordinary)
 {
     pd_status status = pdi_ordinary_state_build_inner(ctx, body, desc, ordinary);
-    if (status < 0) pd_ordinary_free(ctx, ordinary);
+    if (status < 0) pd_ordinary_state_free(ctx, ordinary);
     return status;
 }
 
-pd_solid pd_ordinary_solid(pd_ordinary *ordinary)
+pd_material_interface pd_ordinary_state_material(pd_ordinary_state *ordinary)
 {
-    pd_solid s;
+    pd_material_interface s;
     memset(&s, 0, sizeof s);
     s.name = "ordinary";
     s.self = ordinary;
@@ -665,7 +670,7 @@ pd_solid pd_ordinary_solid(pd_ordinary *ordinary)
     return s;
 }
 
-void pd_ordinary_free(pd_ctx *ctx, pd_ordinary *ordinary)
+void pd_ordinary_state_free(pd_ctx *ctx, pd_ordinary_state *ordinary)
 {
     pdi_point_batch_free(ctx, &ordinary->band);
     pdi_bond_weights_free(ctx, &ordinary->weights);

@@ -20,28 +20,28 @@
 #include "solid/material_interface.h"
 
 /* Surface correction: how families at a surface, which lack bonds, get the stiffness of the bulk. */
-typedef enum pd_ordinary_surface {
-    PD_ORDINARY_POSITION = 0, /* the strain of the family, as above */
-    PD_ORDINARY_NONE,         /* none: the model of 2007, with the weighted volume m of each family */
-    PD_ORDINARY_ENERGY,       /* that model with the m of the bulk and factors along each axis (energy method) */
-    PD_ORDINARY_VOLUME        /* that model with the m of the bulk and factors 2 V_0/(V_i + V_j) (volume method) */
-} pd_ordinary_surface;
+typedef enum pd_ordinary_state_surface {
+    PD_ORDINARY_STATE_POSITION = 0, /* the strain of the family, as above */
+    PD_ORDINARY_STATE_NONE,         /* none: the model of 2007, with the weighted volume m of each family */
+    PD_ORDINARY_STATE_ENERGY,       /* that model with the m of the bulk and factors along each axis (energy method) */
+    PD_ORDINARY_STATE_VOLUME /* that model with the m of the bulk and factors 2 V_0/(V_i + V_j) (volume method) */
+} pd_ordinary_state_surface;
 
-typedef struct pd_ordinary_desc {
+typedef struct pd_ordinary_state_desc {
     double young;   /* [Pa] E */
     double poisson; /* [-] -1 < nu < 1/2; 1D takes none, and E is that of a bar */
     pd_plane plane; /* of 2D */
     pd_influence influence;
-    pd_ordinary_surface surface;
+    pd_ordinary_state_surface surface;
     int linear;     /* 1: displacements are small; 0: of any size */
     const double *stiff; /* [count] [-] factor of E of a point; NULL: 1. Borrowed, may change before an update */
     int loose;      /* 1: a point whose bonds do not determine all strains loses them; 0: it is an error */
     int plain;      /* 1: weights do not depend on direction, so the shear modulus of a lattice does;
-                     * PD_ORDINARY_POSITION needs no such choice */
-} pd_ordinary_desc;
+                     * PD_ORDINARY_STATE_POSITION needs no such choice */
+} pd_ordinary_state_desc;
 
-typedef struct pd_ordinary {
-    pd_ordinary_desc desc;
+typedef struct pd_ordinary_state {
+    pd_ordinary_state_desc desc;
     pd_body *body;
     double lambda, mu;  /* [Pa] stress = lambda tr(e) 1 + 2 mu e, with the lambda of the plane; 1D: E/3 each */
     double shear;       /* [-] a: weights have the factor 1 + a q by direction, as those of pd_microelastic */
@@ -49,32 +49,33 @@ typedef struct pd_ordinary {
     double bulk;        /* [m^(d+2)] m of a whole family of the lattice; 0: unknown */
     double rate;        /* [Pa/m2] upper bound of density times the square of the largest angular frequency */
     pd_bond_weights weights; /* w */
-    pd_band band;       /* batches of points for the sums over bonds */
+    pd_point_batch band;     /* batches of points for the sums over bonds */
     uint8_t *felt;      /* [count] 1: forces on real points depend on this family; 0: only those on mirror images */
     double *alpha;      /* [count] [Pa/m^(d+2)] */
     double *bound;      /* [count] [Pa/m^(d+2)] bound of the energy of a family over sum w V_j e^2/2 */
     int64_t lost;       /* bonds broken at points whose bonds did not determine all strains (desc.loose) */
     double *law;        /* [count][tensors] [Pa/m^(2d+4)] symmetric L: W = A.L A/2 + (alpha/2) sum w V_j e^2 */
-    double *edge;       /* [count][PD_DIM] [1/m] as of pd_elastic_update, best fit: exact in sum over a layer */
+    double *edge;       /* [count][PD_DIM] [1/m] as of pd_correspondence_update, best fit: exact in sum over a layer */
     double *at;         /* [count][PD_DIM] [m] displacements of the last forces */
     double *state;      /* [count][tensor] [Pa/m^(d+2)] Q of the last forces: L A, A = sum w V_j e r n n */
     double *change;     /* [count][tensor] [Pa/m^(d+2)] that of a tangent, an energy or a stress */
-} pd_ordinary;
+} pd_ordinary_state;
 
-#define pd_ordinary_build PD_NAME(pd_ordinary_build)
-#define pd_ordinary_solid PD_NAME(pd_ordinary_solid)
-#define pd_ordinary_free PD_NAME(pd_ordinary_free)
+#define pd_ordinary_state_build PD_NAME(pd_ordinary_state_build)
+#define pd_ordinary_state_material PD_NAME(pd_ordinary_state_material)
+#define pd_ordinary_state_free PD_NAME(pd_ordinary_state_free)
 
 /* The body is borrowed; its bonds that are broken drop out. PD_ERR_ARGUMENT: a modulus or a choice out of range, the
  * energy or volume method without a spacing, a lattice whose bonds no weights make the same in all directions.
- * PD_ERR_GEOMETRY: the bonds of a point do not tell all strains (with PD_ORDINARY_POSITION), there are none, or a
+ * PD_ERR_GEOMETRY: the bonds of a point do not tell all strains (with PD_ORDINARY_STATE_POSITION), there are none, or a
  * method of surfaces leaves a strain without energy; the message names the point. So does `update` of the table. */
-PD_API pd_status pd_ordinary_build(pd_ctx *ctx, pd_body *body, const pd_ordinary_desc *desc, pd_ordinary *ordinary);
-/* The pd_solid table of the material. The stress is that of the family: sum V_j t y y^T/|y| over its deformed
- * volume; in plane stress over its area and the thickness that it had. `force` returns PD_RETRY where a bond has no
- * length. */
-PD_API pd_solid pd_ordinary_solid(pd_ordinary *ordinary);
-PD_API void pd_ordinary_free(pd_ctx *ctx, pd_ordinary *ordinary);
+PD_API pd_status pd_ordinary_state_build(pd_ctx *ctx, pd_body *body, const pd_ordinary_state_desc *desc,
+                                         pd_ordinary_state *ordinary);
+/* The pd_material_interface table of the material. The stress is that of the family: sum V_j t y y^T/|y| over its
+ * deformed volume; in plane stress over its area and the thickness that it had. `force` returns PD_RETRY where a bond
+ * has no length. */
+PD_API pd_material_interface pd_ordinary_state_material(pd_ordinary_state *ordinary);
+PD_API void pd_ordinary_state_free(pd_ctx *ctx, pd_ordinary_state *ordinary);
 
 #ifdef PDI_INTERNAL
 /* Describes the arrays of the material, without those of its parts. */

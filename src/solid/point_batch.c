@@ -13,22 +13,22 @@
 
 PDI_FN void pdi_point_batch_list(pdi_array_visitor *owner, void *object)
 {
-    pd_band *band = (pd_band *)object;
+    pd_point_batch *band = (pd_point_batch *)object;
     int64_t count = band->body ? band->body->count : 0;
     PDI_ARRAY(owner, band, first, count ? count + 1 : 0, "1");
     PDI_ARRAY(owner, band, begin, count ? count + 1 : 0, "1");
-    PDI_ARRAY(owner, band, field, PD_BAND_MOST + band->stride * band->fields, "");
+    PDI_ARRAY(owner, band, field, PD_POINT_BATCH_MAX + band->stride * band->fields, "");
 }
 
 /* Stores positions and volumes. The padding before and behind the points gets positions far from all: vector loops read
  * it but do not use it. */
-static void pdi_point_batch_init_positions(const pd_band *band)
+static void pdi_point_batch_init_positions(const pd_point_batch *band)
 {
     const pd_body *body = band->body;
     double far = body->horizon;
     for (int64_t k = 0; k < (int64_t)body->count * PD_DIM; k++) far = pdi_max(far, fabs(body->position[k]));
     if (pdi_body_is_periodic(body)) far += body->period[PD_DIM - 1] + 2.0 * body->horizon; /* of images, too */
-    for (int64_t k = 0; k < PD_BAND_MOST + band->stride * PD_DIM; k++) band->field[k] = 3.0 * far;
+    for (int64_t k = 0; k < PD_POINT_BATCH_MAX + band->stride * PD_DIM; k++) band->field[k] = 3.0 * far;
     for (int32_t i = 0; i < body->count; i++) {
         pdi_point_batch_get_field(band, PDI_POINT_BATCH_VOLUME)[i] = body->volume[i];
         for (int d = 0; d < PD_DIM; d++)
@@ -37,14 +37,15 @@ static void pdi_point_batch_init_positions(const pd_band *band)
 }
 
 PDI_FN pd_status pdi_point_batch_build(pd_ctx *ctx, const pd_body *body, const pd_bond_weights *weights, int32_t fields,
-                                       pd_band *band)
+                                       pd_point_batch *band)
 {
     memset(band, 0, sizeof *band);
     band->body = body;
     band->weights = weights;
     band->fields = fields;
-    band->most = PD_BAND_MOST;
-    int64_t lines = ((int64_t)body->count + PD_BAND_MOST + PDI_POINT_BATCH_CACHE_LINE - 1) / PDI_POINT_BATCH_CACHE_LINE;
+    band->most = PD_POINT_BATCH_MAX;
+    int64_t lines =
+        ((int64_t)body->count + PD_POINT_BATCH_MAX + PDI_POINT_BATCH_CACHE_LINE - 1) / PDI_POINT_BATCH_CACHE_LINE;
     while (lines % PDI_POINT_BATCH_CACHE_SETS != PDI_POINT_BATCH_SET_OFFSET) lines++;
     band->stride = lines * PDI_POINT_BATCH_CACHE_LINE;
     pd_status status = pdi_array_registry_build(ctx, pdi_point_batch_list, band);
@@ -56,7 +57,7 @@ PDI_FN pd_status pdi_point_batch_build(pd_ctx *ctx, const pd_body *body, const p
     return PD_OK;
 }
 
-PDI_FN void pdi_point_batch_free(pd_ctx *ctx, pd_band *band)
+PDI_FN void pdi_point_batch_free(pd_ctx *ctx, pd_point_batch *band)
 {
     PDI_DELETE(ctx, band->room, band->bond);
     pdi_array_registry_free(ctx, pdi_point_batch_list, band);
@@ -66,11 +67,11 @@ PDI_FN void pdi_point_batch_free(pd_ctx *ctx, pd_band *band)
 /* Bond list of a batch under construction; `lanes` holds packed offsets until the masks are known. */
 typedef struct pdi_point_batch_bond_list {
     int32_t count;
-    pd_band_bond *bond;
+    pd_point_batch_bond *bond;
 } pdi_point_batch_bond_list;
 
 /* Lattice offset of a bond of point i, packed into one number; 0: batches do not compare vectors. */
-static uint32_t pdi_point_batch_pack_offset(const pd_band *band, int32_t i, const pd_walk *f)
+static uint32_t pdi_point_batch_pack_offset(const pd_point_batch *band, int32_t i, const pd_bond_iterator *f)
 {
     double xi[PD_DIM];
     uint32_t steps = 0;
@@ -83,10 +84,11 @@ static uint32_t pdi_point_batch_pack_offset(const pd_band *band, int32_t i, cons
 }
 
 /* Lists the bonds of point i; intact 1: only unbroken ones. */
-static void pdi_point_batch_list_bonds(const pd_band *band, int32_t i, int intact, pdi_point_batch_bond_list *bonds)
+static void pdi_point_batch_list_bonds(const pd_point_batch *band, int32_t i, int intact,
+                                       pdi_point_batch_bond_list *bonds)
 {
     bonds->count = 0;
-    for (pd_walk f = pdi_body_bonds_begin(band->body, i); pdi_body_bonds_next(&f);) {
+    for (pd_bond_iterator f = pdi_body_bonds_begin(band->body, i); pdi_body_bonds_next(&f);) {
         float weight = pdi_bond_weights_get(band->weights, i, &f);
         if (!(weight > 0.0f) || (intact && pdi_body_bond_is_broken(&f))) continue;
         bonds->bond[bonds->count].offset = f.to - i;
@@ -101,7 +103,7 @@ static int pdi_point_batch_is_subset(const pdi_point_batch_bond_list *a, const p
 {
     int32_t n = 0;
     for (int32_t k = 0; k < b->count && n < a->count; k++) {
-        const pd_band_bond *own = &a->bond[n], *other = &b->bond[k];
+        const pd_point_batch_bond *own = &a->bond[n], *other = &b->bond[k];
         if (own->offset != other->offset || own->image != other->image) continue;
         if (own->weight < other->weight || own->weight > other->weight || own->lanes != other->lanes) return 0;
         n++;
@@ -111,7 +113,7 @@ static int pdi_point_batch_is_subset(const pdi_point_batch_bond_list *a, const p
 
 /* Finds the batch that begins at point i: `all` becomes the union of the bonds, broken ones too. Returns the first
  * point behind it. */
-static int32_t pdi_point_batch_find_batch(const pd_band *band, int32_t i, pdi_point_batch_bond_list *all,
+static int32_t pdi_point_batch_find_batch(const pd_point_batch *band, int32_t i, pdi_point_batch_bond_list *all,
                                           pdi_point_batch_bond_list *one)
 {
     int32_t end = i + 1;
@@ -127,8 +129,8 @@ static int32_t pdi_point_batch_find_batch(const pd_band *band, int32_t i, pdi_po
 }
 
 /* Sets the masks of the unbroken bonds in `all` for the points i to end - 1, and drops bonds that no point has. */
-static void pdi_point_batch_set_masks(const pd_band *band, int32_t i, int32_t end, pdi_point_batch_bond_list *all,
-                                      pdi_point_batch_bond_list *one)
+static void pdi_point_batch_set_masks(const pd_point_batch *band, int32_t i, int32_t end,
+                                      pdi_point_batch_bond_list *all, pdi_point_batch_bond_list *one)
 {
     int32_t kept = 0;
     for (int32_t k = 0; k < all->count; k++) all->bond[k].lanes = 0;
@@ -146,7 +148,7 @@ static void pdi_point_batch_set_masks(const pd_band *band, int32_t i, int32_t en
 }
 
 /* Room for `wanted` bonds. */
-static pd_status pdi_point_batch_reserve(pd_ctx *ctx, pd_band *band, int64_t wanted)
+static pd_status pdi_point_batch_reserve(pd_ctx *ctx, pd_point_batch *band, int64_t wanted)
 {
     int64_t room = band->room + band->room / 2;
     if (wanted <= band->room) return PD_OK;
@@ -157,7 +159,7 @@ static pd_status pdi_point_batch_reserve(pd_ctx *ctx, pd_band *band, int64_t wan
 }
 
 /* Divides all points into batches and stores their bond lists; longest: most bonds of a family. */
-static pd_status pdi_point_batch_build_batches(pd_ctx *ctx, pd_band *band, int32_t longest,
+static pd_status pdi_point_batch_build_batches(pd_ctx *ctx, pd_point_batch *band, int32_t longest,
                                                pdi_point_batch_bond_list *one)
 {
     int32_t count = band->body->count;
@@ -180,7 +182,7 @@ static pd_status pdi_point_batch_build_batches(pd_ctx *ctx, pd_band *band, int32
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_point_batch_update(pd_ctx *ctx, pd_band *band)
+PDI_FN pd_status pdi_point_batch_update(pd_ctx *ctx, pd_point_batch *band)
 {
     const pd_body *body = band->body;
     pdi_point_batch_bond_list one = {0, NULL};
@@ -192,7 +194,7 @@ PDI_FN pd_status pdi_point_batch_update(pd_ctx *ctx, pd_band *band)
     return status;
 }
 
-PDI_FN void pdi_point_batch_set_displacements(const pd_ctx *ctx, const pd_band *band, const double *u)
+PDI_FN void pdi_point_batch_set_displacements(const pd_ctx *ctx, const pd_point_batch *band, const double *u)
 {
     int32_t count = band->body->count;
     double *move = pdi_point_batch_get_field(band, PDI_POINT_BATCH_DISPLACEMENT);
@@ -236,14 +238,14 @@ PDI_INLINE_HOT void pdi_point_batch_add_bond(const double *PD_RESTRICT own, cons
     }
 }
 
-PDI_FN int32_t pdi_point_batch_compute_sums(const pd_band *band, int32_t k, pdi_point_batch_sums *sums)
+PDI_FN int32_t pdi_point_batch_compute_sums(const pd_point_batch *band, int32_t k, pdi_point_batch_sums *sums)
 {
     int32_t i = band->first[k], count = band->first[k + 1] - i, whole = pdi_point_batch_pad_count(count);
     const double *own = pdi_point_batch_get_field(band, 0) + i;
     double shift[PD_DIM];
     for (int p = 0; p < PDI_POINT_BATCH_TENSOR; p++)
         for (int n = 0; n < whole; n++) sums->moment[p][n] = sums->unit_moment[p][n] = sums->axial_moment[p][n] = 0.0;
-    for (pd_walk f = pdi_body_bonds_begin(band->body, i); count == 1 && pdi_body_bonds_next(&f);) {
+    for (pd_bond_iterator f = pdi_body_bonds_begin(band->body, i); count == 1 && pdi_body_bonds_next(&f);) {
         double w = pdi_bond_weights_get_intact(band->weights, i, &f);
         pdi_point_batch_image_shift(band->body, pdi_body_bond_image(&f), shift);
         if (w > 0.0)
@@ -257,9 +259,10 @@ PDI_FN int32_t pdi_point_batch_compute_sums(const pd_band *band, int32_t k, pdi_
             pdi_point_batch_image_shift(band->body, band->bond[b].image, shift);
             pdi_point_batch_add_bond(own, far, band->stride, shift, w, lanes, whole, sums);
         } else if (lanes == PDI_POINT_BATCH_FULL_MASK)
-            pdi_point_batch_add_bond(own, far, band->stride, NULL, w, PDI_POINT_BATCH_FULL_MASK, PD_BAND_MOST, sums);
-        else if (whole == PD_BAND_MOST)
-            pdi_point_batch_add_bond(own, far, band->stride, NULL, w, lanes, PD_BAND_MOST, sums);
+            pdi_point_batch_add_bond(own, far, band->stride, NULL, w, PDI_POINT_BATCH_FULL_MASK, PD_POINT_BATCH_MAX,
+                                     sums);
+        else if (whole == PD_POINT_BATCH_MAX)
+            pdi_point_batch_add_bond(own, far, band->stride, NULL, w, lanes, PD_POINT_BATCH_MAX, sums);
         else pdi_point_batch_add_bond(own, far, band->stride, NULL, w, lanes, whole, sums);
     }
     return count;
@@ -270,7 +273,7 @@ PDI_FN int32_t pdi_point_batch_compute_sums(const pd_band *band, int32_t k, pdi_
 PDI_INLINE_HOT void pdi_point_batch_add_bond_force(const double *PD_RESTRICT own, const double *PD_RESTRICT other,
                                                    int64_t stride, const double *shift, double w, uint32_t mask,
                                                    double lambda, double mu, int flows, int count,
-                                                   double (*PD_RESTRICT force)[PD_BAND_MOST])
+                                                   double (*PD_RESTRICT force)[PD_POINT_BATCH_MAX])
 {
     for (int n = 0; n < count; n++) {
         double xi[PD_DIM], eta[PD_DIM], turned[PD_DIM], square = 0.0, along = 0.0, trace = 0.0;
@@ -312,14 +315,14 @@ PDI_INLINE_HOT void pdi_point_batch_add_bond_force(const double *PD_RESTRICT own
 }
 
 /* Forces of all bonds of batch k. Inlined with a constant for `flows`. */
-PDI_INLINE_HOT void pdi_point_batch_sum_forces(const pd_band *band, int32_t k, double lambda, double mu, int plastic,
-                                               double (*PD_RESTRICT sum)[PD_BAND_MOST])
+PDI_INLINE_HOT void pdi_point_batch_sum_forces(const pd_point_batch *band, int32_t k, double lambda, double mu,
+                                               int plastic, double (*PD_RESTRICT sum)[PD_POINT_BATCH_MAX])
 {
     int32_t i = band->first[k], count = band->first[k + 1] - i, whole = pdi_point_batch_pad_count(count);
     int64_t total = band->stride;
     const double *own = pdi_point_batch_get_field(band, 0) + i;
     double shift[PD_DIM];
-    for (pd_walk f = pdi_body_bonds_begin(band->body, i); count == 1 && pdi_body_bonds_next(&f);) {
+    for (pd_bond_iterator f = pdi_body_bonds_begin(band->body, i); count == 1 && pdi_body_bonds_next(&f);) {
         double w = pdi_bond_weights_get_intact(band->weights, i, &f);
         pdi_point_batch_image_shift(band->body, pdi_body_bond_image(&f), shift);
         if (w > 0.0)
@@ -335,19 +338,21 @@ PDI_INLINE_HOT void pdi_point_batch_sum_forces(const pd_band *band, int32_t k, d
             pdi_point_batch_add_bond_force(own, far, total, shift, w, lanes, lambda, mu, plastic, whole, sum);
         } else if (lanes == PDI_POINT_BATCH_FULL_MASK)
             pdi_point_batch_add_bond_force(own, far, total, NULL, w, PDI_POINT_BATCH_FULL_MASK, lambda, mu, plastic,
-                                           PD_BAND_MOST, sum);
-        else if (whole == PD_BAND_MOST)
-            pdi_point_batch_add_bond_force(own, far, total, NULL, w, lanes, lambda, mu, plastic, PD_BAND_MOST, sum);
+                                           PD_POINT_BATCH_MAX, sum);
+        else if (whole == PD_POINT_BATCH_MAX)
+            pdi_point_batch_add_bond_force(own, far, total, NULL, w, lanes, lambda, mu, plastic, PD_POINT_BATCH_MAX,
+                                           sum);
         else pdi_point_batch_add_bond_force(own, far, total, NULL, w, lanes, lambda, mu, plastic, whole, sum);
     }
 }
 
-PDI_FN void pdi_point_batch_compute_force(const pd_band *band, int32_t k, double lambda, double mu, double *force)
+PDI_FN void pdi_point_batch_compute_force(const pd_point_batch *band, int32_t k, double lambda, double mu,
+                                          double *force)
 {
     int32_t i = band->first[k], count = band->first[k + 1] - i;
-    double sum[PD_DIM][PD_BAND_MOST];
+    double sum[PD_DIM][PD_POINT_BATCH_MAX];
     for (int d = 0; d < PD_DIM; d++)
-        for (int n = 0; n < PD_BAND_MOST; n++) sum[d][n] = 0.0;
+        for (int n = 0; n < PD_POINT_BATCH_MAX; n++) sum[d][n] = 0.0;
     if (band->fields > PDI_POINT_BATCH_PLASTIC_STRESS) pdi_point_batch_sum_forces(band, k, lambda, mu, 1, sum);
     else pdi_point_batch_sum_forces(band, k, lambda, mu, 0, sum);
     for (int n = 0; n < count; n++)

@@ -11,17 +11,17 @@
 #define PD_POINT_BATCH_H
 #include "solid/bond_weights.h"
 
-#define PD_BAND_MOST 32 /* points of a band */
+#define PD_POINT_BATCH_MAX 32 /* points of a band */
 
 /* A bond that points of a batch have. */
-typedef struct pd_band_bond {
+typedef struct pd_point_batch_bond {
     int32_t offset; /* index of the neighbour less index of the point */
     int32_t image;  /* number of periods by which the neighbour is shifted; 0 without a period */
     float weight;   /* [-] w */
     uint32_t lanes; /* bit n: point n of the batch has the bond */
-} pd_band_bond;
+} pd_point_batch_bond;
 
-typedef struct pd_band {
+typedef struct pd_point_batch {
     const pd_body *body;
     const pd_bond_weights *weights; /* borrowed */
     int32_t fields;                 /* how many of PDI_POINT_BATCH_POSITION and so on a point has */
@@ -32,16 +32,16 @@ typedef struct pd_band {
     int32_t *first;      /* [count + 1] first point of each band, then count */
     int64_t *begin;      /* [count + 1] begin of each band in bond; a single point has its family in the body */
     int64_t room;
-    pd_band_bond *bond;  /* [room] */
+    pd_point_batch_bond *bond; /* [room] */
     int64_t stride;      /* entries of a field: count, padded so that fields do not share cache sets */
     /* [fields][stride] [m] and others: point data that bond loops read, see PDI_POINT_BATCH_POSITION */
     double *field;
-} pd_band;
+} pd_point_batch;
 
 #ifdef PDI_INTERNAL
 /* Doubles in a cache line of 64 bytes. */
 #define PDI_POINT_BATCH_CACHE_LINE 8
-/* Mask of a bond that all points of a batch of PD_BAND_MOST have. */
+/* Mask of a bond that all points of a batch of PD_POINT_BATCH_MAX have. */
 #define PDI_POINT_BATCH_FULL_MASK UINT32_MAX
 
 enum {
@@ -61,10 +61,10 @@ enum {
 
 /* Sums over the families of the points of a batch; xi: bond, eta: relative displacement, r = |xi|. */
 typedef struct pdi_point_batch_sums {
-    double moment[PDI_POINT_BATCH_TENSOR][PD_BAND_MOST];      /* [m^(d+2)] sum w V eta xi^T */
-    double unit_moment[PDI_POINT_BATCH_TENSOR][PD_BAND_MOST]; /* [m^d] sum w V eta xi^T/r^2 */
+    double moment[PDI_POINT_BATCH_TENSOR][PD_POINT_BATCH_MAX];      /* [m^(d+2)] sum w V eta xi^T */
+    double unit_moment[PDI_POINT_BATCH_TENSOR][PD_POINT_BATCH_MAX]; /* [m^d] sum w V eta xi^T/r^2 */
     /* [m^d] sum w V (eta.xi) xi xi^T/r^4; its upper triangle */
-    double axial_moment[PDI_POINT_BATCH_TENSOR][PD_BAND_MOST];
+    double axial_moment[PDI_POINT_BATCH_TENSOR][PD_POINT_BATCH_MAX];
 } pdi_point_batch_sums;
 
 /* Describes the arrays of a batch object, without the list of bonds, which grows. */
@@ -72,21 +72,22 @@ PDI_FN void pdi_point_batch_list(pdi_array_visitor *owner, void *band);
 /* Prepares the fields and stores positions and volumes; body and weights are borrowed. fields: how many fields a point
  * has, such as PDI_POINT_BATCH_STIFFNESS for those before it. pdi_point_batch_update has to follow. */
 PDI_FN pd_status pdi_point_batch_build(pd_ctx *ctx, const pd_body *body, const pd_bond_weights *weights, int32_t fields,
-                                       pd_band *band);
-PDI_FN void pdi_point_batch_free(pd_ctx *ctx, pd_band *band);
+                                       pd_point_batch *band);
+PDI_FN void pdi_point_batch_free(pd_ctx *ctx, pd_point_batch *band);
 /* Divides the points into batches anew, after weights have changed or bonds have broken. */
-PDI_FN pd_status pdi_point_batch_update(pd_ctx *ctx, pd_band *band);
+PDI_FN pd_status pdi_point_batch_update(pd_ctx *ctx, pd_point_batch *band);
 /* Stores the displacements u [count][PD_DIM] [m] as fields. */
-PDI_FN void pdi_point_batch_set_displacements(const pd_ctx *ctx, const pd_band *band, const double *u);
+PDI_FN void pdi_point_batch_set_displacements(const pd_ctx *ctx, const pd_point_batch *band, const double *u);
 /* Sums over the bonds of batch k, of the displacements that are set. Returns how many points it has. */
-PDI_FN int32_t pdi_point_batch_compute_sums(const pd_band *band, int32_t k, pdi_point_batch_sums *sums);
+PDI_FN int32_t pdi_point_batch_compute_sums(const pd_point_batch *band, int32_t k, pdi_point_batch_sums *sums);
 /* force [count][PD_DIM] [N/m3] of the points of batch k (theory, eq. 8.4), with Lame's moduli lambda and mu [Pa]. */
-PDI_FN void pdi_point_batch_compute_force(const pd_band *band, int32_t k, double lambda, double mu, double *force);
+PDI_FN void pdi_point_batch_compute_force(const pd_point_batch *band, int32_t k, double lambda, double mu,
+                                          double *force);
 
 /* Field number `field` of all points, index 0: point 0. Entries before it belong to padding. */
-static inline double *pdi_point_batch_get_field(const pd_band *band, int field)
+static inline double *pdi_point_batch_get_field(const pd_point_batch *band, int field)
 {
-    return band->field + PD_BAND_MOST + field * band->stride;
+    return band->field + PD_POINT_BATCH_MAX + field * band->stride;
 }
 /* Points of a batch of `count`, rounded up to whole cache lines. */
 static inline int pdi_point_batch_pad_count(int32_t count)

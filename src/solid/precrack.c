@@ -15,7 +15,7 @@
 /* A pre-crack with its plane. Corner k is corner (first + k way) of the caller, so that the result does not depend on
  * the order of corners. */
 typedef struct pdi_precrack_plane {
-    const pd_cut *cut;
+    const pd_precrack *cut;
     int first, step;
     double normal[PD_DIM]; /* [-] towards the upper side */
     double orientation;    /* [-] 1: corners go around the normal; -1: against it */
@@ -106,7 +106,7 @@ static int pdi_precrack_is_crossed(const pdi_precrack_plane *p, const double *lo
 /* ---- cuts that make sense ---- */
 
 /* Reports an invalid pre-crack: PD_ERR_ARGUMENT. */
-static pd_status pdi_precrack_reject(pd_ctx *ctx, int index, const pd_cut *cut, const char *text)
+static pd_status pdi_precrack_reject(pd_ctx *ctx, int index, const pd_precrack *cut, const char *text)
 {
     const double *x = cut->corner;
     return pdi_fail(ctx, PD_ERR_ARGUMENT, "cut", "cut %d of %d corners, the first one at x = %g m: %s", index,
@@ -158,7 +158,7 @@ static int pdi_precrack_compute_normal(pdi_precrack_plane *p)
 }
 
 /* Checks a pre-crack and computes its plane; tolerance [m], extent: largest coordinate [m]. PD_ERR_ARGUMENT. */
-static pd_status pdi_precrack_check(pd_ctx *ctx, const pd_cut *cut, int index, double tolerance, double extent,
+static pd_status pdi_precrack_check(pd_ctx *ctx, const pd_precrack *cut, int index, double tolerance, double extent,
                                     pdi_precrack_plane *p)
 {
     memset(p, 0, sizeof *p);
@@ -190,7 +190,7 @@ static pd_status pdi_precrack_check(pd_ctx *ctx, const pd_cut *cut, int index, d
 }
 
 /* Checks all pre-cracks and widens their bounding boxes by a bond length. */
-static pd_status pdi_precrack_build_planes(pd_ctx *ctx, const pd_body *body, const pd_cut *cuts, int count,
+static pd_status pdi_precrack_build_planes(pd_ctx *ctx, const pd_body *body, const pd_precrack *cuts, int count,
                                            pdi_precrack_plane *planes)
 {
     double far = 0.0, reach = pdi_precrack_max_bond_length(body);
@@ -216,7 +216,7 @@ static int64_t pdi_precrack_break_family(pd_body *body, const pdi_precrack_plane
         if (x[d] < p->lo[d] || x[d] > p->hi[d]) return 0;
     double own = pdi_precrack_plane_distance(p, x);
     if (fabs(own) > pdi_precrack_max_bond_length(body)) return 0;
-    for (pd_walk f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
+    for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
         double y[PD_DIM];
         if (pdi_body_bond_is_broken(&f)) continue;
         memcpy(y, body->position + (int64_t)f.to * PD_DIM, sizeof y);
@@ -237,9 +237,9 @@ static int64_t pdi_precrack_break_reverse(pd_body *body)
 {
     int64_t found = 0;
     for (int32_t i = 0; i < body->count && pdi_body_is_periodic(body); i++)
-        for (pd_walk f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
+        for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
             if (!pdi_body_bond_is_broken(&f)) continue;
-            pd_walk back = pdi_body_bonds_begin(body, f.to);
+            pd_bond_iterator back = pdi_body_bonds_begin(body, f.to);
             back.n = pdi_body_find_reverse_bond(body, i, &f);
             found += !pdi_body_bond_is_broken(&back);
             pdi_body_mark_broken(body, f.to, back.n);
@@ -264,7 +264,7 @@ static int64_t pdi_precrack_break_bonds(const pd_ctx *ctx, pd_body *body, const 
     return (all + pdi_precrack_break_reverse(body)) / 2;
 }
 
-pd_status pd_body_cut(pd_ctx *ctx, pd_body *body, const pd_cut *cuts, int count, int64_t *broken)
+pd_status pd_body_apply_precracks(pd_ctx *ctx, pd_body *body, const pd_precrack *cuts, int count, int64_t *broken)
 {
     pdi_precrack_plane *planes = NULL;
     if (broken) *broken = 0;
@@ -287,7 +287,7 @@ void pd_body_damage(const pd_ctx *ctx, const pd_body *body, double *damage)
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) {
         double all = 0.0, lost = 0.0;
-        for (pd_walk f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
+        for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
             double volume = body->volume[f.to];
             all += volume;
             lost += pdi_body_bond_is_broken(&f) ? volume : 0.0;

@@ -13,18 +13,20 @@
 #define PD_PRECRACK_H
 #include "solid/body.h"
 
-typedef struct pd_cut {
+typedef struct pd_precrack {
     int corners;          /* 1D: 1, 2D: 2, 3D: at least 3 */
     const double *corner; /* [corners][PD_DIM] [m] one after another around a polygon, either way. Borrowed */
-} pd_cut;
+} pd_precrack;
 
-#define pd_body_cut PD_NAME(pd_body_cut)
+#define pd_body_apply_precracks PD_NAME(pd_body_apply_precracks)
 #define pd_body_damage PD_NAME(pd_body_damage)
 
 /* Break the bonds that cross one of the cuts. *broken (NULL: not wanted): how many were intact. Materials that are
- * built afterwards know of it; pd_elastic_update tells those that exist. PD_ERR_ARGUMENT, and no bond breaks: corners
- * that are too few or not finite, a segment without length, a polygon that is not plane, not convex or without area. */
-PD_API pd_status pd_body_cut(pd_ctx *ctx, pd_body *body, const pd_cut *cuts, int count, int64_t *broken);
+ * built afterwards know of it; pd_correspondence_update tells those that exist. PD_ERR_ARGUMENT, and no bond breaks:
+ * corners that are too few or not finite, a segment without length, a polygon that is not plane, not convex or without
+ * area. */
+PD_API pd_status pd_body_apply_precracks(pd_ctx *ctx, pd_body *body, const pd_precrack *cuts, int count,
+                                         int64_t *broken);
 /* damage [count] [-]: the share of broken bonds in the family of each point, by volume (Silling and Askari 2005,
  * eq. 27): 1 - sum of V_j over intact bonds / sum of V_j over all. 0 for a point without bonds. */
 PD_API void pd_body_damage(const pd_ctx *ctx, const pd_body *body, double *damage);

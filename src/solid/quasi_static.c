@@ -40,7 +40,7 @@ PDI_FN void pdi_quasi_static_list(pdi_array_visitor *owner, void *object)
     PDI_SCALAR_STATE(owner, quasi_static, residual, "1");
 }
 
-pd_status pd_quasi_static_build(pd_ctx *ctx, const pd_solid *solid, const pd_quasi_static_desc *desc,
+pd_status pd_quasi_static_build(pd_ctx *ctx, const pd_material_interface *solid, const pd_quasi_static_desc *desc,
                                 pd_quasi_static *q)
 {
     memset(q, 0, sizeof *q);
@@ -53,14 +53,14 @@ pd_status pd_quasi_static_build(pd_ctx *ctx, const pd_solid *solid, const pd_qua
     q->n = (int64_t)solid->body->count * PD_DIM;
     q->parted = -1.0;
     pd_status status = pdi_array_registry_build(ctx, pdi_quasi_static_list, q);
-    if (status == PD_OK) status = pd_criterion_build(ctx, &q->solid, &desc->criterion, &q->criterion);
+    if (status == PD_OK) status = pd_bond_failure_build(ctx, &q->solid, &desc->criterion, &q->criterion);
     if (status < 0) pd_quasi_static_free(ctx, q);
     return status;
 }
 
 void pd_quasi_static_free(pd_ctx *ctx, pd_quasi_static *q)
 {
-    pd_criterion_free(ctx, &q->criterion);
+    pd_bond_failure_free(ctx, &q->criterion);
     pdi_array_registry_free(ctx, pdi_quasi_static_list, q);
     memset(q, 0, sizeof *q);
 }
@@ -81,9 +81,9 @@ static void pdi_quasi_static_save_state(pd_quasi_static *q)
 /* Load step at the fraction `part`: corrects interpolated displacements, whose free leaders count in full. */
 static void pdi_quasi_static_scale_interpolated(pd_quasi_static *q, double part)
 {
-    const pd_interpolation *all = q->desc.interpolation;
+    const pd_multipoint_constraint *all = q->desc.interpolation;
     for (int64_t k = 0; all && part < 1.0 && k < all->count; k++) {
-        const pd_interpolated *row = all->row + k;
+        const pd_constraint_row *row = all->row + k;
         q->u[row->at] += (1.0 - part) * row->part * (q->u[row->leader] - q->start[row->leader]);
     }
 }
@@ -107,7 +107,7 @@ static pd_status pdi_quasi_static_set_loads(pd_ctx *ctx, pd_quasi_static *q, dou
 /* 1: the loads of a component would move or rotate it, as it lacks supports. */
 static int pdi_quasi_static_is_unsupported(const pd_quasi_static *q, const int32_t *piece, int32_t count)
 {
-    pd_rigid rigid;
+    pd_rigid_modes rigid;
     for (int a = 0; a < PD_DIM; a++)
         if (!pdi_equilibrium_is_balanced(q->solid.body, q->desc.held, q->load, a, piece, count, NULL)) return 1;
     pdi_rigid_modes_compute(q->solid.body, q->desc.held, piece, count, &rigid);
@@ -162,7 +162,7 @@ static pd_status pdi_quasi_static_detach_components(pd_ctx *ctx, pd_quasi_static
 static double pdi_quasi_static_rotation_rate(const pd_body *body, int32_t i, const double *motion)
 {
     double most = 0.0;
-    for (pd_walk f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
+    for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
         double xi[PD_DIM], length = 0.0, way = 0.0;
         if (pdi_body_bond_is_broken(&f)) continue;
         pdi_body_bond_vector(body, i, &f, xi);
@@ -376,7 +376,7 @@ static pd_status pdi_quasi_static_equilibrate(pd_ctx *ctx, pd_quasi_static *q, d
         q->stored = q->solid.energy(ctx, q->solid.self, q->u);
         if (q->solid.commit) PDI_TRY(q->solid.commit(ctx, q->solid.self, q->u));
         if (status != PD_OK) return status;
-        int64_t broken = pd_criterion_break(ctx, &q->criterion, q->u, q->desc.eager);
+        int64_t broken = pd_bond_failure_break(ctx, &q->criterion, q->u, q->desc.eager);
         if (!broken) return PD_OK;
         PDI_TRY(pdi_check_cancel(ctx, "quasi_static", q->solves));
         q->broken += broken;
@@ -409,7 +409,7 @@ static pd_status pdi_quasi_static_advance(pd_ctx *ctx, pd_quasi_static *q, doubl
     return PD_OK;
 }
 
-pd_status pd_quasi_static_to(pd_ctx *ctx, pd_quasi_static *q, double t)
+pd_status pd_quasi_static_solve_at(pd_ctx *ctx, pd_quasi_static *q, double t)
 {
     int moves = !q->known || q->stale;
     pd_status status = PD_OK;
@@ -431,7 +431,7 @@ pd_status pd_quasi_static_to(pd_ctx *ctx, pd_quasi_static *q, double t)
 /* The process callback that brings the body to time t. */
 static pd_status pdi_quasi_static_process_solve_at(pd_ctx *ctx, void *self, double t)
 {
-    return pd_quasi_static_to(ctx, (pd_quasi_static *)self, t);
+    return pd_quasi_static_solve_at(ctx, (pd_quasi_static *)self, t);
 }
 
 /* The process callback for checkpoints. */
@@ -442,9 +442,9 @@ static pd_status pdi_quasi_static_process_store(pd_ctx *ctx, void *self, pd_arch
     return q->solid.store ? q->solid.store(ctx, q->solid.self, archive) : PD_OK;
 }
 
-pd_process pd_quasi_static_process(pd_quasi_static *q)
+pd_physics pd_quasi_static_process(pd_quasi_static *q)
 {
-    pd_process p;
+    pd_physics p;
     memset(&p, 0, sizeof p);
     p.name = "quasi_static";
     p.self = q;

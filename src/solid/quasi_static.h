@@ -20,18 +20,18 @@ typedef struct pd_quasi_static_desc {
     const uint8_t *held;   /* [count][PD_DIM] 1: this displacement is prescribed; NULL: none. Borrowed */
     pd_load_fn load;
     void *user;
-    const pd_interpolation *interpolation; /* how prescribed displacements follow free ones, as of the last call of
-                            * load; NULL: they do not. Boundary values that depend on the solution in any other way are
-                            * iterated until they converge. Borrowed */
-    pd_criterion_desc criterion; /* by which bonds break; zero: none does */
-    double eager;          /* [-] as of pd_criterion_break, in each round; -1: 0.5 */
+    /* How prescribed displacements follow free ones, as of the last call of load; NULL: they do not. Boundary values
+     * that depend on the solution in any other way are iterated until they converge. Borrowed */
+    const pd_multipoint_constraint *interpolation;
+    pd_bond_failure_desc criterion; /* by which bonds break; zero: none does */
+    double eager;                   /* [-] as of pd_bond_failure_break, in each round; -1: 0.5 */
     double rtol;           /* [-] as of pd_equilibrium_desc */
 } pd_quasi_static_desc;
 
 typedef struct pd_quasi_static {
     pd_quasi_static_desc desc;
-    pd_solid solid;
-    pd_criterion criterion;
+    pd_material_interface solid;
+    pd_bond_failure criterion;
     int64_t n;             /* components of all points */
     double *u;             /* [n] [m] */
     double *load;          /* [n] [N/m3] */
@@ -59,19 +59,19 @@ typedef struct pd_quasi_static {
 
 #define pd_quasi_static_build PD_NAME(pd_quasi_static_build)
 #define pd_quasi_static_process PD_NAME(pd_quasi_static_process)
-#define pd_quasi_static_to PD_NAME(pd_quasi_static_to)
+#define pd_quasi_static_solve_at PD_NAME(pd_quasi_static_solve_at)
 #define pd_quasi_static_free PD_NAME(pd_quasi_static_free)
 
 /* At rest, without loads. The material is borrowed, and so is what the description names. PD_ERR_ARGUMENT: a number out
- * of range, and as of pd_criterion_build. */
-PD_API pd_status pd_quasi_static_build(pd_ctx *ctx, const pd_solid *solid, const pd_quasi_static_desc *desc,
-                                       pd_quasi_static *quasi_static);
+ * of range, and as of pd_bond_failure_build. */
+PD_API pd_status pd_quasi_static_build(pd_ctx *ctx, const pd_material_interface *solid,
+                                       const pd_quasi_static_desc *desc, pd_quasi_static *quasi_static);
 /* Solves for the equilibrium at time t [s] with bond failure. Shorter load steps are taken where Newton's method needs
  * them. Errors: those of the equilibrium and of the material; PD_ERR_STATE: no step is short enough (limit load of
  * plasticity, or buckling). */
-PD_API pd_status pd_quasi_static_to(pd_ctx *ctx, pd_quasi_static *quasi_static, double t);
+PD_API pd_status pd_quasi_static_solve_at(pd_ctx *ctx, pd_quasi_static *quasi_static, double t);
 /* The process table, for a run of coupled processes. */
-PD_API pd_process pd_quasi_static_process(pd_quasi_static *quasi_static);
+PD_API pd_physics pd_quasi_static_process(pd_quasi_static *quasi_static);
 PD_API void pd_quasi_static_free(pd_ctx *ctx, pd_quasi_static *quasi_static);
 
 #ifdef PDI_INTERNAL

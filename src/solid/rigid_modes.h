@@ -3,29 +3,29 @@
 #define PD_RIGID_MODES_H
 #include "solid/body.h"
 
-#define PD_RIGID_MOTIONS (PD_DIM * (PD_DIM + 1) / 2)
+#define PD_RIGID_MODES (PD_DIM * (PD_DIM + 1) / 2)
 
-typedef struct pd_rigid {
+typedef struct pd_rigid_modes {
     const pd_body *body;
     const int32_t *piece; /* [count] points. Borrowed */
     int32_t count;
     double origin[PD_DIM]; /* [m] */
     double size;           /* [m] by which places are about 1 */
     int motions;
-    double motion[PD_RIGID_MOTIONS][PD_RIGID_MOTIONS]; /* [motions][..] [-] coefficients of translations and
-                                                        * rotations */
-} pd_rigid;
+    double motion[PD_RIGID_MODES][PD_RIGID_MODES]; /* [motions][..] [-] coefficients of translations and
+                                                    * rotations */
+} pd_rigid_modes;
 
 #ifdef PDI_INTERNAL
 /* Finds the free rigid motions of a component piece [count], which is borrowed. held [count][PD_DIM] of the body:
  * prescribed displacements; NULL: none. */
 PDI_FN void pdi_rigid_modes_compute(const pd_body *body, const uint8_t *held, const int32_t *piece, int32_t count,
-                                    pd_rigid *rigid);
+                                    pd_rigid_modes *rigid);
 /* Largest work of the forces V load along a free motion, over the sum of their absolute values [-]; load
  * [count][PD_DIM] [N/m3] of the body, at free components. */
-PDI_FN double pdi_rigid_modes_relative_work(const pd_rigid *rigid, const uint8_t *held, const double *load);
+PDI_FN double pdi_rigid_modes_relative_work(const pd_rigid_modes *rigid, const uint8_t *held, const double *load);
 /* Removes the volume mean of all free motions from u [count][PD_DIM] [m] of the body. */
-PDI_FN void pdi_rigid_modes_remove(const pd_rigid *rigid, double *u);
+PDI_FN void pdi_rigid_modes_remove(const pd_rigid_modes *rigid, double *u);
 #endif
 
 #endif

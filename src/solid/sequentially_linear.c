@@ -11,14 +11,14 @@
 /* Describes the arrays. */
 static void pdi_sequentially_linear_list(pdi_array_visitor *owner, void *object)
 {
-    pd_sequential *sequential = (pd_sequential *)object;
+    pd_sequentially_linear *sequential = (pd_sequentially_linear *)object;
     PDI_ARRAY(owner, sequential, u, sequential->n, "m");
     PDI_ARRAY(owner, sequential, at, sequential->n, "m");
 }
 
 /* Inner part of the build; after an error the caller frees. */
-static pd_status pdi_sequentially_linear_build_inner(pd_ctx *ctx, const pd_solid *solid, const pd_sequential_desc *desc,
-                                                     pd_sequential *s)
+static pd_status pdi_sequentially_linear_build_inner(pd_ctx *ctx, const pd_material_interface *solid,
+                                                     const pd_sequentially_linear_desc *desc, pd_sequentially_linear *s)
 {
     memset(s, 0, sizeof *s);
     if (!solid->linear || !desc->moved == !desc->load || (desc->moved && !desc->held))
@@ -29,7 +29,7 @@ static pd_status pdi_sequentially_linear_build_inner(pd_ctx *ctx, const pd_solid
     s->desc = *desc;
     s->solid = *solid;
     s->n = (int64_t)solid->body->count * PD_DIM;
-    PDI_TRY(pd_criterion_build(ctx, solid, &desc->criterion, &s->criterion));
+    PDI_TRY(pd_bond_failure_build(ctx, solid, &desc->criterion, &s->criterion));
     if (!(s->criterion.critical > 0.0))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "sequential", "no bond breaks, expected a critical value or the energy of"
                         " a crack");
@@ -38,22 +38,23 @@ static pd_status pdi_sequentially_linear_build_inner(pd_ctx *ctx, const pd_solid
     return PD_OK;
 }
 
-pd_status pd_sequential_build(pd_ctx *ctx, const pd_solid *solid, const pd_sequential_desc *desc, pd_sequential *s)
+pd_status pd_sequentially_linear_build(pd_ctx *ctx, const pd_material_interface *solid,
+                                       const pd_sequentially_linear_desc *desc, pd_sequentially_linear *s)
 {
     pd_status status = pdi_sequentially_linear_build_inner(ctx, solid, desc, s);
-    if (status < 0) pd_sequential_free(ctx, s);
+    if (status < 0) pd_sequentially_linear_free(ctx, s);
     return status;
 }
 
-void pd_sequential_free(pd_ctx *ctx, pd_sequential *s)
+void pd_sequentially_linear_free(pd_ctx *ctx, pd_sequentially_linear *s)
 {
-    pd_criterion_free(ctx, &s->criterion);
+    pd_bond_failure_free(ctx, &s->criterion);
     pdi_array_registry_free(ctx, pdi_sequentially_linear_list, s);
     memset(s, 0, sizeof *s);
 }
 
 /* Equilibrium of the remaining bonds at the factor 1; sets `done` where loads have torn a component off. */
-static pd_status pdi_sequentially_linear_solve_equilibrium(pd_ctx *ctx, pd_sequential *s)
+static pd_status pdi_sequentially_linear_solve_equilibrium(pd_ctx *ctx, pd_sequentially_linear *s)
 {
     pd_equilibrium_desc desc;
     pd_equilibrium_result result;
@@ -71,7 +72,7 @@ static pd_status pdi_sequentially_linear_solve_equilibrium(pd_ctx *ctx, pd_seque
 }
 
 /* Energy [J] stored at the present displacement q by a body that stores `energy` at the factor 1. */
-static double pdi_sequentially_linear_stored_energy(const pd_sequential *s, double energy)
+static double pdi_sequentially_linear_stored_energy(const pd_sequentially_linear *s, double energy)
 {
     double q = s->displacement;
     if (!s->desc.load) return energy * q * q;
@@ -79,7 +80,7 @@ static double pdi_sequentially_linear_stored_energy(const pd_sequential *s, doub
 }
 
 /* Bonds have broken at the present displacement: the drop of stored energy is dissipated. */
-static void pdi_sequentially_linear_release_energy(pd_sequential *s, double energy)
+static void pdi_sequentially_linear_release_energy(pd_sequentially_linear *s, double energy)
 {
     double stored = pdi_sequentially_linear_stored_energy(s, energy);
     s->dissipated += s->stored - stored;
@@ -87,7 +88,7 @@ static void pdi_sequentially_linear_release_energy(pd_sequential *s, double ener
 }
 
 /* Moves to another load factor at fixed bonds: force times displacement is twice the stored energy. */
-static void pdi_sequentially_linear_move_to(pd_sequential *s, double factor, double energy)
+static void pdi_sequentially_linear_move_to(pd_sequentially_linear *s, double factor, double energy)
 {
     double stored = energy * factor * factor;
     s->work += stored - s->stored;
@@ -98,27 +99,27 @@ static void pdi_sequentially_linear_move_to(pd_sequential *s, double factor, dou
 }
 
 /* No further event: the energy drop is dissipated, and the analysis is done. */
-static void pdi_sequentially_linear_finish(pd_sequential *s, double energy)
+static void pdi_sequentially_linear_finish(pd_sequentially_linear *s, double energy)
 {
     pdi_sequentially_linear_release_energy(s, energy);
     s->done = 1;
 }
 
 /* Breaks the bonds at `fraction` of the load factor of the next event. Returns how many. */
-static int64_t pdi_sequentially_linear_break_bonds(const pd_ctx *ctx, pd_sequential *s, double fraction)
+static int64_t pdi_sequentially_linear_break_bonds(const pd_ctx *ctx, pd_sequentially_linear *s, double fraction)
 {
     for (int64_t k = 0; k < s->n; k++) s->at[k] = fraction * s->first.factor * s->u[k];
-    return pd_criterion_break(ctx, &s->criterion, s->at, 0.0);
+    return pd_bond_failure_break(ctx, &s->criterion, s->at, 0.0);
 }
 
-pd_status pd_sequential_next(pd_ctx *ctx, pd_sequential *s)
+pd_status pd_sequentially_linear_next_event(pd_ctx *ctx, pd_sequentially_linear *s)
 {
     for (int64_t parted = 1; parted && !s->done; s->broken += parted) {
         PDI_TRY(pdi_sequentially_linear_solve_equilibrium(ctx, s));
         double energy = s->done ? 0.0 : s->solid.energy(ctx, s->solid.self, s->u);
         if (!s->events) s->whole = energy;
         int apart = s->done || (s->desc.load ? 0 : !(energy > PDI_SEQUENTIALLY_LINEAR_SEPARATED * s->whole));
-        if (!apart) pd_criterion_first(ctx, &s->criterion, s->u, &s->first);
+        if (!apart) pd_bond_failure_find_first(ctx, &s->criterion, s->u, &s->first);
         if (apart || s->first.bond < 0 || !(s->first.factor > 0.0)) {
             pdi_sequentially_linear_finish(s, apart ? 0.0 : energy);
             return PD_OK;

@@ -16,19 +16,19 @@
 #include "solid/equilibrium.h"
 
 /* Zero-initialise. Either `moved` or `load` is given. */
-typedef struct pd_sequential_desc {
+typedef struct pd_sequentially_linear_desc {
     const uint8_t *held;         /* [count][PD_DIM] 1: this displacement is given; NULL: none. Borrowed */
     const double *moved;         /* [count][PD_DIM] [m] displacements of what is held, at the factor 1; NULL: 0.
                                   * Borrowed */
     const double *load;          /* [count][PD_DIM] [N/m3] at the factor 1; NULL: none. Borrowed */
-    pd_criterion_desc criterion; /* by which bonds break */
+    pd_bond_failure_desc criterion; /* by which bonds break */
     double rtol;                 /* [-] as of pd_equilibrium_desc */
-} pd_sequential_desc;
+} pd_sequentially_linear_desc;
 
-typedef struct pd_sequential {
-    pd_sequential_desc desc;
-    pd_solid solid;
-    pd_criterion criterion;
+typedef struct pd_sequentially_linear {
+    pd_sequentially_linear_desc desc;
+    pd_material_interface solid;
+    pd_bond_failure criterion;
     int64_t n;            /* components of all points */
     double *u;            /* [n] [m] at the factor 1, of the bonds that are left */
     double *at;           /* [n] [m] at the last event, before its bonds broke */
@@ -39,24 +39,25 @@ typedef struct pd_sequential {
     double stored;        /* [J] (per m in 2D, per m2 in 1D) there, before bonds break */
     double work;          /* [J] of the load up to there */
     double dissipated;    /* [J] that bonds have taken, those of the last event not yet counted; at the end all */
-    pd_criterion_bond first; /* the bond of the last event */
+    pd_first_failure first; /* the bond of the last event */
     int64_t events, broken;
     double whole;         /* [J] stored at the factor 1 by all bonds */
     int done;             /* 1: no other bond breaks, or a loaded piece has come off */
     int iterations;       /* of the last balance */
-} pd_sequential;
+} pd_sequentially_linear;
 
-#define pd_sequential_build PD_NAME(pd_sequential_build)
-#define pd_sequential_next PD_NAME(pd_sequential_next)
-#define pd_sequential_free PD_NAME(pd_sequential_free)
+#define pd_sequentially_linear_build PD_NAME(pd_sequentially_linear_build)
+#define pd_sequentially_linear_next_event PD_NAME(pd_sequentially_linear_next_event)
+#define pd_sequentially_linear_free PD_NAME(pd_sequentially_linear_free)
 
 /* The material is borrowed, its table copied. PD_ERR_ARGUMENT: forces that are not linear, both `moved` and `load` or
- * none of them, no criterion, and as of pd_criterion_build. */
-PD_API pd_status pd_sequential_build(pd_ctx *ctx, const pd_solid *solid, const pd_sequential_desc *desc,
-                                     pd_sequential *sequential);
+ * none of them, no criterion, and as of pd_bond_failure_build. */
+PD_API pd_status pd_sequentially_linear_build(pd_ctx *ctx, const pd_material_interface *solid,
+                                              const pd_sequentially_linear_desc *desc,
+                                              pd_sequentially_linear *sequential);
 /* Computes the next event (factor, force, displacement) and breaks its bonds in the body. `done`: there was none.
  * Errors: those of the equilibrium. */
-PD_API pd_status pd_sequential_next(pd_ctx *ctx, pd_sequential *sequential);
-PD_API void pd_sequential_free(pd_ctx *ctx, pd_sequential *sequential);
+PD_API pd_status pd_sequentially_linear_next_event(pd_ctx *ctx, pd_sequentially_linear *sequential);
+PD_API void pd_sequentially_linear_free(pd_ctx *ctx, pd_sequentially_linear *sequential);
 
 #endif

@@ -24,19 +24,19 @@
 #define PDI_SURFACE_CORRECTION_TERM_GRID 6144.0
 #define PDI_SURFACE_CORRECTION_MULTIPLIER_GRID 26388279066624.0
 
-enum { PDI_SURFACE_CORRECTION_PACKED = PD_MEND_MOMENTS * (PD_MEND_MOMENTS + 1) / 2 };
+enum { PDI_SURFACE_CORRECTION_PACKED = PD_SURFACE_CORRECTION_MOMENTS * (PD_SURFACE_CORRECTION_MOMENTS + 1) / 2 };
 
 /* ---- moments ---- */
 
 /* Rounds x to the grid of one of the constants above. */
 static inline double pdi_surface_correction_round_to_grid(double x, double grid) { return x + grid - grid; }
 
-/* f [PD_MEND_MOMENTS]: the moment functions of the bond xi. Returns r [m]. */
+/* f [PD_SURFACE_CORRECTION_MOMENTS]: the moment functions of the bond xi. Returns r [m]. */
 static inline double pdi_surface_correction_compute_moments(const pdi_surface_correction *o, const double *xi,
                                                             double *f)
 {
     double r = sqrt(pdi_vec_dot(xi, xi)), near = o->length / r, n[PD_DIM], s[PD_DIM];
-    double *product = f + PD_DIM, *third = product + PD_MEND_PRODUCTS;
+    double *product = f + PD_DIM, *third = product + PD_SURFACE_CORRECTION_PRODUCTS;
     for (int d = 0; d < PD_DIM; d++) {
         n[d] = xi[d] / r;
         s[d] = n[d] * n[d];
@@ -58,8 +58,9 @@ static inline double pdi_surface_correction_compute_moments(const pdi_surface_co
 static inline double pdi_surface_correction_exponent(const double *share, const double *f, double sign)
 {
     double even = 0.0, odd = 0.0;
-    for (int k = 0; k < PD_DIM + PD_MEND_PRODUCTS; k++) even += share[k] * f[k];
-    for (int k = PD_DIM + PD_MEND_PRODUCTS; k < PD_MEND_MOMENTS; k++) odd += share[k] * f[k];
+    for (int k = 0; k < PD_DIM + PD_SURFACE_CORRECTION_PRODUCTS; k++) even += share[k] * f[k];
+    for (int k = PD_DIM + PD_SURFACE_CORRECTION_PRODUCTS; k < PD_SURFACE_CORRECTION_MOMENTS; k++)
+        odd += share[k] * f[k];
     return even + sign * odd;
 }
 
@@ -76,7 +77,7 @@ static inline double pdi_surface_correction_bounded_exp(double z, double *slope)
 PDI_FN double pdi_surface_correction_bond_factor(const pdi_surface_correction *o, const double *own,
                                                  const double *other, const double *xi)
 {
-    double f[PD_MEND_MOMENTS], slope;
+    double f[PD_SURFACE_CORRECTION_MOMENTS], slope;
     pdi_surface_correction_compute_moments(o, xi, f);
     return pdi_surface_correction_bounded_exp(
         pdi_surface_correction_exponent(own, f, 1.0) + pdi_surface_correction_exponent(other, f, -1.0), &slope);
@@ -87,20 +88,20 @@ PDI_FN double pdi_surface_correction_bond_factor(const pdi_surface_correction *o
 /* Regularisation of moment k. */
 static inline double pdi_surface_correction_get_penalty(int k)
 {
-    return k >= PD_DIM && k < PD_DIM + PD_MEND_PRODUCTS ? PDI_SURFACE_CORRECTION_PRODUCT_PENALTY
-                                                        : PDI_SURFACE_CORRECTION_PENALTY;
+    return k >= PD_DIM && k < PD_DIM + PD_SURFACE_CORRECTION_PRODUCTS ? PDI_SURFACE_CORRECTION_PRODUCT_PENALTY
+                                                                      : PDI_SURFACE_CORRECTION_PENALTY;
 }
 
 /* Residual of the moments of point i, regularised, into gap; and, unless NULL, the matrix of (8.8d). */
 static void pdi_surface_correction_compute_residual(const pdi_surface_correction *o, const double *share, int32_t i,
                                                     double *gap, double *matrix)
 {
-    enum { all = PD_MEND_MOMENTS };
+    enum { all = PD_SURFACE_CORRECTION_MOMENTS };
     const pd_body *body = o->bonds->body;
     const double *own = share + (int64_t)i * all;
     for (int k = 0; k < all; k++) gap[k] = (k < PD_DIM ? 1.0 : 0.0) - pdi_surface_correction_get_penalty(k) * own[k];
     for (int k = 0; k < all * all && matrix; k++) matrix[k] = 0.0;
-    for (pd_walk b = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&b);) {
+    for (pd_bond_iterator b = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&b);) {
         double xi[PD_DIM], f[all], slope, weight;
         pdi_bond_force_compute_offset(o->bonds, i, b.to, xi);
         weight = (double)pdi_bond_weights_get(o->bonds->weights, i, &b) * body->volume[b.to];
@@ -122,7 +123,7 @@ static void pdi_surface_correction_compute_residual(const pdi_surface_correction
  * after another. */
 static void pdi_surface_correction_factorise(double *matrix, float *factor)
 {
-    enum { all = PD_MEND_MOMENTS };
+    enum { all = PD_SURFACE_CORRECTION_MOMENTS };
     double least[all];
     for (int k = 0; k < all; k++) {
         for (int n = 0; n <= k; n++) matrix[k * all + n] *= 2.0;
@@ -138,11 +139,11 @@ static void pdi_surface_correction_factorise(double *matrix, float *factor)
 static void pdi_surface_correction_substitute(const float *factor, double *x)
 {
     const float *row = factor;
-    for (int r = 0; r < PD_MEND_MOMENTS; row += ++r) {
+    for (int r = 0; r < PD_SURFACE_CORRECTION_MOMENTS; row += ++r) {
         for (int k = 0; k < r; k++) x[r] -= (double)row[k] * x[k];
         x[r] /= (double)row[r];
     }
-    for (int r = PD_MEND_MOMENTS - 1; r >= 0; r--) {
+    for (int r = PD_SURFACE_CORRECTION_MOMENTS - 1; r >= 0; r--) {
         row -= r + 1;
         x[r] /= (double)row[r];
         for (int k = 0; k < r; k++) x[k] -= (double)row[k] * x[r];
@@ -153,7 +154,7 @@ static void pdi_surface_correction_substitute(const float *factor, double *x)
 static void pdi_surface_correction_newton_step(const pdi_surface_correction *o, const double *share, int32_t i,
                                                int fresh, float *factor, double *change)
 {
-    enum { all = PD_MEND_MOMENTS };
+    enum { all = PD_SURFACE_CORRECTION_MOMENTS };
     double gap[all], matrix[all * all], most = 0.0;
     pdi_surface_correction_compute_residual(o, share, i, gap, fresh ? matrix : NULL);
     if (fresh) pdi_surface_correction_factorise(matrix, factor);
@@ -166,7 +167,7 @@ static void pdi_surface_correction_newton_step(const pdi_surface_correction *o, 
 /* Signs of the moments under a reflection; bit d of flip: n_d changes its sign. */
 static void pdi_surface_correction_reflection_signs(int flip, double *sign)
 {
-    double *product = sign + PD_DIM, *third = product + PD_MEND_PRODUCTS, n[PD_DIM], all = 1.0;
+    double *product = sign + PD_DIM, *third = product + PD_SURFACE_CORRECTION_PRODUCTS, n[PD_DIM], all = 1.0;
     for (int d = 0; d < PD_DIM; d++) {
         n[d] = flip >> d & 1 ? -1.0 : 1.0;
         all *= n[d];
@@ -184,14 +185,14 @@ static void pdi_surface_correction_reflection_signs(int flip, double *sign)
 /* Multipliers of mirror images: those of their points, reflected. */
 static void pdi_surface_correction_update_images(const pd_ctx *ctx, const pd_body *body, double *share)
 {
-    int nt = pdi_par_threads(ctx, ((int64_t)body->count - body->own) * PD_MEND_MOMENTS);
+    int nt = pdi_par_threads(ctx, ((int64_t)body->count - body->own) * PD_SURFACE_CORRECTION_MOMENTS);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = body->own; i < body->count; i++) {
-        const double *own = share + (int64_t)body->of[i - body->own] * PD_MEND_MOMENTS;
-        double *image = share + (int64_t)i * PD_MEND_MOMENTS, sign[PD_MEND_MOMENTS];
+        const double *own = share + (int64_t)body->of[i - body->own] * PD_SURFACE_CORRECTION_MOMENTS;
+        double *image = share + (int64_t)i * PD_SURFACE_CORRECTION_MOMENTS, sign[PD_SURFACE_CORRECTION_MOMENTS];
         pdi_surface_correction_reflection_signs(body->flip[i - body->own], sign);
-        for (int k = 0; k < PD_MEND_MOMENTS; k++) image[k] = sign[k] * own[k];
+        for (int k = 0; k < PD_SURFACE_CORRECTION_MOMENTS; k++) image[k] = sign[k] * own[k];
     }
 }
 
@@ -205,9 +206,9 @@ static int32_t pdi_surface_correction_find_incomplete(const pd_ctx *ctx, const p
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->own; i++) {
-        double gap[PD_MEND_MOMENTS], most = 0.0;
+        double gap[PD_SURFACE_CORRECTION_MOMENTS], most = 0.0;
         pdi_surface_correction_compute_residual(o, share, i, gap, NULL);
-        for (int k = 0; k < PD_MEND_MOMENTS; k++) most = pdi_max(most, fabs(gap[k]));
+        for (int k = 0; k < PD_SURFACE_CORRECTION_MOMENTS; k++) most = pdi_max(most, fabs(gap[k]));
         cut[i] = most > PDI_SURFACE_CORRECTION_COMPLETE;
     }
     for (int32_t i = 0; i < body->own; i++)
@@ -220,7 +221,7 @@ static int32_t pdi_surface_correction_find_incomplete(const pd_ctx *ctx, const p
 static void pdi_surface_correction_iterate(const pd_ctx *ctx, const pdi_surface_correction *o, const int32_t *cut,
                                            int32_t cuts, float *factor, double *change, double *share)
 {
-    enum { all = PD_MEND_MOMENTS, packed = PDI_SURFACE_CORRECTION_PACKED };
+    enum { all = PD_SURFACE_CORRECTION_MOMENTS, packed = PDI_SURFACE_CORRECTION_PACKED };
     const pd_body *body = o->bonds->body;
     int nt = pdi_par_threads(ctx, body->bonds / body->count * cuts * 150);
     (void)nt;
@@ -243,11 +244,11 @@ PDI_FN pd_status pdi_surface_correction_solve(pd_ctx *ctx, const pdi_surface_cor
     int32_t count = o->bonds->body->count, own = o->bonds->body->own, *cut = NULL;
     double *change = NULL;
     float *factor = NULL;
-    pdi_par_zero(ctx, (int64_t)count * PD_MEND_MOMENTS, share);
+    pdi_par_zero(ctx, (int64_t)count * PD_SURFACE_CORRECTION_MOMENTS, share);
     PDI_TRY(PDI_NEW(ctx, "mend", own, cut));
     int32_t cuts = pdi_surface_correction_find_incomplete(ctx, o, share, cut);
-    int64_t room = (int64_t)(cuts > 0 ? cuts : 1) * PD_MEND_MOMENTS,
-            wide = room / PD_MEND_MOMENTS * PDI_SURFACE_CORRECTION_PACKED;
+    int64_t room = (int64_t)(cuts > 0 ? cuts : 1) * PD_SURFACE_CORRECTION_MOMENTS,
+            wide = room / PD_SURFACE_CORRECTION_MOMENTS * PDI_SURFACE_CORRECTION_PACKED;
     pd_status status = PDI_NEW(ctx, "mend", room, change);
     if (status == PD_OK) status = PDI_NEW(ctx, "mend", wide, factor);
     if (status == PD_OK) {

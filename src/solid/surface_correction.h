@@ -17,20 +17,23 @@
 
 /* Energies along the axes, products of two axes, tensors of third order without a trace. */
 enum {
-    PD_MEND_PRODUCTS = PD_DIM * (PD_DIM - 1) / 2,
-    PD_MEND_MOMENTS = PD_DIM + PD_MEND_PRODUCTS + (PD_DIM == 1 ? 0 : PD_DIM == 2 ? 2 : 7)
+    PD_SURFACE_CORRECTION_PRODUCTS = PD_DIM * (PD_DIM - 1) / 2,
+    PD_SURFACE_CORRECTION_MOMENTS = PD_DIM + PD_SURFACE_CORRECTION_PRODUCTS +
+                                    (PD_DIM == 1   ? 0
+                                     : PD_DIM == 2 ? 2
+                                                   : 7)
 };
 
 #ifdef PDI_INTERNAL
 /* Bond weights of the uncorrected model, and the moments of a complete family. */
 typedef struct pdi_surface_correction {
-    const pd_springs *bonds;   /* weights without factors */
+    const pd_bond_force *bonds; /* weights without factors */
     double axial_moment;       /* [m^(d+1)] sum w r n_0^4 V of a whole family */
     double length;             /* [m] root of sum w r V over sum w/r V of a whole family */
 } pdi_surface_correction;
 
-/* Computes the multipliers share [count][PD_MEND_MOMENTS]; zero where families are complete. Jacobi-Newton sweeps over
- * the incomplete families of real points. */
+/* Computes the multipliers share [count][PD_SURFACE_CORRECTION_MOMENTS]; zero where families are complete.
+ * Jacobi-Newton sweeps over the incomplete families of real points. */
 PDI_FN pd_status pdi_surface_correction_solve(pd_ctx *ctx, const pdi_surface_correction *mend, double *share);
 /* Correction factor of a bond along xi, between 1/8 and 8, by the multipliers of both ends; 1: they are zero. Both ends
  * get the same bits. */

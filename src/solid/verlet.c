@@ -24,7 +24,7 @@ PDI_FN void pdi_verlet_list(pdi_array_visitor *owner, void *object)
     PDI_SCALAR_STATE(owner, verlet, broken, "1");
 }
 
-pd_status pd_verlet_build(pd_ctx *ctx, const pd_solid *solid, const pd_verlet_desc *desc, pd_verlet *d)
+pd_status pd_verlet_build(pd_ctx *ctx, const pd_material_interface *solid, const pd_verlet_desc *desc, pd_verlet *d)
 {
     memset(d, 0, sizeof *d);
     if (!(desc->density > 0.0) || !(desc->density < 1e100) || !(desc->share >= 0.0) ||
@@ -141,7 +141,7 @@ static pd_status pdi_verlet_process_limit(pd_ctx *ctx, void *self, pd_step *s)
 /* Forces at u after a step of dt with velocities v, or before the first one (v NULL); bonds may break. */
 static pd_status pdi_verlet_compute_force(pd_ctx *ctx, pd_verlet *d, const double *v, double dt)
 {
-    const pd_solid *solid = &d->solid;
+    const pd_material_interface *solid = &d->solid;
     if (solid->move) {
         d->broken += solid->move(ctx, solid->self, d->u, v, dt, d->force);
         return PD_OK;
@@ -177,14 +177,14 @@ static pd_status pdi_verlet_process_accept(pd_ctx *ctx, void *self, pd_step *s)
 /* Process callback for checkpoints. */
 static pd_status pdi_verlet_process_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
-    const pd_solid *solid = &((pd_verlet *)self)->solid;
+    const pd_material_interface *solid = &((pd_verlet *)self)->solid;
     if (solid->store) PDI_TRY(solid->store(ctx, solid->self, archive));
     return pdi_array_registry_store(ctx, pdi_verlet_list, self, archive);
 }
 
-pd_process pd_verlet_process(pd_verlet *d)
+pd_physics pd_verlet_process(pd_verlet *d)
 {
-    pd_process p;
+    pd_physics p;
     memset(&p, 0, sizeof p);
     p.name = "verlet";
     p.self = d;

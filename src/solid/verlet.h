@@ -18,7 +18,7 @@ typedef struct pd_verlet_desc {
 
 typedef struct pd_verlet {
     pd_verlet_desc desc;
-    pd_solid solid;
+    pd_material_interface solid;
     double *u;        /* [count][PD_DIM] [m] displacements */
     double *v;        /* [count][PD_DIM] [m/s] velocities */
     double *force;    /* [count][PD_DIM] [N/m3] of bonds, at the end of the last step */
@@ -35,11 +35,11 @@ typedef struct pd_verlet {
 
 /* At rest at time 0; u and v may be set before the first step. The material is borrowed, its table copied.
  * PD_ERR_ARGUMENT: a density or a share out of range. */
-PD_API pd_status pd_verlet_build(pd_ctx *ctx, const pd_solid *solid, const pd_verlet_desc *desc,
+PD_API pd_status pd_verlet_build(pd_ctx *ctx, const pd_material_interface *solid, const pd_verlet_desc *desc,
                                  pd_verlet *verlet);
-/* Its steps as a process, for pd_process_run. PD_ERR_STATE: displacements are not finite any more, or are no state of
+/* Its steps as a process, for pd_physics_run. PD_ERR_STATE: displacements are not finite any more, or are no state of
  * the material. */
-PD_API pd_process pd_verlet_process(pd_verlet *verlet);
+PD_API pd_physics pd_verlet_process(pd_verlet *verlet);
 /* Kinetic energy [J] (per m in 2D, per m2 in 1D). */
 PD_API double pd_verlet_kinetic(const pd_verlet *verlet);
 PD_API void pd_verlet_free(pd_ctx *ctx, pd_verlet *verlet);

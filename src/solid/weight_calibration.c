@@ -96,7 +96,7 @@ static void pdi_weight_calibration_compute_family_moments(const pdi_weight_calib
 {
     const pd_body *body = o->body;
     for (int d = 0; d < PD_DIM; d++) part[d] = 0.0;
-    for (pd_walk f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
+    for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
         double xi[PD_DIM], volume = body->volume[f.to];
         pdi_body_bond_vector(body, i, &f, xi);
         double square = pdi_vec_dot(xi, xi), weight = pdi_body_compute_bond_weight(body, o->influence, xi);
@@ -129,7 +129,7 @@ static double pdi_weight_calibration_bond_factor(const pdi_weight_calibration *o
 }
 
 /* Weight of the current bond of point i: the pdi_bond_weights_fn of this module. */
-static double pdi_weight_calibration_bond_weight(const void *self, int32_t i, const pd_walk *bond)
+static double pdi_weight_calibration_bond_weight(const void *self, int32_t i, const pd_bond_iterator *bond)
 {
     const pdi_weight_calibration *o = (const pdi_weight_calibration *)self;
     double xi[PD_DIM];

@@ -15,8 +15,8 @@ PDI_FN void pdi_anderson_list(pdi_array_visitor *owner, void *object)
     PDI_ARRAY(owner, anderson, step, anderson->n, "");
     PDI_ARRAY(owner, anderson, best, anderson->n, "");
     PDI_ARRAY(owner, anderson, shortest, anderson->n, "");
-    PDI_ARRAY(owner, anderson, turn, anderson->n * PD_ANDERSON_KEPT, "1");
-    PDI_ARRAY(owner, anderson, way, anderson->n * PD_ANDERSON_KEPT, "1");
+    PDI_ARRAY(owner, anderson, turn, anderson->n * PD_ANDERSON_HISTORY, "1");
+    PDI_ARRAY(owner, anderson, way, anderson->n * PD_ANDERSON_HISTORY, "1");
 }
 
 /* Dot product x.y, in fixed order. */
@@ -31,7 +31,7 @@ static double pdi_anderson_dot(const pd_anderson *a, const double *x, const doub
  * linearly dependent residual difference contradicts the linear model: the history is cleared first. */
 static void pdi_anderson_add_difference(pd_anderson *a, const double *x, const double *step)
 {
-    if (a->count == PD_ANDERSON_KEPT) a->count = 0;
+    if (a->count == PD_ANDERSON_HISTORY) a->count = 0;
     for (;;) {
         double *turn = a->turn + a->count * a->n, *way = a->way + a->count * a->n;
         for (int64_t k = 0; k < a->n; k++) {

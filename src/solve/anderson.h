@@ -12,7 +12,7 @@
 #include "core/array_registry.h"
 
 /* Differences in the history at most. */
-#define PD_ANDERSON_KEPT 12
+#define PD_ANDERSON_HISTORY 12
 
 typedef struct pd_anderson {
     int64_t n;      /* entries of a vector */

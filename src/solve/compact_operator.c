@@ -14,7 +14,7 @@ PDI_FN int64_t pdi_compact_operator_cell_index(const pd_grid *grid, const int *i
 
 PDI_FN void pdi_compact_operator_list(pdi_array_visitor *owner, void *object)
 {
-    pd_compact *compact = (pd_compact *)object;
+    pd_compact_operator *compact = (pd_compact_operator *)object;
     PDI_ARRAY_UNINIT(owner, compact, active, compact->cells, "1");
     PDI_ARRAY_UNINIT(owner, compact, wall, compact->cells, "1");
     PDI_ARRAY_UNINIT(owner, compact, mass, compact->cells, "1/s");
@@ -22,14 +22,14 @@ PDI_FN void pdi_compact_operator_list(pdi_array_visitor *owner, void *object)
 
 PDI_FN void pdi_compact_operator_face_list(pdi_array_visitor *owner, void *object)
 {
-    pd_compact *compact = (pd_compact *)object;
+    pd_compact_operator *compact = (pd_compact_operator *)object;
     for (int d = 0; d < PD_DIM; d++) {
         PDI_ARRAY_UNINIT(owner, compact, conduct[d], compact->cells, "1/s");
         if (compact->with_flux) PDI_ARRAY_UNINIT(owner, compact, flux[d], compact->cells, "1/s");
     }
 }
 
-PDI_FN void pdi_compact_operator_init(const pd_grid *grid, int with_flux, pd_compact *c)
+PDI_FN void pdi_compact_operator_init(const pd_grid *grid, int with_flux, pd_compact_operator *c)
 {
     memset(c, 0, sizeof *c);
     c->grid = grid;
@@ -66,8 +66,9 @@ static double pdi_compact_operator_wall_distance(const pdi_compact_operator_bc *
 }
 
 /* Assemble the coefficients of one fluid cell: faces, Dirichlet terms, outflow. */
-static void pdi_compact_operator_assemble_cell(pd_compact *c, int64_t cell, int32_t node, double constant,
-                                               const pd_media *media, const pdi_compact_operator_convection *v,
+static void pdi_compact_operator_assemble_cell(pd_compact_operator *c, int64_t cell, int32_t node, double constant,
+                                               const pd_bond_diffusivity *media,
+                                               const pdi_compact_operator_convection *v,
                                                const pdi_compact_operator_bc *faces)
 {
     const pd_grid *grid = c->grid;
@@ -108,9 +109,9 @@ static void pdi_compact_operator_assemble_cell(pd_compact *c, int64_t cell, int3
     c->mass[cell] = (float)mass;
 }
 
-PDI_FN void pdi_compact_operator_assemble(const pd_ctx *ctx, double diffusivity, const pd_media *media,
+PDI_FN void pdi_compact_operator_assemble(const pd_ctx *ctx, double diffusivity, const pd_bond_diffusivity *media,
                                           const pdi_compact_operator_convection *convection, double mass,
-                                          const pdi_compact_operator_bc *faces, pd_compact *c)
+                                          const pdi_compact_operator_bc *faces, pd_compact_operator *c)
 {
     const pd_grid *grid = c->grid;
     int nt = pdi_par_threads(ctx, c->cells * 20);

@@ -14,7 +14,7 @@
 #include "solve/multigrid.h"
 
 /* Coefficients of the compact operator. */
-typedef struct pd_compact {
+typedef struct pd_compact_operator {
     const pd_grid *grid;
     int64_t cells; /* of the box, without ghosts */
     int with_flux; /* 1: there is convection */
@@ -24,7 +24,7 @@ typedef struct pd_compact {
                               * flow */
     float *wall;             /* [cells] Dirichlet coefficients of walls, inlets and outlets */
     float *mass;             /* [cells] diagonal terms: outflow, and 1/dt of the time derivative */
-} pd_compact;
+} pd_compact_operator;
 
 #ifdef PDI_INTERNAL
 /* Boundary conditions of the faces: Dirichlet (1) or zero flux (0). */
@@ -37,7 +37,7 @@ typedef struct pdi_compact_operator_bc {
 PDI_FN void pdi_compact_operator_list(pdi_array_visitor *owner, void *object);
 PDI_FN void pdi_compact_operator_face_list(pdi_array_visitor *owner, void *object);
 /* Initialise the sizes without any array; with_flux 1: with convection. */
-PDI_FN void pdi_compact_operator_init(const pd_grid *grid, int with_flux, pd_compact *compact);
+PDI_FN void pdi_compact_operator_init(const pd_grid *grid, int with_flux, pd_compact_operator *compact);
 /* The convective term. */
 typedef struct pdi_compact_operator_convection {
     const double *u;      /* [PD_DIM][total] [m/s]; NULL: none */
@@ -50,9 +50,9 @@ typedef struct pdi_compact_operator_convection {
 PDI_FN void pdi_compact_operator_upwind_diffusion(const pd_stencil *stencil, double share, double *spread);
 /* Assemble the operator. diffusivity [m2/s, or 1], or that of media where not NULL; mass [1/s]: diagonal term of every
  * fluid cell; faces: boundary conditions. */
-PDI_FN void pdi_compact_operator_assemble(const pd_ctx *ctx, double diffusivity, const pd_media *media,
+PDI_FN void pdi_compact_operator_assemble(const pd_ctx *ctx, double diffusivity, const pd_bond_diffusivity *media,
                                           const pdi_compact_operator_convection *convection, double mass,
-                                          const pdi_compact_operator_bc *faces, pd_compact *compact);
+                                          const pdi_compact_operator_bc *faces, pd_compact_operator *compact);
 /* 1: single precision is not enough on n cells of spacing h [m]. Rounding is a relative error eps that varies from cell
  * to cell, so its Laplacian is of size eps / min(h)^2. It may exceed the Laplacian of a field that varies over the
  * whole box, of size 1 / L^2. */

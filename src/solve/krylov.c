@@ -35,7 +35,7 @@ static int64_t pdi_krylov_dense_size(const pd_krylov_desc *desc, int columns)
 /* Basis vectors whose memory an iterate in double precision takes. */
 static int pdi_krylov_iterate_size(const pd_krylov_desc *desc)
 {
-    return desc->compressed == PD_KRYLOV_INTEGER ? 4 : desc->compressed == PD_KRYLOV_SINGLE ? 2 : 1;
+    return desc->compressed == PD_KRYLOV_INT16 ? 4 : desc->compressed == PD_KRYLOV_SINGLE ? 2 : 1;
 }
 
 /* Floats that store the integers of a vector, and those of its scales; both even. */
@@ -57,11 +57,11 @@ static void pdi_krylov_dense_list(pdi_array_visitor *owner, void *object)
     PDI_ARRAY(owner, krylov, small, pdi_krylov_dense_size(&krylov->desc, krylov->columns), "1");
 }
 
-/* Columns of a chunk by which the basis grows: at most PD_KRYLOV_MORE chunks reach `most`. */
+/* Columns of a chunk by which the basis grows: at most PD_KRYLOV_MAX_CHUNKS chunks reach `most`. */
 static int pdi_krylov_chunk_columns(const pd_krylov *krylov)
 {
     int more = krylov->desc.most - krylov->base;
-    return more > 0 ? (more + PD_KRYLOV_MORE - 1) / PD_KRYLOV_MORE : 0;
+    return more > 0 ? (more + PD_KRYLOV_MAX_CHUNKS - 1) / PD_KRYLOV_MAX_CHUNKS : 0;
 }
 
 /* Compute strides and capacities of the basis for the storage format in desc. */
@@ -70,7 +70,7 @@ static void pdi_krylov_set_layout(pd_krylov *krylov)
     const pd_krylov_desc *d = &krylov->desc;
     int64_t length = krylov->length;
     krylov->stride = length;
-    if (d->compressed == PD_KRYLOV_INTEGER)
+    if (d->compressed == PD_KRYLOV_INT16)
         krylov->stride = pdi_krylov_integer_size(length) + pdi_krylov_scale_size(length);
     if (!krylov->built) krylov->built = krylov->stride * krylov->basis_vectors;
     int64_t vectors = krylov->stride ? krylov->built / krylov->stride : krylov->basis_vectors; /* 0: no node at all */
@@ -207,7 +207,7 @@ static int pdi_krylov_grow_basis(pd_ctx *ctx, pd_krylov *krylov)
     int columns = krylov->base + krylov->chunks * krylov->grow; /* without a shift */
     int chunk = krylov->columns >= columns;                     /* the basis limits, not the matrix */
     if (pdi_krylov_capacity(krylov) == krylov->desc.most) return 0;
-    if (chunk && (!krylov->grow || krylov->chunks == PD_KRYLOV_MORE)) return 0;
+    if (chunk && (!krylov->grow || krylov->chunks == PD_KRYLOV_MAX_CHUNKS)) return 0;
     if (chunk) columns += krylov->grow;
     pd_status status = krylov->columns < columns ? pdi_krylov_resize_hessenberg(ctx, krylov, columns) : PD_OK;
     if (status == PD_OK && chunk) status = pdi_krylov_add_chunk(ctx, krylov);
@@ -313,7 +313,7 @@ static pdi_par_vector_group pdi_krylov_get_group(const void *user, int first)
 {
     const pdi_krylov_state *run = (const pdi_krylov_state *)user;
     pdi_par_vector_group v;
-    int integers = run->k->desc.compressed == PD_KRYLOV_INTEGER;
+    int integers = run->k->desc.compressed == PD_KRYLOV_INT16;
     for (int m = 0; m < PDI_PAR_GROUP; m++) {
         float *single = pdi_krylov_get_single(run->k, first + m);
         v.doubles[m] = pdi_krylov_get_double(run->k, first + m);
@@ -426,7 +426,7 @@ static void pdi_krylov_zero_scratch(const pdi_krylov_state *run, double *scratch
 static void pdi_krylov_store_vector(const pdi_krylov_state *run, double a, double *v, int i)
 {
     int64_t n = run->k->length;
-    if (run->k->desc.compressed == PD_KRYLOV_INTEGER) {
+    if (run->k->desc.compressed == PD_KRYLOV_INT16) {
         float *single = pdi_krylov_get_single(run->k, i);
         pdi_par_scale_quantise(run->ctx, n, a, v, (int16_t *)(void *)single, single + pdi_krylov_integer_size(n));
         return;

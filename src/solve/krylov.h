@@ -13,7 +13,7 @@
 typedef void (*pd_apply_fn)(void *user, const double *x, double *y);
 
 /* Chunks by which a basis may grow at most. */
-#define PD_KRYLOV_MORE 150
+#define PD_KRYLOV_MAX_CHUNKS 150
 
 typedef enum pd_krylov_method {
     PD_KRYLOV_GMRES = 0, /* any operator; restart + 3 vectors (flexible: 2 restart + 3; lean: one less) */
@@ -24,7 +24,7 @@ typedef enum pd_krylov_method {
 typedef enum pd_krylov_precision {
     PD_KRYLOV_DOUBLE = 0,
     PD_KRYLOV_SINGLE = 1,
-    PD_KRYLOV_INTEGER = 2 /* 16-bit integers times a scale for 64 entries */
+    PD_KRYLOV_INT16 = 2 /* 16-bit integers times a scale for 64 entries */
 } pd_krylov_precision;
 
 typedef struct pd_krylov_desc {
@@ -33,8 +33,9 @@ typedef struct pd_krylov_desc {
     int64_t n;          /* entries of a vector */
     int64_t first, end; /* all entries of b, x and the results of callbacks are zero before `first` and from `end` on,
                          * in earlier solves, too: sums omit them. end 0: all n */
-    const pd_spans *spans; /* node ranges that the basis of GMRES stores, in each component of a vector: all others are
-                            * zero in b and x. n = components times spans->total. Borrowed; NULL: all n entries */
+    const pd_active_ranges
+        *spans;         /* node ranges that the basis of GMRES stores, in each component of a vector: all others are
+                         * zero in b and x. n = components times spans->total. Borrowed; NULL: all n entries */
     int components;     /* of a vector field, with spans */
     int restart;        /* [-] GMRES: basis vectors before a restart; 0: 30 */
     int least;          /* [-] GMRES: basis vectors that are allocated at the start of a solve; more are added when
@@ -82,9 +83,10 @@ typedef struct pd_krylov {
     double *small;       /* [-] GMRES: Hessenberg matrix, rotations, right-hand side, coefficients */
     int grow;            /* GMRES: vectors of a chunk by which the basis grows; 0: it does not grow */
     int columns, few;    /* GMRES: capacity of the Hessenberg matrix in columns, now and when it was built */
-    void *more[PD_KRYLOV_MORE]; /* GMRES: chunks of `grow` vectors each, stored as in the basis (flexible: twice) */
+    /* GMRES: chunks of `grow` vectors each, stored as in the basis (flexible: twice) */
+    void *more[PD_KRYLOV_MAX_CHUNKS];
     int chunks;          /* number of them */
-    int lent[PD_KRYLOV_MORE]; /* 1: the chunk is lent by the arena */
+    int lent[PD_KRYLOV_MAX_CHUNKS]; /* 1: the chunk is lent by the arena */
 } pd_krylov;
 
 typedef struct pd_krylov_result {

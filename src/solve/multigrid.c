@@ -142,7 +142,7 @@ static void pdi_multigrid_take_over_levels(pd_multigrid *mg)
 static void pdi_multigrid_add_unused(pd_multigrid *mg)
 {
     pd_arena *arena = mg->desc.arena;
-    if (arena && mg->level[1].cell_capacity && arena->idles < PD_ARENA_IDLE) arena->idle[arena->idles++] = mg;
+    if (arena && mg->level[1].cell_capacity && arena->idles < PD_ARENA_MAX_UNUSED) arena->idle[arena->idles++] = mg;
 }
 
 PDI_FN void pdi_multigrid_set_pointers(pd_multigrid *mg)

@@ -22,7 +22,7 @@ PDI_FN pd_status pdi_physics_limit_max_step(pd_ctx *ctx, void *self, pd_step *s)
 }
 
 /* Report step underflow or too many attempts. Returns an error. */
-static pd_status pdi_physics_fail_underflow(pd_ctx *ctx, const pd_process *p, const pd_step *s)
+static pd_status pdi_physics_fail_underflow(pd_ctx *ctx, const pd_physics *p, const pd_step *s)
 {
     if (p->stuck) return p->stuck(ctx, p->self, s);
     return pdi_fail(ctx, PD_ERR_STATE, p->name, "steps of %g s do not lead on from t = %g s to %g s, after %d attempts "
@@ -44,7 +44,7 @@ PDI_FN pd_status pdi_physics_check_progress(pd_ctx *ctx, const char *name, pdi_p
 }
 
 /* Publish the present attempt as progress information. */
-static void pdi_physics_publish_attempt(const pd_process *p, const pd_step *s)
+static void pdi_physics_publish_attempt(const pd_physics *p, const pd_step *s)
 {
     if (!s->now) return;
     s->now->name = p->name;
@@ -54,7 +54,7 @@ static void pdi_physics_publish_attempt(const pd_process *p, const pd_step *s)
     s->now->error = s->trial ? s->error : 0.0;
 }
 
-PDI_FN pd_status pdi_physics_step(pd_ctx *ctx, const pd_process *p, pd_step *s)
+PDI_FN pd_status pdi_physics_step(pd_ctx *ctx, const pd_physics *p, pd_step *s)
 {
     double left = s->limit - s->time;
     pd_status status;
@@ -90,7 +90,7 @@ PDI_FN pd_status pdi_physics_step(pd_ctx *ctx, const pd_process *p, pd_step *s)
     return status;
 }
 
-pd_status pd_process_run(pd_ctx *ctx, pd_process p, double t_end)
+pd_status pd_physics_run(pd_ctx *ctx, pd_physics p, double t_end)
 {
     pd_step s;
     pd_status worst = PD_OK;

@@ -10,7 +10,7 @@
 #include "core/archive.h"
 
 /* Solve the quasi-steady processes at time t [s]. */
-typedef pd_status (*pd_at_fn)(pd_ctx *ctx, void *user, double t);
+typedef pd_status (*pd_solve_at_fn)(pd_ctx *ctx, void *user, double t);
 
 /* Progress information: the step that is being attempted. */
 typedef struct pd_attempt {
@@ -35,7 +35,7 @@ typedef struct pd_step {
     double rtol;      /* [-] of the run: relative time discretisation error of the amount dissolved */
     double max_step;  /* [s] of the run; 0: no limit */
     double lost;      /* [unit of its elements] solid dissolved by the process since the start of the run */
-    pd_at_fn at;      /* to be called before equations at a time are solved; NULL: nothing is quasi-steady */
+    pd_solve_at_fn at; /* to be called before equations at a time are solved; NULL: nothing is quasi-steady */
     void *at_user;
     double (*until)(void *user, double t, double end); /* latest end [s] of a step from t that resolves the
                                                         * time-dependent inputs; NULL: there are none */
@@ -60,7 +60,7 @@ typedef struct pd_amounts {
 } pd_amounts;
 
 /* The callbacks of one physics. */
-typedef struct pd_process {
+typedef struct pd_physics {
     const char *name; /* for polls, messages and checkpoints */
     void *self;
     const double *time; /* [s] its present time; NULL: it cannot run alone */
@@ -75,7 +75,7 @@ typedef struct pd_process {
     /* Called once at the initial time t [s], before the first mass balance. */
     pd_status (*start)(pd_ctx *ctx, void *self, double t);
     /* Quasi-steady processes: solve at time t [s]. */
-    pd_at_fn at;
+    pd_solve_at_fn at;
     /* Lower step->dt to the largest step of the run that suits the process. Called when the first process takes several
      * substeps in a step of the run; a process that takes a single step limits it by `limit`. */
     pd_status (*longest)(pd_ctx *ctx, void *self, pd_step *step);
@@ -101,13 +101,13 @@ typedef struct pd_process {
     void (*balance)(pd_ctx *ctx, void *self, int k, pd_amounts *amounts);
     /* Largest relative error [-] of the balances that the process keeps itself. */
     double (*imbalance)(pd_ctx *ctx, void *self);
-} pd_process;
+} pd_physics;
 
-#define pd_process_run PD_NAME(pd_process_run)
+#define pd_physics_run PD_NAME(pd_physics_run)
 
 /* Run a process alone up to t_end [s]. PD_NOT_CONVERGED: a step returned it. PD_ERR_ARGUMENT: t_end is past, or the
  * process has no time. */
-PD_API pd_status pd_process_run(pd_ctx *ctx, pd_process process, double t_end);
+PD_API pd_status pd_physics_run(pd_ctx *ctx, pd_physics process, double t_end);
 
 #ifdef PDI_INTERNAL
 /* Progress of a run: steps since the time `from`. Initialise with the initial time and 0 steps. */
@@ -125,7 +125,7 @@ PDI_FN double pdi_physics_equal_steps(double left, double dt);
 PDI_FN pd_status pdi_physics_limit_max_step(pd_ctx *ctx, void *self, pd_step *step);
 /* Take one accepted step from step->time to step->end, at most to step->limit: attempts are repeated with smaller steps
  * until one is accepted. Errors and PD_NOT_CONVERGED are those of the process. */
-PDI_FN pd_status pdi_physics_step(pd_ctx *ctx, const pd_process *process, pd_step *step);
+PDI_FN pd_status pdi_physics_step(pd_ctx *ctx, const pd_physics *process, pd_step *step);
 #endif
 
 #endif

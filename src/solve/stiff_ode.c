@@ -19,18 +19,18 @@
 /* [-] Relative increment of the finite differences of the Jacobian. */
 #define PDI_STIFF_ODE_INCREMENT 1e-7
 
-typedef double pdi_stiff_ode_matrix[PD_STIFF_MOST][PD_STIFF_MOST];
+typedef double pdi_stiff_ode_matrix[PD_STIFF_ODE_MAX_EQUATIONS][PD_STIFF_ODE_MAX_EQUATIONS];
 
 /* State of the integration. */
 typedef struct pdi_stiff_ode_state {
-    const pd_stiff *system;
-    int fixed[PD_STIFF_MOST];      /* 1: the component is fixed at a bound, its rate points outwards */
+    const pd_stiff_ode *system;
+    int fixed[PD_STIFF_ODE_MAX_EQUATIONS]; /* 1: the component is fixed at a bound, its rate points outwards */
     pdi_stiff_ode_matrix jacobian; /* [1/s] Jacobian df/dy */
     int bad_rate;                  /* equation whose rate is not finite; -1: none */
 } pdi_stiff_ode_state;
 
 /* Component y clipped to its bounds. */
-static double pdi_stiff_ode_clip(const pd_stiff *s, int k, double y)
+static double pdi_stiff_ode_clip(const pd_stiff_ode *s, int k, double y)
 {
     return pdi_min(pdi_max(y, s->low[k]), s->high[k]);
 }
@@ -38,8 +38,8 @@ static double pdi_stiff_ode_clip(const pd_stiff *s, int k, double y)
 /* Evaluate the rates at y clipped to its bounds; 0 for components fixed at a bound. Notes rates that are not finite. */
 static void pdi_stiff_ode_compute_rates(pdi_stiff_ode_state *w, double t, const double *y, double *rate)
 {
-    const pd_stiff *s = w->system;
-    double x[PD_STIFF_MOST];
+    const pd_stiff_ode *s = w->system;
+    double x[PD_STIFF_ODE_MAX_EQUATIONS];
     for (int k = 0; k < s->count; k++) x[k] = pdi_stiff_ode_clip(s, k, y[k]);
     s->rate(s->user, t, x, rate);
     for (int k = 0; k < s->count; k++) {
@@ -51,8 +51,8 @@ static void pdi_stiff_ode_compute_rates(pdi_stiff_ode_state *w, double t, const 
 /* Mark the components that are at a bound with a rate that points outwards. */
 static void pdi_stiff_ode_mark_fixed(pdi_stiff_ode_state *w, double t, const double *y)
 {
-    const pd_stiff *s = w->system;
-    double rate[PD_STIFF_MOST];
+    const pd_stiff_ode *s = w->system;
+    double rate[PD_STIFF_ODE_MAX_EQUATIONS];
     memset(w->fixed, 0, sizeof w->fixed);
     pdi_stiff_ode_compute_rates(w, t, y, rate);
     for (int k = 0; k < s->count; k++)
@@ -62,8 +62,8 @@ static void pdi_stiff_ode_mark_fixed(pdi_stiff_ode_state *w, double t, const dou
 /* Jacobian of the rates by one-sided finite differences within the bounds. */
 static void pdi_stiff_ode_compute_jacobian(pdi_stiff_ode_state *w, double t, const double *y)
 {
-    const pd_stiff *s = w->system;
-    double x[PD_STIFF_MOST], at[PD_STIFF_MOST], moved[PD_STIFF_MOST];
+    const pd_stiff_ode *s = w->system;
+    double x[PD_STIFF_ODE_MAX_EQUATIONS], at[PD_STIFF_ODE_MAX_EQUATIONS], moved[PD_STIFF_ODE_MAX_EQUATIONS];
     memcpy(x, y, sizeof x);
     pdi_stiff_ode_compute_rates(w, t, x, at);
     for (int j = 0; j < s->count; j++) {
@@ -120,10 +120,10 @@ static void pdi_stiff_ode_lu_solve(int n, pdi_stiff_ode_matrix a, const int *row
 static int pdi_stiff_ode_euler_substeps(pdi_stiff_ode_state *w, double t, double h, int parts, const double *y,
                                         double *end)
 {
-    int n = w->system->count, row[PD_STIFF_MOST];
-    double part = h / parts, x[PD_STIFF_MOST];
+    int n = w->system->count, row[PD_STIFF_ODE_MAX_EQUATIONS];
+    double part = h / parts, x[PD_STIFF_ODE_MAX_EQUATIONS];
     pdi_stiff_ode_matrix a;
-    memcpy(end, y, PD_STIFF_MOST * sizeof *end);
+    memcpy(end, y, PD_STIFF_ODE_MAX_EQUATIONS * sizeof *end);
     if (!pdi_stiff_ode_lu_factor(w, part, a, row)) return 0;
     for (int i = 1; i <= parts; i++) {
         pdi_stiff_ode_compute_rates(w, t + i * part, end, x);
@@ -137,8 +137,8 @@ static int pdi_stiff_ode_euler_substeps(pdi_stiff_ode_state *w, double t, double
 /* One extrapolated step of h [s] from y to `end`. Returns the error over its tolerance; HUGE_VAL: no result. */
 static double pdi_stiff_ode_step(pdi_stiff_ode_state *w, double t, double h, const double *y, double *end)
 {
-    const pd_stiff *s = w->system;
-    double table[PDI_STIFF_ODE_COLUMNS][PDI_STIFF_ODE_COLUMNS][PD_STIFF_MOST], worst = 0.0;
+    const pd_stiff_ode *s = w->system;
+    double table[PDI_STIFF_ODE_COLUMNS][PDI_STIFF_ODE_COLUMNS][PD_STIFF_ODE_MAX_EQUATIONS], worst = 0.0;
     int last = PDI_STIFF_ODE_COLUMNS - 1;
     for (int j = 0; j <= last; j++) {
         if (!pdi_stiff_ode_euler_substeps(w, t, h, j + 1, y, table[j][0])) return HUGE_VAL;
@@ -159,7 +159,7 @@ static double pdi_stiff_ode_step(pdi_stiff_ode_state *w, double t, double h, con
 
 /* Fraction of the step after which the first component reaches a bound; 1: none does. Components within the tolerance
  * of a bound before or after the step are set to it. */
-static double pdi_stiff_ode_bound_fraction(const pd_stiff *s, const double *y, double *end)
+static double pdi_stiff_ode_bound_fraction(const pd_stiff_ode *s, const double *y, double *end)
 {
     double share = 1.0;
     for (int k = 0; k < s->count; k++) {
@@ -176,9 +176,9 @@ static double pdi_stiff_ode_bound_fraction(const pd_stiff *s, const double *y, d
  * points inwards at the end. */
 static int pdi_stiff_ode_has_left_bound(const pdi_stiff_ode_state *w, double t, double h, const double *end)
 {
-    const pd_stiff *s = w->system;
+    const pd_stiff_ode *s = w->system;
     pdi_stiff_ode_state loose = *w;
-    double rate[PD_STIFF_MOST];
+    double rate[PD_STIFF_ODE_MAX_EQUATIONS];
     int any = 0;
     for (int k = 0; k < s->count; k++) any |= w->fixed[k];
     if (!any) return 0;
@@ -195,8 +195,8 @@ static int pdi_stiff_ode_has_left_bound(const pdi_stiff_ode_state *w, double t, 
  * of the table are damped to zero, and their differences wrongly show no error. */
 static double pdi_stiff_ode_estimate_first_step(pdi_stiff_ode_state *w, double t, double whole, const double *y)
 {
-    const pd_stiff *s = w->system;
-    double rate[PD_STIFF_MOST], h = whole;
+    const pd_stiff_ode *s = w->system;
+    double rate[PD_STIFF_ODE_MAX_EQUATIONS], h = whole;
     pdi_stiff_ode_mark_fixed(w, t, y);
     pdi_stiff_ode_compute_rates(w, t, y, rate);
     for (int k = 0; k < s->count; k++) {
@@ -206,10 +206,10 @@ static double pdi_stiff_ode_estimate_first_step(pdi_stiff_ode_state *w, double t
     return pdi_max(h, PDI_STIFF_ODE_MIN_FIRST_STEP * whole);
 }
 
-PDI_FN pd_stiff_end pdi_stiff_ode_solve(const pd_stiff *s, double from, double to, double *y, int *which)
+PDI_FN pd_stiff_ode_status pdi_stiff_ode_solve(const pd_stiff_ode *s, double from, double to, double *y, int *which)
 {
     pdi_stiff_ode_state w;
-    double t = from, h = to - from, end[PD_STIFF_MOST];
+    double t = from, h = to - from, end[PD_STIFF_ODE_MAX_EQUATIONS];
     memset(&w, 0, sizeof w);
     w.system = s;
     w.bad_rate = -1;
@@ -217,7 +217,7 @@ PDI_FN pd_stiff_end pdi_stiff_ode_solve(const pd_stiff *s, double from, double t
     for (int step = 0; step < PDI_STIFF_ODE_MAX_STEPS && t < to; step++) {
         int last = !(h < (to - t) * (1.0 - PDI_STIFF_ODE_MIN_REMAINDER));
         if (last) h = to - t;
-        if (!(h > PDI_STIFF_ODE_MIN_STEP * (to - from))) return PD_STIFF_STUCK;
+        if (!(h > PDI_STIFF_ODE_MIN_STEP * (to - from))) return PD_STIFF_ODE_UNDERFLOW;
         pdi_stiff_ode_mark_fixed(&w, t, y);
         pdi_stiff_ode_compute_jacobian(&w, t, y);
         if (w.bad_rate >= 0) break;
@@ -240,9 +240,9 @@ PDI_FN pd_stiff_end pdi_stiff_ode_solve(const pd_stiff *s, double from, double t
     }
     if (w.bad_rate >= 0) {
         *which = w.bad_rate;
-        return PD_STIFF_NOT_FINITE;
+        return PD_STIFF_ODE_NOT_FINITE;
     }
-    return t < to ? PD_STIFF_STUCK : PD_STIFF_DONE;
+    return t < to ? PD_STIFF_ODE_UNDERFLOW : PD_STIFF_ODE_DONE;
 }
 
 #undef PDI_STIFF_ODE_COLUMNS

@@ -9,32 +9,33 @@
 #define PD_STIFF_ODE_H
 #include "core/base.h"
 
-#define PD_STIFF_MOST 8 /* most equations */
+#define PD_STIFF_ODE_MAX_EQUATIONS 8 /* most equations */
 
 /* The right-hand side f: rates [count] [unit of y per s] of y [count] at time t [s]. */
-typedef void (*pd_stiff_fn)(void *user, double t, const double *y, double *rate);
+typedef void (*pd_stiff_ode_rate_fn)(void *user, double t, const double *y, double *rate);
 
 /* The system of equations. */
-typedef struct pd_stiff {
+typedef struct pd_stiff_ode {
     int count; /* equations */
-    pd_stiff_fn rate;
+    pd_stiff_ode_rate_fn rate;
     void *user;
     const double *low, *high; /* [count] [unit of y] bounds; infinite: none */
     const double *size;       /* [count] [unit of y] typical values: errors are relative to the larger of size and
                                * |y| */
     double tolerance;         /* [-] relative error allowed in a step */
-} pd_stiff;
+} pd_stiff_ode;
 
-typedef enum pd_stiff_end {
-    PD_STIFF_DONE = 0,
-    PD_STIFF_NOT_FINITE, /* a rate is NaN or infinite */
-    PD_STIFF_STUCK       /* step underflow or too many steps, as where a rate jumps back and forth */
-} pd_stiff_end;
+typedef enum pd_stiff_ode_status {
+    PD_STIFF_ODE_DONE = 0,
+    PD_STIFF_ODE_NOT_FINITE, /* a rate is NaN or infinite */
+    PD_STIFF_ODE_UNDERFLOW   /* step underflow or too many steps, as where a rate jumps back and forth */
+} pd_stiff_ode_status;
 
 #ifdef PDI_INTERNAL
 /* Integrate y [count] in place from time `from` to `to` [s]. *which: index of the equation whose rate is not finite,
  * else unchanged. */
-PDI_FN pd_stiff_end pdi_stiff_ode_solve(const pd_stiff *stiff, double from, double to, double *y, int *which);
+PDI_FN pd_stiff_ode_status pdi_stiff_ode_solve(const pd_stiff_ode *stiff, double from, double to, double *y,
+                                               int *which);
 #endif
 
 #endif

@@ -20,7 +20,7 @@ PDI_FN double pdi_amount_section(pd_ctx *ctx, pd_transport *t, int axis, int ind
     int limited = pdi_transport_limits(t);
     double flux;
     if (t->desc.given) return 0.0;
-    pd_ghosts_scalar(&t->bonds->ghosts, t->c);
+    pd_ghosts_set_scalar(&t->bonds->ghosts, t->c);
     if (limited) flux = pdi_amount_limited(ctx, t, axis, index);
     else flux = pdi_flux_through(&t->flux, t->c, NULL, axis, index);
     if (t->rest) flux += pdi_flux_through(&t->flux, t->rest, NULL, axis, index);

@@ -66,7 +66,7 @@ static int pdi_diffusion_solve(double a[][PD_DIFFUSION_TENSOR], double *b)
 /* 1 when what cuts bond k of row r is metal. *all: nothing but metal does, and no wall that meets it there. */
 static int pdi_diffusion_metal(const pd_diffusion *d, int32_t r, int k, int *all)
 {
-    const pd_paths *paths = &d->bonds->paths;
+    const pd_bond_paths *paths = &d->bonds->paths;
     int32_t i = d->bonds->node[r];
     int group = d->metals ? pdi_bond_path_find_closed_group(paths, i, k) : -1;
     *all = 0;

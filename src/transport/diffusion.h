@@ -44,7 +44,7 @@ typedef struct pd_diffusion {
     uint32_t *renewed;                  /* [total] version of the bonds in which these numbers of a node, or of what its
                                          * ghost stands for, were renewed */
     uint32_t version;                   /* of the bonds, that all of it belongs to; 0: none */
-    pd_media media;                     /* where the diffusivity is a field; empty as above */
+    pd_bond_diffusivity media;          /* where the diffusivity is a field; empty as above */
     double *field;                      /* [total] [m2/s] at nodes, of `media`; NULL: constant */
     double *wall_rate;                  /* [total] [1/s] conductance to held walls, or NULL */
     double *wall_source;                /* [capacity] [mol/m3/s] sum of conductance times held value, or NULL */

@@ -97,7 +97,7 @@ static pd_status pdi_explicit_steep(pd_ctx *ctx, pd_transport *t, double dt)
     pdi_explicit_bounds(t, &s.bounds);
     pdi_par_zero(ctx, t->grid->total, t->anti);
     pdi_explicit_move(ctx, t, dt);
-    pd_ghosts_scalar(&t->bonds->ghosts, t->old);
+    pd_ghosts_set_scalar(&t->bonds->ghosts, t->old);
     PDI_TRY(pdi_arena_acquire(ctx, arena, pdi_steep_list, &s));
     pdi_steep_anti(ctx, &s, t->anti);
     return pdi_arena_release(ctx, arena, pdi_steep_list, &s, PD_OK);

@@ -14,7 +14,7 @@ typedef struct pd_flux {
     const pd_flow *flow;           /* NULL: fluid at rest */
     const pd_diffusion *diffusion; /* conductances, held walls included */
     const pd_limiter *limiter;     /* with a flow */
-    const pd_boundary *boundary;
+    const pd_open_boundary *boundary;
     const double *absorb;          /* [total] [1/s] */
     double rate;                   /* [1/s] of the term in time: 1 over the step, or 0 */
     double ratio[PD_DIM];          /* [-] a(n) xi over g(n), where that is one number for all bonds ... */

@@ -77,7 +77,7 @@ static pd_status pdi_inverse_fill(pd_ctx *ctx, pd_inverse *v, const int32_t *pin
     const pdi_compact_operator_bc faces = {0, 1, 0, NULL}; /* inlets hold a value */
     pdi_compact_operator_convection convection;
     double spread[PD_DIM * PD_DIM];
-    pd_compact *c = &v->compact;
+    pd_compact_operator *c = &v->compact;
     pdi_compact_operator_upwind_diffusion(flux->bonds->stencil, v->spread, spread);
     convection.u = flux->flow ? flux->flow->u : NULL;
     convection.numerical_diffusivity = spread;
@@ -95,7 +95,7 @@ static pd_status pdi_inverse_fill(pd_ctx *ctx, pd_inverse *v, const int32_t *pin
 PDI_FN pd_status pdi_inverse_setup(pd_ctx *ctx, pd_inverse *v, double rate, const int32_t *pinned,
                                    int32_t pinned_count)
 {
-    pd_compact *c = &v->compact;
+    pd_compact_operator *c = &v->compact;
     pd_arena *arena = v->mg.desc.arena;
     /* at rest later stages of a step differ by what holds the nodes alone */
     int again = !v->flux->flow && v->fresh && v->rate >= rate && v->rate <= rate;

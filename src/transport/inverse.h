@@ -14,7 +14,7 @@ typedef struct pd_inverse {
     double excess;          /* [m2] tau D of eq. 5.15; 0 with a flow */
     double spread;          /* [-] share of the spreading of upwind fluxes that the operator keeps */
     int fresh;              /* 1: it is that of this step */
-    pd_compact compact;
+    pd_compact_operator compact;
     pd_multigrid mg;
 } pd_inverse;
 

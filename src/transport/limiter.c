@@ -214,8 +214,8 @@ static void pdi_limiter_sweep_all(const pd_ctx *ctx, const pdi_limiter_sweep *s,
     pdi_node_loop_by_blocks(ctx, s->limiter->boundary, bonds->grid->fluid_count * bonds->stencil->count * 4,
                             pdi_limiter_nodes, s);
     for (int32_t k = bonds->ghosts.count; k < bonds->ghosts.listed; k++) s->factor[bonds->ghosts.node[k]] = entering;
-    pd_ghosts_scalar(&bonds->ghosts, s->factor);
-    pd_ghosts_vector(&bonds->ghosts, s->slope);
+    pd_ghosts_set_scalar(&bonds->ghosts, s->factor);
+    pd_ghosts_set_vector(&bonds->ghosts, s->slope);
 }
 
 PDI_FN void pdi_limiter_update(const pd_ctx *ctx, pd_limiter *l, const double *c, double least)

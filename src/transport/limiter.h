@@ -12,7 +12,7 @@
 /* The first three are borrowed. */
 typedef struct pd_limiter {
     const pd_bonds *bonds;
-    const pd_boundary *boundary;
+    const pd_open_boundary *boundary;
     const pd_diffusion *diffusion;
     double *slope; /* [PD_DIM][total] [mol/m4] gradient, images included; lent for a step */
     double *factor; /* [total] [-] images included; ghosts of inlets 1; lent, too */

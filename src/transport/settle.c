@@ -41,9 +41,9 @@ static void pdi_settle_residual(pd_ctx *ctx, pd_transport *t)
     steady.rate = 0.0;
     steady.exact = 1;
     pdi_transport_fresh(ctx, t);
-    pd_ghosts_scalar(&t->bonds->ghosts, t->c);
+    pd_ghosts_set_scalar(&t->bonds->ghosts, t->c);
     pdi_flux_apply(ctx, &steady, t->c, out);
-    if (t->rest) pd_ghosts_scalar(&t->bonds->ghosts, t->rest);
+    if (t->rest) pd_ghosts_set_scalar(&t->bonds->ghosts, t->rest);
     if (t->rest) pdi_flux_apply(ctx, &steady, t->rest, more);
     for (int32_t i = 0; i < t->grid->total; i++) {
         int fluid = t->grid->kind[i] == PD_FLUID;

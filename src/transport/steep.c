@@ -256,8 +256,8 @@ static void pdi_steep_limit(const pd_ctx *ctx, const pdi_steep *s)
     const pd_ghosts *ghosts = &s->flux->bonds->ghosts;
     int nt = pdi_par_threads(ctx, (int64_t)s->flux->bonds->grid->total * 8);
     PDI_PARALLEL_CALL(nt, pdi_steep_limit_share(s));
-    pd_ghosts_scalar(ghosts, s->gain);
-    pd_ghosts_scalar(ghosts, s->loss);
+    pd_ghosts_set_scalar(ghosts, s->gain);
+    pd_ghosts_set_scalar(ghosts, s->loss);
 }
 
 PDI_FN void pdi_steep_anti(const pd_ctx *ctx, const pdi_steep *s, double *y)

@@ -41,7 +41,7 @@ static void pdi_transport_less(const pd_transport *t, const double *c, double me
     const uint8_t *kind = t->grid->kind;
     PDI_FOR_NOWAIT
     for (int32_t i = 0; i < t->grid->total; i++) {
-        int none = kind[i] == PD_SOLID || kind[i] == PD_WALL || kind[i] == PD_OUTSIDE;
+        int none = kind[i] == PD_SOLID || kind[i] == PD_WALL || kind[i] == PD_INACTIVE;
         t->repeated[i] = none ? 0.0 : c[i] - mean;
     }
 }
@@ -56,7 +56,7 @@ static void pdi_transport_repeat(const pd_ctx *ctx, const pd_transport *t, const
         PDI_PARALLEL_CALL(nt,
                           pdi_transport_less(t, c, t->grid->fluid_count ? sum / (double)t->grid->fluid_count : 0.0));
     } else pdi_par_copy(ctx, t->grid->total, c, t->repeated);
-    pd_ghosts_scalar(&t->bonds->ghosts, t->repeated);
+    pd_ghosts_set_scalar(&t->bonds->ghosts, t->repeated);
 }
 
 /* exact: amounts are kept but for rounding of what bonds carry. */
@@ -81,12 +81,12 @@ static void pdi_transport_silence(const pd_transport *t, double *factor)
     if (!t->upwinding) return;
     for (int32_t i = 0; i < t->grid->total; i++)
         if (t->upwinded[i]) factor[i] = 0.0;
-    pd_ghosts_scalar(&t->bonds->ghosts, factor);
+    pd_ghosts_set_scalar(&t->bonds->ghosts, factor);
 }
 
 PDI_FN void pdi_transport_anti(const pd_ctx *ctx, pd_transport *t, double *c, double *out)
 {
-    pd_ghosts_scalar(&t->bonds->ghosts, c);
+    pd_ghosts_set_scalar(&t->bonds->ghosts, c);
     pdi_limiter_update(ctx, &t->limiter, c, PDI_TRANSPORT_FAINT * t->size);
     pdi_transport_silence(t, t->limiter.factor);
     pdi_flux_anti(ctx, &t->flux, c, out);

@@ -45,7 +45,7 @@ typedef struct pd_transport {
     const pd_bonds *bonds;
     const pd_flow *flow;    /* NULL: fluid at rest */
     pd_diffusion diffusion; /* conductances of the bonds */
-    pd_boundary boundary;
+    pd_open_boundary boundary;
     pd_limiter limiter;     /* with a flow */
     pd_flux flux;        /* fluxes of the bonds, from all of these */
     pd_arena own;           /* without one from the desc */

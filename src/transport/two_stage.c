@@ -298,9 +298,9 @@ static void pdi_two_stage_balance(pd_ctx *ctx, void *self, int k, pd_amounts *am
     amounts->in += a->in;
 }
 
-pd_process pd_two_stage_process(pd_two_stage *a)
+pd_physics pd_two_stage_process(pd_two_stage *a)
 {
-    pd_process p;
+    pd_physics p;
     memset(&p, 0, sizeof p);
     p.name = "transport in time";
     p.self = a;

@@ -19,7 +19,8 @@ typedef struct pd_two_stage_desc {
 typedef struct pd_two_stage {
     pd_two_stage_desc desc; /* defaults filled in */
     pd_transport *transport;
-    pd_at_fn at;           /* of the step at hand: called before each stage, for a flow that follows its boundary */
+    /* of the step at hand: called before each stage, for a flow that follows its boundary */
+    pd_solve_at_fn at;
     void *at_user;
     double *start, *carry; /* [total] [mol/m3] field and carry at the start of the step */
     double *slope;         /* [total] [mol/m3] change of the first stage */
@@ -48,7 +49,7 @@ PD_API pd_status pd_two_stage_build(pd_ctx *ctx, pd_transport *transport, const 
  * solver stopped above its tolerance; what is missing is in the carry of transport. */
 PD_API pd_status pd_two_stage_step(pd_ctx *ctx, pd_two_stage *two_stage, double dt, pd_transport_result *result);
 /* The transport as a process, by steps of controlled error. PD_ERR_STATE: the error does not fall with the step. */
-PD_API pd_process pd_two_stage_process(pd_two_stage *two_stage);
+PD_API pd_physics pd_two_stage_process(pd_two_stage *two_stage);
 PD_API void pd_two_stage_free(pd_ctx *ctx, pd_two_stage *two_stage);
 
 #ifdef PDI_INTERNAL

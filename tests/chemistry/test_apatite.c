@@ -16,7 +16,7 @@ static int apatite; /* species */
 /* SBF of the examples with hydroxyapatite alone, and without other solids. */
 static int read_fluid(pd_ctx *ctx, pd_activity activity)
 {
-    int stays[PD_SPECIES_MOST] = {0};
+    int stays[PD_SPECIES_MAX] = {0};
     if (!CHECK_OK(ctx, pd_electrolyte_read(ctx, "examples/electrolytes/sbf.electrolyte", NULL, 0, &fluid))) return 0;
     stays[pdi_electrolyte_find_species(&fluid, "Ca5(PO4)3OH(s)")] = 1;
     pdi_electrolyte_remove_undissolved(&fluid, stays);
@@ -120,7 +120,7 @@ static void settle(pd_activity davies, int n, double grains, double nucleation, 
     pd_course course;
     pd_course_desc desc;
     pd_electrolyte_state state;
-    double c[PD_SPECIES_MOST], n_solid;
+    double c[PD_SPECIES_MAX], n_solid;
     pd_ctx_init(&ctx);
     memset(&of, 0, sizeof of);
     memset(&desc, 0, sizeof desc);
@@ -133,7 +133,7 @@ static void settle(pd_activity davies, int n, double grains, double nucleation, 
     if (!CHECK_OK(&ctx, bath.status)) return;
     double before = pd_reactive_saturation(&bath.reactive, 0, vessel_node(&bath, n / 2));
     if (CHECK_OK(&ctx, pd_course_build(&ctx, &bath.reactive, &desc, &course)))
-        CHECK_OK(&ctx, pd_process_run(&ctx, pd_course_process(&course), END));
+        CHECK_OK(&ctx, pd_physics_run(&ctx, pd_course_process(&course), END));
     NOTE("index %.2f at the start; %.0f steps, %.0f by Euler", before, (double)course.steps, (double)course.euler);
     NOTE("%.0f again, %.0f of Newton, %.0f of GMRES", (double)course.rejected, (double)course.newton,
          (double)course.krylov);

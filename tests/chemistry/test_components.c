@@ -33,7 +33,7 @@ static void any(pd_activity activity, double most, double tolerance)
     CHECK_INT(s.count, 7);
     CHECK_INT(s.joined, 5);
     for (int k = 0; k < 400; k++) {
-        double all[PD_SPECIES_MOST], c[PD_SPECIES_MOST], total[PD_SPECIES_MOST], again[PD_SPECIES_MOST];
+        double all[PD_SPECIES_MAX], c[PD_SPECIES_MAX], total[PD_SPECIES_MAX], again[PD_SPECIES_MAX];
         for (int i = 0; i < v.species; i++) all[i] = most * pow(10.0, -12.0 * random_share(&random));
         all[0] = 55344.0;
         pick(&s, v.species, all, c);
@@ -89,7 +89,7 @@ TEST(acid_from_lye)
 {
     mixture v;
     pd_components s;
-    double c[PD_SPECIES_MOST] = {0.0}, start[PD_SPECIES_MOST] = {0.0}, total[PD_SPECIES_MOST];
+    double c[PD_SPECIES_MAX] = {0.0}, start[PD_SPECIES_MAX] = {0.0}, total[PD_SPECIES_MAX];
     double acid = 0.15452454172346108;
     mix_begin(&v);
     mix_species(&v, "H2O", NULL, 0.0);
@@ -123,8 +123,8 @@ static void derivatives(pd_activity activity)
 {
     mixture v;
     pd_components s;
-    double all[PD_SPECIES_MOST], c[PD_SPECIES_MOST], total[PD_SPECIES_MOST], by[PD_SPECIES_MOST];
-    float table[PD_COMPONENTS_SLOPES];
+    double all[PD_SPECIES_MAX], c[PD_SPECIES_MAX], total[PD_SPECIES_MAX], by[PD_SPECIES_MAX];
+    float table[PD_COMPONENTS_DERIVATIVES];
     mix_body_fluid(&v);
     build(&v, activity, &s);
     mix_hanks(&v, all);
@@ -133,7 +133,7 @@ static void derivatives(pd_activity activity)
     CHECK_INT(pdi_components_solve(&s, total, c), PD_OK);
     pdi_components_compute_derivatives_single(&s, c, table);
     for (int k = 0; k < s.count; k++) {
-        double one[PD_SPECIES_MOST] = {0.0}, high[PD_SPECIES_MOST], low[PD_SPECIES_MOST], step = 1e-4;
+        double one[PD_SPECIES_MAX] = {0.0}, high[PD_SPECIES_MAX], low[PD_SPECIES_MAX], step = 1e-4;
         one[k] = 1.0;
         pdi_components_apply_derivatives(&s, table, one, by);
         memcpy(high, c, sizeof high);
@@ -157,11 +157,12 @@ TEST(most_species)
 {
     mixture v;
     pd_components s;
-    double c[PD_SPECIES_MOST], total[PD_SPECIES_MOST], nu[PD_SPECIES_MOST], table[PD_COMPONENTS_SLOPES + 1], sum = 0.0;
-    char text[8 * PD_SPECIES_MOST] = "", name[8];
+    double c[PD_SPECIES_MAX], total[PD_SPECIES_MAX], nu[PD_SPECIES_MAX], table[PD_COMPONENTS_DERIVATIVES + 1],
+        sum = 0.0;
+    char text[8 * PD_SPECIES_MAX] = "", name[8];
     mix_begin(&v);
-    for (int i = 0; i < PD_SPECIES_MOST; i++) {
-        const char *sign = i == PD_SPECIES_MOST / 2 ? " = " : i ? " + " : "";
+    for (int i = 0; i < PD_SPECIES_MAX; i++) {
+        const char *sign = i == PD_SPECIES_MAX / 2 ? " = " : i ? " + " : "";
         snprintf(name, sizeof name, "%c%c", i % 2 ? 'J' : 'Q', 'a' + i / 2); /* no elements */
         mix_species(&v, name, "Na", 1e-9);
         snprintf(text + strlen(text), sizeof text - strlen(text), "%s%s", sign, name);
@@ -169,11 +170,11 @@ TEST(most_species)
     mix_reaction(&v, text, 0.0, 0.0, NULL);
     build(&v, PD_ACTIVITY_DAVIES, &s);
     int columns = pdi_components_count_columns(&s);
-    CHECK_INT(s.live, PD_SPECIES_MOST);
-    CHECK_INT(columns, PD_SPECIES_MOST);
+    CHECK_INT(s.live, PD_SPECIES_MAX);
+    CHECK_INT(columns, PD_SPECIES_MAX);
     for (int i = 0; i < s.solutes; i++) {
         c[i] = 1.0 + 0.1 * i;
-        nu[i] = i < PD_SPECIES_MOST / 2 ? -1.0 : 1.0;
+        nu[i] = i < PD_SPECIES_MAX / 2 ? -1.0 : 1.0;
     }
     pdi_components_compute_totals(&s, c, total);
     CHECK_INT(pdi_components_solve(&s, total, c), PD_OK);
@@ -203,16 +204,16 @@ TEST(speeds)
     build(&v, PD_ACTIVITY_IDEAL, &s);
     CHECK_INT(s.count, 3);
     CHECK_INT(s.kinetics, 1);
-    CHECK_REL(pdi_components_compute_rate(&s, &s.kinetic[0], all, by, &size), pd_reaction_speed(&v.r[0], v.s, 4, all),
+    CHECK_REL(pdi_components_compute_rate(&s, &s.kinetic[0], all, by, &size), pd_reaction_rate(&v.r[0], v.s, 4, all),
               1e-14);
     /* k of L2/mol2/s is 1e-6 of m6/mol2/s; K = 1000 L2/mol2. */
     CHECK_REL(size, 7e-6 * 0.3 * 0.49 + 7.0 / 1000.0 * 0.2, 1e-13);
     for (int i = 0; i < 3; i++) {
         double x = all[i], step = 1e-5;
         all[i] = x + step;
-        double high = pd_reaction_speed(&v.r[0], v.s, 4, all);
+        double high = pd_reaction_rate(&v.r[0], v.s, 4, all);
         all[i] = x - step;
-        double low = pd_reaction_speed(&v.r[0], v.s, 4, all);
+        double low = pd_reaction_rate(&v.r[0], v.s, 4, all);
         all[i] = x;
         CHECK_REL(by[i], (high - low) / (2.0 * step), 1e-8);
     }
@@ -265,7 +266,7 @@ TEST(water)
     for (int k = 0; k < 3; k++) {
         mixture v;
         pd_components s;
-        double c[PD_SPECIES_MOST];
+        double c[PD_SPECIES_MAX];
         mix_begin(&v);
         mix_species(&v, "H+", NULL, 1e-9);
         mix_species(&v, "OH-", NULL, 1e-9);
@@ -314,7 +315,7 @@ TEST(of_water_alone)
     for (int davies = 0; davies < 2; davies++) {
         mixture v;
         pd_components s;
-        double c[PD_SPECIES_MOST] = {7.0}, slopes[PD_COMPONENTS_SLOPES] = {3.0}, total = 0.0;
+        double c[PD_SPECIES_MAX] = {7.0}, slopes[PD_COMPONENTS_DERIVATIVES] = {3.0}, total = 0.0;
         mix_begin(&v);
         mix_species(&v, "H2O", NULL, 0.0);
         mix_species(&v, "H4O2", NULL, 1e-9);

@@ -55,7 +55,7 @@ TEST(strong_acid_and_base)
             CHECK_NEAR(amount("H+"), fmax(h - oh, 0.0), 1e-8 * fmax(h, oh));
             CHECK_NEAR(amount("OH-"), fmax(oh - h, 0.0), 1e-8 * fmax(h, oh));
             pd_electrolyte_state s;
-            double c[PD_SPECIES_MOST];
+            double c[PD_SPECIES_MAX];
             memcpy(c, e.initial, sizeof c);
             CHECK_OK(&ctx, pd_electrolyte_solve(&ctx, &e, c, &s));
             CHECK_NEAR(s.ph, ph[k], 1e-9);
@@ -149,7 +149,7 @@ TEST(minerals)
     pd_ctx ctx;
     pd_electrolyte_state s;
     char own[1024];
-    double c[PD_SPECIES_MOST];
+    double c[PD_SPECIES_MAX];
     snprintf(own, sizeof own, text, "given", "1 mM");
     if (!parse(&ctx, own)) return;
     int mg = pdi_electrolyte_find_species(&e, "Mg2+"), oh = pdi_electrolyte_find_species(&e, "OH-");
@@ -178,7 +178,7 @@ TEST(seawater)
 {
     pd_ctx ctx;
     pd_electrolyte_state s;
-    double c[PD_SPECIES_MOST];
+    double c[PD_SPECIES_MAX];
     pd_ctx_init(&ctx);
     if (!CHECK_OK(&ctx, pd_electrolyte_read(&ctx, "examples/electrolytes/seawater.electrolyte", NULL, 0, &e))) return;
     memcpy(c, e.initial, sizeof c);
@@ -199,7 +199,7 @@ TEST(examples)
     pd_electrolyte_state s;
     char path[128];
     for (size_t k = 0; k < sizeof names / sizeof names[0]; k++) {
-        double c[PD_SPECIES_MOST];
+        double c[PD_SPECIES_MAX];
         pd_ctx_init(&ctx);
         snprintf(path, sizeof path, "examples/electrolytes/%s.electrolyte", names[k]);
         if (!CHECK_OK(&ctx, pd_electrolyte_read(&ctx, path, NULL, 0, &e))) continue;

@@ -24,7 +24,7 @@ static void body(mixture *v, pd_mineral *of)
 
 static int build(mixture *v, pd_activity activity, const pd_mineral *of, int count)
 {
-    pd_reaction rest[PD_REACTION_MOST];
+    pd_reaction rest[PD_REACTION_MAX];
     int kept = pdi_mineral_copy_solid_free_reactions(v->s, v->species, v->r, v->reactions, rest);
     return CHECK_OK(&v->ctx, pdi_components_build(&v->ctx, v->s, v->species, rest, kept, activity, 298.15,
                                                   &test_system)) &&
@@ -45,7 +45,7 @@ static void any(pd_activity activity)
     if (!build(&v, activity, of, 3)) return;
     CHECK_OK(&v.ctx, pd_speciation_build(&v.ctx, v.s, v.species, v.r, v.reactions, activity, 298.15, &system));
     for (int k = 0; k < 200; k++) {
-        double all[PD_SPECIES_MOST], c[PD_SPECIES_MOST], total[PD_SPECIES_MOST], again[PD_SPECIES_MOST], n[3];
+        double all[PD_SPECIES_MAX], c[PD_SPECIES_MAX], total[PD_SPECIES_MAX], again[PD_SPECIES_MAX], n[3];
         pd_mineral_start start;
         for (int i = 0; i < v.species; i++) all[i] = 30.0 * pow(10.0, -6.0 * random_share(&random));
         all[0] = 55344.0;
@@ -182,7 +182,7 @@ static void pairs_step(const int *order, const double *porosity, double pair_a, 
     pd_mineral of[2];
     pd_mineral_start start;
     static const char *const name[4] = {"Aa", "Bb", "Cc", "Dd"};
-    double c[PD_SPECIES_MOST] = {0.0}, total[PD_SPECIES_MOST], n[2], before[2];
+    double c[PD_SPECIES_MAX] = {0.0}, total[PD_SPECIES_MAX], n[2], before[2];
     if (!pairs(&v, of, order, porosity)) return;
     for (int i = 0; i < 4; i++) c[test_system.place[mix_at(&v, name[i])]] = i < 2 ? pair_a : pair_b;
     for (int s = 0; s < 2; s++) before[s] = n[s] = first[order[s]];
@@ -258,10 +258,10 @@ TEST(any_order_of_three)
     uint32_t random = 5;
     int full = 0, solved = 0;
     for (int k = 0; k < 60; k++) {
-        double reference[3] = {0.0}, value[PD_SPECIES_MOST], amount[3], rate[3], dt, volume;
+        double reference[3] = {0.0}, value[PD_SPECIES_MAX], amount[3], rate[3], dt, volume;
         int lost = 0;
         volume = pow(10.0, -3.5 + 1.5 * random_share(&random));
-        for (int i = 0; i < PD_SPECIES_MOST; i++) value[i] = 3e3 * pow(10.0, -2.0 * random_share(&random));
+        for (int i = 0; i < PD_SPECIES_MAX; i++) value[i] = 3e3 * pow(10.0, -2.0 * random_share(&random));
         for (int s = 0; s < 3; s++) {
             amount[s] = k % 3 == s ? 0.0 : 0.3 * random_share(&random) / volume;
             rate[s] = k % 4 == 3 ? 0.0 : pow(10.0, -6.0 + 8.0 * random_share(&random));
@@ -270,7 +270,7 @@ TEST(any_order_of_three)
         for (int o = 0; o < 6; o++) {
             mixture v;
             pd_mineral of[3], in_order[3];
-            double c[PD_SPECIES_MOST], total[PD_SPECIES_MOST], n[3], first[3], found[3], filled = 0.0, had = 0.0;
+            double c[PD_SPECIES_MAX], total[PD_SPECIES_MAX], n[3], first[3], found[3], filled = 0.0, had = 0.0;
             pd_mineral_start start;
             body(&v, of);
             for (int s = 0; s < 3; s++) {
@@ -386,8 +386,8 @@ static void derive(double surface)
     of[1].rate = 1e-3;
     of[2].surface = surface;
     if (!build(&v, PD_ACTIVITY_DAVIES, of, 3)) return;
-    double c[PD_SPECIES_MOST] = {0.0}, n[3] = {1.0, 2.0, 1.5}, first[3] = {1.0, 2.0, 1.5}, total[PD_SPECIES_MOST];
-    double by[3 * PD_SPECIES_MOST];
+    double c[PD_SPECIES_MAX] = {0.0}, n[3] = {1.0, 2.0, 1.5}, first[3] = {1.0, 2.0, 1.5}, total[PD_SPECIES_MAX];
+    double by[3 * PD_SPECIES_MAX];
     pd_mineral_start start;
     start.dt = 10.0;
     start.start = first;
@@ -403,7 +403,7 @@ static void derive(double surface)
     for (int k = 0; k < test_system.count; k++) {
         double ends[2][3], step = 1e-5;
         for (int side = 0; side < 2; side++) {
-            double moved[PD_SPECIES_MOST], at[PD_SPECIES_MOST];
+            double moved[PD_SPECIES_MAX], at[PD_SPECIES_MAX];
             memcpy(moved, total, sizeof moved);
             memcpy(at, c, sizeof at);
             memcpy(ends[side], n, sizeof n);
@@ -464,7 +464,7 @@ TEST(empty_volume)
 {
     mixture v;
     pd_mineral of;
-    double c[PD_SPECIES_MOST] = {0.0}, total[PD_SPECIES_MOST], n = 0.0, before = 0.0;
+    double c[PD_SPECIES_MAX] = {0.0}, total[PD_SPECIES_MAX], n = 0.0, before = 0.0;
     pd_mineral_start start;
     memset(&v, 0, sizeof v);
     memset(&of, 0, sizeof of);

@@ -100,10 +100,7 @@ static void scene_start(scene *s, pd_rate_fn law, void *l, double solid, double 
     s->couple_desc.rtol = rtol;
 }
 
-static int scene_make(scene *s)
-{
-    return scene_build(s) && CHECK_OK(&s->ctx, pd_couple_start(&s->ctx, &s->couple));
-}
+static int scene_make(scene *s) { return scene_build(s) && CHECK_OK(&s->ctx, pd_time_loop_start(&s->ctx, &s->couple)); }
 
 /* Metal on the low side of the axis 0, fluid, and from 390 um a bath that holds its concentration, or none. */
 static int metal_build(scene *s, pd_rate_fn law, void *l, double solid, double m, double diffusivity, double bath,
@@ -146,10 +143,10 @@ static int run_to(scene *s, double end, double high)
     double loss = 0.0, above = 1e-9 * CSAT;
     for (int steps = 0; s->couple.time < end; steps++) {
         double before = s->couple.time;
-        if (!CHECK(steps < 10000) || !CHECK_OK(&s->ctx, pd_couple_step(&s->ctx, &s->couple, end))) return 0;
+        if (!CHECK(steps < 10000) || !CHECK_OK(&s->ctx, pd_time_loop_step(&s->ctx, &s->couple, end))) return 0;
         CHECK_LE(s->couple.ledger[0].relative, 1e-12);
-        CHECK(pd_couple_volume_loss(&s->couple) >= loss - 1e-15);
-        loss = pd_couple_volume_loss(&s->couple);
+        CHECK(pd_time_loop_volume_loss(&s->couple) >= loss - 1e-15);
+        loss = pd_time_loop_volume_loss(&s->couple);
         above = fmax(above, rounding(s, s->couple.time - before));
         for (int32_t i = 0; i < s->grid.total; i++)
             if (s->grid.kind[i] == PD_FLUID) CHECK_LE(s->transport.c[i], high + above);
@@ -212,9 +209,9 @@ TEST(beside_a_bath)
         if (!metal_build(s, rate, &l, CS, 1.0, diffusivity, bath, 1e-4)) return;
         double until = 8.0 * length * length / diffusivity;
         if (!run_to(s, until, fmax(bath, end_of(&l, bath)))) printf("law %d\n", number);
-        double depth = pd_couple_volume_loss(&s->couple) * SOLID * H, before = depth, from = s->couple.time;
+        double depth = pd_time_loop_volume_loss(&s->couple) * SOLID * H, before = depth, from = s->couple.time;
         if (!run_to(s, 1.01 * until, HUGE_VAL)) printf("law %d\n", number);
-        depth = pd_couple_volume_loss(&s->couple) * SOLID * H;
+        depth = pd_time_loop_volume_loss(&s->couple) * SOLID * H;
         double speed = (depth - before) / (s->couple.time - from);
         double resist = CS * (length + 0.5 * (depth + before)) / diffusivity;
         double most = 2.0 * l.speed * (3.0 + l.power), expected = 0.0, step = 1e-5 * most;

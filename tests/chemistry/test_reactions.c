@@ -117,9 +117,9 @@ TEST(speeds)
     CHECK_REL(r.backward, 1.4, 1e-12);
     c[H] = 2e-4;
     c[OH] = 3e-4;
-    CHECK_REL(pd_reaction_speed(&r, s, COUNT, c), 1.4e8 * (6e-8 - 1e-8), 1e-12);
+    CHECK_REL(pd_reaction_rate(&r, s, COUNT, c), 1.4e8 * (6e-8 - 1e-8), 1e-12);
     c[OH] = 0.5e-4;
-    CHECK_NEAR(pd_reaction_speed(&r, s, COUNT, c), 0.0, 1e-12);
+    CHECK_NEAR(pd_reaction_rate(&r, s, COUNT, c), 0.0, 1e-12);
     d.forward_unit = "1/s";
     CHECK_INT(pd_reaction_read(&ctx, &d, s, COUNT, &r), PD_ERR_PARSE);
     CHECK(strstr(ctx.message, "expected L/mol/s") != NULL);

@@ -5,8 +5,8 @@
 
 typedef struct volume {
     pd_ctx ctx;
-    pd_species s[PD_SPECIES_MOST];
-    pd_reaction r[PD_REACTION_MOST];
+    pd_species s[PD_SPECIES_MAX];
+    pd_reaction r[PD_REACTION_MAX];
     int species, reactions;
     pd_speciation system;
     pd_speciation_result result;

@@ -200,7 +200,7 @@ static void look_at(pdi_array_visitor *owner, const pdi_array_entry *entry)
     owner->bytes += entry->count * (int64_t)entry->element_size;
     snprintf(name, sizeof name, " %s ", entry->name);
     int kept_one = entry->kind == PDI_ARRAY_KIND_STATE || entry->kind == PDI_ARRAY_KIND_SCALAR;
-    if (!CHECK(strlen(entry->name) < PD_STORE_NAME || !kept_one)) NOTE("'%s' is too long", entry->name);
+    if (!CHECK(strlen(entry->name) < PD_ARCHIVE_FILE_NAME_SIZE || !kept_one)) NOTE("'%s' is too long", entry->name);
     if (!CHECK(!kept_one || !strstr(seen, name))) NOTE("'%s' is there twice", entry->name);
     if (!CHECK(!entry->unit[0] || pd_units_parse(&ctx, entry->unit, NULL, NULL) == PD_OK))
         NOTE("%s: %s", entry->name, ctx.message);
@@ -236,7 +236,7 @@ TEST(names_and_units)
     static pd_flow flow;
     static pd_steady steady;
     static pd_implicit implicit;
-    static pd_unsteady unsteady;
+    static pd_weakly_compressible unsteady;
     static pd_transport transport;
     static pd_two_stage two_stage;
     static pd_jacobian jacobian;

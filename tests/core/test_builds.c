@@ -194,7 +194,7 @@ static void tidy(lab *l)
     static pd_status build_##name(pd_ctx *ctx, lab *l, void *object) { return make_##name(ctx, l, (type *)object); } \
     static pd_status make_##name(pd_ctx *ctx, lab *l, type *o)
 
-INNER(monotone_cubic, pd_curve)
+INNER(monotone_cubic, pd_monotone_cubic)
 {
     static const double x[] = {0.0, 1.0, 2.0}, y[] = {1.0, 3.0, 4.0};
     return pdi_monotone_cubic_build(ctx, x, y, l->wrong ? 1 : 3, 0, o);
@@ -289,7 +289,7 @@ BUILD(flow, pd_flow)
     return pd_flow_build(ctx, &l->pin.grid, &l->bonds, &d, o);
 }
 
-INNER(fourth_order, pd_sharp) { return pdi_fourth_order_build(ctx, l->wrong ? &l->bonds : &l->near_bonds, o); }
+INNER(fourth_order, pd_fourth_order) { return pdi_fourth_order_build(ctx, l->wrong ? &l->bonds : &l->near_bonds, o); }
 
 BUILD(steady, pd_steady)
 {
@@ -307,12 +307,12 @@ BUILD(implicit, pd_implicit)
     return pd_implicit_build(ctx, &l->flow, &l->steady, &d, o);
 }
 
-BUILD(unsteady, pd_unsteady)
+BUILD(weakly_compressible, pd_weakly_compressible)
 {
-    pd_unsteady_desc d;
+    pd_weakly_compressible_desc d;
     memset(&d, 0, sizeof d);
     d.sound = l->wrong ? -1.0 : 1.0;
-    return pd_unsteady_build(ctx, &l->flow, &d, o);
+    return pd_weakly_compressible_build(ctx, &l->flow, &d, o);
 }
 
 BUILD(gas, pd_gas)
@@ -367,20 +367,16 @@ BUILD(bonds_of_metal, pd_dissolve)
     return pd_dissolve_build(ctx, &l->pit.grid, &l->pit.stencil, &l->pit.transport, &d, o);
 }
 
-INNER(step_diagnostics, pd_observables) { return pdi_step_diagnostics_build(ctx, &l->pit, o); }
+INNER(step_diagnostics, pd_step_diagnostics) { return pdi_step_diagnostics_build(ctx, &l->pit, o); }
 
-static void pd_couple_free(pd_ctx *ctx, pd_couple *couple)
-{
-    (void)ctx;
-    (void)couple;
-}
+static void pd_time_loop_free(pd_ctx *ctx, pd_time_loop *couple) { (void)ctx, (void)couple; }
 
-BUILD(couple, pd_couple)
+BUILD(time_loop, pd_time_loop)
 {
-    pd_couple_desc d;
+    pd_time_loop_desc d;
     memset(&d, 0, sizeof d);
     d.fraction = l->wrong ? -1.0 : 0.0;
-    return pd_couple_build(ctx, &d, &l->pin.grid, &l->pin.bonds, o);
+    return pd_time_loop_build(ctx, &d, &l->pin.grid, &l->pin.bonds, o);
 }
 
 static void pd_inlet_free(pd_ctx *ctx, pd_inlet *inlet)
@@ -396,13 +392,13 @@ BUILD(inlet, pd_inlet)
     return status;
 }
 
-static void pd_coarsen_setup_free(pd_ctx *ctx, pd_coarser *coarser)
+static void pd_coarsen_setup_free(pd_ctx *ctx, pd_coarsened_setup *coarser)
 {
     (void)ctx;
     (void)coarser;
 }
 
-BUILD(coarsen_setup, pd_coarser) { return pdi_coarsen_setup_build(ctx, &l->of_pit, l->wrong ? 3 : 2, o); }
+BUILD(coarsen_setup, pd_coarsened_setup) { return pdi_coarsen_setup_build(ctx, &l->of_pit, l->wrong ? 3 : 2, o); }
 
 INNER(model, pd_model)
 {
@@ -418,10 +414,10 @@ INNER(monitors, pd_monitors)
     return status;
 }
 
-INNER(input_step_limit, pd_vary) { return pdi_input_step_limit_build(ctx, &l->of_pin, o); }
-INNER(depletion_notes, pd_depletion) { return pdi_depletion_notes_build(ctx, &l->pin, o); }
+INNER(input_step_limit, pd_input_step_limit) { return pdi_input_step_limit_build(ctx, &l->of_pin, o); }
+INNER(depletion_notes, pd_depletion_notes) { return pdi_depletion_notes_build(ctx, &l->pin, o); }
 
-INNER(compare_measured, pd_compare)
+INNER(compare_measured, pd_measured_comparison)
 {
     pd_status status = pdi_compare_measured_build(ctx, &l->pin, NULL, NULL, 0, o); /* a scene without measured points */
     if (status < 0) o->line = 0;
@@ -429,41 +425,41 @@ INNER(compare_measured, pd_compare)
 }
 
 BUILD(body, pd_body) { return make_body_of(ctx, l->wrong, o); }
-BUILD(elastic, pd_elastic)
+BUILD(correspondence, pd_correspondence)
 {
-    pd_elastic_desc d;
+    pd_correspondence_desc d;
     memset(&d, 0, sizeof d);
     d.young = l->wrong ? 0.0 : 1.0;
-    return pd_elastic_build(ctx, &l->body, &d, o);
+    return pd_correspondence_build(ctx, &l->body, &d, o);
 }
 
-BUILD(ordinary, pd_ordinary)
+BUILD(ordinary_state, pd_ordinary_state)
 {
-    pd_ordinary_desc d;
+    pd_ordinary_state_desc d;
     memset(&d, 0, sizeof d);
     d.young = l->wrong ? 0.0 : 1.0;
-    return pd_ordinary_build(ctx, &l->body, &d, o);
+    return pd_ordinary_state_build(ctx, &l->body, &d, o);
 }
 
-BUILD(criterion, pd_criterion)
+BUILD(bond_failure, pd_bond_failure)
 {
-    pd_criterion_desc d;
+    pd_bond_failure_desc d;
     memset(&d, 0, sizeof d);
     d.critical = l->wrong ? -1.0 : 1.0;
-    pd_solid solid = pd_microelastic_solid(&l->springs);
-    return pd_criterion_build(ctx, &solid, &d, o);
+    pd_material_interface solid = pd_microelastic_material(&l->springs);
+    return pd_bond_failure_build(ctx, &solid, &d, o);
 }
 
-INNER(coarse_fe_precond, pd_scaffold) { return pdi_coarse_fe_precond_build(ctx, &l->body, o); }
+INNER(coarse_fe_precond, pd_coarse_fe_precond) { return pdi_coarse_fe_precond_build(ctx, &l->body, o); }
 
-BUILD(finite, pd_finite)
+BUILD(finite_strain, pd_finite_strain)
 {
-    pd_finite_desc d;
+    pd_finite_strain_desc d;
     memset(&d, 0, sizeof d);
-    d.law.kind = PD_FINITE_J2;
+    d.law.kind = PD_FINITE_STRAIN_J2;
     d.law.young = 1.0;
     d.law.yield = l->wrong ? 0.0 : 1.0;
-    return pd_finite_build(ctx, &l->body, &d, o);
+    return pd_finite_strain_build(ctx, &l->body, &d, o);
 }
 
 BUILD(microelastic, pd_microelastic) { return make_springs_of(ctx, l, o); }
@@ -473,7 +469,7 @@ BUILD(verlet, pd_verlet)
     pd_verlet_desc d;
     memset(&d, 0, sizeof d);
     d.density = l->wrong ? -1.0 : 1.0;
-    pd_solid solid = pd_microelastic_solid(&l->springs);
+    pd_material_interface solid = pd_microelastic_material(&l->springs);
     return pd_verlet_build(ctx, &solid, &d, o);
 }
 
@@ -483,16 +479,16 @@ static pd_status no_load(pd_ctx *ctx, void *user, double t, double *u, double *l
     return PD_OK;
 }
 
-BUILD(sequential, pd_sequential)
+BUILD(sequentially_linear, pd_sequentially_linear)
 {
     static const double load[1] = {0.0}; /* which a build does not read */
-    pd_sequential_desc d;
-    pd_solid solid = pd_microelastic_solid(&l->springs);
+    pd_sequentially_linear_desc d;
+    pd_material_interface solid = pd_microelastic_material(&l->springs);
     memset(&d, 0, sizeof d);
     solid.linear = 1; /* of small displacements */
     d.load = load;
     d.criterion.critical = l->wrong ? -1.0 : 1e-3;
-    return pd_sequential_build(ctx, &solid, &d, o);
+    return pd_sequentially_linear_build(ctx, &solid, &d, o);
 }
 
 BUILD(quasi_static, pd_quasi_static)
@@ -501,11 +497,11 @@ BUILD(quasi_static, pd_quasi_static)
     memset(&d, 0, sizeof d);
     d.load = no_load;
     d.criterion.critical = l->wrong ? -1.0 : 0.0;
-    pd_solid solid = pd_microelastic_solid(&l->springs);
+    pd_material_interface solid = pd_microelastic_material(&l->springs);
     return pd_quasi_static_build(ctx, &solid, &d, o);
 }
 
-BUILD(structure, pd_structure)
+BUILD(solid_coupling, pd_solid_coupling)
 {
     static const double corner[] = {
 #if PD_DIM == 1
@@ -516,26 +512,26 @@ BUILD(structure, pd_structure)
         6e-6, 4e-6, 3e-6, 8e-6, 4e-6, 3e-6, 8e-6, 4e-6, 5e-6, 6e-6, 4e-6, 5e-6
 #endif
     };
-    const pd_structure_cut cut = {"notch", PD_DIM == 3 ? 4 : PD_DIM, corner};
-    pd_structure_desc d;
+    const pd_solid_coupling_precrack cut = {"notch", PD_DIM == 3 ? 4 : PD_DIM, corner};
+    pd_solid_coupling_desc d;
     memset(&d, 0, sizeof d);
     d.m = 2.0;
     d.elastic.young = l->wrong ? 0.0 : 1.0;
     d.load = no_load;
     d.cuts = &cut;
     d.cut_count = 1;
-    return pd_structure_build(ctx, &l->pin.grid, &d, o);
+    return pd_solid_coupling_build(ctx, &l->pin.grid, &d, o);
 }
 
-BUILD(sweep, pd_sweep)
+BUILD(parameter_sweep, pd_parameter_sweep)
 {
     static const char *axes[] = {"until=1 s, 2 s"}, *wrong[] = {"until="};
-    pd_sweep_desc d;
+    pd_parameter_sweep_desc d;
     memset(&d, 0, sizeof d);
     d.scene = path_of("pin.scene");
     d.axes = l->wrong ? wrong : axes;
     d.axis_count = 1;
-    return pd_sweep_build(ctx, &d, o);
+    return pd_parameter_sweep_build(ctx, &d, o);
 }
 
 /* ---- what is read from files ---- */
@@ -589,7 +585,7 @@ BUILD(speciation, pd_speciation)
     pd_species species[3];
     pd_reaction reaction;
     PDI_TRY(make_water(ctx, 0.0, species, &reaction));
-    int count = l->wrong ? PD_SPECIES_MOST + 1 : 3;
+    int count = l->wrong ? PD_SPECIES_MAX + 1 : 3;
     return pd_speciation_build(ctx, species, count, &reaction, 1, PD_ACTIVITY_IDEAL, 298.15, o);
 }
 
@@ -676,23 +672,25 @@ typedef struct entry {
 
 #define ROW(name, type, refuses, takes) {#name, sizeof(type), build_##name, free_##name, refuses, takes},
 static const entry builds[] = {
-    ROW(step_diagnostics, pd_observables, 0, 1) ROW(coarse_fe_precond, pd_scaffold, 0, 1) ROW(stencil, pd_stencil, 1, 1)
+    ROW(sequentially_linear, pd_sequentially_linear, 1, 1) ROW(weakly_compressible, pd_weakly_compressible, 1, 1)
+    ROW(compare_measured, pd_measured_comparison, 0, 0) ROW(coarse_fe_precond, pd_coarse_fe_precond, 0, 1)
+    ROW(step_diagnostics, pd_step_diagnostics, 0, 1) ROW(input_step_limit, pd_input_step_limit, 0, 1)
+    ROW(depletion_notes, pd_depletion_notes, 0, 1) ROW(parameter_sweep, pd_parameter_sweep, 1, 1) ROW(csr, pd_csr, 1, 1)
+    ROW(monotone_cubic, pd_monotone_cubic, 1, 1) ROW(coarsen_setup, pd_coarsened_setup, 1, 1) ROW(bonds, pd_bonds, 0, 1)
+    ROW(solid_coupling, pd_solid_coupling, 1, 1) ROW(ordinary_state, pd_ordinary_state, 1, 1) ROW(front, pd_front, 1, 1)
+    ROW(correspondence, pd_correspondence, 1, 1) ROW(finite_strain, pd_finite_strain, 1, 1) ROW(krylov, pd_krylov, 1, 1)
     ROW(microelastic, pd_microelastic, 1, 1) ROW(quasi_static, pd_quasi_static, 1, 1) ROW(multigrid, pd_multigrid, 1, 1)
-    ROW(depletion_notes, pd_depletion, 0, 1) ROW(compare_measured, pd_compare, 0, 0) ROW(monotone_cubic, pd_curve, 1, 1)
+    ROW(fourth_order, pd_fourth_order, 1, 1) ROW(bond_failure, pd_bond_failure, 1, 1) ROW(diffusion, pd_diffusion, 1, 1)
     ROW(axisym, pd_axisym, 0, PD_DIM == 2) ROW(bonds_of_metal, pd_dissolve, 1, 1) ROW(ghosts, pd_ghosts, 0, PD_DIM > 1)
-    ROW(sequential, pd_sequential, 1, 1) ROW(input_step_limit, pd_vary, 0, 1) ROW(speciation, pd_speciation, 1, 0)
-    ROW(coarsen_setup, pd_coarser, 1, 1) ROW(diffusion, pd_diffusion, 1, 1) ROW(transport, pd_transport, 1, 1)
-    ROW(two_stage, pd_two_stage, 1, 1) ROW(criterion, pd_criterion, 1, 1) ROW(structure, pd_structure, 1, 1)
-    ROW(electrode, pd_electrode, 1, 1) ROW(potential, pd_potential, 1, 1) ROW(fourth_order, pd_sharp, 1, 1)
-    ROW(implicit, pd_implicit, 1, 1) ROW(unsteady, pd_unsteady, 1, 1) ROW(dissolve, pd_dissolve, 1, 1)
-    ROW(ordinary, pd_ordinary, 1, 1) ROW(monitors, pd_monitors, 0, 1) ROW(reactive, pd_reactive, 1, 1)
-    ROW(lattice, pd_lattice, 1, 1) ROW(elastic, pd_elastic, 1, 1) ROW(krylov, pd_krylov, 1, 1) ROW(expr, pd_expr, 1, 1)
-    ROW(steady, pd_steady, 1, 1) ROW(finite, pd_finite, 1, 1) ROW(verlet, pd_verlet, 1, 1) ROW(couple, pd_couple, 1, 0)
-    ROW(facets, pd_facets, 1, 1) ROW(points, pd_points, 1, 1) ROW(course, pd_course, 1, 1) ROW(bonds, pd_bonds, 0, 1)
-    ROW(grain, pd_grain, 1, 1) ROW(front, pd_front, 1, 1) ROW(inlet, pd_inlet, 0, 0) ROW(model, pd_model, 0, 1)
-    ROW(sweep, pd_sweep, 1, 1) ROW(setup, pd_setup, 1, 1) ROW(scene, pd_setup, 1, 1) ROW(table, pd_table, 1, 1)
-    ROW(image, pd_image, 1, 1) ROW(text, pd_text, 1, 1) ROW(grid, pd_grid, 1, 1) ROW(flow, pd_flow, 1, 1)
-    ROW(body, pd_body, 1, 1) ROW(etch, pd_etch, 1, 1) ROW(csr, pd_csr, 1, 1) ROW(gas, pd_gas, 1, 1)
+    ROW(speciation, pd_speciation, 1, 0) ROW(transport, pd_transport, 1, 1) ROW(electrode, pd_electrode, 1, 1)
+    ROW(two_stage, pd_two_stage, 1, 1) ROW(potential, pd_potential, 1, 1) ROW(time_loop, pd_time_loop, 1, 0)
+    ROW(reactive, pd_reactive, 1, 1) ROW(implicit, pd_implicit, 1, 1) ROW(dissolve, pd_dissolve, 1, 1)
+    ROW(monitors, pd_monitors, 0, 1) ROW(stencil, pd_stencil, 1, 1) ROW(lattice, pd_lattice, 1, 1)
+    ROW(steady, pd_steady, 1, 1) ROW(verlet, pd_verlet, 1, 1) ROW(facets, pd_facets, 1, 1) ROW(points, pd_points, 1, 1)
+    ROW(course, pd_course, 1, 1) ROW(grain, pd_grain, 1, 1) ROW(inlet, pd_inlet, 0, 0) ROW(model, pd_model, 0, 1)
+    ROW(setup, pd_setup, 1, 1) ROW(scene, pd_setup, 1, 1) ROW(table, pd_table, 1, 1) ROW(image, pd_image, 1, 1)
+    ROW(text, pd_text, 1, 1) ROW(expr, pd_expr, 1, 1) ROW(grid, pd_grid, 1, 1) ROW(flow, pd_flow, 1, 1)
+    ROW(body, pd_body, 1, 1) ROW(etch, pd_etch, 1, 1) ROW(gas, pd_gas, 1, 1)
 };
 #undef ROW
 enum { BUILDS = (int)(sizeof builds / sizeof builds[0]), OTHERS = 7 };

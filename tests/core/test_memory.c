@@ -115,8 +115,8 @@ static pd_status run_scene(pd_ctx *ctx, void *user)
     pd_setup setup;
     pd_run_desc desc;
     pd_run_result result;
-    pd_figures figures;
-    pd_estimate e;
+    pd_scalar_outputs figures;
+    pd_richardson e;
     memset(&desc, 0, sizeof desc);
     memset(&figures, 0, sizeof figures);
     desc.folder = path_of("out");
@@ -126,12 +126,12 @@ static pd_status run_scene(pd_ctx *ctx, void *user)
     pd_status status = pd_scene_read(ctx, path_of("a.scene"), NULL, 0, &setup);
     if (status == PD_OK) status = pd_run(ctx, &setup, &desc, &result);
     if (status == PD_OK && w->estimate) {
-        status = pd_estimate_run(ctx, &setup, &desc, &figures, &e);
-        pd_estimate_free(ctx, &e);
-        pd_estimate_free(ctx, &e);
+        status = pd_richardson_run(ctx, &setup, &desc, &figures, &e);
+        pd_richardson_free(ctx, &e);
+        pd_richardson_free(ctx, &e);
     }
     w->files = w->dry ? 0 : empty_folder(path_of("out"));
-    pd_figures_free(ctx, &figures);
+    pd_scalar_outputs_free(ctx, &figures);
     pd_setup_free(ctx, &setup);
     pd_setup_free(ctx, &setup);
     return status;
@@ -308,7 +308,7 @@ static pd_status run_gas(pd_ctx *ctx, void *user)
     if (status == PD_OK) status = pd_grid_build(ctx, &stencil, &box, &grid);
     if (status == PD_OK) status = pd_bonds_build(ctx, &stencil, &grid, 0, &bonds);
     if (status == PD_OK) status = pd_gas_build(ctx, &grid, &bonds, &desc, &gas);
-    if (status == PD_OK) status = pd_process_run(ctx, pd_gas_process(&gas), 0.5);
+    if (status == PD_OK) status = pd_physics_run(ctx, pd_gas_process(&gas), 0.5);
     for (int twice = 0; twice < 2; twice++) {
         pd_gas_free(ctx, &gas);
         pd_bonds_free(ctx, &bonds);

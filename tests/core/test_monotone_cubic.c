@@ -8,7 +8,7 @@
 
 /* Between two points the curve runs from one value to the other, never back and never beyond: up to rounding in its
  * three terms, which are at most three times the step of y. */
-static void check_pieces(const pd_curve *c)
+static void check_pieces(const pd_monotone_cubic *c)
 {
     enum { PARTS = 200 };
     for (int k = 0; k + 1 < c->count; k++) {
@@ -31,7 +31,7 @@ TEST(monotone_between_points)
     static double x[MOST], y[MOST];
     uint32_t seed = 4;
     pd_ctx ctx;
-    pd_curve c;
+    pd_monotone_cubic c;
     pd_ctx_init(&ctx);
     for (int round = 0; round < 60; round++) {
         int n = 2 + (int)(next_random(&seed) % 60), rising = round % 2;
@@ -58,7 +58,7 @@ TEST(rpn_data)
     static const double y[9] = {0.0, 2.76429e-5, 4.37498e-2, 0.169183, 0.469428, 0.943740, 0.998636, 0.999919,
                                 0.999994};
     pd_ctx ctx;
-    pd_curve c;
+    pd_monotone_cubic c;
     pd_ctx_init(&ctx);
     if (!CHECK_OK(&ctx, pdi_monotone_cubic_build(&ctx, x, y, 9, 0, &c))) return;
     check_pieces(&c);
@@ -74,7 +74,7 @@ static double smooth_error(int n, double (*f)(double))
     static double x[MOST], y[MOST];
     double worst = 0.0;
     pd_ctx ctx;
-    pd_curve c;
+    pd_monotone_cubic c;
     pd_ctx_init(&ctx);
     for (int k = 0; k <= n; k++) {
         x[k] = 2.0 * (k + (k > 0 && k < n ? 0.3 * (k % 2 ? 0.5 : -0.5) : 0.0)) / n;
@@ -113,7 +113,7 @@ TEST(polynomials)
 {
     double x[12], line[12], parabola[12];
     pd_ctx ctx;
-    pd_curve c;
+    pd_monotone_cubic c;
     pd_ctx_init(&ctx);
     for (int k = 0; k < 12; k++) {
         x[k] = 1.0 + k + 0.2 * (k % 3);
@@ -141,7 +141,7 @@ TEST(outside)
 {
     static const double x[3] = {1.0, 2.0, 4.0}, y[3] = {5.0, 6.0, 9.0};
     pd_ctx ctx;
-    pd_curve c;
+    pd_monotone_cubic c;
     pd_ctx_init(&ctx);
     for (int strict = 0; strict < 2; strict++) {
         if (!CHECK_OK(&ctx, pdi_monotone_cubic_build(&ctx, x, y, 3, strict, &c))) return;
@@ -163,7 +163,7 @@ TEST(refusals)
     static const double good[3] = {1.0, 2.0, 3.0};
     double bad[5][3] = {{1.0, 1.0, 2.0}, {1.0, 3.0, 2.0}, {0.0, 0.0, 1.0}, {0.0, 1.0, 0.0}, {0.0, 1e-160, 1.0}};
     pd_ctx ctx;
-    pd_curve c;
+    pd_monotone_cubic c;
     pd_ctx_init(&ctx);
     bad[2][1] = (double)NAN;
     bad[3][2] = (double)INFINITY;

@@ -56,7 +56,7 @@ static long stop_everywhere(const char *what, fault_work work, void *user, long 
         s.stop_at = k;
         pd_status status = work(&ctx, user);
         if (k == 0) calls = s.asked < CALLS ? s.asked : CALLS - 1;
-        if (!CHECK(status == (k ? PD_STOPPED : PD_OK)) || !CHECK(s.asked == (k ? k : calls)))
+        if (!CHECK(status == (k ? PD_CANCELLED : PD_OK)) || !CHECK(s.asked == (k ? k : calls)))
             NOTE("%s: stop %ld of %ld (%s): status %d after %ld calls: %s", what, k, calls, s.doing, (int)status,
                  s.asked, ctx.message);
         if (!CHECK(f.live == 0 && f.wrong == 0 && ctx.in_use == 0))
@@ -80,14 +80,14 @@ static pd_status model_work(pd_ctx *ctx, void *user)
     static pd_model model;
     pd_status status = pdi_model_build(ctx, &shared, &model);
     (void)user;
-    if (status >= 0) status = pd_couple_run(ctx, &model.couple, shared.until, shared.every, NULL, NULL);
+    if (status >= 0) status = pd_time_loop_run(ctx, &model.couple, shared.until, shared.every, NULL, NULL);
     pdi_model_free(ctx, &model);
     return status;
 }
 
 static pd_status coarser_work(pd_ctx *ctx, void *user)
 {
-    static pd_coarser coarser;
+    static pd_coarsened_setup coarser;
     (void)user;
     return pdi_coarsen_setup_build(ctx, &shared, 2, &coarser);
 }

@@ -4,7 +4,7 @@
 #include "test.h"
 
 typedef struct machine {
-    pd_pace pace;
+    pd_thread_contention pace;
     double now, one; /* [s] clock, and what one thread would have taken */
     uint32_t seed;
     double slice;    /* [s] that the program beside takes of loops on both threads, 0: there is none */

@@ -61,7 +61,7 @@ TEST(planes_agree)
     for (int back = 0; back < 2; back++) {
         scene *s = scene_start(20);
         pd_transport_result result;
-        pd_measure_plane_result first, plane;
+        pd_diagnostics_plane_result first, plane;
         double worst = 0.0;
         s->grid_desc.side[back] = PD_SIDE_INLET;
         s->grid_desc.side[1 - back] = PD_SIDE_OUTLET;
@@ -72,9 +72,9 @@ TEST(planes_agree)
         if (!scene_build(s)) return;
         stream(s, back);
         CHECK_OK(&s->ctx, pd_transport_steady(&s->ctx, &s->transport, &result));
-        pd_measure_plane(&s->ctx, &s->bonds, &s->flow, &s->transport, 0, 1, &first);
+        pd_diagnostics_plane(&s->ctx, &s->bonds, &s->flow, &s->transport, 0, 1, &first);
         for (int index = 2; index < s->grid.n[0]; index++) {
-            pd_measure_plane(&s->ctx, &s->bonds, &s->flow, &s->transport, 0, index, &plane);
+            pd_diagnostics_plane(&s->ctx, &s->bonds, &s->flow, &s->transport, 0, index, &plane);
             worst = fmax(worst, fabs(plane.species / first.species - 1.0));
             worst = fmax(worst, fabs(plane.flow / first.flow - 1.0));
         }
@@ -93,7 +93,7 @@ TEST(planes_agree)
 TEST(bulk_is_weighted_by_the_stream)
 {
     scene *s = scene_start(20);
-    pd_measure_plane_result plane;
+    pd_diagnostics_plane_result plane;
     if (!scene_build(s)) return;
     stream(s, 0);
     for (int32_t i = 0; i < s->grid.total; i++) {
@@ -101,11 +101,11 @@ TEST(bulk_is_weighted_by_the_stream)
         pd_grid_position(&s->grid, i, x);
         if (s->grid.kind[i] == PD_FLUID) s->transport.c[i] = x[1];
     }
-    pd_measure_plane(&s->ctx, &s->bonds, &s->flow, &s->transport, 0, 20, &plane);
+    pd_diagnostics_plane(&s->ctx, &s->bonds, &s->flow, &s->transport, 0, 20, &plane);
     CHECK_REL(plane.bulk, 0.5, 1e-12);
     for (int32_t i = 0; i < s->grid.total; i++)
         if (s->grid.kind[i] == PD_FLUID) s->flow.u[i] = s->transport.c[i];
-    pd_measure_plane(&s->ctx, &s->bonds, &s->flow, &s->transport, 0, 20, &plane);
+    pd_diagnostics_plane(&s->ctx, &s->bonds, &s->flow, &s->transport, 0, 20, &plane);
     CHECK_REL(plane.bulk, 2.0 / 3.0, 1e-3);
     CHECK_REL(plane.mean, 0.5, 1e-12);
     scene_free(s);
@@ -122,22 +122,22 @@ TEST(walls_give_what_planes_carry)
 {
     scene *s = scene_start(10);
     pd_transport_result result;
-    pd_measure_plane_result plane;
+    pd_diagnostics_plane_result plane;
     double lo[3] = {0.0, 0.0, 0.0}, hi[3] = {2.0, 0.5, 1.0}, flux, area, layer[20], part[20];
     s->transport_desc.held = held_ends;
     for (int side = 0; side < 2 * PD_DIM; side++)
         if (side / 2 != 1) s->grid_desc.side[side] = PD_SIDE_MIRROR;
     if (!scene_build(s)) return;
     CHECK_OK(&s->ctx, pd_transport_steady(&s->ctx, &s->transport, &result));
-    pd_measure_exchange(&s->ctx, &s->bonds.paths, &s->transport, NULL, lo, hi, -1, &flux, &area);
+    pd_diagnostics_surface_flux(&s->ctx, &s->bonds.paths, &s->transport, NULL, lo, hi, -1, &flux, &area);
     CHECK_REL(area, 2.0 * depth(), 1e-12);
     CHECK_REL(flux, D * 2.0 * depth(), 1e-12);
     for (int index = 1; index < 10; index += 4) {
-        pd_measure_plane(&s->ctx, &s->bonds, NULL, &s->transport, 1, index, &plane);
+        pd_diagnostics_plane(&s->ctx, &s->bonds, NULL, &s->transport, 1, index, &plane);
         if (index == 5) CHECK_REL(plane.species, flux, 1e-8);
         CHECK(isnan(plane.bulk));
     }
-    pd_measure_exchange(&s->ctx, &s->bonds.paths, &s->transport, NULL, lo, hi, 0, layer, part);
+    pd_diagnostics_surface_flux(&s->ctx, &s->bonds.paths, &s->transport, NULL, lo, hi, 0, layer, part);
     double sum = 0.0, whole = 0.0;
     for (int k = 0; k < 20; k++) {
         sum += layer[k];
@@ -146,7 +146,7 @@ TEST(walls_give_what_planes_carry)
     CHECK_REL(sum, flux, 1e-12);
     CHECK_REL(whole, area, 1e-12);
     lo[1] = 0.5, hi[1] = 1.0;
-    pd_measure_exchange(&s->ctx, &s->bonds.paths, &s->transport, NULL, lo, hi, -1, &flux, &area);
+    pd_diagnostics_surface_flux(&s->ctx, &s->bonds.paths, &s->transport, NULL, lo, hi, -1, &flux, &area);
     CHECK_REL(flux, -sum, 1e-8);
     scene_free(s);
 }
@@ -181,7 +181,7 @@ static double area_within(scene *s, double at)
     double lo[3], hi[3], flux, area;
     if (!scene_build(s)) return 0.0;
     for (int d = 0; d < 3; d++) hi[d] = -(lo[d] = -at);
-    pd_measure_exchange(&s->ctx, &s->bonds.paths, &s->transport, NULL, lo, hi, -1, &flux, &area);
+    pd_diagnostics_surface_flux(&s->ctx, &s->bonds.paths, &s->transport, NULL, lo, hi, -1, &flux, &area);
     scene_free(s);
     return area;
 }
@@ -234,7 +234,7 @@ TEST(area_of_flat_faces)
         if (PD_DIM == 3) s->grid_desc.side[2 * PD_DIM - 1] = s->grid_desc.side[2 * PD_DIM - 2] = PD_SIDE_MIRROR;
         if (!scene_build(s)) return;
         for (int d = 0; d < 3; d++) hi[d] = -(lo[d] = -9.0);
-        pd_measure_exchange(&s->ctx, &s->bonds.paths, &s->transport, NULL, lo, hi, 0, flux, area);
+        pd_diagnostics_surface_flux(&s->ctx, &s->bonds.paths, &s->transport, NULL, lo, hi, 0, flux, area);
         for (int layer = 6; layer < 13; layer++) sum += area[layer];
         CHECK_REL(sum, (PD_DIM == 3 ? 18.0 : 1.0) * 7.0 * sqrt(1.0 + k * k / 49.0), 1e-9);
         scene_free(s);
@@ -245,12 +245,12 @@ TEST(area_of_flat_faces)
 TEST(box_of_a_stream)
 {
     scene *s = scene_start(40);
-    pd_measure_box_result box;
+    pd_diagnostics_box_result box;
     double lo[3] = {0.5, 0.0, 0.0}, hi[3] = {1.5, 1.0, 1.0};
     s->transport_desc.initial = 2.0;
     if (!scene_build(s)) return;
     stream(s, 0);
-    pd_measure_box(&s->ctx, &s->stencil, &s->grid, &s->flow, s->transport.c, NULL, lo, hi, &box);
+    pd_diagnostics_box(&s->ctx, &s->stencil, &s->grid, &s->flow, s->transport.c, NULL, lo, hi, &box);
     CHECK_REL(box.volume, depth(), 1e-12);
     CHECK_REL(box.dissolved, 2.0 * depth(), 1e-12);
     CHECK_REL(box.energy, 0.5 * RHO * 1.2 * MEAN * MEAN * depth(), 1e-5);

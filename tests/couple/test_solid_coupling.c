@@ -57,7 +57,7 @@ static scene_case *run(int k, const char *text)
     pd_ctx_init(&c->ctx);
     if (!CHECK_OK(&c->ctx, pd_scene_parse(&c->ctx, "bar", text, NULL, 0, &c->setup))) return NULL;
     if (!CHECK_OK(&c->ctx, pdi_model_build(&c->ctx, &c->setup, &c->model))) return NULL;
-    if (!CHECK_OK(&c->ctx, pd_couple_run(&c->ctx, &c->model.couple, c->setup.until, 0.0, NULL, NULL))) return NULL;
+    if (!CHECK_OK(&c->ctx, pd_time_loop_run(&c->ctx, &c->model.couple, c->setup.until, 0.0, NULL, NULL))) return NULL;
     return c;
 }
 
@@ -93,7 +93,7 @@ TEST(traction)
                                        : LATTICE SOLID "[side x+] traction = 100 MPa, 0 MPa, 0 MPa\n");
     double force[PD_DIM], last = 0.0;
     if (!c) return;
-    const pd_structure *s = &c->model.structure;
+    const pd_solid_coupling *s = &c->model.structure;
     for (int32_t i = 0; i < s->count; i++) {
         if (!CHECK_REL(s->mises[i], 100e6, 1e-6) || !CHECK_REL(s->pressure[i], 100e6 / 3.0, 1e-6)) break;
         if (s->body.position[i * PD_DIM] > LENGTH - 1e-6) last = s->rest.u[i * PD_DIM];
@@ -121,7 +121,7 @@ static scene_case *pull(const char *material, const char *traction)
 /* Stretches of a bar by the displacements of two nodes: along, and across along y. */
 static void stretches(const scene_case *c, double *along, double *across)
 {
-    const pd_structure *s = &c->model.structure;
+    const pd_solid_coupling *s = &c->model.structure;
     const double *u = s->rest.u;
     int at[3] = {4, 4, 4}, next[3] = {14, 4, 4}, over[3] = {4, 7, 4};
     int32_t a = s->point[pd_grid_node(&c->model.grid, at)], b = s->point[pd_grid_node(&c->model.grid, next)];
@@ -185,16 +185,16 @@ TEST(fields)
     scene_case *c = pull("", "100 MPa");
     double all = 0.0;
     if (!c) return;
-    const pd_structure *s = &c->model.structure;
-    pdi_sample_prepare(&c->ctx, &c->model, pdi_setup_field_bit(PD_FIELD_STORED));
+    const pd_solid_coupling *s = &c->model.structure;
+    pdi_sample_prepare(&c->ctx, &c->model, pdi_setup_field_bit(PD_FIELD_STRAIN_ENERGY));
     for (int32_t i = 0; i < s->count; i++) {
         double wanted = 0.5 * 100e6 * 100e6 / 200e9;
-        all += s->body.volume[i] * pdi_sample_get_node(&c->model, PD_FIELD_STORED, s->node[i]);
-        if (!CHECK_REL(pdi_sample_get_node(&c->model, PD_FIELD_STORED, s->node[i]), wanted, 1e-6)) break;
-        CHECK_REL(pdi_sample_get_node(&c->model, PD_FIELD_XX, s->node[i]), 100e6, 1e-6);
-        CHECK_NEAR(pdi_sample_get_node(&c->model, PD_FIELD_YY, s->node[i]), 0.0, 100.0);
-        CHECK_NEAR(pdi_sample_get_node(&c->model, PD_FIELD_ZZ, s->node[i]), 0.0, 100.0);
-        CHECK_NEAR(pdi_sample_get_node(&c->model, PD_FIELD_XY, s->node[i]), 0.0, 100.0);
+        all += s->body.volume[i] * pdi_sample_get_node(&c->model, PD_FIELD_STRAIN_ENERGY, s->node[i]);
+        if (!CHECK_REL(pdi_sample_get_node(&c->model, PD_FIELD_STRAIN_ENERGY, s->node[i]), wanted, 1e-6)) break;
+        CHECK_REL(pdi_sample_get_node(&c->model, PD_FIELD_SIGMA_XX, s->node[i]), 100e6, 1e-6);
+        CHECK_NEAR(pdi_sample_get_node(&c->model, PD_FIELD_SIGMA_YY, s->node[i]), 0.0, 100.0);
+        CHECK_NEAR(pdi_sample_get_node(&c->model, PD_FIELD_SIGMA_ZZ, s->node[i]), 0.0, 100.0);
+        CHECK_NEAR(pdi_sample_get_node(&c->model, PD_FIELD_SIGMA_XY, s->node[i]), 0.0, 100.0);
     }
     CHECK_REL(all, s->rest.stored, 1e-12);
     end(c);
@@ -247,7 +247,8 @@ TEST(gutman)
         LATTICE "[solid] E = 200 GPa nu = 0.3 speed_factor = exp(sigma_h * 7.09e-6 m3/mol / (R * 298 K))\n"
         "[side x-] ux = 0 um\n[side y-] uy = 0 um\n[side z-] uz = 0 um\n[side x+] ux = 0.036 um\n" CORRODE);
     if (!alone || !loaded) return;
-    double slow = pd_couple_volume_loss(&alone->model.couple), fast = pd_couple_volume_loss(&loaded->model.couple);
+    double slow = pd_time_loop_volume_loss(&alone->model.couple),
+           fast = pd_time_loop_volume_loss(&loaded->model.couple);
     NOTE("gutman: loss %.5f without stress, %.5f with it: %.4f, expected %.4f", slow, fast, fast / slow, factor);
     CHECK_REL(factor, 1.331, 1e-3);
     CHECK_REL(fast / slow, factor, 0.01);
@@ -282,7 +283,7 @@ TEST(thinning)
     scene_case *c = run(0, LATTICE "[solid] E = 200 GPa nu = 0.3 yield = 200 MPa\n[side x-] ux = 0 um\n" AROUND
                         "[side y-] uy = 0 um\n[side x+] ux = 0.2 um\n" CORRODE);
     if (!c) return;
-    double left = 1.0 - pd_couple_volume_loss(&c->model.couple), section = left * 10e-6 * DEPTH;
+    double left = 1.0 - pd_time_loop_volume_loss(&c->model.couple), section = left * 10e-6 * DEPTH;
     for (int k = 0; k < c->setup.metal_body.grips; k++) {
         if (c->setup.metal_body.grip[k].side != 1) continue;
         CHECK(pdi_reaction_force_compute(&c->ctx, &c->model.grips, k, c->model.couple.time, force) == PD_OK);
@@ -300,7 +301,7 @@ TEST(thinning_beside_a_mirror)
     scene_case *c = run(0, LATTICE "[solid] E = 200 GPa  nu = 0.3  " PLANE "\n[side x-] ux = 0 um\n"
                         "[side y-] flow = mirror\n" AROUND "[side x+] ux = 0.02 um\n" CORRODE);
     if (!c) return;
-    double left = 1.0 - pd_couple_volume_loss(&c->model.couple);
+    double left = 1.0 - pd_time_loop_volume_loss(&c->model.couple);
     CHECK(left < 0.85 && left > 0.75);
     CHECK(c->model.grid.solid_count < c->model.couple.solid_nodes_start);
     for (int k = 0; k < c->setup.metal_body.grips; k++) {
@@ -355,8 +356,7 @@ TEST(refused_when_built)
         pd_ctx_init(&c->ctx);
         if (!CHECK_OK(&c->ctx, pd_scene_parse(&c->ctx, "bar", wrong[k][0], NULL, 0, &c->setup))) continue;
         pd_status status = pdi_model_build(&c->ctx, &c->setup, &c->model);
-        if (status == PD_OK)
-            status = pd_couple_run(&c->ctx, &c->model.couple, c->setup.until, 0.0, NULL, NULL);
+        if (status == PD_OK) status = pd_time_loop_run(&c->ctx, &c->model.couple, c->setup.until, 0.0, NULL, NULL);
         CHECK(status < 0);
         if (!CHECK(strstr(c->ctx.message, wrong[k][1]) != NULL)) NOTE("%d: %s", (int)k, c->ctx.message);
         end(c);

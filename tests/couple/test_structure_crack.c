@@ -72,7 +72,7 @@ static void check_bonds(const scene_case *c, double last, double height)
     for (int32_t i = 0; i < body->count; i++) {
         double x[PD_DIM], y[PD_DIM], share = 0.0;
         for (int d = 0; d < PD_DIM; d++) x[d] = 1e6 * body->position[i * PD_DIM + d];
-        for (pd_walk b = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&b);) {
+        for (pd_bond_iterator b = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&b);) {
             for (int d = 0; d < PD_DIM; d++) y[d] = 1e6 * body->position[b.to * PD_DIM + d];
             int is = crosses(x, y, last, height);
             wrong += is != pdi_body_bond_is_broken(&b);
@@ -136,7 +136,7 @@ TEST(strip)
         "[side y-] ux = 0 um  uy = 0 um\n[side y+] ux = 0 um  uy = 0.004 um\n"
         "[solid] E = 45 GPa  nu = 0.3  rtol = 1e-5\n"
         "[cut a] points = 0 um, 10 um, 16 um, 10 um  contours = 2 um, 5 um, 8 um\n");
-    if (!c || !CHECK_OK(&c->ctx, pd_couple_run(&c->ctx, &c->model.couple, c->setup.until, 0.0, NULL, NULL))) return;
+    if (!c || !CHECK_OK(&c->ctx, pd_time_loop_run(&c->ctx, &c->model.couple, c->setup.until, 0.0, NULL, NULL))) return;
     if (!CHECK_OK(&c->ctx, pdi_monitors_build(&c->ctx, &c->model, &c->monitors))) return;
     const pd_monitor *m = c->monitors.monitor + 3;
     double wanted = 0.5 * 45e9 * 0.7 / (1.3 * 0.4) * 2e-4 * 2e-4 * 20e-6;
@@ -212,7 +212,7 @@ TEST(toughness_of_no_lattice)
 {
     pd_ctx ctx;
     pd_body body;
-    pd_elastic_desc desc;
+    pd_correspondence_desc desc;
     double critical = 1.0;
     pd_ctx_init(&ctx);
     memset(&body, 0, sizeof body);

@@ -118,15 +118,15 @@ typedef struct watch {
     int quiet; /* the step before changed no geometry either */
 } watch;
 
-static int observe(void *user, const pd_couple *couple)
+static int observe(void *user, const pd_time_loop *couple)
 {
     watch *w = (watch *)user;
     scene *s = w->s;
     CHECK_LE(couple->ledger[0].relative, 1e-12);
-    CHECK_LE(w->loss, pd_couple_volume_loss(couple));
+    CHECK_LE(w->loss, pd_time_loop_volume_loss(couple));
     CHECK_INT(couple->steps, w->steps);
     if (couple->steps) CHECK(couple->time > w->last_time);
-    w->loss = pd_couple_volume_loss(couple);
+    w->loss = pd_time_loop_volume_loss(couple);
     w->last_time = couple->time;
     w->steps++;
     /* only a change asks for memory: in its own step, or in the next one, which sets up the solvers for it */
@@ -135,8 +135,8 @@ static int observe(void *user, const pd_couple *couple)
     w->in_use = s->ctx.in_use;
     w->quiet = !changed;
     if (couple->count > 1 && (couple->steps == 0 || changed)) {
-        double up = pd_flow_section(&s->ctx, &s->flow, 0, 2);
-        double down = pd_flow_section(&s->ctx, &s->flow, 0, s->grid.n[0] - 2);
+        double up = pd_flow_integrate_section(&s->ctx, &s->flow, 0, 2);
+        double down = pd_flow_integrate_section(&s->ctx, &s->flow, 0, s->grid.n[0] - 2);
         CHECK_REL(down, up, 1e-6);
     }
     return 0;
@@ -159,7 +159,7 @@ TEST(pin_run)
         memset(&w, 0, sizeof w);
         w.s = now;
         if (!pin_build(now, &p, threads, 0.0)) return;
-        if (!CHECK_OK(&now->ctx, pd_couple_run(&now->ctx, &now->couple, end, end / 6.0, observe, &w))) return;
+        if (!CHECK_OK(&now->ctx, pd_time_loop_run(&now->ctx, &now->couple, end, end / 6.0, observe, &w))) return;
         CHECK(now->couple.time == end);
         CHECK(w.loss > 0.1 && now->grid.solid_count < now->couple.solid_nodes_start);
         check_bonds(now);
@@ -189,8 +189,8 @@ TEST(step_size)
     for (int k = 0; k < 2; k++) {
         scene *s = &first_scene;
         if (!pin_build(s, &p, 0, k ? 0.01 : 0.1)) return;
-        if (!CHECK_OK(&s->ctx, pd_couple_run(&s->ctx, &s->couple, 3.0 * HOUR, 0.0, NULL, NULL))) return;
-        loss[k] = pd_couple_volume_loss(&s->couple);
+        if (!CHECK_OK(&s->ctx, pd_time_loop_run(&s->ctx, &s->couple, 3.0 * HOUR, 0.0, NULL, NULL))) return;
+        loss[k] = pd_time_loop_volume_loss(&s->couple);
         scene_free(s);
     }
     NOTE("loss %.6f, steps ten times shorter %.6f", loss[0], loss[1]);
@@ -217,8 +217,8 @@ TEST(units_do_not_matter)
     q.diffusivity *= length * length / time;
     q.nu *= length * length / time;
     if (!pin_build(s, &p, 0, 0.0) || !pin_build(t, &q, 0, 0.0)) return;
-    if (!CHECK_OK(&s->ctx, pd_couple_run(&s->ctx, &s->couple, end, 0.0, NULL, NULL))) return;
-    if (!CHECK_OK(&t->ctx, pd_couple_run(&t->ctx, &t->couple, end * time, 0.0, NULL, NULL))) return;
+    if (!CHECK_OK(&s->ctx, pd_time_loop_run(&s->ctx, &s->couple, end, 0.0, NULL, NULL))) return;
+    if (!CHECK_OK(&t->ctx, pd_time_loop_run(&t->ctx, &t->couple, end * time, 0.0, NULL, NULL))) return;
     CHECK_INT(s->couple.steps, t->couple.steps);
     CHECK_INT(s->quasi.krylov, t->quasi.krylov);
     CHECK_INT(s->dissolve.krylov, t->dissolve.krylov);
@@ -294,9 +294,9 @@ static int random_scene(scene *s, pin *p, uint32_t *seed, int flowing)
 
 static void random_run(scene *s, double csat, double end)
 {
-    if (!CHECK_OK(&s->ctx, pd_couple_start(&s->ctx, &s->couple))) return;
+    if (!CHECK_OK(&s->ctx, pd_time_loop_start(&s->ctx, &s->couple))) return;
     for (int steps = 0; s->couple.time < end; steps++) {
-        if (!CHECK(steps < 3000) || !CHECK_OK(&s->ctx, pd_couple_step(&s->ctx, &s->couple, end))) return;
+        if (!CHECK(steps < 3000) || !CHECK_OK(&s->ctx, pd_time_loop_step(&s->ctx, &s->couple, end))) return;
         CHECK_LE(s->couple.ledger[0].relative, 1e-12);
         for (int32_t i = 0; i < s->grid.total; i++)
             if (s->grid.kind[i] == PD_FLUID)
@@ -340,7 +340,7 @@ TEST(random_geometries_in_flow)
 
 /* ---- arguments ---- */
 
-static int stop_at_once(void *user, const pd_couple *couple)
+static int stop_at_once(void *user, const pd_time_loop *couple)
 {
     (void)couple;
     ++*(int *)user;
@@ -351,26 +351,27 @@ TEST(arguments)
 {
     scene *s = &first_scene;
     uint32_t seed = 3;
-    pd_couple other;
+    pd_time_loop other;
     if (!random_scene(s, &random_pin, &seed, 0)) return;
     for (int k = 0; k < 4; k++) {
-        pd_couple_desc desc;
+        pd_time_loop_desc desc;
         memset(&desc, 0, sizeof desc);
         if (k == 0) desc.fraction = -0.1;
         if (k == 1) desc.fraction = 1.1;
         if (k == 2) desc.max_step = -1.0;
         if (k == 3) desc.ledger_tolerance = (double)NAN;
-        CHECK_INT(pd_couple_build(&s->ctx, &desc, &s->grid, &s->bonds, &other), PD_ERR_ARGUMENT);
+        CHECK_INT(pd_time_loop_build(&s->ctx, &desc, &s->grid, &s->bonds, &other), PD_ERR_ARGUMENT);
         CHECK(strncmp(s->ctx.message, "couple: ", 8) == 0);
     }
     other = s->couple;
-    while (other.count < PD_COUPLE_PROCESSES) CHECK_OK(&s->ctx, pd_couple_add(&s->ctx, &other, other.process[0]));
-    CHECK_INT(pd_couple_add(&s->ctx, &other, other.process[0]), PD_ERR_SIZE);
-    CHECK_INT(pd_couple_run(&s->ctx, &s->couple, -1.0, 0.0, NULL, NULL), PD_ERR_ARGUMENT);
-    CHECK_INT(pd_couple_run(&s->ctx, &s->couple, (double)NAN, 0.0, NULL, NULL), PD_ERR_ARGUMENT);
-    CHECK_INT(pd_couple_step(&s->ctx, &s->couple, 0.0), PD_ERR_ARGUMENT);
+    while (other.count < PD_TIME_LOOP_MAX_PROCESSES)
+        CHECK_OK(&s->ctx, pd_time_loop_add_process(&s->ctx, &other, other.process[0]));
+    CHECK_INT(pd_time_loop_add_process(&s->ctx, &other, other.process[0]), PD_ERR_SIZE);
+    CHECK_INT(pd_time_loop_run(&s->ctx, &s->couple, -1.0, 0.0, NULL, NULL), PD_ERR_ARGUMENT);
+    CHECK_INT(pd_time_loop_run(&s->ctx, &s->couple, (double)NAN, 0.0, NULL, NULL), PD_ERR_ARGUMENT);
+    CHECK_INT(pd_time_loop_step(&s->ctx, &s->couple, 0.0), PD_ERR_ARGUMENT);
     int calls = 0;
-    CHECK_OK(&s->ctx, pd_couple_run(&s->ctx, &s->couple, HOUR, 0.0, stop_at_once, &calls));
+    CHECK_OK(&s->ctx, pd_time_loop_run(&s->ctx, &s->couple, HOUR, 0.0, stop_at_once, &calls));
     CHECK_INT(calls, 1);
     CHECK_INT(s->couple.steps, 0);
     scene_free(s);
@@ -382,7 +383,7 @@ typedef struct clock_watch {
     int met;
 } clock_watch;
 
-static int meet(void *user, const pd_couple *couple)
+static int meet(void *user, const pd_time_loop *couple)
 {
     clock_watch *w = (clock_watch *)user;
     if (couple->time >= (w->met + 1) * w->every) {
@@ -400,7 +401,7 @@ TEST(steps_meet_the_interval)
     w.every = 0.1 * HOUR;
     w.met = 0;
     if (!random_scene(s, &random_pin, &seed, 0)) return;
-    CHECK_OK(&s->ctx, pd_couple_run(&s->ctx, &s->couple, 10 * w.every, w.every, meet, &w));
+    CHECK_OK(&s->ctx, pd_time_loop_run(&s->ctx, &s->couple, 10 * w.every, w.every, meet, &w));
     CHECK_INT(w.met, 10);
     CHECK(s->couple.time == 10 * w.every);
     scene_free(s);
@@ -418,10 +419,10 @@ TEST(equal_steps)
         s->with = WITH_COUPLE;
         s->couple_desc.max_step = k ? 0.5 : way * (1.0 - 1e-13);
         if (!scene_build(s)) return;
-        CHECK_OK(&s->ctx, pd_couple_start(&s->ctx, &s->couple));
-        CHECK_OK(&s->ctx, pd_couple_step(&s->ctx, &s->couple, start));
+        CHECK_OK(&s->ctx, pd_time_loop_start(&s->ctx, &s->couple));
+        CHECK_OK(&s->ctx, pd_time_loop_step(&s->ctx, &s->couple, start));
         CHECK(s->couple.time == start);
-        CHECK_OK(&s->ctx, pd_couple_step(&s->ctx, &s->couple, end));
+        CHECK_OK(&s->ctx, pd_time_loop_step(&s->ctx, &s->couple, end));
         if (!k) CHECK(s->couple.time == end);
         if (k) CHECK_NEAR(s->couple.time, start + way / 3.0, 1e-15);
         scene_free(s);

@@ -137,10 +137,10 @@ static void check_poiseuille(scene *s, const channel *c)
     scaled_residuals(s, &momentum, &continuity);
     CHECK_LE(momentum, 1e-12);
     CHECK_LE(continuity, 1e-12);
-    double reference = pd_flow_section(&s->ctx, &s->flow, 0, s->grid.n[0] / 2);
+    double reference = pd_flow_integrate_section(&s->ctx, &s->flow, 0, s->grid.n[0] / 2);
     CHECK(reference > 0.0);
     for (int index = 1; index < s->grid.n[0]; index++)
-        CHECK_REL(pd_flow_section(&s->ctx, &s->flow, 0, index), reference, 1e-12);
+        CHECK_REL(pd_flow_integrate_section(&s->ctx, &s->flow, 0, index), reference, 1e-12);
 }
 
 /* The channel is the box: any number of cells across, down to one. */
@@ -212,7 +212,8 @@ TEST(sections_balance)
         if (!build_ball(s, m, &c)) return;
         fill_random(s, 5);
         scaled_residuals(s, &momentum, &continuity);
-        double start = pd_flow_section(&s->ctx, &s->flow, 0, 1), scale = U * pow(s->flow_desc.length, PD_DIM - 1);
+        double start = pd_flow_integrate_section(&s->ctx, &s->flow, 0, 1),
+               scale = U * pow(s->flow_desc.length, PD_DIM - 1);
         for (int index = 2; index < s->grid.n[0]; index++) {
             double gain = 0.0;
             for (int32_t node = 0; node < s->grid.total; node++) {
@@ -221,7 +222,7 @@ TEST(sections_balance)
                 if (s->grid.kind[node] != PD_FLUID || i[0] < 1 || i[0] >= index) continue;
                 gain += rc[node] * s->stencil.volume;
             }
-            CHECK_NEAR(pd_flow_section(&s->ctx, &s->flow, 0, index), start + gain, 1e-12 * scale);
+            CHECK_NEAR(pd_flow_integrate_section(&s->ctx, &s->flow, 0, index), start + gain, 1e-12 * scale);
         }
         flow_free(s);
     }
@@ -262,7 +263,7 @@ TEST(linearisation)
     if (!CHECK_OK(&s->ctx, pdi_jacobian_build(&s->ctx, &s->flow, &linear))) return;
     if (!CHECK_OK(&s->ctx, pdi_array_registry_build(&s->ctx, pdi_jacobian_list_work, &linear))) return;
     pdi_jacobian_set_state(&s->ctx, &linear);
-    pd_ghosts_vector(&s->bonds.ghosts, step);
+    pd_ghosts_set_vector(&s->bonds.ghosts, step);
     pdi_ghosts_set_pressure(&s->bonds.ghosts, 0.0, step + split);
     pdi_flow_compute_pressure_gradient(&s->ctx, &s->flow, step + split, grad);
     pdi_flow_compute_advecting_velocity(&s->ctx, &s->flow, step, NULL, mass);
@@ -330,7 +331,7 @@ TEST(surfaces_of_any_size)
             s->flow_desc.length = h;
             if (!scene_build(s)) return;
             if (!CHECK_OK(&s->ctx, pdi_flow_find_surface_patches(&s->ctx, &s->flow))) return;
-            const pd_reconstruct *of = &s->flow.slopes;
+            const pd_quadratic_reconstruction *of = &s->flow.slopes;
             int terms = PD_DIM * (PD_DIM + 3) / 2, misses = of->wide ? 0 : PD_DIM * PDI_RECONSTRUCT_HESSIAN_SIZE;
             CHECK(of->count > 10);
             const double *list[3] = {of->drag, of->bend, of->miss}, unit[3] = {h * h, 1.0, 1.0 / h};
@@ -444,9 +445,9 @@ TEST(bad_input)
     }
     pd_bonds still;
     pd_flow flow;
-    CHECK_OK(&s->ctx, pd_bonds_build(&s->ctx, &s->stencil, &s->grid, PD_BONDS_AT_REST, &still));
+    CHECK_OK(&s->ctx, pd_bonds_build(&s->ctx, &s->stencil, &s->grid, PD_BONDS_NO_FLOW, &still));
     CHECK_INT(pd_flow_build(&s->ctx, &s->grid, &still, &s->flow_desc, &flow), PD_ERR_ARGUMENT);
-    CHECK(strstr(s->ctx.message, "PD_BONDS_AT_REST") != NULL);
+    CHECK(strstr(s->ctx.message, "PD_BONDS_NO_FLOW") != NULL);
     pd_bonds_free(&s->ctx, &still);
     flow_free(s);
 }

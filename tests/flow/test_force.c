@@ -153,7 +153,7 @@ static double lift(int n)
     if (!scene_build(s)) return 1.0;
     fill(s, at_rest);
     pd_force_surface(&s->ctx, &s->flow, PD_FORCE_ALL, lo, hi, force, NULL, NULL);
-    CHECK_OK(&s->ctx, pd_force_balance(&s->ctx, &s->flow, lo, hi, balance));
+    CHECK_OK(&s->ctx, pd_force_momentum_balance(&s->ctx, &s->flow, lo, hi, balance));
     CHECK_NEAR(balance[0], -RHO * DROP * volume, 3e-4 * RHO * DROP * volume);
     double error = fabs(force[0] / (-RHO * DROP * volume) - 1.0);
     for (int d = 1; d < PD_DIM; d++) {
@@ -339,7 +339,7 @@ TEST(several_bodies)
         }
         CHECK_LE(1.0, size);
         double rest[PD_DIM];
-        pd_force_surface(&s->ctx, &s->flow, PD_FORCE_SIDES, lo, hi, rest, NULL, NULL);
+        pd_force_surface(&s->ctx, &s->flow, PD_FORCE_BOX_SIDES, lo, hi, rest, NULL, NULL);
         for (int d = 0; d < PD_DIM; d++) CHECK_NEAR(sum[d] + rest[d], all[d], 1e-9 * (size + fabs(all[d])));
         scene_free(s);
     }
@@ -391,7 +391,7 @@ static int dfg_errors(int x, int y, double m, double *error)
         !CHECK_OK(&s->ctx, pd_steady_solve(&s->ctx, &steady, &result)))
         return 0;
     pd_force_surface(&s->ctx, &s->flow, PD_FORCE_ALL, lo, hi, surface, NULL, NULL);
-    CHECK_OK(&s->ctx, pd_force_balance(&s->ctx, &s->flow, lo, hi, around));
+    CHECK_OK(&s->ctx, pd_force_momentum_balance(&s->ctx, &s->flow, lo, hi, around));
     error[0] = fabs(scale * surface[0] / DRAG - 1.0);
     error[1] = fabs(scale * around[0] / DRAG - 1.0);
     error[2] = fabs(scale * surface[1] - LIFT);
@@ -430,11 +430,11 @@ TEST(bad_boxes)
     for (int d = 0; d < PD_DIM; d++) s->shapes[0].a[d] = 0.5;
     if (!scene_build(s)) return;
     for (int d = 0; d < PD_DIM; d++) lo[d] = 0.05, hi[d] = 0.8;
-    CHECK_INT((int)pd_force_balance(&s->ctx, &s->flow, lo, hi, force), (int)PD_ERR_GEOMETRY);
+    CHECK_INT((int)pd_force_momentum_balance(&s->ctx, &s->flow, lo, hi, force), (int)PD_ERR_GEOMETRY);
     for (int d = 0; d < PD_DIM; d++) lo[d] = 0.3;
-    CHECK_INT((int)pd_force_balance(&s->ctx, &s->flow, lo, hi, force), (int)PD_ERR_GEOMETRY);
+    CHECK_INT((int)pd_force_momentum_balance(&s->ctx, &s->flow, lo, hi, force), (int)PD_ERR_GEOMETRY);
     for (int d = 0; d < PD_DIM; d++) lo[d] = 0.9;
-    CHECK_INT((int)pd_force_balance(&s->ctx, &s->flow, lo, hi, force), (int)PD_ERR_GEOMETRY);
+    CHECK_INT((int)pd_force_momentum_balance(&s->ctx, &s->flow, lo, hi, force), (int)PD_ERR_GEOMETRY);
     scene_free(s);
 }
 

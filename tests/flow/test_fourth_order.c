@@ -185,7 +185,7 @@ TEST(channels)
             /* the exact flow of the parabola: 2/3 */
             double depth = PD_DIM == 3 ? 0.5 : 1.0;
             CHECK_NEAR(pdi_flow_integrate_inflow(&s->ctx, &s->flow, &pushed, &gross), 2.0 / 3.0 * depth, 1e-12);
-            CHECK_NEAR(pd_flow_section(&s->ctx, &s->flow, along, 4), 2.0 / 3.0 * depth, 1e-12);
+            CHECK_NEAR(pd_flow_integrate_section(&s->ctx, &s->flow, along, 4), 2.0 / 3.0 * depth, 1e-12);
         }
         scene_free(s);
     }
@@ -268,7 +268,7 @@ TEST(derivative)
         double largest = 0.0;
         noise(s, du, 3);
         noise(s, flow->u, 5);
-        pd_ghosts_vector(&flow->bonds->ghosts, du); /* in 3D two sides are periodic */
+        pd_ghosts_set_vector(&flow->bonds->ghosts, du); /* in 3D two sides are periodic */
         pdi_flow_update_derived_fields(&s->ctx, flow);
         pdi_fourth_order_compute_second_differences(&s->ctx, &flow->sharp, NULL, NULL, du, flow->sharp.bend_step);
         pdi_flow_compute_advecting_velocity(&s->ctx, flow, du, flow->sharp.bend_step, advecting);
@@ -298,7 +298,7 @@ static void lid(void *user, const double *x, double *u)
 /* The order of a box with a lid; `body`: a cube stands in it. */
 static int chosen(int n, pd_side side, double speed, int body)
 {
-    scene *s = box(n, PD_FLOW_PAYING, side);
+    scene *s = box(n, PD_FLOW_ORDER_AUTO, side);
     s->flow_desc.wall = lid;
     s->flow_desc.wall_user = &speed;
     if (body) {
@@ -323,13 +323,13 @@ TEST(paying)
     CHECK(chosen(64, PD_SIDE_WALL, 10.1, 0) == 2);
     CHECK(chosen(16, PD_SIDE_WALL, 0.01, 1) == 2);
     CHECK(chosen(16, PD_SIDE_PERIODIC, 0.01, 0) == 2);
-    scene *s = box(8, PD_FLOW_PAYING, PD_SIDE_WALL);
+    scene *s = box(8, PD_FLOW_ORDER_AUTO, PD_SIDE_WALL);
     s->grid_desc.side[0] = PD_SIDE_INLET;
     s->grid_desc.side[1] = PD_SIDE_OUTLET;
     s->flow_desc.inlet = parabola;
     if (scene_build(s)) CHECK(s->flow.order == 2);
     scene_free(s);
-    s = box(8, PD_FLOW_PAYING, PD_SIDE_WALL);
+    s = box(8, PD_FLOW_ORDER_AUTO, PD_SIDE_WALL);
     s->stencil_desc.m = 2.0;
     if (scene_build(s)) CHECK(s->flow.order == 2);
     scene_free(s);
@@ -337,8 +337,8 @@ TEST(paying)
 
 TEST(refusals)
 {
-    pd_unsteady_desc desc;
-    pd_unsteady un;
+    pd_weakly_compressible_desc desc;
+    pd_weakly_compressible un;
     scene *s = box(8, 4, PD_SIDE_PERIODIC);
     s->stencil_desc.m = 2.0;
     CHECK(scene_try(s) == PD_ERR_ARGUMENT && strstr(s->ctx.message, "m = 1") != NULL);
@@ -349,7 +349,7 @@ TEST(refusals)
     s = box(8, 4, PD_SIDE_PERIODIC);
     memset(&desc, 0, sizeof desc);
     desc.sound = 10.0;
-    if (scene_build(s)) CHECK(pd_unsteady_build(&s->ctx, &s->flow, &desc, &un) == PD_ERR_ARGUMENT);
+    if (scene_build(s)) CHECK(pd_weakly_compressible_build(&s->ctx, &s->flow, &desc, &un) == PD_ERR_ARGUMENT);
     scene_free(s);
 }
 

@@ -111,7 +111,7 @@ static tube_error tube_run(const tube *t, setup *u)
         double limit;
         CHECK_OK(&s.ctx, pd_gas_limit(&s.ctx, &s.gas, &limit));
         double end = fmin(t->t, s.gas.time + s.gas.desc.cfl * limit);
-        if (!CHECK_OK(&s.ctx, pd_process_run(&s.ctx, pd_gas_process(&s.gas), end))) break;
+        if (!CHECK_OK(&s.ctx, pd_physics_run(&s.ctx, pd_gas_process(&s.gas), end))) break;
         for (int32_t i = 0; i < s.grid.total; i++)
             bad += s.grid.kind[i] == PD_FLUID && !(field(&s, 0, i) > 0.0 && field(&s, P_FIELD, i) > 0.0);
     }
@@ -206,7 +206,7 @@ static double ripple_error(int cells, double m)
     u.gas.initial_user = &t;
     if (!CHECK_OK(&s.ctx, scene_build(&s, &u))) return 1.0;
     t = 0.4;
-    CHECK_OK(&s.ctx, pd_process_run(&s.ctx, pd_gas_process(&s.gas), t));
+    CHECK_OK(&s.ctx, pd_physics_run(&s.ctx, pd_gas_process(&s.gas), t));
     for (int32_t i = 0; i < s.grid.total; i++) {
         double x[PD_DIM], rho, v[PD_DIM], p;
         if (s.grid.kind[i] != PD_FLUID) continue;
@@ -262,7 +262,7 @@ static double simple_error(int cells, double m)
     u.gas.initial_user = &t;
     if (!CHECK_OK(&s.ctx, scene_build(&s, &u))) return 1.0;
     t = 0.8; /* it breaks at 1.33 */
-    CHECK_OK(&s.ctx, pd_process_run(&s.ctx, pd_gas_process(&s.gas), t));
+    CHECK_OK(&s.ctx, pd_physics_run(&s.ctx, pd_gas_process(&s.gas), t));
     for (int32_t i = 0; i < s.grid.total; i++) {
         double x, rho, v, p;
         if (s.grid.kind[i] != PD_FLUID) continue;
@@ -314,7 +314,7 @@ static double vortex_error(int cells, double m)
     u.gas.initial_user = &t;
     if (!CHECK_OK(&s.ctx, scene_build(&s, &u))) return 1.0;
     t = 1.0;
-    CHECK_OK(&s.ctx, pd_process_run(&s.ctx, pd_gas_process(&s.gas), t));
+    CHECK_OK(&s.ctx, pd_physics_run(&s.ctx, pd_gas_process(&s.gas), t));
     for (int32_t i = 0; i < s.grid.total; i++) {
         double x[2], rho, v[2], p;
         if (s.grid.kind[i] != PD_FLUID) continue;
@@ -365,7 +365,7 @@ static double sound_error(int cells, double m, pd_side ends)
     u.gas.initial_user = &w;
     if (!CHECK_OK(&s.ctx, scene_build(&s, &u))) return 1.0;
     w.t = 1.1;
-    CHECK_OK(&s.ctx, pd_process_run(&s.ctx, pd_gas_process(&s.gas), w.t));
+    CHECK_OK(&s.ctx, pd_physics_run(&s.ctx, pd_gas_process(&s.gas), w.t));
     for (int32_t i = 0; i < s.grid.total; i++) {
         double x[PD_DIM], rho, v[PD_DIM], p;
         if (s.grid.kind[i] != PD_FLUID) continue;
@@ -418,7 +418,7 @@ TEST(shock_comes_back_from_a_wall)
         u.gas.initial = tube_state;
         u.gas.initial_user = &t;
         if (!CHECK_OK(&s.ctx, scene_build(&s, &u))) return;
-        CHECK_OK(&s.ctx, pd_process_run(&s.ctx, pd_gas_process(&s.gas), 0.31));
+        CHECK_OK(&s.ctx, pd_physics_run(&s.ctx, pd_gas_process(&s.gas), 0.31));
         int seen = 0;
         for (int32_t i = 0; i < s.grid.total; i++) {
             double x[PD_DIM];
@@ -456,7 +456,7 @@ static double pulse_left(int cells, double m, pd_side ends)
     u.m = m;
     u.gas.initial = pulse_state;
     if (!CHECK_OK(&s.ctx, scene_build(&s, &u))) return 1.0;
-    CHECK_OK(&s.ctx, pd_process_run(&s.ctx, pd_gas_process(&s.gas), 0.8 / sqrt(GAMMA)));
+    CHECK_OK(&s.ctx, pd_physics_run(&s.ctx, pd_gas_process(&s.gas), 0.8 / sqrt(GAMMA)));
     for (int32_t i = 0; i < s.grid.total; i++)
         if (s.grid.kind[i] == PD_FLUID) most = fmax(most, fabs(field(&s, P_FIELD, i) - 1.0) / 1e-4);
     scene_free(&s);
@@ -494,7 +494,7 @@ TEST(goes_on_from_a_file)
 {
     scene a, b;
     setup u;
-    pd_store store;
+    pd_archive_file store;
     tube sod = SOD;
     const char *path = "gas_state.bin";
     setup_init(&u, 60, 4, PD_SIDE_OUTLET, PD_SIDE_PERIODIC);
@@ -502,16 +502,16 @@ TEST(goes_on_from_a_file)
     u.gas.initial = tube_state;
     u.gas.initial_user = &sod;
     if (!CHECK_OK(&a.ctx, scene_build(&a, &u)) || !CHECK_OK(&b.ctx, scene_build(&b, &u))) return;
-    CHECK_OK(&a.ctx, pd_process_run(&a.ctx, pd_gas_process(&a.gas), 0.1));
-    CHECK_OK(&a.ctx, pd_store_create(&a.ctx, path, &store));
+    CHECK_OK(&a.ctx, pd_physics_run(&a.ctx, pd_gas_process(&a.gas), 0.1));
+    CHECK_OK(&a.ctx, pd_archive_file_create(&a.ctx, path, &store));
     CHECK_OK(&a.ctx, pd_gas_process(&a.gas).store(&a.ctx, &a.gas, &store.archive));
-    CHECK_OK(&a.ctx, pd_store_close(&a.ctx, &store));
-    CHECK_OK(&b.ctx, pd_store_open(&b.ctx, path, &store));
+    CHECK_OK(&a.ctx, pd_archive_file_close(&a.ctx, &store));
+    CHECK_OK(&b.ctx, pd_archive_file_open(&b.ctx, path, &store));
     CHECK_OK(&b.ctx, pd_gas_process(&b.gas).store(&b.ctx, &b.gas, &store.archive));
-    CHECK_OK(&b.ctx, pd_store_close(&b.ctx, &store));
+    CHECK_OK(&b.ctx, pd_archive_file_close(&b.ctx, &store));
     remove(path);
-    CHECK_OK(&a.ctx, pd_process_run(&a.ctx, pd_gas_process(&a.gas), 0.2));
-    CHECK_OK(&b.ctx, pd_process_run(&b.ctx, pd_gas_process(&b.gas), 0.2));
+    CHECK_OK(&a.ctx, pd_physics_run(&a.ctx, pd_gas_process(&a.gas), 0.2));
+    CHECK_OK(&b.ctx, pd_physics_run(&b.ctx, pd_gas_process(&b.gas), 0.2));
     CHECK(a.gas.steps > 10);
     CHECK_INT(a.gas.steps, b.gas.steps);
     CHECK_INT(memcmp(a.gas.state, b.gas.state, (size_t)a.grid.total * PD_GAS_FIELDS * sizeof(double)), 0);

@@ -49,7 +49,7 @@ TEST(rest)
         double *before = (double *)malloc(size);
         if (!CHECK(before != NULL)) return;
         memcpy(before, s.gas.state, size);
-        CHECK_OK(&s.ctx, pd_process_run(&s.ctx, pd_gas_process(&s.gas), PD_DIM == 3 ? 0.2 : 0.5));
+        CHECK_OK(&s.ctx, pd_physics_run(&s.ctx, pd_gas_process(&s.gas), PD_DIM == 3 ? 0.2 : 0.5));
         CHECK(s.gas.steps > 5);
         CHECK(memcmp(before, s.gas.state, size) == 0);
         CHECK_INT((long long)s.ctx.peak, (long long)peak); /* a step allocates nothing */
@@ -86,7 +86,7 @@ TEST(conservation)
         u.gas.initial = hills_state;
         if (!CHECK_OK(&s.ctx, scene_build(&s, &u))) return;
         pdi_gas_integrate_state(&s.ctx, &s.gas, start);
-        CHECK_OK(&s.ctx, pd_process_run(&s.ctx, pd_gas_process(&s.gas), 0.5));
+        CHECK_OK(&s.ctx, pd_physics_run(&s.ctx, pd_gas_process(&s.gas), 0.5));
         pdi_gas_integrate_state(&s.ctx, &s.gas, end);
         NOTE("%d steps, %d rejected, %d times a node fell back to first order", (int)s.gas.steps, (int)s.gas.rejected,
              (int)s.gas.lowered);
@@ -125,7 +125,7 @@ TEST(fallback)
         pdi_gas_integrate_state(&s.ctx, &s.gas, start);
         for (int n = 0; n < 20; n++) {
             CHECK_OK(&s.ctx, pd_gas_limit(&s.ctx, &s.gas, &limit));
-            CHECK_OK(&s.ctx, pd_process_run(&s.ctx, pd_gas_process(&s.gas), s.gas.time + limit));
+            CHECK_OK(&s.ctx, pd_physics_run(&s.ctx, pd_gas_process(&s.gas), s.gas.time + limit));
         }
         pdi_gas_integrate_state(&s.ctx, &s.gas, end);
         CHECK_REL(end[0], start[0], 1e-14);
@@ -151,7 +151,7 @@ TEST(slip)
         s.gas.state[s.grid.total + i] = 1.5;
         s.gas.state[P_FIELD * (int64_t)s.grid.total + i] = 1.0 / (GAMMA - 1.0) + 0.5 * 1.5 * 1.5;
     }
-    CHECK_OK(&s.ctx, pd_process_run(&s.ctx, pd_gas_process(&s.gas), 1.0));
+    CHECK_OK(&s.ctx, pd_physics_run(&s.ctx, pd_gas_process(&s.gas), 1.0));
     for (int32_t i = 0; i < s.grid.total; i++) {
         if (s.grid.kind[i] != PD_FLUID) continue;
         CHECK_NEAR(field(&s, 1, i), 1.5, 1e-12);
@@ -187,7 +187,7 @@ TEST(open_sides)
             u.gas.initial = pulse_state;
             u.gas.initial_user = &amplitude;
             if (!CHECK_OK(&s.ctx, scene_build(&s, &u))) return;
-            CHECK_OK(&s.ctx, pd_process_run(&s.ctx, pd_gas_process(&s.gas), 0.8));
+            CHECK_OK(&s.ctx, pd_physics_run(&s.ctx, pd_gas_process(&s.gas), 0.8));
             for (int32_t i = 0; i < s.grid.total; i++) {
                 if (s.grid.kind[i] != PD_FLUID) continue;
                 left = fmax(left, fabs(field(&s, P_FIELD, i) - 1.0));
@@ -269,7 +269,7 @@ TEST(axes_are_equal)
         u.gas.initial = tube_state;
         u.gas.initial_user = &axis;
         if (!CHECK_OK(&s.ctx, scene_build(&s, &u))) return;
-        CHECK_OK(&s.ctx, pd_process_run(&s.ctx, pd_gas_process(&s.gas), 0.2));
+        CHECK_OK(&s.ctx, pd_physics_run(&s.ctx, pd_gas_process(&s.gas), 0.2));
         for (int d = 0; d < PD_DIM; d++) at[d] = 0;
         for (int k = 0; k < 60; k++) {
             at[axis] = k;
@@ -587,7 +587,7 @@ TEST(refusals)
     CHECK_INT((int)pd_gas_limit(&s.ctx, &s.gas, &limit), (int)PD_ERR_STATE);
     CHECK_INT((int)pd_gas_step(&s.ctx, &s.gas, 1e-3), (int)PD_ERR_STATE);
     CHECK_INT((int)pd_gas_step(&s.ctx, &s.gas, 0.0), (int)PD_ERR_ARGUMENT);
-    CHECK_INT((int)pd_process_run(&s.ctx, pd_gas_process(&s.gas), -1.0), (int)PD_ERR_ARGUMENT);
+    CHECK_INT((int)pd_physics_run(&s.ctx, pd_gas_process(&s.gas), -1.0), (int)PD_ERR_ARGUMENT);
     scene_free(&s);
 }
 

@@ -93,7 +93,7 @@ static double taylor_green(int n, double t)
                 else *at = u[d];
             }
         }
-        if (pass == 0 && !CHECK_OK(&s->ctx, pd_process_run(&s->ctx, pd_implicit_process(&s->implicit), t))) return 1.0;
+        if (pass == 0 && !CHECK_OK(&s->ctx, pd_physics_run(&s->ctx, pd_implicit_process(&s->implicit), t))) return 1.0;
     }
     scene_free(s);
     return error;
@@ -187,7 +187,7 @@ static double startup(int n, int moving, int half)
     if (!scene_build(s)) return 1.0;
     for (int k = first; k < 7; k++) {
         double end = taus[k] * height * height;
-        if (!CHECK_OK(&s->ctx, pd_process_run(&s->ctx, pd_implicit_process(&s->implicit), end))) return 1.0;
+        if (!CHECK_OK(&s->ctx, pd_physics_run(&s->ctx, pd_implicit_process(&s->implicit), end))) return 1.0;
         for (int32_t i = 0; i < s->grid.total; i++) {
             double x[PD_DIM];
             if (s->grid.kind[i] != PD_FLUID) continue;
@@ -277,11 +277,11 @@ TEST(bad_descs)
     desc.rtol = -1.0;
     CHECK_INT((int)pd_implicit_build(&s->ctx, &s->flow, &s->steady, &desc, &none), (int)PD_ERR_ARGUMENT);
     CHECK_INT((int)pd_implicit_step(&s->ctx, &s->implicit, 0.0), (int)PD_ERR_ARGUMENT);
-    CHECK_INT((int)pd_process_run(&s->ctx, pd_implicit_process(&s->implicit), -1.0), (int)PD_ERR_ARGUMENT);
+    CHECK_INT((int)pd_physics_run(&s->ctx, pd_implicit_process(&s->implicit), -1.0), (int)PD_ERR_ARGUMENT);
     /* steps that time cannot count have no end */
     s->implicit.time = 1.0;
     s->implicit.desc.largest = 1e-17;
-    CHECK_INT((int)pd_process_run(&s->ctx, pd_implicit_process(&s->implicit), 2.0), (int)PD_ERR_STATE);
+    CHECK_INT((int)pd_physics_run(&s->ctx, pd_implicit_process(&s->implicit), 2.0), (int)PD_ERR_STATE);
     CHECK(strstr(s->ctx.message, "do not lead on from t = 1 s to 2 s") != NULL);
     scene_free(s);
 }

@@ -6,7 +6,7 @@
 #include "flow/stability.h"
 
 static scene test_scene;
-static pd_spectrum spectrum;
+static pd_stability spectrum;
 
 /* |1 + z + z^2/2 + z^3/6| <= 1. */
 static int stable(double complex z)

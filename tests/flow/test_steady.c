@@ -144,9 +144,9 @@ static double state_difference(const scene *a, const scene *b)
 /* Largest relative difference of a section flux from that of the first section. */
 static double section_spread(scene *s)
 {
-    double worst = 0.0, first = pd_flow_section(&s->ctx, &s->flow, 0, 1);
+    double worst = 0.0, first = pd_flow_integrate_section(&s->ctx, &s->flow, 0, 1);
     for (int index = 2; index < s->grid.n[0]; index++)
-        worst = fmax(worst, fabs(pd_flow_section(&s->ctx, &s->flow, 0, index) / first - 1.0));
+        worst = fmax(worst, fabs(pd_flow_integrate_section(&s->ctx, &s->flow, 0, index) / first - 1.0));
     return worst;
 }
 
@@ -344,7 +344,7 @@ static double inlet_error(int n)
     double taken = pdi_flow_integrate_inflow(&s->ctx, &s->flow, &pushed, &gross);
     CHECK_NEAR(pushed, 1.0, 1e-12);
     CHECK_NEAR(taken, 1.0, 1e-8);
-    CHECK_NEAR(pd_flow_section(&s->ctx, &s->flow, 0, n / 2), 1.0, 1e-8);
+    CHECK_NEAR(pd_flow_integrate_section(&s->ctx, &s->flow, 0, n / 2), 1.0, 1e-8);
     for (int j = 0; j < n; j++) {
         int i[PD_DIM];
         double x[PD_DIM], u[PD_DIM];

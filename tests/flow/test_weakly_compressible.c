@@ -11,14 +11,14 @@ static const double pi = 3.14159265358979323846;
 /* A flow in time and what it stands on. */
 typedef struct run {
     scene s;
-    pd_unsteady unsteady;
+    pd_weakly_compressible unsteady;
 } run;
 
 /* Box [0, length] x [0, 1]; `open`: both x sides are outlets at p = 0. */
 static pd_status run_build(run *r, double length, double h, int open, double nu, double force, double sound, pd_eos eos)
 {
     scene *s = &r->s;
-    pd_unsteady_desc ud;
+    pd_weakly_compressible_desc ud;
     memset(r, 0, sizeof *r);
     memset(&ud, 0, sizeof ud);
     scene_box(s, 0.0, h, 1, 1, 1);
@@ -34,12 +34,12 @@ static pd_status run_build(run *r, double length, double h, int open, double nu,
     /* the order of the wave is that in space: longer steps hide some of the error of coarse lattices */
     ud.cfl = PD_DIM == 1 ? 0.34 : 0.8;
     PDI_TRY(scene_try(s));
-    return pd_unsteady_build(&s->ctx, &s->flow, &ud, &r->unsteady);
+    return pd_weakly_compressible_build(&s->ctx, &s->flow, &ud, &r->unsteady);
 }
 
 static void run_free(run *r)
 {
-    pd_unsteady_free(&r->s.ctx, &r->unsteady);
+    pd_weakly_compressible_free(&r->s.ctx, &r->unsteady);
     scene_free(&r->s);
 }
 
@@ -71,7 +71,7 @@ static double startup_error(double h)
     /* reference velocity 1/8 at the end, Mach 0.0125; nothing compresses in a uniform stream */
     if (!CHECK_OK(&r.s.ctx, run_build(&r, 8.0 * h, h, 1, 1.0, 1.0, 10.0, PD_EOS_TAIT))) return 1.0;
     for (int n = 0; n < 4; n++) {
-        CHECK_OK(&r.s.ctx, pd_process_run(&r.s.ctx, pd_unsteady_process(&r.unsteady), times[n]));
+        CHECK_OK(&r.s.ctx, pd_physics_run(&r.s.ctx, pd_weakly_compressible_process(&r.unsteady), times[n]));
         for (int32_t i = 0; i < r.s.grid.total; i++) {
             double x[2];
             if (r.s.grid.kind[i] != PD_FLUID) continue;
@@ -105,7 +105,7 @@ static double standing_wave(double h, pd_eos eos, double *drift)
         if (r.s.grid.kind[i] == PD_FLUID) r.unsteady.density[i] = 1.0 + amplitude * cos(pi * x[0]);
     }
     double before = total_mass(&r);
-    CHECK_OK(&r.s.ctx, pd_process_run(&r.s.ctx, pd_unsteady_process(&r.unsteady), t));
+    CHECK_OK(&r.s.ctx, pd_physics_run(&r.s.ctx, pd_weakly_compressible_process(&r.unsteady), t));
     *drift = fabs(total_mass(&r) / before - 1.0);
     for (int32_t i = 0; i < r.s.grid.total; i++) {
         double x[PD_DIM];
@@ -135,7 +135,7 @@ TEST(stability_limit)
 {
     run r;
     CHECK_OK(&r.s.ctx, run_build(&r, 1.0, 1.0 / 20.0, 0, 1e-3, 0.0, 1.0, PD_EOS_LINEAR));
-    double limit = pd_unsteady_limit(&r.s.ctx, &r.unsteady), start = 0.0, end = 0.0;
+    double limit = pd_weakly_compressible_limit(&r.s.ctx, &r.unsteady), start = 0.0, end = 0.0;
     /* the roughest field: alternating densities */
     for (int32_t i = 0; i < r.s.grid.total; i++)
         if (r.s.grid.kind[i] == PD_FLUID) {
@@ -144,13 +144,14 @@ TEST(stability_limit)
             r.unsteady.density[i] = 1.0 + (at[0] % 2 ? 1e-3 : -1e-3);
             start = fmax(start, fabs(r.unsteady.density[i] - 1.0));
         }
-    for (int n = 0; n < 400; n++) CHECK_OK(&r.s.ctx, pd_unsteady_step(&r.s.ctx, &r.unsteady, limit));
+    for (int n = 0; n < 400; n++) CHECK_OK(&r.s.ctx, pd_weakly_compressible_step(&r.s.ctx, &r.unsteady, limit));
     for (int32_t i = 0; i < r.s.grid.total; i++)
         if (r.s.grid.kind[i] == PD_FLUID) end = fmax(end, fabs(r.unsteady.density[i] - 1.0));
     CHECK_LE(end, start);
     /* far above the limit the step is refused and the state kept, at the latest when it has blown up */
     pd_status status = PD_OK;
-    for (int n = 0; n < 400 && status == PD_OK; n++) status = pd_unsteady_step(&r.s.ctx, &r.unsteady, 6.0 * limit);
+    for (int n = 0; n < 400 && status == PD_OK; n++)
+        status = pd_weakly_compressible_step(&r.s.ctx, &r.unsteady, 6.0 * limit);
     CHECK_INT((int)status, (int)PD_RETRY);
     for (int32_t i = 0; i < r.s.grid.total; i++)
         if (r.s.grid.kind[i] == PD_FLUID) CHECK(r.unsteady.density[i] > 0.0);
@@ -161,7 +162,7 @@ TEST(stability_limit)
 static pd_status bounds_build(run *r, double m, int surfaces, double nu)
 {
     scene *s = &r->s;
-    pd_unsteady_desc ud;
+    pd_weakly_compressible_desc ud;
     memset(r, 0, sizeof *r);
     memset(&ud, 0, sizeof ud);
     scene_box(s, m, 1.0, 24, 11, 11);
@@ -175,7 +176,7 @@ static pd_status bounds_build(run *r, double m, int surfaces, double nu)
     s->flow_desc.mu = nu;
     ud.eos = PD_EOS_LINEAR;
     PDI_TRY(scene_try(s));
-    return pd_unsteady_build(&s->ctx, &s->flow, &ud, &r->unsteady);
+    return pd_weakly_compressible_build(&s->ctx, &s->flow, &ud, &r->unsteady);
 }
 
 /* Energy of the disturbance after `steps` steps of `dt`, over that of the random one at the start. */
@@ -185,7 +186,7 @@ static double growth(run *r, double dt, int steps)
     double start = 0.0, now = 0.0;
     int64_t total = r->s.grid.total;
     for (int n = -1; n < steps; n++) {
-        if (n >= 0 && pd_unsteady_step(&r->s.ctx, &r->unsteady, dt) != PD_OK) return HUGE_VAL;
+        if (n >= 0 && pd_weakly_compressible_step(&r->s.ctx, &r->unsteady, dt) != PD_OK) return HUGE_VAL;
         now = 0.0;
         for (int64_t i = 0; i < total; i++)
             for (int d = 0; d <= PD_DIM && r->s.grid.kind[i] == PD_FLUID; d++) {
@@ -209,7 +210,7 @@ TEST(limit_within_ten_per_cent)
         double m = 1 + k / 8 * 2, nu = viscosity[k / 2 % 4];
         int surfaces = k % 2;
         if (!CHECK_OK(&r.s.ctx, bounds_build(&r, m, surfaces, nu))) return;
-        double limit = pd_unsteady_limit(&r.s.ctx, &r.unsteady);
+        double limit = pd_weakly_compressible_limit(&r.s.ctx, &r.unsteady);
         int safe = CHECK_LE(growth(&r, limit, 300), 4.0);
         int sharp = CHECK_LE(1e3, growth(&r, limit / (surfaces ? 0.5 : 0.9), 300));
         if (!safe || !sharp) NOTE("m = %g, nu = %g, %s, limit %g s", m, nu, surfaces ? "walls" : "no walls", limit);
@@ -224,8 +225,8 @@ TEST(threads_and_errors)
     CHECK_OK(&two.s.ctx, run_build(&two, 1.0, 1.0 / 40.0, 0, 1e-2, 0.3, 1.0, PD_EOS_TAIT));
     one.s.ctx.threads = 1;
     two.s.ctx.threads = 3;
-    CHECK_OK(&one.s.ctx, pd_process_run(&one.s.ctx, pd_unsteady_process(&one.unsteady), 0.2));
-    CHECK_OK(&two.s.ctx, pd_process_run(&two.s.ctx, pd_unsteady_process(&two.unsteady), 0.2));
+    CHECK_OK(&one.s.ctx, pd_physics_run(&one.s.ctx, pd_weakly_compressible_process(&one.unsteady), 0.2));
+    CHECK_OK(&two.s.ctx, pd_physics_run(&two.s.ctx, pd_weakly_compressible_process(&two.unsteady), 0.2));
     CHECK(memcmp(one.s.flow.u, two.s.flow.u, (size_t)(PD_DIM * one.s.grid.total) * sizeof(double)) == 0);
     CHECK(memcmp(one.s.flow.p, two.s.flow.p, (size_t)one.s.grid.total * sizeof(double)) == 0);
     run_free(&one);
@@ -239,29 +240,29 @@ TEST(densities_of_pressures)
 {
     for (int eos = PD_EOS_TAIT; eos <= PD_EOS_LINEAR; eos++) {
         run r;
-        pd_unsteady_desc desc;
+        pd_weakly_compressible_desc desc;
         double c2 = 4.0;
         CHECK_OK(&r.s.ctx, run_build(&r, 1.0, 0.2, 0, 1e-2, 0.0, 1.0, PD_EOS_LINEAR));
-        pd_unsteady_free(&r.s.ctx, &r.unsteady);
+        pd_weakly_compressible_free(&r.s.ctx, &r.unsteady);
         memset(&desc, 0, sizeof desc);
         desc.sound = sqrt(c2);
         desc.eos = (pd_eos)eos;
         r.s.flow.rho = 3.0; /* of the message alone */
         for (int32_t i = 0; i < r.s.grid.total; i++)
             if (r.s.grid.kind[i] == PD_FLUID) r.s.flow.p[i] = 0.1 + 0.01 * (i % 13);
-        if (!CHECK_OK(&r.s.ctx, pd_unsteady_build(&r.s.ctx, &r.s.flow, &desc, &r.unsteady))) return;
+        if (!CHECK_OK(&r.s.ctx, pd_weakly_compressible_build(&r.s.ctx, &r.s.flow, &desc, &r.unsteady))) return;
         for (int32_t i = 0; i < r.s.grid.total; i++) {
             double p = r.s.flow.p[i] / c2, density = eos == PD_EOS_LINEAR ? 1.0 + p : pow(1.0 + 7.0 * p, 1.0 / 7.0);
             CHECK_REL(r.unsteady.density[i], r.s.grid.kind[i] == PD_FLUID ? density : 1.0, 1e-14);
         }
-        pd_unsteady_free(&r.s.ctx, &r.unsteady);
+        pd_weakly_compressible_free(&r.s.ctx, &r.unsteady);
         for (int32_t i = 0; i < r.s.grid.total; i++) {
             char text[80];
             double held = r.s.flow.p[i];
             if (r.s.grid.kind[i] != PD_FLUID) continue;
             r.s.flow.p[i] = -c2;
             snprintf(text, sizeof text, "unsteady: the pressure -12 Pa of node %d has no density", (int)i);
-            CHECK_INT(pd_unsteady_build(&r.s.ctx, &r.s.flow, &desc, &r.unsteady), PD_ERR_ARGUMENT);
+            CHECK_INT(pd_weakly_compressible_build(&r.s.ctx, &r.s.flow, &desc, &r.unsteady), PD_ERR_ARGUMENT);
             CHECK_STR(r.s.ctx.message, text);
             r.s.flow.p[i] = held;
         }

@@ -6,11 +6,11 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     pd_ctx ctx;
     pd_setup setup;
     pd_model model;
-    pd_footprint budget;
+    pd_memory_estimate budget;
     fuzz_context(4000000, &ctx);
     pd_status status = pd_scene_read(&ctx, fuzz_file(".scene", data, size), NULL, 0, &setup);
     if (status == PD_OK) {
-        pd_footprint_estimate(&setup, &budget);
+        pd_memory_estimate_compute(&setup, &budget);
         FUZZ_EXPECT(pdi_file_is_subpath(setup.folder));
         FUZZ_EXPECT(budget.all > 0.0);
         if (budget.all - budget.files < 1e6 && setup.m < 4.0) status = pdi_model_build(&ctx, &setup, &model);

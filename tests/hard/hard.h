@@ -122,15 +122,15 @@ static inline int hard_open(hard *h, const char *text)
 
 static inline void hard_watch(hard *h)
 {
-    const pd_couple *c = &h->model.couple;
+    const pd_time_loop *c = &h->model.couple;
     double low, high, size = fmax(fabs(h->low), fabs(h->high));
     /* over what has been there, or has passed */
-    const pd_ledger *l = &c->ledger[0];
+    const pd_mass_balance *l = &c->ledger[0];
     double amount = fmax(fmax(l->start, l->solid_start), fmax(l->in, l->out));
     if (amount > 0.0) h->ledger = fmax(h->ledger, fabs(l->imbalance) / amount);
     /* a step rounds what passes each node in it */
     double fastest = 0.0;
-    int moves = h->setup.has_flow && h->setup.motion != PD_MOTION_GIVEN && h->setup.has_transport;
+    int moves = h->setup.has_flow && h->setup.motion != PD_FLOW_PRESCRIBED && h->setup.has_transport;
     for (int32_t i = 0; i < PD_DIM * c->grid->total && moves; i++)
         fastest = fmax(fastest, fabs(h->model.flow.u[i]));
     if (amount > 0.0) h->rounding += 1.1e-16 * c->dt * fastest / c->grid->h[0] * l->dissolved / amount;
@@ -144,25 +144,25 @@ static inline void hard_watch(hard *h)
     }
     if (h->setup.has_corrode && !h->setup.activation)
         h->salt = fmax(h->salt, 3.1e-14 * c->dt * h->setup.diffusivity * h->model.dissolve.spread);
-    if (!h->setup.has_flow || h->setup.motion == PD_MOTION_GIVEN) return;
+    if (!h->setup.has_flow || h->setup.motion == PD_FLOW_PRESCRIBED) return;
     if (h->setup.side[0].kind != PD_SIDE_INLET || h->model.grid.n[0] < 4) return;
-    double up = pd_flow_section(&h->ctx, &h->model.flow, 0, 1);
-    double down = pd_flow_section(&h->ctx, &h->model.flow, 0, h->model.grid.n[0] - 1);
+    double up = pd_flow_integrate_section(&h->ctx, &h->model.flow, 0, 1);
+    double down = pd_flow_integrate_section(&h->ctx, &h->model.flow, 0, h->model.grid.n[0] - 1);
     if (fabs(up) > 0.0) h->flux = fmax(h->flux, fabs(down - up) / fabs(up));
 }
 
 /* Steps up to t_end [s]. 0: a step failed, with status and message. */
 static inline int hard_steps(hard *h, double t_end)
 {
-    pd_couple *c = &h->model.couple;
+    pd_time_loop *c = &h->model.couple;
     if (c->steps == 0 && c->time <= 0.0) {
-        h->status = pd_couple_start(&h->ctx, c);
+        h->status = pd_time_loop_start(&h->ctx, c);
         if (h->status < 0) return 0;
         hard_watch(h);
     }
     for (int step = 0; c->time < t_end; step++) {
         if (!CHECK(step < h->most)) return 0;
-        h->status = pd_couple_step(&h->ctx, c, t_end);
+        h->status = pd_time_loop_step(&h->ctx, c, t_end);
         if (h->status < 0) return 0;
         hard_watch(h);
     }
@@ -173,7 +173,7 @@ static inline int hard_steps(hard *h, double t_end)
 static inline int hard_sound(const hard *h)
 {
     const pd_setup *u = &h->setup;
-    int steady = u->has_flow && u->motion == PD_MOTION_STEADY;
+    int steady = u->has_flow && u->motion == PD_FLOW_STEADY;
     double bound = u->has_flow && !steady ? fmax(BOUNDS, u->steady) : BOUNDS;
     if (u->has_corrode) bound = fmax(bound, fmax(SALT, h->salt));
     /* rounding of a step adds up */

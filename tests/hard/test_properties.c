@@ -310,13 +310,13 @@ TEST(steps_need_no_memory)
         made.alloc.fn = counting;
         made.in_use = made.peak = 0;
         if (!CHECK_OK(&made, pdi_model_build(&made, &h->setup, &h->model))) return;
-        CHECK_OK(&made, pd_couple_start(&made, &h->model.couple));
+        CHECK_OK(&made, pd_time_loop_start(&made, &h->model.couple));
         double dt = kind >= 5 ? 1e-4 : 1.0;
         for (int step = 0; step < 8; step++) {
             size_t had = made.in_use;
             calls = 0;
             full = step > 0 && !rests;
-            CHECK_OK(&made, pd_couple_step(&made, &h->model.couple, h->model.couple.time + dt));
+            CHECK_OK(&made, pd_time_loop_step(&made, &h->model.couple, h->model.couple.time + dt));
             if (step > 0) spent += calls;
             if (step > 0) CHECK(rests ? calls <= 3 : made.in_use == had);
             if (step == 7) CHECK(made.in_use == had);
@@ -358,7 +358,7 @@ TEST(a_basis_that_may_not_grow)
     made.alloc.fn = counting;
     made.in_use = made.peak = 0;
     if (!CHECK_OK(&made, pdi_model_build(&made, &h->setup, &h->model))) return;
-    CHECK_OK(&made, pd_couple_start(&made, &h->model.couple));
+    CHECK_OK(&made, pd_time_loop_start(&made, &h->model.couple));
     pd_transport *t = &h->model.transport;
     for (int round = 0; round < 3; round++) { /* the first one takes what all steps need */
         full = round == 2;

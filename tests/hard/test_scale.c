@@ -84,7 +84,7 @@ TEST(cells_of_1e_9_and_1e3_m)
                  bonds == 2 ? "control = activation  " METAL : METAL);
         if (!play_scaled(base, text, 1.0, 1.0)) return;
         double size = 500.0;
-        CHECK(pd_couple_volume_loss(&base->model.couple) > 0.01);
+        CHECK(pd_time_loop_volume_loss(&base->model.couple) > 0.01);
         for (int k = 0; k < 4; k++) {
             double off = 1.0;
             if (play_scaled(h, text, scales[k].length, scales[k].time)) {

@@ -78,7 +78,7 @@ TEST(step_1e6_times_the_limit)
         h->model.couple.process[0].attempt = counted;
         CHECK(hard_steps(h, h->setup.until));
         hard_sound(h);
-        loss = pd_couple_volume_loss(&h->model.couple);
+        loss = pd_time_loop_volume_loss(&h->model.couple);
         /* x layers turn: 15 + x of fluid hold Csat of what 15 of metal have lost: 15 loss Cs = (15 + x) Csat; what
          * is lost
          * of the layer at the front is none of the layers that turned */
@@ -156,15 +156,15 @@ TEST(step_at_the_limit)
                  "mol/m3  drive = %s\n[run] until = 1 h  fraction = 1\n",
                  FRONT, drive ? "difference" : "constant");
         if (CHECK(hard_open(h, text))) {
-            pd_couple *c = &h->model.couple;
+            pd_time_loop *c = &h->model.couple;
             random_fluid(h, h->model.transport.c, 400.0);
             h->model.dissolve.rtol = h->model.dissolve.desc.rtol = 1e300; /* no error in time is too large here */
-            CHECK_OK(&h->ctx, pd_couple_start(&h->ctx, c));
+            CHECK_OK(&h->ctx, pd_time_loop_start(&h->ctx, c));
             hard_watch(h);
             for (int k = 0; k < 200; k++) {
                 double step = (k % 2 ? 1e3 : 1.0) * pd_transport_limit(&h->ctx, &h->model.transport), before = c->time;
                 if (k) h->model.dissolve.next_dt = HUGE_VAL;
-                if (!CHECK_OK(&h->ctx, pd_couple_step(&h->ctx, c, c->time + step))) break;
+                if (!CHECK_OK(&h->ctx, pd_time_loop_step(&h->ctx, c, c->time + step))) break;
                 CHECK_REL(c->time - before, step, 1e-9);
                 hard_watch(h);
             }

@@ -146,7 +146,7 @@ static int64_t bonds_between(const pd_points *points, const pd_body *body)
 {
     int64_t found = 0;
     for (int32_t i = 0; i < body->count; i++)
-        for (pd_walk f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);)
+        for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);)
             found += points->tag[i] != points->tag[f.to];
     return found;
 }
@@ -161,8 +161,8 @@ TEST(gap)
         pd_ctx ctx;
         pd_points points;
         pd_body body;
-        pd_elastic_desc material;
-        pd_elastic elastic;
+        pd_correspondence_desc material;
+        pd_correspondence elastic;
         double most = 0.0;
         mesh.jitter = 0.2;
         mesh.shear = 0.3;
@@ -173,10 +173,10 @@ TEST(gap)
         memset(&material, 0, sizeof material);
         material.young = 1e9;
         material.poisson = PD_DIM > 1 ? 0.3 : 0.0;
-        if (!CHECK_OK(&ctx, pd_elastic_build(&ctx, &body, &material, &elastic))) return;
+        if (!CHECK_OK(&ctx, pd_correspondence_build(&ctx, &body, &material, &elastic))) return;
         double *u = (double *)calloc(2 * (size_t)points.count * PD_DIM, sizeof *u), *force = u + points.count * PD_DIM;
         for (int32_t i = 0; i < points.count * PD_DIM; i++) u[i] = points.tag[i / PD_DIM] == 2 ? 1e-3 : 0.0;
-        pd_elastic_force(&ctx, &elastic, u, force);
+        pd_correspondence_force(&ctx, &elastic, u, force);
         for (int32_t i = 0; i < points.count * PD_DIM; i++)
             if (points.tag[i / PD_DIM] == 1) most = fmax(most, fabs(force[i]));
         if (faces) {
@@ -185,7 +185,7 @@ TEST(gap)
         } else CHECK(most > 1e5);
         free(u);
         CHECK_INT(points.twins, 0);
-        pd_elastic_free(&ctx, &elastic);
+        pd_correspondence_free(&ctx, &elastic);
         pd_body_free(&ctx, &body);
         pd_points_free(&ctx, &points);
         CHECK_INT(ctx.in_use, 0);
@@ -301,7 +301,7 @@ TEST(corners)
     desc.horizon = 2.3; /* now some leave it: from (2.5, 4.5) to (3.5, 2.5) and its like */
     if (!CHECK_OK(&ctx, pd_body_build(&ctx, &desc, &body))) return;
     for (int32_t i = 0; i < body.count; i++)
-        for (pd_walk f = pdi_body_bonds_begin(&body, i); pdi_body_bonds_next(&f);) {
+        for (pd_bond_iterator f = pdi_body_bonds_begin(&body, i); pdi_body_bonds_next(&f);) {
             double xi[PD_DIM], s;
             const double *x = body.position + i * PD_DIM;
             pdi_body_bond_vector(&body, i, &f, xi);
@@ -324,8 +324,8 @@ static double opens(int legs, int faces)
     pd_ctx ctx;
     pd_points points;
     pd_body body;
-    pd_elastic_desc material;
-    pd_elastic elastic;
+    pd_correspondence_desc material;
+    pd_correspondence elastic;
     pd_equilibrium_desc rest;
     pd_equilibrium_result result;
     double lo[2][2] = {{0.0, 0.0}, {0.0, high + gap}}, mean[2] = {0.0, 0.0}, size[2] = {0.0, 0.0};
@@ -349,14 +349,14 @@ static double opens(int legs, int faces)
         if (points.position[2 * i] > length - h)
             load[2 * i + 1] = (points.tag[i] == 1 ? -force : force) / size[points.tag[i] - 1];
     rest.held = held;
-    if (!CHECK_OK(&ctx, pd_elastic_build(&ctx, &body, &material, &elastic))) return 0.0;
-    pd_solid solid = pd_elastic_solid(&elastic);
+    if (!CHECK_OK(&ctx, pd_correspondence_build(&ctx, &body, &material, &elastic))) return 0.0;
+    pd_material_interface solid = pd_correspondence_material(&elastic);
     if (!CHECK_OK(&ctx, pd_equilibrium_solve(&ctx, &solid, &rest, load, u, &result))) return 0.0;
     for (int32_t i = 0; i < points.count; i++)
         if (points.position[2 * i] > length - h) mean[points.tag[i] - 1] += u[2 * i + 1] * points.volume[i];
     free(load);
     free(held);
-    pd_elastic_free(&ctx, &elastic);
+    pd_correspondence_free(&ctx, &elastic);
     pd_body_free(&ctx, &body);
     pd_points_free(&ctx, &points);
     return ((legs == 2 ? mean[1] / size[1] : 0.0) - mean[0] / size[0]) * young / (legs * force);

@@ -27,7 +27,7 @@ TEST(colours_are_ordered_by_lightness)
 {
     uint32_t table[PDI_COLOUR_TABLE_SIZE];
     double lab[PDI_COLOUR_TABLE_SIZE][3], straight = 0;
-    pdi_colour_fill_table(PD_MAP_SEQUENTIAL, table);
+    pdi_colour_fill_table(PD_COLOUR_MAP_SEQUENTIAL, table);
     for (int k = 0; k < PDI_COLOUR_TABLE_SIZE; k++) cielab(table[k], lab[k]);
     CHECK_LE(lab[0][0], 20);
     CHECK_LE(85, lab[255][0]);
@@ -36,7 +36,7 @@ TEST(colours_are_ordered_by_lightness)
         straight = fmax(straight, fabs(lab[k][0] - (lab[0][0] + (lab[255][0] - lab[0][0]) * k / 255)));
     }
     CHECK_LE(straight, 8);
-    pdi_colour_fill_table(PD_MAP_DIVERGING, table);
+    pdi_colour_fill_table(PD_COLOUR_MAP_DIVERGING, table);
     for (int k = 0; k < PDI_COLOUR_TABLE_SIZE; k++) cielab(table[k], lab[k]);
     for (int k = 0; k < 128; k++) {
         CHECK_NEAR(lab[k][0], lab[255 - k][0], 8); /* both signs weigh the same */
@@ -45,12 +45,12 @@ TEST(colours_are_ordered_by_lightness)
     CHECK_LE(92, lab[127][0]);
     CHECK_LE(hypot(lab[127][1], lab[127][2]), 8);
     CHECK(lab[0][2] < -20 && lab[255][1] > 20); /* blue, red */
-    for (int map = PD_MAP_GREY; map <= PD_MAP_VIRIDIS; map++) {
-        pdi_colour_fill_table((pd_map)map, table);
+    for (int map = PD_COLOUR_MAP_GREY; map <= PD_COLOUR_MAP_VIRIDIS; map++) {
+        pdi_colour_fill_table((pd_colour_map)map, table);
         for (int k = 0; k < PDI_COLOUR_TABLE_SIZE; k++) {
             cielab(table[k], lab[k]);
             if (k >= 4) CHECK_LE(lab[k - 4][0] + 0.3, lab[k][0]);
-            if (map == PD_MAP_GREY) CHECK_LE(hypot(lab[k][1], lab[k][2]), 1);
+            if (map == PD_COLOUR_MAP_GREY) CHECK_LE(hypot(lab[k][1], lab[k][2]), 1);
         }
     }
     /* viridis as published: its ends, and what is 2/3 of the way */

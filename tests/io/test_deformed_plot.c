@@ -9,7 +9,7 @@ enum { NX = 12, NY = 8, CELLS = NX * NY };
 
 typedef struct lab {
     pd_ctx ctx;
-    pd_picture picture;
+    pd_field_plot picture;
     pdi_deformed_plot warp;
     double values[CELLS], move[2 * CELLS];
     uint8_t paint[CELLS];
@@ -43,7 +43,7 @@ static lab *begin(int rim)
     l->picture.paint = l->paint;
     l->picture.hi[0] = NX;
     l->picture.hi[1] = NY;
-    l->picture.map = PD_MAP_LABELS;
+    l->picture.map = PD_COLOUR_MAP_LABELS;
     l->warp.undeformed = &l->picture;
     l->warp.displacement = l->move;
     l->warp.is_connected = joined;
@@ -184,7 +184,7 @@ TEST(merged_cells_stay_square)
     static uint8_t paint[1600 * 640];
     pd_ctx ctx;
     pd_image image;
-    pd_picture picture;
+    pd_field_plot picture;
     pd_ctx_init(&ctx);
     memset(&picture, 0, sizeof picture);
     memset(paint, PD_PAINT_WALL, sizeof paint);

@@ -149,7 +149,7 @@ TEST(a_picture_shows_every_cell_in_its_place)
     uint32_t table[PDI_COLOUR_TABLE_SIZE];
     pd_ctx ctx;
     pd_image image;
-    pd_picture picture;
+    pd_field_plot picture;
     int solid[4], wall[4], box[4];
     pd_ctx_init(&ctx);
     memset(&picture, 0, sizeof picture);
@@ -173,7 +173,7 @@ TEST(a_picture_shows_every_cell_in_its_place)
     CHECK_INT(count_colour(&image, 0xFF00FF, box), EACH * EACH);
     CHECK_INT(box[0] - solid[0], 3 * EACH);
     CHECK_INT(solid[3] - box[3], EACH);
-    pdi_colour_fill_table(PD_MAP_SEQUENTIAL, table);
+    pdi_colour_fill_table(PD_COLOUR_MAP_SEQUENTIAL, table);
     int wrong = 0;
     for (int k = 1; k < NX * NY - 1; k++) {
         int x = solid[0] + k % NX * EACH + EACH / 2, y = solid[3] - k / NX * EACH - EACH / 2;
@@ -195,8 +195,8 @@ TEST(pictures_of_any_shape_have_a_sensible_size)
     pd_ctx ctx;
     pd_ctx_init(&ctx);
     for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++)
-        for (int map = 0; map <= PD_MAP_VIRIDIS; map++) {
-            pd_picture picture;
+        for (int map = 0; map <= PD_COLOUR_MAP_VIRIDIS; map++) {
+            pd_field_plot picture;
             pd_image image;
             memset(&picture, 0, sizeof picture);
             picture.nx = cases[k].nx;
@@ -204,7 +204,7 @@ TEST(pictures_of_any_shape_have_a_sensible_size)
             picture.hi[0] = cases[k].lx;
             picture.hi[1] = cases[k].ly;
             picture.values = values;
-            picture.map = (pd_map)map;
+            picture.map = (pd_colour_map)map;
             picture.title = "a title";
             picture.stamp = "t = 1 s";
             picture.label = "C [mol/m3]";
@@ -226,10 +226,10 @@ TEST(logarithmic_colours)
     uint32_t table[PDI_COLOUR_TABLE_SIZE];
     pd_ctx ctx;
     pd_image image;
-    pd_picture picture;
+    pd_field_plot picture;
     double lo = 1e-30, hi = 1e4;
     pd_ctx_init(&ctx);
-    pdi_field_plot_adjust_range(PD_MAP_GREY, 1, &lo, &hi);
+    pdi_field_plot_adjust_range(PD_COLOUR_MAP_GREY, 1, &lo, &hi);
     CHECK_REL(lo, 1e-4, 1e-12);
     memset(&picture, 0, sizeof picture);
     picture.nx = 6;
@@ -238,9 +238,9 @@ TEST(logarithmic_colours)
     picture.hi[0] = 6;
     picture.hi[1] = 1;
     picture.log = 1;
-    picture.map = PD_MAP_GREY;
+    picture.map = PD_COLOUR_MAP_GREY;
     picture.magnification = 150;
-    pdi_colour_fill_table(PD_MAP_GREY, table);
+    pdi_colour_fill_table(PD_COLOUR_MAP_GREY, table);
     for (int smooth = 0; smooth < 2; smooth++) {
         static const int place[6] = {-1, -1, 0, 0, 128, 255};
         picture.smooth = smooth;
@@ -265,7 +265,7 @@ TEST(smooth_cells)
     uint32_t table[PDI_COLOUR_TABLE_SIZE];
     pd_ctx ctx;
     pd_image image;
-    pd_picture picture;
+    pd_field_plot picture;
     int box[4];
     pd_ctx_init(&ctx);
     memset(&picture, 0, sizeof picture);
@@ -276,11 +276,11 @@ TEST(smooth_cells)
     picture.hi[0] = 4;
     picture.hi[1] = 1;
     picture.smooth = 1;
-    picture.map = PD_MAP_GREY;
+    picture.map = PD_COLOUR_MAP_GREY;
     picture.width = 801; /* any number of pixels */
     picture.range_hi = 255;
     if (!CHECK_OK(&ctx, pdi_field_plot_draw_image(&ctx, &picture, &image))) return;
-    pdi_colour_fill_table(PD_MAP_GREY, table);
+    pdi_colour_fill_table(PD_COLOUR_MAP_GREY, table);
     count_colour(&image, 0x9A9DA1, box);
     int right = box[2], y = (box[1] + box[3]) / 2; /* the solid is the last cell */
     int left = right - 800;
@@ -303,14 +303,14 @@ TEST(legends_of_labels)
     double values[4] = {1, 1, 2, 1};
     pd_ctx ctx;
     pd_image image, other;
-    pd_picture picture;
+    pd_field_plot picture;
     int box[4];
     pd_ctx_init(&ctx);
     memset(&picture, 0, sizeof picture);
     picture.nx = picture.ny = 2;
     picture.values = values;
     picture.hi[0] = picture.hi[1] = 2;
-    picture.map = PD_MAP_LABELS;
+    picture.map = PD_COLOUR_MAP_LABELS;
     picture.names = names;
     picture.name_count = 4;
     picture.width = 200;
@@ -336,15 +336,15 @@ TEST(extreme_values_have_a_picture)
     pd_ctx ctx;
     pd_ctx_init(&ctx);
     for (size_t k = 0; k < sizeof sets / sizeof sets[0]; k++)
-        for (int map = 0; map <= PD_MAP_VIRIDIS; map++)
+        for (int map = 0; map <= PD_COLOUR_MAP_VIRIDIS; map++)
             for (int way = 0; way < 4; way++) {
-                pd_picture picture;
+                pd_field_plot picture;
                 pd_image image;
                 memset(&picture, 0, sizeof picture);
                 picture.nx = picture.ny = 2;
                 picture.values = sets[k];
                 picture.hi[0] = picture.hi[1] = 2;
-                picture.map = (pd_map)map;
+                picture.map = (pd_colour_map)map;
                 picture.log = way & 1;
                 picture.smooth = way >> 1;
                 picture.width = 130;
@@ -363,7 +363,7 @@ TEST(a_picture_with_wrong_arguments_is_refused)
     uint8_t paint = 4;
     pd_ctx ctx;
     pd_image image;
-    pd_picture good, bad;
+    pd_field_plot good, bad;
     pd_ctx_init(&ctx);
     memset(&good, 0, sizeof good);
     good.nx = good.ny = 1;
@@ -381,7 +381,7 @@ TEST(a_picture_with_wrong_arguments_is_refused)
     REFUSED(magnification, -1, "magnification -1")
     REFUSED(range_lo, 2.0, "range 2 .. 0")
     REFUSED(range_hi, NAN, "range 0 .. nan")
-    REFUSED(map, (pd_map)5, "colour map 5")
+    REFUSED(map, (pd_colour_map)5, "colour map 5")
     REFUSED(paint, &paint, "paint 4")
     REFUSED(width, 100, "a width of 100 pixels")
     REFUSED(width, 4001, "a width of 4001 pixels")
@@ -471,7 +471,7 @@ TEST(points_have_their_spread)
     plot.series[0].y = y;
     plot.series[0].spread = spread;
     plot.series[0].count = 3;
-    plot.series[0].stroke = PD_STROKE_MARKERS;
+    plot.series[0].stroke = PD_SERIES_STYLE_MARKERS;
     plot.x_hi = plot.y_hi = 10;
     if (!CHECK_OK(&ctx, pdi_plot_draw_image(&ctx, &plot, &image))) return;
     int left = 0, right = 0, high = 0, low = 0; /* the frame, by its ink */
@@ -530,9 +530,9 @@ TEST(a_plot_copes_with_what_cannot_be_shown)
     plot.y_hi = 1;
     plot.series[0].count = 6;
     CHECK_INT(pdi_plot_draw_image(&ctx, &plot, &image), PD_ERR_ARGUMENT);
-    for (int stroke = 0; stroke <= PD_STROKE_BOTH; stroke++)
+    for (int stroke = 0; stroke <= PD_SERIES_STYLE_BOTH; stroke++)
         for (int k = 0; k < 4; k++) {
-            plot.series[0].stroke = (pd_stroke)stroke;
+            plot.series[0].stroke = (pd_series_style)stroke;
             plot.y_log = k % 2;
             plot.y_lo = k / 2 ? 0.5 : 0;
             plot.y_hi = k / 2 ? 4 : 0;
@@ -559,7 +559,7 @@ TEST(a_legend_names_what_is_drawn)
         plot.series[k].x = x;
         plot.series[k].y = k == 1 ? below : y;
         plot.series[k].count = k == 2 ? 0 : 2;
-        plot.series[k].stroke = PD_STROKE_BOTH;
+        plot.series[k].stroke = PD_SERIES_STYLE_BOTH;
     }
     plot.y_log = 1;
     if (!CHECK_OK(&ctx, pdi_plot_draw_image(&ctx, &plot, &without))) return;
@@ -614,7 +614,7 @@ TEST(contours_stand_at_their_place)
     double values[NX * NY], at[1] = {10.25};
     pd_ctx ctx;
     pd_image image, plain;
-    pd_picture picture;
+    pd_field_plot picture;
     int corner[4];
     /* a line 1.5 pixels wide covers 3/4 of the pixels on both sides; below is its white rim */
     uint32_t line = 0;
@@ -632,7 +632,7 @@ TEST(contours_stand_at_their_place)
     picture.magnification = EACH;
     if (!CHECK_OK(&ctx, pdi_field_plot_draw_image(&ctx, &picture, &plain))) return;
     uint32_t table[PDI_COLOUR_TABLE_SIZE];
-    pdi_colour_fill_table(PD_MAP_SEQUENTIAL, table);
+    pdi_colour_fill_table(PD_COLOUR_MAP_SEQUENTIAL, table);
     count_colour(&plain, table[(int)(0.5 / NX * 255 + 0.5)], corner); /* the first column */
     picture.contour_count = 1;
     picture.contours = at;
@@ -651,7 +651,7 @@ TEST(contours_stand_at_their_place)
     CHECK_INT(pixel(&image, corner[0] + 205, corner[1] + 50), line);
     pdi_image_free(&ctx, &image);
     /* the same as vectors */
-    CHECK_OK(&ctx, pd_picture_write(&ctx, DIRECTORY "/line.svg", &picture));
+    CHECK_OK(&ctx, pd_field_plot_write(&ctx, DIRECTORY "/line.svg", &picture));
     char *text = NULL, want[64];
     size_t size = 0;
     CHECK_OK(&ctx, pdi_file_read_all(&ctx, DIRECTORY "/line.svg", 1u << 24, &text, &size));
@@ -682,7 +682,7 @@ TEST(contours_stand_at_their_place)
     }
     pdi_image_free(&ctx, &image);
     pdi_image_free(&ctx, &plain);
-    picture.map = PD_MAP_LABELS;
+    picture.map = PD_COLOUR_MAP_LABELS;
     CHECK_INT(pdi_field_plot_draw_image(&ctx, &picture, &image), PD_ERR_ARGUMENT);
     CHECK(strstr(ctx.message, "2 contours, expected 0 to 32, and none of labels") != NULL);
     CHECK_INT(ctx.in_use, 0);
@@ -692,7 +692,7 @@ TEST(every_failing_allocation_is_reported)
 {
     double values[6] = {1, 2, 3, 4, 5, 6}, velocity[12] = {1, 1, 1, 1, 1, 1};
     pd_ctx ctx;
-    pd_picture picture;
+    pd_field_plot picture;
     start(&ctx);
     memset(&picture, 0, sizeof picture);
     picture.nx = 3;
@@ -712,7 +712,7 @@ TEST(every_failing_allocation_is_reported)
             pd_image image = {0, 0, 0, NULL};
             fault_context(&f, tries + 1, 1, &ctx);
             status = phase == 1 ? pdi_png_read(&ctx, DIRECTORY "/memory.png", &image)
-                                : pd_picture_write(&ctx, path[phase], &picture);
+                                : pd_field_plot_write(&ctx, path[phase], &picture);
             failures += status == PD_ERR_MEMORY;
             if (status != PD_OK) CHECK_INT(status, PD_ERR_MEMORY);
             pdi_image_free(&ctx, &image);

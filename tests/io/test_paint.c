@@ -30,9 +30,9 @@ TEST(merged_cells)
     uint32_t table[PDI_COLOUR_TABLE_SIZE], random = 11;
     pd_ctx ctx;
     pd_image image;
-    pd_picture picture;
+    pd_field_plot picture;
     pd_ctx_init(&ctx);
-    pdi_colour_fill_table(PD_MAP_GREY, table);
+    pdi_colour_fill_table(PD_COLOUR_MAP_GREY, table);
     for (int labels = 0; labels < 2; labels++) {
         int seen[4] = {0, 0, 0, 0}, wrong = 0, left = 0, bottom;
         for (int k = 0; k < NX * NY; k++) {
@@ -49,7 +49,7 @@ TEST(merged_cells)
         picture.hi[0] = NX;
         picture.hi[1] = NY;
         picture.width = 200;
-        picture.map = labels ? PD_MAP_LABELS : PD_MAP_GREY;
+        picture.map = labels ? PD_COLOUR_MAP_LABELS : PD_COLOUR_MAP_GREY;
         picture.range_hi = 255;
         if (!CHECK_OK(&ctx, pdi_field_plot_draw_image(&ctx, &picture, &image))) return;
         bottom = image.height;

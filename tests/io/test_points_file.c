@@ -257,8 +257,8 @@ TEST(bodies)
         pd_points points;
         pd_body_desc desc;
         pd_body body;
-        pd_elastic_desc material;
-        pd_elastic elastic;
+        pd_correspondence_desc material;
+        pd_correspondence elastic;
         double worst = 0.0, strain = 1e-6, whole = 45e9 * strain;
         pd_ctx_init(&ctx);
         write_2(&kinds[k]);
@@ -268,13 +268,13 @@ TEST(bodies)
         material.young = 45e9;
         material.poisson = PD_DIM == 1 ? 0.0 : 0.3;
         if (!CHECK_OK(&ctx, pd_body_build(&ctx, &desc, &body))) return;
-        if (!CHECK_OK(&ctx, pd_elastic_build(&ctx, &body, &material, &elastic))) return;
+        if (!CHECK_OK(&ctx, pd_correspondence_build(&ctx, &body, &material, &elastic))) return;
         for (int32_t i = 0; i < body.count * PD_DIM; i++) u[i] = i % PD_DIM ? 0.0 : strain * body.position[i];
         if (PD_DIM > 1) whole *= 0.7 / (1.3 * 0.4);
-        pd_elastic_stress(&ctx, &elastic, u, stress);
+        pd_correspondence_stress(&ctx, &elastic, u, stress);
         for (int32_t i = 0; i < body.count; i++) worst = fmax(worst, fabs(stress[i * PD_DIM * PD_DIM] - whole));
         CHECK_LE(worst, 1e-12 * whole);
-        pd_elastic_free(&ctx, &elastic);
+        pd_correspondence_free(&ctx, &elastic);
         pd_body_free(&ctx, &body);
         pd_points_free(&ctx, &points);
         CHECK_INT(ctx.in_use, 0);
@@ -312,8 +312,8 @@ static void press(const char *path, int count, double horizon, double most)
     pd_points points;
     pd_body_desc desc;
     pd_body body;
-    pd_elastic_desc material;
-    pd_elastic elastic;
+    pd_correspondence_desc material;
+    pd_correspondence elastic;
     pd_equilibrium_desc rest;
     pd_equilibrium_result result;
     pd_ctx_init(&ctx);
@@ -332,8 +332,8 @@ static void press(const char *path, int count, double horizon, double most)
         for (int d = 0; d < 2; d++) load[2 * i + d] = bore ? -pressure * face[d] / points.volume[i] : 0.0;
     }
     if (!CHECK_OK(&ctx, pd_body_build(&ctx, &desc, &body))) return;
-    if (!CHECK_OK(&ctx, pd_elastic_build(&ctx, &body, &material, &elastic))) return;
-    pd_solid solid = pd_elastic_solid(&elastic);
+    if (!CHECK_OK(&ctx, pd_correspondence_build(&ctx, &body, &material, &elastic))) return;
+    pd_material_interface solid = pd_correspondence_material(&elastic);
     if (!CHECK_OK(&ctx, pd_equilibrium_solve(&ctx, &solid, &rest, load, u, &result))) return;
     for (int32_t i = 0; i < points.count; i++) {
         const double *x = points.position + 2 * i;
@@ -342,7 +342,7 @@ static void press(const char *path, int count, double horizon, double most)
         worst = fmax(worst, fabs((u[2 * i] * x[0] + u[2 * i + 1] * x[1]) / r / exact - 1.0));
     }
     CHECK_LE(worst, most);
-    pd_elastic_free(&ctx, &elastic);
+    pd_correspondence_free(&ctx, &elastic);
     pd_body_free(&ctx, &body);
     pd_points_free(&ctx, &points);
     CHECK_INT(ctx.in_use, 0);

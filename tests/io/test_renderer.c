@@ -41,10 +41,10 @@ static void globe(pd_ctx *ctx, const double *m, double r, pdi_surface_nets_mesh 
 
 static const double low[3] = {0, 0, 0}, high[3] = {2, 3, 4};
 
-static size_t pixel(const pd_shade *s, double x, double y) { return (size_t)y * (size_t)s->width + (size_t)x; }
+static size_t pixel(const pd_rendering *s, double x, double y) { return (size_t)y * (size_t)s->width + (size_t)x; }
 
 /* Area of the body on paper, and its middle [pixel]. */
-static double silhouette(const pd_shade *s, double *middle)
+static double silhouette(const pd_rendering *s, double *middle)
 {
     double area = 0;
     middle[0] = middle[1] = 0;
@@ -69,7 +69,7 @@ TEST(a_sphere_has_its_silhouette_and_light)
     pd_ctx_init(&ctx);
     globe(&ctx, m, r, &shell);
     for (int w = 0; w < 4; w++) {
-        pd_shade s;
+        pd_rendering s;
         double middle[2], at[3], worst = 0, off = 0;
         if (!CHECK_OK(&ctx, pdi_renderer_build(&ctx, low, high, ways[w], 500, &s))) return;
         if (!CHECK_OK(&ctx, pdi_renderer_draw_surface(&ctx, &shell, 0, &s))) return;
@@ -162,7 +162,7 @@ TEST(a_ball_of_cells_is_a_sphere)
     const double way[3] = {1, -1, 1}, lo[3] = {0, 0, 0}, hi[3] = {60, 60, 60};
     pd_ctx ctx;
     pdi_surface_nets_mesh s;
-    pd_shade shade;
+    pd_rendering shade;
     double far = 0, turned = 0, mean = 0, middle[2], cells = 0;
     pd_ctx_init(&ctx);
     build(&ctx, &b, &s);
@@ -220,7 +220,7 @@ TEST(a_block_shows_three_faces)
     static const double middle[3][3] = {{40, 30, 35}, {25, 15, 35}, {25, 30, 50}};
     pd_ctx ctx;
     pdi_surface_nets_mesh s;
-    pd_shade shade;
+    pd_rendering shade;
     pd_ctx_init(&ctx);
     build(&ctx, &b, &s);
     CHECK_REL(volume(&s), 27000, 0.03);
@@ -295,7 +295,7 @@ TEST(what_is_nearer_hides)
     build(&ctx, &b, &s);
     for (int below = 0; below < 2; below++) {
         double way[3] = {0.1, 0.2, below ? -1 : 1};
-        pd_shade shade;
+        pd_rendering shade;
         CHECK_OK(&ctx, pdi_renderer_build(&ctx, lo, hi, way, 300, &shade));
         CHECK_OK(&ctx, pdi_renderer_draw_surface(&ctx, &s, 0, &shade));
         for (int side = 0; side < 2; side++) {
@@ -321,7 +321,7 @@ TEST(edges_of_the_box)
             int drawn = 0;
             pd_ctx ctx;
             pdi_surface_nets_mesh shell;
-            pd_shade s;
+            pd_rendering s;
             pd_ctx_init(&ctx);
             build(&ctx, &b, &shell);
             CHECK_INT(shell.face_count > 0, full);
@@ -365,7 +365,7 @@ TEST(views_are_reproducible)
 {
     body b = {{30, 30, 30}, 0, 11.3};
     const double way[3] = {1, -1, 1}, lo[3] = {0, 0, 0}, hi[3] = {30, 30, 30};
-    pd_shade shade[2];
+    pd_rendering shade[2];
     pd_ctx ctx;
     pd_ctx_init(&ctx);
     for (int k = 0; k < 2; k++) {
@@ -393,7 +393,7 @@ TEST(a_relief_has_its_colours)
     const double way[3] = {1, -1, 1}, lo[3] = {0, 0, 0}, hi[3] = {60, 60, 60}, top[3] = {25, 30, 50};
     pd_ctx ctx;
     pdi_surface_nets_mesh s;
-    pd_shade shade;
+    pd_rendering shade;
     pd_image image;
     pdi_surface_plot r;
     double at[3];
@@ -408,7 +408,7 @@ TEST(a_relief_has_its_colours)
     for (int coloured = 0; coloured < 2; coloured++) {
         uint32_t table[PDI_COLOUR_TABLE_SIZE];
         r.use_values = coloured;
-        r.map = PD_MAP_VIRIDIS;
+        r.map = PD_COLOUR_MAP_VIRIDIS;
         r.lo = 19;
         r.hi = 49;
         if (!CHECK_OK(&ctx, pdi_surface_plot_draw_image(&ctx, &r, &image))) return;
@@ -416,7 +416,7 @@ TEST(a_relief_has_its_colours)
         size_t k = pixel(&shade, at[0], at[1]);
         size_t to = (size_t)(52 + (int)at[1]) * (size_t)image.width + (size_t)(24 + (int)at[0]);
         const uint8_t *p = image.pixels + 3 * to;
-        pdi_colour_fill_table(PD_MAP_VIRIDIS, table);
+        pdi_colour_fill_table(PD_COLOUR_MAP_VIRIDIS, table);
         uint32_t base = coloured ? table[PDI_COLOUR_TABLE_SIZE - 1] : 0xC9CED6u;
         for (int c = 0; c < 3; c++) CHECK_NEAR(p[c], (double)(base >> (16 - 8 * c) & 255) * shade.light[k] / 255, 1);
         /* the scale: a dark run below the view, a tenth to a quarter of its width, of a round length */
@@ -455,7 +455,7 @@ TEST(axes_have_their_letters)
     pd_ctx ctx;
     pd_ctx_init(&ctx);
     for (int k = 0; k < 2; k++) {
-        pd_shade shade;
+        pd_rendering shade;
         pd_image image;
         pdi_surface_plot r;
         double x[3], middle[3];
@@ -506,7 +506,7 @@ TEST(labels_of_a_relief_have_rows)
     const double way[3] = {1, -1, 1}, lo[3] = {0, 0, 0}, hi[3] = {60, 60, 60};
     pd_ctx ctx;
     pdi_surface_nets_mesh s;
-    pd_shade shade;
+    pd_rendering shade;
     pd_image image;
     pdi_surface_plot r;
     int top[6] = {0};
@@ -520,7 +520,7 @@ TEST(labels_of_a_relief_have_rows)
     memset(&r, 0, sizeof r);
     r.rendering = &shade;
     r.use_values = 1;
-    r.map = PD_MAP_LABELS;
+    r.map = PD_COLOUR_MAP_LABELS;
     r.hi = 5;
     if (CHECK_OK(&ctx, pdi_surface_plot_draw_image(&ctx, &r, &image))) {
         for (int k = 0; k < 6; k++)

@@ -345,7 +345,7 @@ static int dark(const pd_image *image, int x, int y)
 TEST(arrows_are_as_long_as_the_flow_is_fast)
 {
     static double value[N * N], velocity[2 * N * N];
-    pd_picture picture;
+    pd_field_plot picture;
     pd_ctx ctx;
     int longest[2] = {0, 0};
     pd_ctx_init(&ctx);
@@ -354,7 +354,7 @@ TEST(arrows_are_as_long_as_the_flow_is_fast)
     picture.values = value;
     picture.hi[0] = picture.hi[1] = 1.0;
     picture.range_hi = 1.0;
-    picture.map = PD_MAP_GREY;
+    picture.map = PD_COLOUR_MAP_GREY;
     picture.width = 400;
     picture.vectors = 8; /* 50 pixels */
     picture.velocity = velocity;
@@ -380,11 +380,11 @@ TEST(arrows_are_as_long_as_the_flow_is_fast)
         picture.fastest *= 2.0;
     }
     picture.velocity = NULL;
-    CHECK_INT(pd_picture_write(&ctx, "build/none.png", &picture), PD_ERR_ARGUMENT);
+    CHECK_INT(pd_field_plot_write(&ctx, "build/none.png", &picture), PD_ERR_ARGUMENT);
     CHECK(strstr(ctx.message, "8 vectors side by side, expected 0 or 4 to 100, with velocities") != NULL);
     picture.velocity = velocity;
     picture.streamlines = 101;
-    CHECK_INT(pd_picture_write(&ctx, "build/none.png", &picture), PD_ERR_ARGUMENT);
+    CHECK_INT(pd_field_plot_write(&ctx, "build/none.png", &picture), PD_ERR_ARGUMENT);
     CHECK(strstr(ctx.message, "101 streamlines side by side") != NULL);
 }
 

@@ -184,7 +184,7 @@ TEST(conservation)
         s->shapes[0].b[1] = s->grid_desc.lo[1] + 4.2;
         if (!scene_build(s)) return;
         for (int64_t k = 0; k < 2 * s->grid.total; k++) s->field[U][k] = random_real(&state);
-        pd_ghosts_vector(&s->bonds.ghosts, s->field[U]);
+        pd_ghosts_set_vector(&s->bonds.ghosts, s->field[U]);
         pd_op_divergence(&s->ctx, &s->bonds, s->field[U], s->field[OUT]);
         for (int32_t node = 0; node < s->grid.total; node++) {
             if (s->grid.kind[node] != PD_FLUID) continue;
@@ -192,8 +192,8 @@ TEST(conservation)
             size[0] += fabs(s->field[OUT][node]) * pdi_grid_circumference(&s->grid, node);
         }
         for (int32_t node = 0; node < s->grid.total; node++) s->field[F][node] = random_real(&state);
-        pd_ghosts_scalar(&s->bonds.ghosts, s->field[F]);
-        pd_ghosts_scalar(&s->bonds.ghosts, s->field[U]);
+        pd_ghosts_set_scalar(&s->bonds.ghosts, s->field[F]);
+        pd_ghosts_set_scalar(&s->bonds.ghosts, s->field[U]);
         pd_op_laplacian(&s->ctx, &s->bonds, s->field[F], s->field[OUT]);
         pd_op_laplacian(&s->ctx, &s->bonds, s->field[U], s->field[OUT] + s->grid.total);
         for (int32_t node = 0; node < s->grid.total; node++) {
@@ -330,7 +330,8 @@ static double pipe_error(int cells, int first, double m, double *gradient, int64
     double k = t.inner / outer, shape = first ? 1.0 + k * k - (1.0 - k * k) / log(1.0 / k) : 1.0;
     int i[2] = {5, cells / 2};
     *gradient = t.flow.grad[pd_grid_node(&s->grid, i)] / (-8.0 * 0.1 / shape) - 1.0;
-    double in = pd_flow_section(&s->ctx, &t.flow, 0, 1), out = pd_flow_section(&s->ctx, &t.flow, 0, 11);
+    double in = pd_flow_integrate_section(&s->ctx, &t.flow, 0, 1),
+           out = pd_flow_integrate_section(&s->ctx, &t.flow, 0, 11);
     CHECK_LE(fabs(out - in), 1e-8 * fabs(in));
     CHECK_REL(in, PI * (1.0 - k * k), 4.0 / (cells * cells));
     stream_free(s, &t);
@@ -382,16 +383,17 @@ TEST(pin)
     if (!scene_build(s) || !stream_build(s, &t, 0.0, 1.0, 1.0, 0.1)) return;
     CHECK_OK(&s->ctx, pd_steady_solve(&s->ctx, &t.steady, &result));
     CHECK_INT(result.converged, 1);
-    double up = pd_flow_section(&s->ctx, &t.flow, 0, 4), down = pd_flow_section(&s->ctx, &t.flow, 0, 56), most = 0.0;
+    double up = pd_flow_integrate_section(&s->ctx, &t.flow, 0, 4),
+           down = pd_flow_integrate_section(&s->ctx, &t.flow, 0, 56), most = 0.0;
     for (int k = 4; k <= 56; k++) most = fmax(most, fabs(pdi_flow_integrate_nodal_section(&t.flow, 0, k) / up - 1.0));
     CHECK_LE(fabs(down / up - 1.0), 1e-7);
-    CHECK_LE(fabs(pd_flow_section(&s->ctx, &t.flow, 0, 30) / up - 1.0), 1e-7);
+    CHECK_LE(fabs(pd_flow_integrate_section(&s->ctx, &t.flow, 0, 30) / up - 1.0), 1e-7);
     lo[0] = 0.6;
     hi[0] = 2.4;
     lo[1] = 0.0;
     hi[1] = 0.7;
     pd_force_surface(&s->ctx, &t.flow, PD_FORCE_ALL, lo, hi, surface, NULL, NULL);
-    CHECK_OK(&s->ctx, pd_force_balance(&s->ctx, &t.flow, lo, hi, balance));
+    CHECK_OK(&s->ctx, pd_force_momentum_balance(&s->ctx, &t.flow, lo, hi, balance));
     NOTE("%d evaluations, flux %.1e, of nodes %.1e, force %.4g (surface) %.4g N (balance)", (int)result.evaluations,
          down / up - 1.0, most, surface[0], balance[0]);
     CHECK_LE(most, 3e-2);
@@ -426,7 +428,7 @@ static double fading_error(int n, double *gone)
         if (s->grid.kind[i] == PD_FLUID) transport.c[i] += bessel0(zero * x[1]);
     }
     double start = pd_transport_stock(&s->ctx, &transport);
-    CHECK_OK(&s->ctx, pd_process_run(&s->ctx, pd_two_stage_process(&two_stage), 0.1));
+    CHECK_OK(&s->ctx, pd_physics_run(&s->ctx, pd_two_stage_process(&two_stage), 0.1));
     *gone = pd_transport_stock(&s->ctx, &transport) + pd_transport_carried(&s->ctx, &transport) - start;
     CHECK_REL(start, 2.0 * PI * 6.0 / n, 0.2 / (n * n)); /* the volume of rings is that of the tube */
     *gone /= start;
@@ -520,8 +522,8 @@ static double shrink(int ball, int ratio, double *ledger)
     pd_transport_desc td;
     pd_dissolve dissolve;
     pd_dissolve_desc dd;
-    pd_couple couple;
-    pd_couple_desc cd;
+    pd_time_loop couple;
+    pd_time_loop_desc cd;
     memset(&td, 0, sizeof td);
     memset(&dd, 0, sizeof dd);
     memset(&cd, 0, sizeof cd);
@@ -536,17 +538,17 @@ static double shrink(int ball, int ratio, double *ledger)
     if (!scene_build(s) ||
         !CHECK_OK(&s->ctx, pd_transport_build(&s->ctx, &s->grid, &s->bonds, NULL, &td, &transport)) ||
         !CHECK_OK(&s->ctx, pd_dissolve_build(&s->ctx, &s->grid, &s->stencil, &transport, &dd, &dissolve)) ||
-        !CHECK_OK(&s->ctx, pd_couple_build(&s->ctx, &cd, &s->grid, &s->bonds, &couple)) ||
-        !CHECK_OK(&s->ctx, pd_couple_add(&s->ctx, &couple, pd_dissolve_process(&dissolve))) ||
-        !CHECK_OK(&s->ctx, pd_couple_start(&s->ctx, &couple)))
+        !CHECK_OK(&s->ctx, pd_time_loop_build(&s->ctx, &cd, &s->grid, &s->bonds, &couple)) ||
+        !CHECK_OK(&s->ctx, pd_time_loop_add_process(&s->ctx, &couple, pd_dissolve_process(&dissolve))) ||
+        !CHECK_OK(&s->ctx, pd_time_loop_start(&s->ctx, &couple)))
         return HUGE_VAL;
     double start = couple.ledger[0].start / cs;
     double first = ball ? cbrt(0.75 * start / PI) : sqrt(start / PI / (4.0 * h));
     CHECK_REL(first, radius, ball ? 0.05 : 1e-12);
-    for (int k = 4; pd_couple_volume_loss(&couple) < 0.5; k++) {
+    for (int k = 4; pd_time_loop_volume_loss(&couple) < 0.5; k++) {
         double receded = 0.05 * k * radius;
         while (couple.time < receded / SPEED)
-            if (!CHECK_OK(&s->ctx, pd_couple_step(&s->ctx, &couple, receded / SPEED))) return HUGE_VAL;
+            if (!CHECK_OK(&s->ctx, pd_time_loop_step(&s->ctx, &couple, receded / SPEED))) return HUGE_VAL;
         double left = couple.ledger[0].solid / couple.ledger[0].start;
         worst = fmax(worst, fabs(first * (1.0 - (ball ? cbrt(left) : sqrt(left))) / receded - 1.0));
         *ledger = fmax(*ledger, couple.ledger[0].relative);

@@ -252,7 +252,7 @@ static void check_same(const pd_bonds *a, const pd_bonds *b)
         CHECK(a->options || a->wall_curv[r] == b->wall_curv[q]);
         CHECK(memcmp(a->moment + r * dd, b->moment + q * dd, (size_t)dd * sizeof *a->moment) == 0);
     }
-    const pd_runs *mine[2] = {&a->whole, &a->cut}, *other[2] = {&b->whole, &b->cut};
+    const pd_node_ranges *mine[2] = {&a->whole, &a->cut}, *other[2] = {&b->whole, &b->cut};
     for (int cut = 0; cut < 2; cut++) {
         if (!CHECK_INT(mine[cut]->count, other[cut]->count)) continue;
         for (int32_t k = 0; k < mine[cut]->count; k++) {
@@ -286,10 +286,11 @@ static void check_lean(const pd_bonds *lean, const pd_bonds *other)
 static void dissolve_all(scene *s, uint32_t *state)
 {
     pd_bonds rest, lean;
-    CHECK_INT(pd_bonds_build(&s->ctx, &s->stencil, &s->grid, PD_BONDS_LEAN, &lean), PD_ERR_ARGUMENT);
-    if (!CHECK_OK(&s->ctx, pd_bonds_build(&s->ctx, &s->stencil, &s->grid, PD_BONDS_AT_REST | PD_BONDS_LEAN, &lean)))
+    CHECK_INT(pd_bonds_build(&s->ctx, &s->stencil, &s->grid, PD_BONDS_LOW_MEMORY, &lean), PD_ERR_ARGUMENT);
+    if (!CHECK_OK(&s->ctx,
+                  pd_bonds_build(&s->ctx, &s->stencil, &s->grid, PD_BONDS_NO_FLOW | PD_BONDS_LOW_MEMORY, &lean)))
         return;
-    if (!CHECK_OK(&s->ctx, pd_bonds_build(&s->ctx, &s->stencil, &s->grid, PD_BONDS_AT_REST, &rest))) return;
+    if (!CHECK_OK(&s->ctx, pd_bonds_build(&s->ctx, &s->stencil, &s->grid, PD_BONDS_NO_FLOW, &rest))) return;
     CHECK(!rest.wall_lap && !rest.leg && !rest.advecting);
     while (s->grid.solid_count > 0) {
         int32_t changed[64], count = 0, batch = 1 + (int32_t)(next_random(state) % 60);

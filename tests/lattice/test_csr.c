@@ -63,7 +63,7 @@ static int scene_init(scene *s, scene_kind kind)
     s->x = s->out + (int64_t)PD_DIM * s->grid.total;
     s->y = s->x + (int64_t)PD_DIM * s->grid.total;
     for (int32_t i = 0; i < s->grid.total; i++) s->d[i] = 1.5 + random_real((uint64_t)i);
-    pd_ghosts_scalar(&s->bonds.ghosts, s->d);
+    pd_ghosts_set_scalar(&s->bonds.ghosts, s->d);
     return 1;
 }
 
@@ -82,10 +82,10 @@ static void apply(scene *s, const pd_csr_desc *desc, double *f, double *out)
 {
     int32_t total = s->grid.total;
     double *vector = s->y;
-    if (desc->op != PD_CSR_DIVERGENCE) pd_ghosts_scalar(&s->bonds.ghosts, f);
+    if (desc->op != PD_CSR_DIVERGENCE) pd_ghosts_set_scalar(&s->bonds.ghosts, f);
     switch (desc->op) {
     case PD_CSR_LAPLACIAN: pd_op_laplacian(&s->ctx, &s->bonds, f, out); break;
-    case PD_CSR_DIFFUSE: CHECK_OK(&s->ctx, pd_op_diffuse(&s->ctx, &s->bonds, s->d, f, out)); break;
+    case PD_CSR_DIFFUSE: CHECK_OK(&s->ctx, pd_op_diffusion(&s->ctx, &s->bonds, s->d, f, out)); break;
     case PD_CSR_GRADIENT:
         pd_op_gradient(&s->ctx, &s->bonds, f, vector);
         memcpy(out, vector + (int64_t)desc->axis * total, (size_t)total * sizeof(double));
@@ -93,7 +93,7 @@ static void apply(scene *s, const pd_csr_desc *desc, double *f, double *out)
     case PD_CSR_DIVERGENCE:
         memset(vector, 0, (size_t)total * PD_DIM * sizeof(double));
         memcpy(vector + (int64_t)desc->axis * total, f, (size_t)total * sizeof(double));
-        pd_ghosts_vector(&s->bonds.ghosts, vector);
+        pd_ghosts_set_vector(&s->bonds.ghosts, vector);
         memcpy(f, vector + (int64_t)desc->axis * total, (size_t)total * sizeof(double));
         pd_op_divergence(&s->ctx, &s->bonds, vector, out);
         break;

@@ -705,7 +705,7 @@ TEST(scenes)
     for (int k = 0; k < 2; k++) {
         pd_ctx ctx;
         pd_sim sim;
-        pd_view view;
+        pd_field_view view;
         pd_ctx_init(&ctx);
         ctx.threads = 1;
         put("a.scene", texts[k], strlen(texts[k]));

@@ -83,7 +83,7 @@ TEST(every_combination_of_sides)
             for (int d = 0; d < PD_DIM; d++) s->field[V][d * g->total + node] = smooth(x, d + 1);
         }
         pdi_ghosts_set_pressure(&s->bonds.ghosts, 2.0, s->field[F]);
-        pd_ghosts_vector(&s->bonds.ghosts, s->field[V]);
+        pd_ghosts_set_vector(&s->bonds.ghosts, s->field[V]);
         int bad = 0, seen = 0;
         for (int32_t node = 0; node < g->total; node++) {
             double x[PD_DIM];
@@ -101,7 +101,7 @@ TEST(every_combination_of_sides)
             if (inside) wanted = PD_FLUID;
             else if (walls || ports > 1) wanted = PD_WALL;
             else if (ports == 1) wanted = inlet ? PD_INLET : PD_OUTLET;
-            if (kind != wanted && !(wanted == PD_WALL && kind == PD_OUTSIDE)) bad++;
+            if (kind != wanted && !(wanted == PD_WALL && kind == PD_INACTIVE)) bad++;
             if (kind != PD_IMAGE && kind != PD_OUTLET) continue;
             seen++;
             double p = smooth(x, 0);
@@ -161,7 +161,7 @@ TEST(periodic_translation)
         double sum = 0.0, size = 0.0;
         for (int32_t node = 0; node < s->grid.total; node++)
             if (s->grid.kind[node] == PD_FLUID) s->field[F][node] = sin(1.7 * place_of(s, node, move));
-        pd_ghosts_scalar(&s->bonds.ghosts, s->field[F]);
+        pd_ghosts_set_scalar(&s->bonds.ghosts, s->field[F]);
         pd_op_laplacian(&s->ctx, &s->bonds, s->field[F], s->field[OUT]);
         for (int32_t node = 0; node < s->grid.total; node++) {
             if (s->grid.kind[node] != PD_FLUID) continue;
@@ -192,7 +192,7 @@ TEST(fluxes_close)
         for (int32_t node = 0; node < s->grid.total; node++)
             for (int d = 0; d < PD_DIM && s->grid.kind[node] == PD_FLUID; d++)
                 s->field[V][d * s->grid.total + node] = sin(3.1 * node + d);
-        pd_ghosts_vector(&s->bonds.ghosts, s->field[V]);
+        pd_ghosts_set_vector(&s->bonds.ghosts, s->field[V]);
         pd_op_divergence(&s->ctx, &s->bonds, s->field[V], s->field[OUT]);
         for (int32_t node = 0; node < s->grid.total; node++) {
             if (s->grid.kind[node] != PD_FLUID) continue;
@@ -267,7 +267,7 @@ TEST(inlets_are_odd)
     for (int32_t i = 0; i < PD_DIM * s.grid.total; i++) s.field[V][i] = sin(1.0 + 3.0 * i);
     for (int64_t i = 0; i < PD_DIM * inlets; i++) held[i] = cos(2.0 * (double)i);
     for (int zero = 0; zero < 2; zero++) {
-        pd_ghosts_vector(g, s.field[V]);
+        pd_ghosts_set_vector(g, s.field[V]);
         pdi_ghosts_set_inlet_velocity(g, zero ? NULL : held, s.field[V]);
         for (int64_t k = 0; k < inlets; k++) {
             int32_t ghost = g->node[g->count + k];

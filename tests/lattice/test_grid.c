@@ -124,12 +124,12 @@ TEST(kinds_follow_shapes)
         pd_grid_position(&s->grid, node, x);
         for (int d = 0; d < PD_DIM; d++) r2 += (x[d] - s->shapes[0].a[d]) * (x[d] - s->shapes[0].a[d]);
         expected = x[0] < -0.4 ? PD_WALL : r2 <= 1.21 ? PD_SOLID : PD_FLUID;
-        CHECK(s->grid.kind[node] == expected || (expected == PD_WALL && s->grid.kind[node] == PD_OUTSIDE));
+        CHECK(s->grid.kind[node] == expected || (expected == PD_WALL && s->grid.kind[node] == PD_INACTIVE));
     }
     for (int k = 0; k < 6; k++) CHECK_INT(pdi_grid_count_kind(&s->grid, (pd_kind)k), count[k]);
     CHECK_INT(s->grid.fluid_count, count[PD_FLUID]);
     CHECK_INT(s->grid.solid_count, count[PD_SOLID]);
-    CHECK(count[PD_FLUID] > 0 && count[PD_SOLID] > 0 && count[PD_WALL] > 0 && count[PD_OUTSIDE] > 0);
+    CHECK(count[PD_FLUID] > 0 && count[PD_SOLID] > 0 && count[PD_WALL] > 0 && count[PD_INACTIVE] > 0);
     scene_free(s);
 }
 
@@ -138,7 +138,7 @@ static void check_outside(const scene *s)
 {
     for (int32_t node = 0; node < s->grid.total; node++) {
         int i[PD_DIM], reached = 0;
-        if (s->grid.kind[node] != PD_OUTSIDE && s->grid.kind[node] != PD_WALL) continue;
+        if (s->grid.kind[node] != PD_INACTIVE && s->grid.kind[node] != PD_WALL) continue;
         pdi_grid_index(&s->grid, node, i);
         for (int k = 0; k < s->stencil.count && !reached; k++) {
             int j[PD_DIM];
@@ -147,7 +147,7 @@ static void check_outside(const scene *s)
             uint8_t kind = s->grid.kind[pd_grid_node(&s->grid, j)];
             reached = kind == PD_FLUID || kind == PD_SOLID;
         }
-        CHECK_INT(s->grid.kind[node], reached ? PD_WALL : PD_OUTSIDE);
+        CHECK_INT(s->grid.kind[node], reached ? PD_WALL : PD_INACTIVE);
     }
 }
 
@@ -183,7 +183,7 @@ static void check_ghosts(const scene *s)
             if (side == PD_SIDE_OUTLET && fluid) expected = PD_OUTLET;
             if (side == PD_SIDE_INLET && fluid) expected = PD_INLET;
         }
-        CHECK(g->kind[node] == expected || (expected == PD_WALL && g->kind[node] == PD_OUTSIDE));
+        CHECK(g->kind[node] == expected || (expected == PD_WALL && g->kind[node] == PD_INACTIVE));
     }
 }
 
@@ -282,8 +282,8 @@ TEST(dissolve_equals_fresh)
         CHECK_INT(s->grid.solid_count, fresh.solid_count);
         CHECK_INT(pdi_grid_count_kind(&s->grid, PD_FLUID), fresh.fluid_count);
         for (int32_t node = 0; node < fresh.total; node++) {
-            int closed = s->grid.kind[node] == PD_WALL || s->grid.kind[node] == PD_OUTSIDE;
-            int fresh_closed = fresh.kind[node] == PD_WALL || fresh.kind[node] == PD_OUTSIDE;
+            int closed = s->grid.kind[node] == PD_WALL || s->grid.kind[node] == PD_INACTIVE;
+            int fresh_closed = fresh.kind[node] == PD_WALL || fresh.kind[node] == PD_INACTIVE;
             CHECK(s->grid.kind[node] == fresh.kind[node] || (closed && fresh_closed));
         }
         check_ghosts(s);

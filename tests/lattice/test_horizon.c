@@ -21,9 +21,9 @@
 static int play(const char *text, pd_ctx *ctx, pd_setup *u, pd_model *m)
 {
     if (!CHECK_OK(ctx, load(ctx, text, NULL, 0, u))) return 0;
-    int good = CHECK_OK(ctx, pdi_model_build(ctx, u, m)) && CHECK_OK(ctx, pd_couple_start(ctx, &m->couple));
+    int good = CHECK_OK(ctx, pdi_model_build(ctx, u, m)) && CHECK_OK(ctx, pd_time_loop_start(ctx, &m->couple));
     while (good && m->couple.time < u->until) {
-        good = CHECK_OK(ctx, pd_couple_step(ctx, &m->couple, u->until));
+        good = CHECK_OK(ctx, pd_time_loop_step(ctx, &m->couple, u->until));
         CHECK_LE(m->couple.ledger[0].relative, 1e-12);
     }
     return good;
@@ -50,7 +50,7 @@ TEST(fronts)
                      "[transport] D = 1e-8 m2/s  initial = 0 mol/m3\n"
                      "[dissolve] rate = 0.5 um/s  Cs = 20 mol/L  m = %d\n[run] until = 14.6 s\n", fluid, metal);
             if (!play(text, &ctx, &u, &m)) return;
-            CHECK_REL(pd_couple_volume_loss(&m.couple), 7.3 / 25.0, 1e-10);
+            CHECK_REL(pd_time_loop_volume_loss(&m.couple), 7.3 / 25.0, 1e-10);
             CHECK_INT(m.grid.ghost, metal);
             CHECK_INT(m.stencil.reach, fluid);
             end(&ctx, &u, &m);
@@ -161,7 +161,7 @@ TEST(area_of_a_disc)
     snprintf(text, sizeof text, STREAM, 1, "solid  material = mg4ag", "", "noslip",
              "[dissolve] rate = 1 um/h * (1 - C/Csat)  Csat = 56 mol/m3\n");
     if (!play(text, &ctx, &u, &m)) return;
-    pd_measure_exchange(&ctx, &m.paths, &m.transport, &m.dissolve, lo, hi, -1, &flux, &area);
+    pd_diagnostics_surface_flux(&ctx, &m.paths, &m.transport, &m.dissolve, lo, hi, -1, &flux, &area);
     CHECK_REL(area, 2.0 * PDI_PI * 21.3e-6, 0.05);
     end(&ctx, &u, &m);
 }

@@ -30,15 +30,15 @@ TEST(diffusion_loop)
     describe(&desc);
     for (int s = 0; s < 2 * PD_DIM; s++) desc.grid.side[s] = PD_SIDE_MIRROR;
     if (!CHECK_OK(&ctx, pd_lattice_build(&ctx, &desc, &lattice)) ||
-        !CHECK_OK(&ctx, pd_lattice_field(&ctx, &lattice, 1, &c)) ||
-        !CHECK_OK(&ctx, pd_lattice_field(&ctx, &lattice, 1, &lap)))
+        !CHECK_OK(&ctx, pd_lattice_add_field(&ctx, &lattice, 1, &c)) ||
+        !CHECK_OK(&ctx, pd_lattice_add_field(&ctx, &lattice, 1, &lap)))
         return;
     for (int32_t i = 0; i < lattice.grid.total; i++) {
         pd_grid_position(&lattice.grid, i, x);
         if (lattice.grid.kind[i] == PD_FLUID) c[i] = cos(pi * x[0] / CELLS);
     }
     for (int step = 0; step < steps; step++) {
-        pd_ghosts_scalar(&lattice.bonds.ghosts, c);
+        pd_ghosts_set_scalar(&lattice.bonds.ghosts, c);
         pd_op_laplacian(&ctx, &lattice.bonds, c, lap);
         for (int32_t i = 0; i < lattice.grid.total; i++) c[i] += dt * lap[i];
     }
@@ -66,7 +66,7 @@ TEST(many_fields)
     if (!CHECK_OK(&ctx, pd_lattice_build(&ctx, &desc, &lattice))) return;
     for (int k = 0; k < 20; k++) {
         int components = 1 + k % 3;
-        if (!CHECK_OK(&ctx, pd_lattice_field(&ctx, &lattice, components, &field[k]))) return;
+        if (!CHECK_OK(&ctx, pd_lattice_add_field(&ctx, &lattice, components, &field[k]))) return;
         int64_t size = (int64_t)components * lattice.grid.total;
         for (int64_t i = 0; i < size; i++) {
             CHECK_NEAR(field[k][i], 0.0, 0.0);
@@ -74,7 +74,7 @@ TEST(many_fields)
         }
     }
     for (int k = 0; k < 20; k++) CHECK_NEAR(field[k][lattice.grid.total - 1], k, 0.0);
-    CHECK_INT(pd_lattice_field(&ctx, &lattice, 0, &field[0]), PD_ERR_ARGUMENT);
+    CHECK_INT(pd_lattice_add_field(&ctx, &lattice, 0, &field[0]), PD_ERR_ARGUMENT);
     CHECK(field[0] == NULL);
     pd_lattice_free(&ctx, &lattice);
     pd_lattice_free(&ctx, &lattice);
@@ -92,7 +92,7 @@ TEST(without_memory)
     CHECK_OK(&ctx, pd_lattice_build(&ctx, &desc, &lattice));
     size_t built = ctx.in_use;
     ctx.alloc.limit = built + 8;
-    CHECK_INT(pd_lattice_field(&ctx, &lattice, 1, &field), PD_ERR_LIMIT);
+    CHECK_INT(pd_lattice_add_field(&ctx, &lattice, 1, &field), PD_ERR_LIMIT);
     CHECK(field == NULL && lattice.fields == 0);
     CHECK_INT(ctx.in_use, built);
     ctx.alloc.limit = 0;

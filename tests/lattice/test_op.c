@@ -144,7 +144,7 @@ TEST(polynomials_inside)
         }
         if (pass) pd_op_laplacian(&s->ctx, &s->bonds, s->field[A], s->field[B]);
         else pd_op_gradient(&s->ctx, &s->bonds, s->field[A], s->field[B]);
-        if (pass) CHECK_OK(&s->ctx, pd_op_diffuse(&s->ctx, &s->bonds, s->field[D], s->field[A], s->field[C]));
+        if (pass) CHECK_OK(&s->ctx, pd_op_diffusion(&s->ctx, &s->bonds, s->field[D], s->field[A], s->field[C]));
         else pd_op_divergence(&s->ctx, &s->bonds, s->field[A], s->field[C]);
         for (int32_t node = 0; node < total; node++) {
             double y[PD_DIM], div = 0.0, lap = 0.0;
@@ -180,7 +180,7 @@ TEST(diffusion_in_series)
         s->field[D][node] = x[0] < 0.0 ? left : right;
         s->field[A][node] = x[0] / s->field[D][node];
     }
-    CHECK_OK(&s->ctx, pd_op_diffuse(&s->ctx, &s->bonds, s->field[D], s->field[A], s->field[B]));
+    CHECK_OK(&s->ctx, pd_op_diffusion(&s->ctx, &s->bonds, s->field[D], s->field[A], s->field[B]));
     for (int32_t node = 0; node < s->grid.total; node++) {
         int i[PD_DIM];
         pdi_grid_index(&s->grid, node, i);
@@ -219,7 +219,7 @@ static void apply(scene *s, int which, const pd_bonds *bonds, const double *f, d
     if (which == 0) pd_op_gradient(&s->ctx, bonds, f, out);
     if (which == 1) pd_op_divergence(&s->ctx, bonds, f, out);
     if (which == 2) pd_op_laplacian(&s->ctx, bonds, f, out);
-    if (which == 3) CHECK_OK(&s->ctx, pd_op_diffuse(&s->ctx, bonds, s->field[D], f, out));
+    if (which == 3) CHECK_OK(&s->ctx, pd_op_diffusion(&s->ctx, bonds, s->field[D], f, out));
 }
 
 /* Diffusivities over eight orders of magnitude. */
@@ -323,15 +323,15 @@ TEST(diffusivity_is_checked)
     fill_random(s, 43, s->field[A]);
     for (int32_t node = 0; node < s->grid.total; node++)
         s->field[D][node] = pdi_grid_is_open(s->grid.kind[node]) ? 1e-9 : NAN;
-    CHECK_OK(&s->ctx, pd_op_diffuse(&s->ctx, &s->bonds, s->field[D], s->field[A], s->field[B]));
+    CHECK_OK(&s->ctx, pd_op_diffusion(&s->ctx, &s->bonds, s->field[D], s->field[A], s->field[B]));
     int32_t node = s->bonds.node[0];
     for (int k = 0; k < 3; k++) {
         s->field[D][node] = wrong[k];
-        CHECK_INT(pd_op_diffuse(&s->ctx, &s->bonds, s->field[D], s->field[A], s->field[B]), PD_ERR_ARGUMENT);
+        CHECK_INT(pd_op_diffusion(&s->ctx, &s->bonds, s->field[D], s->field[A], s->field[B]), PD_ERR_ARGUMENT);
         CHECK(strncmp(s->ctx.message, "op: ", 4) == 0);
     }
     s->field[D][node] = 0.0; /* an insulator */
-    CHECK_OK(&s->ctx, pd_op_diffuse(&s->ctx, &s->bonds, s->field[D], s->field[A], s->field[B]));
+    CHECK_OK(&s->ctx, pd_op_diffusion(&s->ctx, &s->bonds, s->field[D], s->field[A], s->field[B]));
     CHECK_NEAR(s->field[B][node], 0.0, 0.0);
     scene_free(s);
 }

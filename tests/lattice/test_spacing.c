@@ -78,7 +78,8 @@ static int channel(const double *h, const int *n, double m, int64_t *evaluations
     errors(s, &velocity, &pressure);
     good = CHECK_LE(velocity, 1e-9) && CHECK_LE(pressure, 1e-8) && good;
     for (int index = 1; index < n[0]; index += n[0] - 2) /* the parabola in cells: 1 + 1/(2 n^2) of its flux */
-        good = CHECK_REL(pd_flow_section(&s->ctx, &s->flow, 0, index) / through, 1.0 + 0.5 / (n[1] * n[1]), 1e-9) &&
+        good = CHECK_REL(pd_flow_integrate_section(&s->ctx, &s->flow, 0, index) / through, 1.0 + 0.5 / (n[1] * n[1]),
+                         1e-9) &&
                good;
     scene_free(s);
     return good;
@@ -142,26 +143,27 @@ TEST(linear_fields_beside_walls)
         }
 }
 
-static int short_channel(scene *s, double tolerance, pd_couple *couple)
+static int short_channel(scene *s, double tolerance, pd_time_loop *couple)
 {
     double h[3] = {1e-6, 1e-6, 1e-6};
     int n[3] = {8, 7, 6};
-    pd_couple_desc cd;
+    pd_time_loop_desc cd;
     memset(&cd, 0, sizeof cd);
     return plates_build(s, h, n, 2.0) && flow_build(s, tolerance) &&
-           CHECK_OK(&s->ctx, pd_couple_build(&s->ctx, &cd, &s->grid, &s->bonds, couple)) &&
-           CHECK_OK(&s->ctx, pd_couple_add(&s->ctx, couple, pd_quasi_steady_process(&s->flow, &s->steady, &s->quasi)));
+           CHECK_OK(&s->ctx, pd_time_loop_build(&s->ctx, &cd, &s->grid, &s->bonds, couple)) &&
+           CHECK_OK(&s->ctx, pd_time_loop_add_process(&s->ctx, couple,
+                                                      pd_quasi_steady_process(&s->flow, &s->steady, &s->quasi)));
 }
 
 /* A lattice that lets in 1e-5 less than the inlet brings has a solution with small residuals, and is no result. */
 TEST(closed_inlet)
 {
     scene *s = &test_scene;
-    pd_couple couple;
+    pd_time_loop couple;
     for (int closed = 0; closed < 2; closed++) {
         if (!short_channel(s, 1e-6, &couple)) return;
         for (int32_t k = 0; k < s->flow.inlets && closed; k++) s->flow.entry[k] = 1.0 - 1e-5;
-        CHECK_INT(pd_couple_start(&s->ctx, &couple), closed ? PD_ERR_GEOMETRY : PD_OK);
+        CHECK_INT(pd_time_loop_start(&s->ctx, &couple), closed ? PD_ERR_GEOMETRY : PD_OK);
         if (closed) CHECK(strstr(s->ctx.message, "passes the inlets at") != NULL);
         scene_free(s);
     }
@@ -171,12 +173,12 @@ TEST(closed_inlet)
 TEST(sections_that_disagree)
 {
     scene *s = &test_scene;
-    pd_couple couple;
+    pd_time_loop couple;
     if (!short_channel(s, 1e-3, &couple)) return;
-    CHECK_OK(&s->ctx, pd_couple_start(&s->ctx, &couple));
-    double first = pd_flow_section(&s->ctx, &s->flow, 0, 1);
+    CHECK_OK(&s->ctx, pd_time_loop_start(&s->ctx, &couple));
+    double first = pd_flow_integrate_section(&s->ctx, &s->flow, 0, 1);
     for (int index = 2; index < s->grid.n[0]; index++)
-        CHECK_LE(fabs(pd_flow_section(&s->ctx, &s->flow, 0, index) - first), /* sums are rounded */
+        CHECK_LE(fabs(pd_flow_integrate_section(&s->ctx, &s->flow, 0, index) - first), /* sums are rounded */
                  s->steady.uneven + DBL_EPSILON * first);
     CHECK_LE(s->steady.uneven, 1e-6 * first);
     scene_free(s);

@@ -65,7 +65,7 @@ TEST(whole_cells)
     pd_stencil s;
     memset(&desc, 0, sizeof desc);
     desc.m = 4.0;
-    desc.family = PD_FAMILY_WHOLE;
+    desc.family = PD_FAMILY_FULL_CELLS;
     equal_spacing(2e-6, desc.h);
     pd_ctx_init(&ctx);
     if (!CHECK_OK(&ctx, pd_stencil_build(&ctx, &desc, &s))) return;
@@ -159,7 +159,7 @@ static double printed_response(double m, const double *h, int axis)
     double sum = 0.0;
     pd_ctx ctx;
     pd_stencil s;
-    if (!build(&ctx, m, h, PD_WEIGHTS_PRINTED, &s)) return NAN;
+    if (!build(&ctx, m, h, PD_WEIGHTS_PUBLISHED, &s)) return NAN;
     for (int k = 0; k < s.count; k++) sum += 0.5 * s.lap[k] * s.xi[k * PD_DIM + axis] * s.xi[k * PD_DIM + axis];
     release(&ctx, &s);
     return sum;
@@ -201,7 +201,7 @@ TEST(weights_by_hand)
     CHECK_REL(s.lap[1], 4.0 * 2.0 / 3.0, 1e-14);
     release(&ctx, &s);
     /* the continuum coefficient 1/delta: sum of 1/2 a xi^2 = (1 + 1 + 1/2 + 1/2) h / (2 h) / 2 */
-    if (!build(&ctx, 2.0, h, PD_WEIGHTS_PRINTED, &s)) return;
+    if (!build(&ctx, 2.0, h, PD_WEIGHTS_PUBLISHED, &s)) return;
     double sum = 0.0;
     for (int k = 0; k < s.count; k++) sum += 0.5 * s.lap[k] * s.xi[k] * s.xi[k];
     CHECK_REL(sum, 0.75, 1e-14);

@@ -6,8 +6,8 @@
 
 typedef struct mixture {
     pd_ctx ctx;
-    pd_species s[PD_SPECIES_MOST];
-    pd_reaction r[PD_REACTION_MOST];
+    pd_species s[PD_SPECIES_MAX];
+    pd_reaction r[PD_REACTION_MAX];
     int species, reactions;
 } mixture;
 

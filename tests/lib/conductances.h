@@ -7,10 +7,10 @@ static inline void conductances_field(const pd_transport *t, int exact, double *
 {
     const uint8_t *kind = t->grid->kind;
     for (int32_t i = 0; i < t->grid->total; i++) {
-        int none = kind[i] == PD_SOLID || kind[i] == PD_WALL || kind[i] == PD_OUTSIDE;
+        int none = kind[i] == PD_SOLID || kind[i] == PD_WALL || kind[i] == PD_INACTIVE;
         x[i] = !exact && none ? 0.0 : 1.0 + sin(12.9898 * i);
     }
-    pd_ghosts_scalar(&t->bonds->ghosts, x);
+    pd_ghosts_set_scalar(&t->bonds->ghosts, x);
 }
 
 /* y = A x */

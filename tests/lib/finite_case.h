@@ -8,13 +8,13 @@
 enum { WAYS = 24 };
 
 /* Law way % 3 with control way / 3 % 3, and each influence, plane and Poisson ratio. */
-static inline pd_finite_desc desc_of(int way)
+static inline pd_finite_strain_desc desc_of(int way)
 {
     static const double ratios[4] = {0.3, 0.0, 0.45, 0.2};
-    pd_finite_desc d;
+    pd_finite_strain_desc d;
     memset(&d, 0, sizeof d);
-    d.law.kind = (pd_finite_kind)(way % 3);
-    d.control = (pd_finite_control)(way / 3 % 3);
+    d.law.kind = (pd_constitutive_kind)(way % 3);
+    d.control = (pd_zero_energy_control)(way / 3 % 3);
     d.law.young = E;
     d.law.poisson = ratios[way / 2 % 4];
     d.law.plane = way & 1 ? PD_PLANE_STRESS : PD_PLANE_STRAIN;
@@ -28,7 +28,7 @@ static inline pd_finite_desc desc_of(int way)
     return d;
 }
 
-static inline pdi_constitutive_law_params moduli(const pd_finite_desc *d)
+static inline pdi_constitutive_law_params moduli(const pd_finite_strain_desc *d)
 {
     pd_ctx ctx;
     pdi_constitutive_law_params m;

@@ -40,7 +40,7 @@ typedef struct scene {
     pd_steady_desc steady_desc;
     pd_transport_desc transport_desc;
     pd_dissolve_desc dissolve_desc;
-    pd_couple_desc couple_desc;
+    pd_time_loop_desc couple_desc;
     double mean, width; /* [m/s] [m] of a channel, for inlets of tests that get the scene */
     pd_stencil stencil;
     pd_grid grid;
@@ -50,7 +50,7 @@ typedef struct scene {
     pd_transport transport;
     pd_dissolve dissolve;
     pd_quasi_steady quasi;
-    pd_couple couple;
+    pd_time_loop couple;
     pd_transport_result result;
     int64_t size;                /* of a vector field */
     double *field[SCENE_FIELDS]; /* [size] each, zeros */
@@ -107,12 +107,11 @@ static inline pd_status scene_try_rest(scene *s)
         PDI_TRY(pd_transport_build(&s->ctx, &s->grid, &s->bonds, flow, &s->transport_desc, &s->transport));
     if (s->with & WITH_DISSOLVE)
         PDI_TRY(pd_dissolve_build(&s->ctx, &s->grid, &s->stencil, &s->transport, &s->dissolve_desc, &s->dissolve));
-    if (s->with & WITH_COUPLE)
-        PDI_TRY(pd_couple_build(&s->ctx, &s->couple_desc, &s->grid, &s->bonds, &s->couple));
+    if (s->with & WITH_COUPLE) PDI_TRY(pd_time_loop_build(&s->ctx, &s->couple_desc, &s->grid, &s->bonds, &s->couple));
     if ((s->with & WITH_COUPLE) && steady)
-        PDI_TRY(pd_couple_add(&s->ctx, &s->couple, pd_quasi_steady_process(flow, steady, &s->quasi)));
+        PDI_TRY(pd_time_loop_add_process(&s->ctx, &s->couple, pd_quasi_steady_process(flow, steady, &s->quasi)));
     if ((s->with & WITH_COUPLE) && (s->with & WITH_DISSOLVE))
-        PDI_TRY(pd_couple_add(&s->ctx, &s->couple, pd_dissolve_process(&s->dissolve)));
+        PDI_TRY(pd_time_loop_add_process(&s->ctx, &s->couple, pd_dissolve_process(&s->dissolve)));
     for (int k = 0; k < s->fields; k++) PDI_TRY(PDI_NEW(&s->ctx, "test", s->size, s->field[k]));
     return PD_OK;
 }

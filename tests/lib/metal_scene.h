@@ -24,8 +24,8 @@ typedef struct scene {
     pd_transport transport;
     pd_dissolve_desc desc;
     pd_dissolve dissolve;
-    pd_couple_desc couple_desc;
-    pd_couple couple;
+    pd_time_loop_desc couple_desc;
+    pd_time_loop couple;
     double bulk; /* [mol/m3] held on open sides: walls of the grid */
     int open[2 * PD_DIM];
     double speed;
@@ -87,9 +87,8 @@ static pd_status scene_physics(scene *s)
     pd_status status = pd_transport_build(&s->ctx, &s->grid, &s->bonds, NULL, &s->transport_desc, &s->transport);
     if (status == PD_OK)
         status = pd_dissolve_build(&s->ctx, &s->grid, &s->stencil, &s->transport, &s->desc, &s->dissolve);
-    if (status == PD_OK) status = pd_couple_build(&s->ctx, &s->couple_desc, &s->grid, &s->bonds, &s->couple);
-    if (status == PD_OK)
-        status = pd_couple_add(&s->ctx, &s->couple, pd_dissolve_process(&s->dissolve));
+    if (status == PD_OK) status = pd_time_loop_build(&s->ctx, &s->couple_desc, &s->grid, &s->bonds, &s->couple);
+    if (status == PD_OK) status = pd_time_loop_add_process(&s->ctx, &s->couple, pd_dissolve_process(&s->dissolve));
     return status;
 }
 
@@ -122,7 +121,7 @@ static void scene_free(scene *s)
 
 static inline pd_status scene_run(scene *s, double t_end)
 {
-    return pd_couple_run(&s->ctx, &s->couple, t_end, 0.0, NULL, NULL);
+    return pd_time_loop_run(&s->ctx, &s->couple, t_end, 0.0, NULL, NULL);
 }
 
 static inline double scene_solid(const scene *s)
@@ -134,9 +133,9 @@ static inline double scene_solid(const scene *s)
 /* One step that does not pass t_end. */
 static inline int scene_step(scene *s, double t_end)
 {
-    pd_couple *c = &s->couple;
-    if (!c->started && !CHECK_OK(&s->ctx, pd_couple_start(&s->ctx, c))) return 0;
-    return CHECK_OK(&s->ctx, pd_couple_step(&s->ctx, c, t_end));
+    pd_time_loop *c = &s->couple;
+    if (!c->started && !CHECK_OK(&s->ctx, pd_time_loop_start(&s->ctx, c))) return 0;
+    return CHECK_OK(&s->ctx, pd_time_loop_step(&s->ctx, c, t_end));
 }
 
 /* All fluid holds c; the balance begins anew with it. */

@@ -36,8 +36,8 @@ static void close_model(void)
 static inline int run_to(double t)
 {
     double off;
-    int done = CHECK_OK(&ctx, pd_couple_run(&ctx, &model.couple, t, 0.0, NULL, NULL));
-    CHECK_LE(pd_couple_imbalance(&model.couple), 1e-12);
+    int done = CHECK_OK(&ctx, pd_time_loop_run(&ctx, &model.couple, t, 0.0, NULL, NULL));
+    CHECK_LE(pd_time_loop_imbalance(&model.couple), 1e-12);
     CHECK_LE(model.cell.result.imbalance, 1e-12);
     if (model.attack.polarise.setup) {
         CHECK_LE(pd_reactive_neutrality(&model.reactive), 1e-12);

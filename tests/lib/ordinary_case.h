@@ -119,7 +119,7 @@ static inline void case_mend(solid_case *c, int n)
 }
 
 /* Displacements of a linear solid under the loads; what is `held` stays. Returns the iterations. */
-static inline int case_solve(solid_case *c, const pd_solid *s, double rtol)
+static inline int case_solve(solid_case *c, const pd_material_interface *s, double rtol)
 {
     int n = c->body.count * PD_DIM, k = 0;
     CHECK_OK(&c->ctx, s->force(&c->ctx, s->self, c->u, c->force));

@@ -194,7 +194,7 @@ TEST(repassivation_remembers)
         s->transport_desc.diffusivity = 1e-12;
         s->transport_desc.initial = 0.5 * CSAT;
         s->desc.repassivation = mode == 1 ? 0.6 * CSAT : mode == 2 ? 0.4 * CSAT : 0.0;
-        if (!scene_build(s) || !CHECK_OK(&s->ctx, pd_couple_start(&s->ctx, &s->couple))) return;
+        if (!scene_build(s) || !CHECK_OK(&s->ctx, pd_time_loop_start(&s->ctx, &s->couple))) return;
         CHECK((s->dissolve.film != NULL) == (mode > 0));
         double whole = scene_solid(s);
         for (int part = 0; part < 3; part++) { /* above, below and again above the threshold */
@@ -255,7 +255,7 @@ TEST(bad_input)
         if (k == 2) s->transport_desc.diffusivity = (double)NAN;
         if (k == 3) s->couple_desc.fraction = 2.0;
         if (k == 4) s->desc.rate = NULL;
-        if (k == 5) s->desc.weights = PD_WEIGHTS_PRINTED; /* of area weights */
+        if (k == 5) s->desc.weights = PD_WEIGHTS_PUBLISHED; /* of area weights */
         if (k == 6) s->desc.drive = (pd_drive)7;
         if (k == 7) s->desc.repassivation = 1.1 * CSAT;
         if (k == 8) s->desc.factor = factor;
@@ -268,8 +268,8 @@ TEST(bad_input)
             return;
         CHECK_INT(scene_physics(s), k == 13 ? PD_OK : PD_ERR_ARGUMENT);
         if (k == 13) {
-            CHECK_OK(&s->ctx, pd_couple_start(&s->ctx, &s->couple));
-            CHECK_INT(pd_couple_step(&s->ctx, &s->couple, 1e-3), PD_ERR_STATE);
+            CHECK_OK(&s->ctx, pd_time_loop_start(&s->ctx, &s->couple));
+            CHECK_INT(pd_time_loop_step(&s->ctx, &s->couple, 1e-3), PD_ERR_STATE);
         }
         CHECK(strlen(s->ctx.message) > 20);
         scene_free(s);

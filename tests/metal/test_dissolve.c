@@ -53,7 +53,7 @@ static int metal_grid(scene *s, double h, double m)
     return scene_grid_m(s, m);
 }
 
-static int metal_rest(scene *s) { return scene_rest(s) && CHECK_OK(&s->ctx, pd_couple_start(&s->ctx, &s->couple)); }
+static int metal_rest(scene *s) { return scene_rest(s) && CHECK_OK(&s->ctx, pd_time_loop_start(&s->ctx, &s->couple)); }
 static int metal_build(scene *s, double h, double m) { return metal_grid(s, h, m) && metal_rest(s); }
 
 /* Steps up to `end`; the ledger closes to rounding after each, and each ends. */
@@ -61,7 +61,7 @@ static int run_to(scene *s, double end)
 {
     for (int steps = 0; s->couple.time < end; steps++) {
         if (!CHECK(steps < 20000)) return 0;
-        if (!CHECK_OK(&s->ctx, pd_couple_step(&s->ctx, &s->couple, end))) return 0;
+        if (!CHECK_OK(&s->ctx, pd_time_loop_step(&s->ctx, &s->couple, end))) return 0;
         if (!CHECK_LE(s->couple.ledger[0].relative, 1e-12)) return 0;
     }
     return 1;
@@ -159,7 +159,7 @@ static double ball_deviation(double ratio, double m, double threshold)
     if (!metal_build(s, h, m)) return HUGE_VAL;
     double start = s->couple.ledger[0].start / CS;
     double first = PD_DIM == 2 ? sqrt(start / PI) : cbrt(0.75 * start / PI);
-    for (int k = 4; pd_couple_volume_loss(&s->couple) < 0.5; k++) {
+    for (int k = 4; pd_time_loop_volume_loss(&s->couple) < 0.5; k++) {
         double receded = 0.05 * k * radius;
         if (!run_to(s, receded / SPEED)) return HUGE_VAL;
         double mean = first * (1.0 - pow(s->couple.ledger[0].solid / s->couple.ledger[0].start, 1.0 / PD_DIM));
@@ -205,7 +205,7 @@ TEST(saturation)
         }
         double fluid = (double)s->grid.fluid_count * s->stencil.volume;
         CHECK(s->grid.solid_count > 0);
-        const pd_ledger *l = &s->couple.ledger[0];
+        const pd_mass_balance *l = &s->couple.ledger[0];
         CHECK_REL(l->dissolved, fluid * rate.csat, 1e-6);
         CHECK_REL(l->solid, l->start - l->dissolved - l->carry, 1e-12);
         scene_free(s);
@@ -225,7 +225,7 @@ TEST(factor_multiplies)
         for (int32_t i = 0; i < s->grid.total; i++) factor[i] = k ? 0.25 : 3.0;
         s->dissolve_desc.factor = factor;
         if (!metal_rest(s) || !run_to(s, 2.0 * H / SPEED)) return;
-        CHECK_REL(pd_couple_volume_loss(&s->couple) * 10.0, 2.0 * (k ? 0.25 : 3.0), 1e-10);
+        CHECK_REL(pd_time_loop_volume_loss(&s->couple) * 10.0, 2.0 * (k ? 0.25 : 3.0), 1e-10);
         scene_free(s);
         free(factor);
     }
@@ -283,7 +283,7 @@ TEST(law_without_a_value)
         if (!metal_build(s, H, 2.0)) return;
         pd_status status = PD_OK;
         for (int step = 0; step < 100 && status == PD_OK; step++)
-            status = pd_couple_step(&s->ctx, &s->couple, 10.0 * H / SPEED);
+            status = pd_time_loop_step(&s->ctx, &s->couple, 10.0 * H / SPEED);
         CHECK_INT(status, PD_ERR_STATE);
         CHECK(strstr(s->ctx.message, "the rate law gives") != NULL);
         CHECK(strstr(s->ctx.message, " at (") != NULL);
@@ -312,7 +312,7 @@ TEST(law_of_place_and_time)
         s->couple_desc.fraction = 1.0;
         if (!metal_build(s, H, 2.0)) return;
         if (!run_to(s, 3600.0)) return;
-        double gone = pd_couple_volume_loss(&s->couple) * 6.0 * H, expected = 3600.0 * SPEED * 4.0 * 1.5;
+        double gone = pd_time_loop_volume_loss(&s->couple) * 6.0 * H, expected = 3600.0 * SPEED * 4.0 * 1.5;
         CHECK_INT(s->couple.steps, steps);
         CHECK_REL(gone, expected, 1e-12);
         scene_free(s);
@@ -343,7 +343,7 @@ TEST(law_of_grain)
         grain[i] = x[0] > 0.5 * s->grid_desc.hi[0];
     }
     if (!run_to(s, 3600.0)) return;
-    CHECK_REL(pd_couple_volume_loss(&s->couple) * 6.0 * H, 3600.0 * SPEED * 4.0, 1e-12);
+    CHECK_REL(pd_time_loop_volume_loss(&s->couple) * 6.0 * H, 3600.0 * SPEED * 4.0, 1e-12);
     scene_free(s);
 }
 
@@ -364,7 +364,7 @@ TEST(no_deposit)
     s->transport_desc.initial = 10.0;
     if (!metal_build(s, H, 2.0)) return;
     if (!run_to(s, H / SPEED)) return;
-    CHECK(pd_couple_volume_loss(&s->couple) == 0.0);
+    CHECK(pd_time_loop_volume_loss(&s->couple) == 0.0);
     scene_free(s);
 }
 
@@ -381,7 +381,7 @@ TEST(single_node)
         CHECK_INT(s->grid.solid_count, 1);
         if (!run_to(s, 20.0 * H / SPEED)) return;
         CHECK_INT(s->grid.solid_count, 0);
-        CHECK(pd_couple_volume_loss(&s->couple) == 1.0);
+        CHECK(pd_time_loop_volume_loss(&s->couple) == 1.0);
         CHECK_REL(s->couple.ledger[0].dissolved + s->couple.ledger[0].carry, CS * s->stencil.volume, 1e-13);
         CHECK_OK(&s->ctx, pd_bonds_validate(&s->ctx, &s->bonds));
         /* and with nothing left a step of any length is one step */
@@ -418,7 +418,7 @@ TEST(nothing_to_dissolve)
     CHECK_INT(s->dissolve.front_count, 0);
     if (!run_to(s, 1.0)) return;
     CHECK_INT(s->couple.steps, 1);
-    CHECK(pd_couple_volume_loss(&s->couple) == 0.0);
+    CHECK(pd_time_loop_volume_loss(&s->couple) == 0.0);
     CHECK(pdi_dissolve_fastest(&s->ctx, &s->dissolve) == 0.0);
     scene_free(s);
 }
@@ -430,7 +430,7 @@ TEST(no_fluid)
     scene *s = scene_cells(8, 7, 6);
     scene_solid_box(&s->shapes[0], lo, hi);
     if (!metal_build(s, H, 2.0) || !run_to(s, 10.0 * H / SPEED)) return;
-    CHECK(pd_couple_volume_loss(&s->couple) == 0.0);
+    CHECK(pd_time_loop_volume_loss(&s->couple) == 0.0);
     scene_free(s);
 }
 
@@ -449,7 +449,7 @@ TEST(thin_sheet)
             if (s->grid.kind[i] == PD_FLUID && x[0] < 7.0 * H) s->transport.c[i] = 50.0;
         }
         s->couple.steps = 0;
-        if (!CHECK_OK(&s->ctx, pd_couple_start(&s->ctx, &s->couple))) return;
+        if (!CHECK_OK(&s->ctx, pd_time_loop_start(&s->ctx, &s->couple))) return;
         double volume = s->stencil.volume * (double)(7 * s->grid.solid_count);
         if (!run_to(s, 0.2 * H / SPEED)) return;
         /* both sides lose at the speed, and nothing passes */

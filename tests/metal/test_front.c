@@ -82,7 +82,7 @@ TEST(printed_weights)
         double h[3] = {1e-6, 1e-6, 1e-6}, off[2];
         scene s;
         for (int k = 0; k < 2; k++) {
-            pd_status status = build(&s, k ? 12.0 : 4.0, h, (pd_kernel)kernel, PD_WEIGHTS_PRINTED);
+            pd_status status = build(&s, k ? 12.0 : 4.0, h, (pd_kernel)kernel, PD_WEIGHTS_PUBLISHED);
             if (PD_DIM == 1 && kernel == PD_KERNEL_SQUARE) CHECK_INT(status, PD_ERR_ARGUMENT);
             else CHECK_OK(&s.ctx, status);
             off[k] = status == PD_OK ? fabs(along(&s, 0) - 1.0) : 0.0;
@@ -93,7 +93,7 @@ TEST(printed_weights)
     }
     scene s;
     double h[3] = {1e-6, 1e-6, 1e-6};
-    CHECK_INT(build(&s, 3.0, h, PD_KERNEL_AREA, PD_WEIGHTS_PRINTED), PD_ERR_ARGUMENT);
+    CHECK_INT(build(&s, 3.0, h, PD_KERNEL_AREA, PD_WEIGHTS_PUBLISHED), PD_ERR_ARGUMENT);
     release(&s);
 }
 
@@ -128,7 +128,7 @@ TEST(printed_ellipse)
 {
     double h[2] = {25e-6, 1e-6};
     scene s;
-    if (!CHECK_OK(&s.ctx, build(&s, 4.0, h, PD_KERNEL_SQUARE, PD_WEIGHTS_PRINTED))) return;
+    if (!CHECK_OK(&s.ctx, build(&s, 4.0, h, PD_KERNEL_SQUARE, PD_WEIGHTS_PUBLISHED))) return;
     NOTE("f = %.4f along the long axis, %.4f along the short one", along(&s, 0), along(&s, 1));
     CHECK(along(&s, 0) < along(&s, 1));
     release(&s);

@@ -37,9 +37,9 @@ static int play(const char *text, int threads, played *p)
     ctx.threads = threads;
     int good = CHECK_OK(&ctx, pdi_model_build(&ctx, &u, &m));
     for (int k = 0; k < 2 && good; k++) {
-        if (k) good = CHECK_OK(&ctx, pd_couple_start(&ctx, &m.couple));
+        if (k) good = CHECK_OK(&ctx, pd_time_loop_start(&ctx, &m.couple));
         while (k && good && m.couple.time < u.until) {
-            good = CHECK_OK(&ctx, pd_couple_step(&ctx, &m.couple, u.until));
+            good = CHECK_OK(&ctx, pd_time_loop_step(&ctx, &m.couple, u.until));
             p->ledger = fmax(p->ledger, m.couple.ledger[0].relative);
         }
         for (int32_t i = 0; i < m.grid.total && good; i++) {
@@ -57,7 +57,7 @@ static int play(const char *text, int threads, played *p)
         }
     }
     if (good) {
-        p->loss = pd_couple_volume_loss(&m.couple);
+        p->loss = pd_time_loop_volume_loss(&m.couple);
         p->unsolved = m.couple.unsolved;
         p->fluid = (double)m.grid.fluid_count;
     }

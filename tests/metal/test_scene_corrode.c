@@ -66,7 +66,7 @@ TEST(every_key)
     CHECK(u.stochastic && u.seed == 12);
     CHECK_REL(u.metal[0].material.charge, 2.5, 1e-15);
     CHECK_REL(u.metal[0].rate_scale * pdi_expr_eval(&u.metal[0].rate, &c), 1e-6, 1e-15);
-    CHECK(u.drive == PD_DRIVE_DIFFERENCE && u.kernel == PD_KERNEL_INVERSE && u.weights == PD_WEIGHTS_PRINTED);
+    CHECK(u.drive == PD_DRIVE_DIFFERENCE && u.kernel == PD_KERNEL_INVERSE && u.weights == PD_WEIGHTS_PUBLISHED);
     CHECK(u.passive >= 0 && u.side[0].kind == PD_SIDE_WALL && u.side[0].holds && u.side[1].kind == PD_SIDE_MIRROR);
     const double origin[PD_DIM] = {0.0};
     CHECK_REL(pdi_setup_eval_expr(&u.side[0].held, origin, 0.0), 10.0, 1e-15);

@@ -45,10 +45,10 @@ static void *need(size_t bytes)
     return p;
 }
 
-static void collect_field(pd_ctx *ctx, const pd_instant *at, const char *name, record *r)
+static void collect_field(pd_ctx *ctx, const pd_snapshot *at, const char *name, record *r)
 {
-    pd_view v;
-    if (pd_instant_field(ctx, at, name, &v) < 0) return;
+    pd_field_view v;
+    if (pd_snapshot_get_field(ctx, at, name, &v) < 0) return;
     run_field *f = &r->field[r->fields++];
     snprintf(f->name, sizeof f->name, "%s", name);
     snprintf(f->label, sizeof f->label, "%s", v.label);
@@ -71,7 +71,7 @@ static void collect_field(pd_ctx *ctx, const pd_instant *at, const char *name, r
 }
 
 /* Vectors of which the fields are the lengths. */
-static void collect_vector(const pd_instant *at, const char *name, const char *label, int of_current, record *r)
+static void collect_vector(const pd_snapshot *at, const char *name, const char *label, int of_current, record *r)
 {
     const pd_model *m = at->model;
     run_field *f = &r->field[r->fields++];
@@ -94,7 +94,7 @@ static void collect_vector(const pd_instant *at, const char *name, const char *l
     }
 }
 
-static void collect_fields(pd_ctx *ctx, const pd_instant *at, record *r)
+static void collect_fields(pd_ctx *ctx, const pd_snapshot *at, record *r)
 {
     r->field = (run_field *)need((PD_FIELD_COUNT + 3) * sizeof(run_field));
     for (int k = 0; k < PD_FIELD_COUNT; k++) {
@@ -171,22 +171,22 @@ static void forget(record *r)
     r->fields = r->figures = 0;
 }
 
-static int observe(void *user, pd_ctx *ctx, const pd_instant *at)
+static int observe(void *user, pd_ctx *ctx, const pd_snapshot *at)
 {
     collector *c = (collector *)user;
-    if (at->when == PD_WHEN_START) {
+    if (at->when == PD_SNAPSHOT_STAGE_START) {
         if (c->tight) tighten(at->own, c->tight > 1);
         if (!c->start.fields) collect_fields(ctx, at, &c->start); /* a run that goes on starts once more */
         return 0;
     }
-    if (at->when == PD_WHEN_STEP) {
+    if (at->when == PD_SNAPSHOT_STAGE_STEP) {
         if (c->stop_at && at->steps >= c->stop_at) {
             c->stop_at = 0;
             return 1;
         }
         return 0;
     }
-    pd_figures figures;
+    pd_scalar_outputs figures;
     memset(&figures, 0, sizeof figures);
     c->r->residual = at->own->course.residual;
     c->r->species_steps = at->own->course.steps;
@@ -194,7 +194,7 @@ static int observe(void *user, pd_ctx *ctx, const pd_instant *at)
     forget(c->r); /* of the run that was stopped */
     collect_fields(ctx, at, c->r);
     collect_first(&c->start, c->r);
-    if (pd_instant_figures(ctx, at, &figures) >= 0) {
+    if (pd_snapshot_get_outputs(ctx, at, &figures) >= 0) {
         c->r->figure = (run_figure *)need((size_t)(figures.count + 40) * sizeof(run_figure));
         for (int k = 0; k < figures.count; k++) {
             run_figure *f = &c->r->figure[c->r->figures++];
@@ -205,7 +205,7 @@ static int observe(void *user, pd_ctx *ctx, const pd_instant *at)
             f->value = figures.list[k].value;
         }
     }
-    pd_figures_free(ctx, &figures);
+    pd_scalar_outputs_free(ctx, &figures);
     c->r->changes = c->start.fields && at->steps > 0 ? differs(&c->start, c->r) : varies(c->r);
     return 0;
 }
@@ -271,7 +271,7 @@ static void collect_files(const char *folder, const pd_run_result *result, recor
     struct dirent *e;
     DIR *d = opendir(folder);
     r->file = (run_file *)need(FILES * sizeof(run_file));
-    pd_run_line(result, r->line, sizeof r->line);
+    pd_run_format_result(result, r->line, sizeof r->line);
     char *memory = strstr(r->line, " bytes_per_node="); /* the largest of a process: of two parts it is another one */
     if (memory) *memory = '\0';
     while (d && (e = readdir(d)) != NULL && r->files < FILES) {

@@ -167,7 +167,7 @@ TEST(areas_of_dissolution)
     for (int r = 6; r <= 24; r *= 2)
         for (int m = 1; m < 4; m += 2) {
             pd_stencil wide;
-            pd_paths paths;
+            pd_bond_paths paths;
             pd_contacts contacts;
             pdi_contact_metal metal = {NULL, NULL, NULL};
             double dissolves = 0.0, area = 0.0;

@@ -26,7 +26,7 @@
 
 static double mean_of(int k)
 {
-    pd_surfaces_figures f;
+    pd_surface_state_statistics f;
     pdi_surface_states_compute_statistics(model.surfaces, k, &f);
     CHECK_LE(f.least - f.mean, 1e-12 * fabs(f.mean));
     CHECK_LE(f.mean - f.most, 1e-12 * fabs(f.mean));
@@ -233,7 +233,7 @@ TEST(metal_that_goes)
         const char *overrides[] = {k ? "run.rtol=1e-4" : "run.rtol=4e-3"};
         if (!open_model(text, overrides, 1)) return;
         if (run_to(100.0 * 3600.0)) {
-            double gone = speed * tau * (1.0 - exp(-2.0)), loss = pd_couple_volume_loss(&model.couple) * 0.5e-3;
+            double gone = speed * tau * (1.0 - exp(-2.0)), loss = pd_time_loop_volume_loss(&model.couple) * 0.5e-3;
             NOTE("going: %g of %g m (%.2e), theta %.6f, %d steps, %d nodes have turned", loss, gone, loss / gone - 1.0,
                  mean_of(0), (int)model.course.steps, (int)(model.couple.solid_nodes_start - model.grid.solid_count));
             CHECK_REL(loss, gone, 2e-4);
@@ -390,7 +390,7 @@ TEST(refused)
         if (status == PD_OK) {
             status = pdi_model_build(&ctx, &setup, &model);
             if (status == PD_OK) {
-                status = pd_couple_run(&ctx, &model.couple, 20.0, 0.0, NULL, NULL);
+                status = pd_time_loop_run(&ctx, &model.couple, 20.0, 0.0, NULL, NULL);
                 pdi_model_free(&ctx, &model);
             }
             pd_setup_free(&ctx, &setup);

@@ -22,7 +22,7 @@
 
 static double mean_of(int k)
 {
-    pd_surfaces_figures f;
+    pd_surface_state_statistics f;
     pdi_surface_states_compute_statistics(model.surfaces, k, &f);
     return f.mean;
 }
@@ -138,7 +138,7 @@ TEST(metal_that_goes)
     double low = -1.0, high = 0.0, theta = 0.5, u = 0.0;
     if (!open_model(RUSTS, NULL, 0)) return;
     if (run_to(60.0)) {
-        double receded = 50e-6 * pd_couple_volume_loss(&model.couple);
+        double receded = 50e-6 * pd_time_loop_volume_loss(&model.couple);
         double most = 4.0 * FARADAY * 2e-9 * 0.25 / (1e-4 + receded);
         for (int k = 0; k < 100; k++) {
             u = 0.5 * (low + high);
@@ -218,7 +218,7 @@ TEST(refused)
         if (status == PD_OK) {
             status = pdi_model_build(&ctx, &setup, &model);
             if (status == PD_OK) {
-                status = pd_couple_run(&ctx, &model.couple, 20.0, 0.0, NULL, NULL);
+                status = pd_time_loop_run(&ctx, &model.couple, 20.0, 0.0, NULL, NULL);
                 pdi_model_free(&ctx, &model);
             }
             pd_setup_free(&ctx, &setup);

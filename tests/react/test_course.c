@@ -59,7 +59,7 @@ static void close_model(void)
 
 static int run_to(double t)
 {
-    return CHECK_OK(&test_ctx, pd_couple_run(&test_ctx, &test_model.couple, t, 0.0, NULL, NULL));
+    return CHECK_OK(&test_ctx, pd_time_loop_run(&test_ctx, &test_model.couple, t, 0.0, NULL, NULL));
 }
 
 /* All rows of the balance; `name` is that of one that is handed on. */
@@ -72,7 +72,7 @@ static pd_reactive_balance balances(const char *name)
         if (!CHECK_LE(b.relative, 1e-12)) NOTE("%s", b.name);
         if (strcmp(b.name, name) == 0) found = b;
     }
-    CHECK_LE(pd_couple_imbalance(&test_model.couple), 1e-12);
+    CHECK_LE(pd_time_loop_imbalance(&test_model.couple), 1e-12);
     return found;
 }
 
@@ -97,7 +97,7 @@ TEST(titration)
         /* 80 um of fluid get rate cs t, two OH- each */
         double t = table[k][0] * 80e-6 / (2.0 * 1e-14 * cs);
         if (k && !run_to(t)) return;
-        if (!k) CHECK_OK(&test_ctx, pd_couple_start(&test_ctx, &test_model.couple));
+        if (!k) CHECK_OK(&test_ctx, pd_time_loop_start(&test_ctx, &test_model.couple));
         for (int32_t i = 0; i < test_model.grid.total; i++)
             if (test_model.grid.kind[i] == PD_FLUID)
                 worst = fmax(worst, fabs(pdi_sample_get_node(&test_model, PD_FIELD_PH, i) - table[k][1]));
@@ -126,7 +126,7 @@ TEST(amounts)
     int64_t solid = test_model.grid.solid_count;
     if (!run_to(3.0 * 3600.0)) return;
     CHECK(test_model.grid.solid_count < solid);
-    const pd_ledger *l = &test_model.couple.ledger[0];
+    const pd_mass_balance *l = &test_model.couple.ledger[0];
     double lost = l->solid_start - l->solid;
     pd_reactive_balance mg = balances("Mg");
     CHECK(lost > 0.05 * l->solid_start);
@@ -176,7 +176,7 @@ TEST(law_in_ph)
     if (!open_model(text)) return;
     if (!run_to(144000.0)) return;
     double cs = test_setup.metal[0].solid_c, base = 0.0, t = 0.0, width = 60e-6;
-    const pd_ledger *l = &test_model.couple.ledger[0];
+    const pd_mass_balance *l = &test_model.couple.ledger[0];
     double lost = (l->solid_start - l->solid) / (PD_DIM == 2 ? 30e-6 : 1.0);
     for (int n = 0; n < 400000; n++) { /* as if it were stirred: the layer is thin for such speeds */
         double dt = 144000.0 * (n < 200000 ? 5e-9 : 0.999 / 200000.0), oh = 0.5 * (base + sqrt(base * base + 4e-8));
@@ -246,7 +246,7 @@ TEST(corrode)
     int64_t solid = test_model.grid.solid_count;
     if (!run_to(2160.0)) return;
     CHECK(test_model.grid.solid_count < solid);
-    const pd_ledger *l = &test_model.couple.ledger[0];
+    const pd_mass_balance *l = &test_model.couple.ledger[0];
     double lost = l->solid_start - l->solid, owed = 0.0;
     pd_reactive_balance mg = balances("Mg");
     for (int32_t i = 0; i < test_model.grid.total; i++) /* given by the last step, and taken by the next */
@@ -385,7 +385,7 @@ static double receded(const char *text)
 {
     if (!open_model(text)) return NAN;
     run_to(3600.0);
-    const pd_ledger *l = &test_model.couple.ledger[0];
+    const pd_mass_balance *l = &test_model.couple.ledger[0];
     double lost = (l->solid_start - l->solid) / test_setup.metal[0].solid_c / (PD_DIM == 2 ? 30e-6 : 1.0);
     CHECK_LE(fabs(l->relative), 1e-12);
     close_model();
@@ -464,7 +464,7 @@ static double filmed(const char *text, double *behind)
     *behind = NAN;
     if (!open_model(text)) return lost;
     if (run_to(3600.0)) {
-        const pd_ledger *l = &test_model.couple.ledger[0];
+        const pd_mass_balance *l = &test_model.couple.ledger[0];
         const pd_course *course = &test_model.course;
         lost = l->solid_start - l->solid;
         *behind = 1.0 - course->taken / lost;
@@ -577,7 +577,7 @@ TEST(steady)
     double kept[64];
     int count = 0;
     if (!open_model(STREAM "[chemistry] activity = ideal  time = steady\n")) return;
-    CHECK_OK(&test_ctx, pd_couple_start(&test_ctx, &test_model.couple));
+    CHECK_OK(&test_ctx, pd_time_loop_start(&test_ctx, &test_model.couple));
     for (int k = 0; k < 30; k++) {
         int at[PD_DIM];
         memset(at, 0, sizeof at);
@@ -608,8 +608,8 @@ TEST(fields)
         ", 15 um"
 #endif
         "  fields = pH, Na+\n";
-    pd_views views;
-    pd_view v;
+    pd_field_views views;
+    pd_field_view v;
     double x[2] = {30e-6, 15e-6};
     memset(&views, 0, sizeof views);
     if (!open_model(text)) return;

@@ -146,8 +146,8 @@ static void saline(mixture *v, double ph, double *held, double *shed)
     mix_species(v, "Cl-", NULL, 2.03e-9);
     mix_species(v, "Mg2+", NULL, 0.7e-9);
     mix_reaction(v, "H2O = H+ + OH-", -14.0, 0.0, NULL);
-    memset(held, 0, PD_SPECIES_MOST * sizeof *held);
-    memset(shed, 0, PD_SPECIES_MOST * sizeof *shed);
+    memset(held, 0, PD_SPECIES_MAX * sizeof *held);
+    memset(shed, 0, PD_SPECIES_MAX * sizeof *shed);
     held[H] = 1e3 * pow(10.0, -ph);
     held[OH] = 1e-8 / held[H];
     held[NA] = held[CL] = 145.0;
@@ -184,7 +184,7 @@ TEST(layers)
     for (size_t k = 0; k < sizeof laws / sizeof laws[0]; k++)
         for (int acid = 0; acid < 2; acid++) {
             mixture v;
-            double held[PD_SPECIES_MOST], shed[PD_SPECIES_MOST];
+            double held[PD_SPECIES_MAX], shed[PD_SPECIES_MAX];
             saline(&v, acid ? 4.0 : 7.0, held, shed);
             if (!layer(&v, held, &laws[k], shed, PD_ACTIVITY_IDEAL, 1, 1)) return;
             double wanted = exact(&laws[k], held);
@@ -205,7 +205,7 @@ TEST(in_time)
     static const attack falling = {FALLING, 3e-9, 0.3, 0};
     for (int order = 1; order < 3; order++) {
         mixture v;
-        double held[PD_SPECIES_MOST], shed[PD_SPECIES_MOST], before = HUGE_VAL;
+        double held[PD_SPECIES_MAX], shed[PD_SPECIES_MAX], before = HUGE_VAL;
         saline(&v, 7.0, held, shed);
         if (!layer(&v, held, &falling, shed, PD_ACTIVITY_IDEAL, 1, order)) return;
         double wanted = exact(&falling, held);
@@ -230,7 +230,7 @@ TEST(without_film)
     static const attack laws[] = {{FALLING, 3e-9, 0.3, 0}, {ACID, 1e-5, 0.0, 0}};
     for (int k = 0; k < 2; k++) {
         mixture v;
-        double held[PD_SPECIES_MOST], shed[PD_SPECIES_MOST];
+        double held[PD_SPECIES_MAX], shed[PD_SPECIES_MAX];
         saline(&v, 7.0, held, shed);
         if (!layer(&v, held, &laws[k], shed, PD_ACTIVITY_IDEAL, 0, 1)) return;
         if (!step_all(1e12)) return;
@@ -251,7 +251,7 @@ static void body_fluid(pd_activity activity, double close)
     mixture v;
     pd_speciation all;
     pd_speciation_result result;
-    double held[PD_SPECIES_MOST], shed[PD_SPECIES_MOST], low = 0.0, high = 1e-9;
+    double held[PD_SPECIES_MAX], shed[PD_SPECIES_MAX], low = 0.0, high = 1e-9;
     mix_body_fluid(&v);
     for (int i = 0; i < v.species; i++) v.s[i].diffusivity = 1e-9;
     mix_hanks(&v, held);
@@ -261,7 +261,7 @@ static void body_fluid(pd_activity activity, double close)
     shed[mix_at(&v, "Mg2+")] = 1.0;
     shed[mix_at(&v, "OH-")] = 2.0;
     for (int k = 0; k < 60; k++) {
-        double c[PD_SPECIES_MOST], middle = 0.5 * (low + high);
+        double c[PD_SPECIES_MAX], middle = 0.5 * (low + high);
         for (int i = 0; i < v.species; i++) c[i] = held[i] + shed[i] * middle * CS * LAYER / 1e-9;
         CHECK_OK(&v.ctx, pd_speciation_solve(&all, c, &result));
         double ph = -result.log_activity[mix_at(&v, "H+")];
@@ -286,7 +286,7 @@ TEST(no_number)
 {
     for (int k = 0; k < 2; k++) {
         mixture v;
-        double held[PD_SPECIES_MOST], shed[PD_SPECIES_MOST];
+        double held[PD_SPECIES_MAX], shed[PD_SPECIES_MAX];
         saline(&v, 7.0, held, shed);
         const attack law_at = {k ? BLIND : ROOT, k ? 1e-6 : 3e-9, CS * 2e-9 * LAYER / 0.7e-9, MG - 1};
         if (!layer(&v, held, &law_at, shed, PD_ACTIVITY_IDEAL, 1, 1)) return;

@@ -45,7 +45,7 @@ static const char *const scenes[] = {
 static double half_of(int total)
 {
     const pd_reactive *r = &model.reactive;
-    double c[PD_SPECIES_MOST], sum[PD_SPECIES_MOST];
+    double c[PD_SPECIES_MAX], sum[PD_SPECIES_MAX];
     for (int k = 0; k < r->components.solutes; k++) c[k] = r->c[k * r->grid->total + model.attack.etch.node[0]];
     pdi_components_compute_totals(&r->components, c, sum);
     return fabs(sum[total]) > 0.0 ? 0.5 * fabs(sum[total]) : 1e-2;
@@ -56,7 +56,7 @@ static void moved(int total, double change, double *speed, double *flow)
 {
     pd_etch *s = &model.attack.etch;
     pd_reactive *r = &model.reactive;
-    double held[PD_SPECIES_MOST], c[PD_SPECIES_MOST], sum[PD_SPECIES_MOST];
+    double held[PD_SPECIES_MAX], c[PD_SPECIES_MAX], sum[PD_SPECIES_MAX];
     int32_t node = s->node[0];
     int64_t n = r->grid->total;
     for (int k = 0; k < r->components.solutes; k++) held[k] = c[k] = r->c[k * n + node];

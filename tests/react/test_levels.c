@@ -26,7 +26,7 @@ static double figure(const char *text, const char *name, double *share)
     pd_setup setup;
     pd_run_desc desc;
     pd_run_result result;
-    pd_figures figures;
+    pd_scalar_outputs figures;
     double value = NAN;
     pd_ctx_init(&ctx);
     memset(&desc, 0, sizeof desc);
@@ -43,7 +43,7 @@ static double figure(const char *text, const char *name, double *share)
         }
         *share = fmax(result.ledger, result.current_balance);
     }
-    pd_figures_free(&ctx, &figures);
+    pd_scalar_outputs_free(&ctx, &figures);
     pd_setup_free(&ctx, &setup);
     CHECK_INT(ctx.in_use, 0);
     return value;

@@ -61,7 +61,7 @@ static void surface(int across, double inner)
 static int pit(mixture *v, steel *a, double length, int cells, double inner, int filled, int order)
 {
     scene *s = &test_scene;
-    double held[PD_SPECIES_MOST] = {0.0}, shed[PD_SPECIES_MOST] = {0.0}, h = length / cells;
+    double held[PD_SPECIES_MAX] = {0.0}, shed[PD_SPECIES_MAX] = {0.0}, h = length / cells;
     int across = inner > 0.0;
     pd_reactive_desc d;
     pd_etch_desc e;

@@ -229,7 +229,7 @@ TEST(any_step)
         mixture v;
         pd_mineral of[3];
         pd_reactive_desc d;
-        double initial[PD_SPECIES_MOST], x[PD_DIM];
+        double initial[PD_SPECIES_MAX], x[PD_DIM];
         if (!box(s, 1e-5, 10)) return;
         s->ctx.threads = threads;
         mix_body_fluid(&v);

@@ -317,7 +317,7 @@ TEST(titration)
     scene *s = &test_scene;
     mixture v;
     pd_reactive_desc d;
-    double c[PD_SPECIES_MOST] = {0.0};
+    double c[PD_SPECIES_MAX] = {0.0};
     int32_t index[3] = {1, 1, 1};
     scene_box(s, 2.0, 1e-5, 8, 6, 5);
     if (!scene_build(s)) return;
@@ -396,7 +396,7 @@ static void body_fluid(pd_activity activity, int threads, double **bits)
     scene *s = &test_scene;
     mixture v;
     pd_reactive_desc d;
-    double c[PD_SPECIES_MOST] = {0.0};
+    double c[PD_SPECIES_MAX] = {0.0};
     mix_body_fluid(&v);
     mix_hanks(&v, c);
     if (!stream(s, 30, 13)) return;

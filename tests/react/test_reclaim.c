@@ -30,7 +30,7 @@ TEST(what_is_there_at_most)
     pd_reactive *r = &model.reactive;
     int mg = solute("Mg2+"), cl = solute("Cl-"), count = r->components.count;
     int64_t total = r->grid->total;
-    double volume = r->bonds->stencil->volume, shed[PD_SPECIES_MOST] = {0.0}, gain[PD_SPECIES_MOST];
+    double volume = r->bonds->stencil->volume, shed[PD_SPECIES_MAX] = {0.0}, gain[PD_SPECIES_MAX];
     double held = 0.0, in = r->in[mg];
     CHECK(mg >= 0 && cl >= 0);
     shed[mg] = 1.0;

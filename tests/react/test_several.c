@@ -209,7 +209,7 @@ TEST(one_metal)
     for (int k = 0; k < 2; k++) {
         if (!open_threads(text[k], NULL, 0, 1)) return;
         if (run_to(200.0)) CHECK(model.grid.solid_count < model.couple.solid_nodes_start);
-        loss[k] = pd_couple_volume_loss(&model.couple);
+        loss[k] = pd_time_loop_volume_loss(&model.couple);
         e[k] = level_of(0);
         close_model();
     }

@@ -169,7 +169,7 @@ static int grow(pd_ctx *ctx, pd_setup *u, pd_model *m, const char *text)
 }
 
 /* Some metal has turned fluid, and some has not. */
-static int stop_when_turned(void *user, const pd_couple *couple)
+static int stop_when_turned(void *user, const pd_time_loop *couple)
 {
     (void)user;
     return couple->grid->solid_count < couple->solid_nodes_start;
@@ -181,15 +181,15 @@ TEST(models_go_on)
     pd_setup u;
     pd_model a, b;
     if (!grow(&ctx, &u, &a, COUPLED) || !CHECK_OK(&ctx, pdi_model_build(&ctx, &u, &b))) return;
-    CHECK_OK(&ctx, pd_couple_run(&ctx, &a.couple, u.until, u.every, stop_when_turned, NULL));
+    CHECK_OK(&ctx, pd_time_loop_run(&ctx, &a.couple, u.until, u.every, stop_when_turned, NULL));
     CHECK(a.grid.solid_count > 0 && a.grid.solid_count < b.grid.solid_count && a.couple.steps > 1);
     CHECK_OK(&ctx, checkpoint_save(&ctx, path_of("model"), &a));
     CHECK_OK(&ctx, checkpoint_load(&ctx, path_of("model"), &b));
     CHECK_INT(memcmp(a.grid.kind, b.grid.kind, (size_t)a.grid.total), 0);
     CHECK_INT(a.grid.solid_count, b.grid.solid_count);
     CHECK_OK(&ctx, pd_bonds_validate(&ctx, &b.bonds));
-    CHECK_OK(&ctx, pd_couple_run(&ctx, &a.couple, u.until, u.every, NULL, NULL));
-    CHECK_OK(&ctx, pd_couple_run(&ctx, &b.couple, u.until, u.every, NULL, NULL));
+    CHECK_OK(&ctx, pd_time_loop_run(&ctx, &a.couple, u.until, u.every, NULL, NULL));
+    CHECK_OK(&ctx, pd_time_loop_run(&ctx, &b.couple, u.until, u.every, NULL, NULL));
     CHECK_INT(memcmp(a.grid.kind, b.grid.kind, (size_t)a.grid.total), 0);
     CHECK_INT(memcmp(a.transport.c, b.transport.c, (size_t)a.grid.total * sizeof(double)), 0);
     CHECK_INT(memcmp(a.flow.u, b.flow.u, (size_t)a.grid.total * PD_DIM * sizeof(double)), 0);
@@ -210,10 +210,10 @@ typedef struct watcher {
     pd_ctx *ctx;
     pd_model *model;
     pd_monitors monitors;
-    pd_observables observables;
+    pd_step_diagnostics observables;
 } watcher;
 
-static int watch(void *user, const pd_couple *couple)
+static int watch(void *user, const pd_time_loop *couple)
 {
     watcher *w = (watcher *)user;
     pdi_step_diagnostics_update(w->ctx, w->model, &w->observables);
@@ -245,8 +245,8 @@ static void observed(int k)
     int before = test_now.failures;
     if (CHECK_OK(&ctx, pdi_monitors_build(&ctx, &b, &w.monitors)) &&
         CHECK_OK(&ctx, pdi_step_diagnostics_build(&ctx, &b, &w.observables))) {
-        CHECK_OK(&ctx, pd_couple_run(&ctx, &a.couple, u.until, u.every, NULL, NULL));
-        CHECK_OK(&ctx, pd_couple_run(&ctx, &b.couple, u.until, u.every, watch, &w));
+        CHECK_OK(&ctx, pd_time_loop_run(&ctx, &a.couple, u.until, u.every, NULL, NULL));
+        CHECK_OK(&ctx, pd_time_loop_run(&ctx, &b.couple, u.until, u.every, watch, &w));
         CHECK(a.couple.steps > 2);
         CHECK_INT(b.couple.steps, a.couple.steps);
         CHECK_INT(memcmp(a.grid.kind, b.grid.kind, (size_t)a.grid.total), 0);
@@ -274,9 +274,9 @@ TEST(observed_of_all_kinds)
 
 static pd_status refusal(pd_ctx *ctx, const char *bytes, size_t size)
 {
-    pd_store store;
+    pd_archive_file store;
     put("bad", bytes, size);
-    pd_status status = pd_store_open(ctx, path_of("bad"), &store);
+    pd_status status = pd_archive_file_open(ctx, path_of("bad"), &store);
     pdi_archive_file_abandon(&store);
     return status;
 }
@@ -290,7 +290,7 @@ TEST(damage)
     size_t size;
     int missed = 0, unclear = 0;
     if (!grow(&ctx, &u, &m, SMALL)) return;
-    CHECK_OK(&ctx, pd_couple_run(&ctx, &m.couple, 600.0, 0.0, NULL, NULL));
+    CHECK_OK(&ctx, pd_time_loop_run(&ctx, &m.couple, 600.0, 0.0, NULL, NULL));
     CHECK_OK(&ctx, checkpoint_save(&ctx, path_of("good"), &m));
     char *bytes = bytes_of(path_of("good"), &size);
     if (!CHECK(bytes && size > 1000 && size < 30000)) return;
@@ -370,7 +370,7 @@ static void stranger(const char *text, const char *other, pd_status wanted, cons
     pd_setup u;
     pd_model m;
     if (!grow(&ctx, &u, &m, text)) return;
-    CHECK_OK(&ctx, pd_couple_run(&ctx, &m.couple, 600.0, 0.0, NULL, NULL));
+    CHECK_OK(&ctx, pd_time_loop_run(&ctx, &m.couple, 600.0, 0.0, NULL, NULL));
     CHECK_OK(&ctx, checkpoint_save(&ctx, path_of("theirs"), &m));
     pdi_model_free(&ctx, &m);
     leave(&ctx, &u);
@@ -430,10 +430,10 @@ TEST(no_room)
     struct rlimit before, small;
     size_t size, after;
     if (!grow(&ctx, &u, &m, COUPLED)) return;
-    CHECK_OK(&ctx, pd_couple_start(&ctx, &m.couple));
+    CHECK_OK(&ctx, pd_time_loop_start(&ctx, &m.couple));
     CHECK_OK(&ctx, checkpoint_save(&ctx, path_of("room"), &m));
     char *bytes = bytes_of(path_of("room"), &size);
-    CHECK_OK(&ctx, pd_couple_run(&ctx, &m.couple, u.until, u.every, stop_when_turned, NULL));
+    CHECK_OK(&ctx, pd_time_loop_run(&ctx, &m.couple, u.until, u.every, stop_when_turned, NULL));
     void (*handler)(int) = signal(SIGXFSZ, SIG_IGN);
     CHECK_INT(getrlimit(RLIMIT_FSIZE, &before), 0);
     small = before;

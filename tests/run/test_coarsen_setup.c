@@ -46,7 +46,7 @@ static int slab(pd_ctx *ctx, pd_setup *u, double place, double thickness)
 /* The coarser lattice is refused with a message that holds `part`, or built when part is NULL. */
 static void coarser_of(pd_ctx *ctx, pd_setup *u, int factor, const char *part)
 {
-    static pd_coarser coarser;
+    static pd_coarsened_setup coarser;
     size_t before = ctx->in_use;
     pd_status status = pdi_coarsen_setup_build(ctx, u, factor, &coarser);
     if (!part) CHECK_OK(ctx, status);
@@ -111,7 +111,7 @@ TEST(faces_lie_on_planes)
 /* The physics stays, lines go, and planes between two of the coarser lattice are shared out to both. */
 TEST(planes_and_rates)
 {
-    static pd_coarser coarser;
+    static pd_coarsened_setup coarser;
     pd_ctx ctx;
     pd_setup u;
     if (!start(&ctx, &u)) return;
@@ -145,8 +145,8 @@ TEST(wanted_spacing)
 {
     pd_ctx ctx;
     pd_setup u;
-    pd_estimate e;
-    pd_estimated item[2];
+    pd_richardson e;
+    pd_richardson_output item[2];
     double h[PD_DIM];
     if (!start(&ctx, &u)) return;
     u.hi[1] = 30e-6;
@@ -160,13 +160,13 @@ TEST(wanted_spacing)
     item[1].order = 1.0;
     item[1].error = 5.0;
     item[1].minor = 1;
-    pd_estimate_spacing(&e, 0.01, h);
+    pd_richardson_suggest_spacing(&e, 0.01, h);
     CHECK_REL(h[0], 0.5e-6, 1e-12);
     CHECK_REL(h[1], 0.5e-6, 1e-12);
-    pd_estimate_spacing(&e, 0.04 / 2.1, h);
+    pd_richardson_suggest_spacing(&e, 0.04 / 2.1, h);
     CHECK_REL(40e-6 / h[0], 64.0, 1e-12); /* 10 common parts, times sqrt(2.1), up to an even number: 16 */
     CHECK_REL(30e-6 / h[1], 48.0, 1e-12);
-    pd_estimate_spacing(&e, 0.05, h);
+    pd_richardson_suggest_spacing(&e, 0.05, h);
     CHECK_REL(h[0], 1e-6, 1e-12);
     pd_setup_free(&ctx, &u);
 }
@@ -178,7 +178,7 @@ static const char slab_text[] =
     "[probe near] at = 4 um, 4 um  fields = C\n[probe far] at = 20 um, 4 um  fields = C\n[plane p] at = x 8 um\n"
     "[total sum]\n";
 
-static int run_figures(pd_ctx *ctx, const char *h, pd_setup *u, pd_figures *f)
+static int run_figures(pd_ctx *ctx, const char *h, pd_setup *u, pd_scalar_outputs *f)
 {
     pd_run_desc desc;
     pd_run_result result;
@@ -196,19 +196,19 @@ TEST(estimates)
     static const char *const h[] = {"grid.h=1 um", "grid.h=2 um", "grid.h=4 um"};
     pd_ctx ctx;
     pd_setup u[3];
-    pd_figures f[3];
-    pd_estimate e;
+    pd_scalar_outputs f[3];
+    pd_richardson e;
     pd_run_desc desc;
     pd_ctx_init(&ctx);
     memset(&desc, 0, sizeof desc);
     for (int k = 0; k < 3; k++)
         if (!run_figures(&ctx, h[k], &u[k], &f[k])) return;
-    if (CHECK_OK(&ctx, pd_estimate_run(&ctx, &u[0], &desc, &f[0], &e))) {
+    if (CHECK_OK(&ctx, pd_richardson_run(&ctx, &u[0], &desc, &f[0], &e))) {
         int worst = -1, observed = 0;
         CHECK_INT(e.count, f[0].count);
         CHECK_INT(e.coarser_runs, 2);
         for (int k = 0; k < e.count; k++) {
-            const pd_estimated *a = &e.list[k];
+            const pd_richardson_output *a = &e.list[k];
             double near_step = f[1].list[k].value - f[0].list[k].value;
             double far_step = f[2].list[k].value - f[1].list[k].value;
             double order = log2(far_step / near_step), most = 0.0;
@@ -230,10 +230,10 @@ TEST(estimates)
         }
         CHECK(observed >= 2);
         CHECK_INT(e.worst, worst);
-        pd_estimate_free(&ctx, &e);
+        pd_richardson_free(&ctx, &e);
     }
     for (int k = 0; k < 3; k++) {
-        pd_figures_free(&ctx, &f[k]);
+        pd_scalar_outputs_free(&ctx, &f[k]);
         pd_setup_free(&ctx, &u[k]);
     }
     CHECK_INT(ctx.in_use, 0);
@@ -249,36 +249,36 @@ TEST(picked_settings)
     u.has_flow = u.has_transport = u.has_dissolve = 1;
     u.steady = 1e-6;
     u.fraction = 0.1;
-    u.given = 1u << PD_KNOB_STEADY;
-    if (CHECK_OK(&ctx, pd_accuracy_apply(&ctx, 0.01, &u, text, sizeof text))) {
+    u.given = 1u << PD_SOLVER_SETTING_STEADY;
+    if (CHECK_OK(&ctx, pd_tolerance_presets_apply(&ctx, 0.01, &u, text, sizeof text))) {
         CHECK_STR(text, "accuracy 1 %: picked fraction = 0.025, limiter = 0.001; the scene sets steady = 1e-06");
         CHECK_NEAR(u.steady, 1e-6, 0.0);
         CHECK_REL(u.fraction, 0.025, 1e-12);
     }
-    u.given = 1u << PD_KNOB_RTOL;
-    if (CHECK_OK(&ctx, pd_accuracy_apply(&ctx, 0.001, &u, text, sizeof text))) {
+    u.given = 1u << PD_SOLVER_SETTING_RTOL;
+    if (CHECK_OK(&ctx, pd_tolerance_presets_apply(&ctx, 0.001, &u, text, sizeof text))) {
         CHECK_REL(u.steady, 1e-4, 1e-12);
         CHECK_REL(u.fraction, 0.025, 1e-12);
         CHECK(strstr(text, "the scene sets fraction (of rtol) = 0.025") != NULL);
     }
     /* a flow in time, and transport that metal does not drive */
     u.has_dissolve = 0;
-    u.motion = PD_MOTION_IMPLICIT;
+    u.motion = PD_FLOW_IMPLICIT;
     u.given = 0;
-    if (CHECK_OK(&ctx, pd_accuracy_apply(&ctx, 0.01, &u, text, sizeof text))) {
+    if (CHECK_OK(&ctx, pd_tolerance_presets_apply(&ctx, 0.01, &u, text, sizeof text))) {
         CHECK_STR(text, "accuracy 1 %: picked flow.rtol = 0.005, run.rtol = 0.005, limiter = 0.001");
         CHECK_REL(u.flow_rtol, 0.005, 1e-12);
         CHECK_REL(u.rtol, 0.005, 1e-12);
         CHECK_REL(u.limiter, 0.001, 1e-12);
     }
-    u.given = 1u << PD_KNOB_FLOW_RTOL;
+    u.given = 1u << PD_SOLVER_SETTING_FLOW_RTOL;
     u.settle = 1;
     u.advection = PD_ADVECTION_UPWIND;
-    if (CHECK_OK(&ctx, pd_accuracy_apply(&ctx, 0.5, &u, text, sizeof text)))
+    if (CHECK_OK(&ctx, pd_tolerance_presets_apply(&ctx, 0.5, &u, text, sizeof text)))
         CHECK_STR(text, "accuracy 50 %: picked nothing; the scene sets flow.rtol = 0.005");
-    CHECK(pd_accuracy_apply(&ctx, 0.0, &u, text, sizeof text) == PD_ERR_ARGUMENT);
-    CHECK(pd_accuracy_apply(&ctx, 0.6, &u, text, sizeof text) == PD_ERR_ARGUMENT);
-    CHECK(pd_accuracy_apply(&ctx, (double)NAN, &u, text, sizeof text) == PD_ERR_ARGUMENT);
+    CHECK(pd_tolerance_presets_apply(&ctx, 0.0, &u, text, sizeof text) == PD_ERR_ARGUMENT);
+    CHECK(pd_tolerance_presets_apply(&ctx, 0.6, &u, text, sizeof text) == PD_ERR_ARGUMENT);
+    CHECK(pd_tolerance_presets_apply(&ctx, (double)NAN, &u, text, sizeof text) == PD_ERR_ARGUMENT);
     pd_setup_free(&ctx, &u);
 }
 

@@ -73,7 +73,7 @@ TEST(rate_of_a_slab)
     CHECK_LE(chi2, 3.0);
     CHECK_LE(fit.squares.evaluations, 6); /* on the lattice of the scene */
     CHECK(strstr(said, "h = 4 um") && strstr(said, "h = 2 um") && strstr(said, "h = 1 um"));
-    pd_fit_line(&fit, line, sizeof line);
+    pd_fit_format_result(&fit, line, sizeof line);
     CHECK(strstr(line, "result case=a fit=volume_loss points=4 rms=") != NULL);
     CHECK(strstr(line, " unit=% ") && strstr(line, " dissolve.rate_scale=") && strstr(line, ".error="));
     NOTE("%d runs, %d of them at h", fit.evaluations, fit.squares.evaluations);
@@ -112,7 +112,7 @@ TEST(constants_and_bounds)
     CHECK(fit_of(&ctx, scene, low, 1, NULL, &fit) >= 0);
     CHECK_NEAR(fit.squares.value[0], 1.5, 0.0);
     CHECK_INT(fit.squares.bound[0], 1);
-    pd_fit_line(&fit, line, sizeof line);
+    pd_fit_format_result(&fit, line, sizeof line);
     CHECK(strstr(line, " v=1.5 v.") && !strstr(line, "nan") && strstr(line, " v.bound=high"));
 }
 

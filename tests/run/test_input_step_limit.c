@@ -15,7 +15,7 @@
 
 static const double lo[3] = {-4e-6, 10e-6, 1e-6}, hi[3] = {8e-6, 22e-6, 13e-6};
 
-static pd_status begin(pd_ctx *ctx, const char *text, pd_setup *u, pd_vary *vary)
+static pd_status begin(pd_ctx *ctx, const char *text, pd_setup *u, pd_input_step_limit *vary)
 {
     memset(u, 0, sizeof *u);
     memset(vary, 0, sizeof *vary);
@@ -23,7 +23,7 @@ static pd_status begin(pd_ctx *ctx, const char *text, pd_setup *u, pd_vary *vary
     return pdi_input_step_limit_build(ctx, u, vary);
 }
 
-static void end(pd_ctx *ctx, pd_setup *u, pd_vary *vary)
+static void end(pd_ctx *ctx, pd_setup *u, pd_input_step_limit *vary)
 {
     pdi_input_step_limit_free(ctx, vary);
     leave(ctx, u);
@@ -36,7 +36,7 @@ TEST(tolerance)
     for (int k = 0; k < 2; k++) {
         pd_ctx ctx;
         pd_setup u;
-        pd_vary vary;
+        pd_input_step_limit vary;
         if (!CHECK_OK(&ctx, begin(&ctx, texts[k], &u, &vary))) return;
         CHECK_NEAR(vary.rtol, k ? 2e-4 : 1e-3, 0.0);
         CHECK_NEAR(vary.last, k ? 5.0 : 3.0, 0.0);
@@ -52,7 +52,7 @@ static void check_side(const char *expression, int side, int uses)
     char text[600];
     pd_ctx ctx;
     pd_setup u;
-    pd_vary vary;
+    pd_input_step_limit vary;
     int places = 1, seen[27] = {0};
     static const char axes[] = "xyz";
     snprintf(text, sizeof text, HEAD "[side %c%c] C = %s\n[run] until = 1 s\n", axes[side / 2], side % 2 ? '+' : '-',
@@ -63,7 +63,7 @@ static void check_side(const char *expression, int side, int uses)
     CHECK_INT(vary.count, places);
     CHECK_INT(vary.capacity, places);
     for (int32_t k = 0; k < vary.count; k++) {
-        const pd_vary_value *value = &vary.value[k];
+        const pd_input_value *value = &vary.value[k];
         int place = 0;
         for (int d = PD_DIM - 1; d >= 0; d--) {
             double part = (value->x[d] - lo[d]) / (hi[d] - lo[d]), third = floor(3.0 * part);
@@ -100,7 +100,7 @@ TEST(steady_values)
 {
     pd_ctx ctx;
     pd_setup u;
-    pd_vary vary;
+    pd_input_step_limit vary;
     if (!CHECK_OK(&ctx, begin(&ctx, HEAD "[side x-] C = 1 mol/m3*(1 + x/1 m)\n[run] until = 1 s\n", &u, &vary)))
         return;
     CHECK_INT(vary.count, 0);
@@ -114,7 +114,7 @@ TEST(steps_end_at_jumps)
 {
     pd_ctx ctx;
     pd_setup u;
-    pd_vary vary;
+    pd_input_step_limit vary;
     static const double jumps[3] = {2.0, 6.0, 10.0};
     if (PD_DIM == 1) SKIP("a side is one place");
     if (!CHECK_OK(&ctx, begin(&ctx, HEAD "[side y-] C = if(x + 4 um < 1 um/s*t, 1 mol/m3, 0 mol/m3)\n"

@@ -52,7 +52,7 @@ TEST(estimate_against_peak)
         pd_setup u;
         pd_run_desc desc;
         pd_run_result result;
-        pd_footprint b;
+        pd_memory_estimate b;
         char path[300];
         int steps = 0;
         memset(&desc, 0, sizeof desc);
@@ -66,10 +66,10 @@ TEST(estimate_against_peak)
         pd_ctx_init(&ctx);
         ctx.threads = 1;
         if (!CHECK_OK(&ctx, pd_scene_read(&ctx, path, &examples[k].shorter, examples[k].shorter != NULL, &u))) continue;
-        pd_footprint_estimate(&u, &b);
+        pd_memory_estimate_compute(&u, &b);
         CHECK_OK(&ctx, pd_run(&ctx, &u, &desc, &result));
         double ratio = b.all / (double)ctx.peak;
-        if (!CHECK(ratio <= 1.0 + PD_FOOTPRINT_ERROR && ratio >= 1.0 / (1.0 + PD_FOOTPRINT_ERROR)))
+        if (!CHECK(ratio <= 1.0 + PD_MEMORY_ESTIMATE_ERROR && ratio >= 1.0 / (1.0 + PD_MEMORY_ESTIMATE_ERROR)))
             NOTE("%s: estimate %.0f, peak %.0f bytes", examples[k].scene, b.all, (double)ctx.peak);
         leave(&ctx, &u);
     }
@@ -150,7 +150,7 @@ TEST(parts_grow_as_estimated)
             static pd_model model;
             pd_ctx ctx;
             pd_setup u;
-            pd_footprint b;
+            pd_memory_estimate b;
             char spacing[60];
             const char *finer = spacing;
             snprintf(spacing, sizeof spacing, "grid.h=%.17g m", 0.5 * h);
@@ -158,7 +158,7 @@ TEST(parts_grow_as_estimated)
             ctx.threads = 1;
             if (!CHECK_OK(&ctx, pd_scene_read(&ctx, part_table[k].scene, &finer, fine, &u))) return;
             h = u.h[0];
-            pd_footprint_estimate(&u, &b);
+            pd_memory_estimate_compute(&u, &b);
             memset(&model, 0, sizeof model);
             if (CHECK_OK(&ctx, pdi_model_build(&ctx, &u, &model)))
                 for (int p = 0; p < PD_PART_COUNT; p++) {
@@ -191,14 +191,14 @@ TEST(peaks_grow_as_estimated)
             pd_setup u;
             pd_run_desc desc;
             pd_run_result result;
-            pd_footprint b;
+            pd_memory_estimate b;
             const char *finer = spacing[k][fine];
             memset(&desc, 0, sizeof desc);
             desc.dry = 1;
             pd_ctx_init(&ctx);
             ctx.threads = 1;
             if (!CHECK_OK(&ctx, pd_scene_read(&ctx, scene[k], &finer, 1, &u))) return;
-            pd_footprint_estimate(&u, &b);
+            pd_memory_estimate_compute(&u, &b);
             estimate[fine] = b.all - b.files;
             CHECK_OK(&ctx, pd_run(&ctx, &u, &desc, &result));
             found[fine] = (double)ctx.peak;
@@ -231,14 +231,14 @@ TEST(any_place_of_the_box)
     for (size_t k = 0; k < sizeof box / sizeof box[0]; k++) {
         pd_ctx ctx;
         pd_setup u;
-        pd_footprint b;
+        pd_memory_estimate b;
         char text[400];
         const char *at = box[k], *comma = ", ";
         snprintf(text, sizeof text, "[grid] h = 50 um  m = 3  box = %s%s%s%s%s\n[transport] D = 1e-9 m2/s\n"
                  "[run] until = 1 s\n", at, PD_DIM > 1 ? comma : "", PD_DIM > 1 ? at : "", PD_DIM > 2 ? comma : "",
                  PD_DIM > 2 ? at : "");
         if (!CHECK_OK(&ctx, load(&ctx, text, NULL, 0, &u))) return;
-        pd_footprint_estimate(&u, &b);
+        pd_memory_estimate_compute(&u, &b);
         if (!k) first = b.all;
         CHECK_REL(b.all, first, 1e-12);
         CHECK_NEAR(b.cut, pow(20.0, PD_DIM) - pow(14.0, PD_DIM), 1e-9);
@@ -247,7 +247,7 @@ TEST(any_place_of_the_box)
     /* metal up to 4 cells from one side, a wall at the other one, mirrors across */
     pd_ctx ctx;
     pd_setup u;
-    pd_footprint b;
+    pd_memory_estimate b;
     static const char *const text =
         "[grid] h = 50 um  m = 3  box = -1 mm .. 0" ACROSS "\n[side x-] flow = mirror\n"
         "[shape metal] kind = solid  box = -1 mm .. -0.8 mm" ACROSS "\n"
@@ -259,7 +259,7 @@ TEST(any_place_of_the_box)
 #endif
         "[transport] D = 1e-9 m2/s\n[dissolve] rate = 1 um/h\n[run] until = 1 s\n";
     if (!CHECK_OK(&ctx, load(&ctx, text, NULL, 0, &u))) return;
-    pd_footprint_estimate(&u, &b);
+    pd_memory_estimate_compute(&u, &b);
     CHECK_NEAR(b.cut, 6.0 * pow(20.0, PD_DIM - 1), 1e-9);
     CHECK_NEAR(b.solid, 4.0 * pow(20.0, PD_DIM - 1), 1e-9);
     leave(&ctx, &u);

@@ -15,7 +15,7 @@
 
 static pd_sim sim;
 
-/* The same with pd_run: time, steps, loss and ledger, bit for bit; and with pd_couple_run: the fields. */
+/* The same with pd_run: time, steps, loss and ledger, bit for bit; and with pd_time_loop_run: the fields. */
 static void against_run(const char *text, const char *const *names)
 {
     const char *overrides[] = {ONE_OUTPUT, "until = 2 h"}; /* some metal is left: fields of its surface have values */
@@ -38,11 +38,11 @@ static void against_run(const char *text, const char *const *names)
     CHECK_OK(&other, pd_run(&other, &setup, &desc, &result));
     CHECK_NEAR(result.time, sim.time, 0.0);
     CHECK_INT(result.steps, sim.steps);
-    CHECK_NEAR(result.volume_loss, pd_couple_volume_loss(&sim.model.couple), 0.0);
+    CHECK_NEAR(result.volume_loss, pd_time_loop_volume_loss(&sim.model.couple), 0.0);
     CHECK_OK(&other, pdi_model_build(&other, &setup, &model));
-    CHECK_OK(&other, pd_couple_run(&other, &model.couple, setup.until, 0.0, NULL, NULL));
+    CHECK_OK(&other, pd_time_loop_run(&other, &model.couple, setup.until, 0.0, NULL, NULL));
     for (int k = 0; names[k]; k++) {
-        pd_view v;
+        pd_field_view v;
         int field = 0, at[PD_DIM];
         if (!CHECK_OK(&ctx, pd_sim_field(&ctx, &sim, names[k], &v))) continue;
         while (strcmp(pdi_setup_field_name(&setup, (pd_field)field), names[k]) != 0) field++;
@@ -89,7 +89,7 @@ TEST(what_is_refused)
                     "[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s  time = implicit\n[run] until = 1 s\n";
     const char *overrides[] = {"until=1 h", "m=0.3"};
     pd_ctx ctx;
-    pd_view view;
+    pd_field_view view;
     pd_ctx_init(&ctx);
     CHECK_INT(pd_sim_open(&ctx, "nowhere.scene", NULL, 0, &sim), PD_ERR_FILE);
     CHECK_INT(ctx.in_use, 0);
@@ -121,33 +121,33 @@ typedef struct seen {
 } seen;
 
 /* The fields are those of the model, the figures those of its observables. */
-static int watch(void *user, pd_ctx *ctx, const pd_instant *at)
+static int watch(void *user, pd_ctx *ctx, const pd_snapshot *at)
 {
     seen *s = (seen *)user;
-    pd_view c, none;
-    pd_figures figures;
+    pd_field_view c, none;
+    pd_scalar_outputs figures;
     memset(&figures, 0, sizeof figures);
     CHECK_INT(s->ends, 0);
-    CHECK(at->when == PD_WHEN_START ? s->starts == 0 : s->starts == 1);
-    s->starts += at->when == PD_WHEN_START;
-    s->steps += at->when == PD_WHEN_STEP;
-    s->ends += at->when == PD_WHEN_END;
-    CHECK_INT(pd_instant_field(ctx, at, "q", &none), PD_ERR_ARGUMENT);
+    CHECK(at->when == PD_SNAPSHOT_STAGE_START ? s->starts == 0 : s->starts == 1);
+    s->starts += at->when == PD_SNAPSHOT_STAGE_START;
+    s->steps += at->when == PD_SNAPSHOT_STAGE_STEP;
+    s->ends += at->when == PD_SNAPSHOT_STAGE_END;
+    CHECK_INT(pd_snapshot_get_field(ctx, at, "q", &none), PD_ERR_ARGUMENT);
     s->most = 0.0;
-    if (CHECK_OK(ctx, pd_instant_field(ctx, at, "C", &c)))
+    if (CHECK_OK(ctx, pd_snapshot_get_field(ctx, at, "C", &c)))
         for (int64_t cell = 0; cell < c.part; cell++) s->most = fmax(s->most, c.data[cell]);
     CHECK_NEAR(s->most, at->observables->c_max, 0.0);
-    if (CHECK_OK(ctx, pd_instant_figures(ctx, at, &figures)) && CHECK(figures.count > 1)) {
+    if (CHECK_OK(ctx, pd_snapshot_get_outputs(ctx, at, &figures)) && CHECK(figures.count > 1)) {
         CHECK_STR(figures.list[0].key, "volume_loss");
         CHECK_NEAR(figures.list[0].value, at->observables->volume_loss, 0.0);
         s->figure = figures.list[figures.count - 1].value;
         CHECK(s->figures == 0 || s->figures == figures.count);
         s->figures = figures.count;
     }
-    pd_figures_free(ctx, &figures);
-    if (at->when == PD_WHEN_STEP) CHECK_INT(at->steps, s->steps + s->before);
-    if (at->when == PD_WHEN_START) s->before = at->steps;
-    if (at->when == PD_WHEN_STEP) CHECK_NEAR(at->time - s->time, at->dt, 1e-9 * at->dt);
+    pd_scalar_outputs_free(ctx, &figures);
+    if (at->when == PD_SNAPSHOT_STAGE_STEP) CHECK_INT(at->steps, s->steps + s->before);
+    if (at->when == PD_SNAPSHOT_STAGE_START) s->before = at->steps;
+    if (at->when == PD_SNAPSHOT_STAGE_STEP) CHECK_NEAR(at->time - s->time, at->dt, 1e-9 * at->dt);
     s->time = at->time;
     s->loss = at->observables->volume_loss;
     return s->stop_after && s->steps == s->stop_after;
@@ -196,7 +196,7 @@ TEST(an_observer)
 }
 
 /* Every field of a probe's table once, in the order of the table, with its unit. */
-static int watch_probe(void *user, pd_ctx *ctx, const pd_instant *at)
+static int watch_probe(void *user, pd_ctx *ctx, const pd_snapshot *at)
 {
     static const char *const key[] = {"volume_loss", "vx", "vy",
 #if PD_DIM == 3
@@ -208,10 +208,10 @@ static int watch_probe(void *user, pd_ctx *ctx, const pd_instant *at)
                                        "m/s",
 #endif
                                        "Pa", "mol/m3", "-", "-", "m/s", "kg/m3"};
-    pd_figures figures;
+    pd_scalar_outputs figures;
     int *looks = (int *)user;
     memset(&figures, 0, sizeof figures);
-    if (!CHECK_OK(ctx, pd_instant_figures(ctx, at, &figures))) return 1;
+    if (!CHECK_OK(ctx, pd_snapshot_get_outputs(ctx, at, &figures))) return 1;
     if (CHECK_INT(figures.count, sizeof key / sizeof key[0]))
         for (int k = 0; k < figures.count; k++) {
             CHECK_STR(figures.list[k].section, k ? "probe" : "scene");
@@ -220,7 +220,7 @@ static int watch_probe(void *user, pd_ctx *ctx, const pd_instant *at)
             CHECK_STR(figures.list[k].unit, unit[k]);
             CHECK_INT(figures.list[k].monitor, -1);
         }
-    pd_figures_free(ctx, &figures);
+    pd_scalar_outputs_free(ctx, &figures);
     ++*looks;
     return 1;
 }
@@ -278,7 +278,7 @@ TEST(functions_of_the_caller)
     memset(&called, 0, sizeof called);
     if (!CHECK_OK(&ctx, pd_sim_open(&ctx, PIN_SCENE, NULL, 0, &sim))) return;
     if (!CHECK_OK(&other, pd_scene_parse(&other, "pin", PIN_SCENE, changes, 1, &called.setup))) return;
-    CHECK_OK(&other, pd_setup_function(&other, &called.setup, "rate", law, &calls, 1));
+    CHECK_OK(&other, pd_setup_set_function(&other, &called.setup, "rate", law, &calls, 1));
     if (!CHECK_OK(&other, pd_sim_start(&other, &called))) return;
     for (int k = 0; k < 2; k++) {
         CHECK_OK(&ctx, pd_sim_step(&ctx, &sim, 7200.0));
@@ -286,8 +286,8 @@ TEST(functions_of_the_caller)
     }
     CHECK(calls > 0);
     CHECK_NEAR(called.time, sim.time, 1e-9 * sim.time);
-    double loss = pd_couple_volume_loss(&sim.model.couple);
-    CHECK_NEAR(pd_couple_volume_loss(&called.model.couple), loss, 1e-9 * loss);
+    double loss = pd_time_loop_volume_loss(&sim.model.couple);
+    CHECK_NEAR(pd_time_loop_volume_loss(&called.model.couple), loss, 1e-9 * loss);
     pd_sim_close(&other, &called);
     CHECK_INT(other.in_use, 0);
     pd_sim_close(&ctx, &sim);
@@ -313,14 +313,14 @@ TEST(functions_tell_their_breaks)
         ctx.threads = 1;
         memset(&sim, 0, sizeof sim);
         if (!CHECK_OK(&ctx, pd_scene_parse(&ctx, "pin", PIN_SCENE, NULL, 0, &sim.setup))) return;
-        CHECK_INT(pd_setup_breaks(&ctx, &sim.setup, "rate", breaks, 2), PD_ERR_ARGUMENT); /* no function yet */
-        CHECK_OK(&ctx, pd_setup_function(&ctx, &sim.setup, "rate", pulse, k ? &pulses : NULL, 2));
-        CHECK_INT(pd_setup_breaks(&ctx, &sim.setup, "rate", wrong, 2), PD_ERR_ARGUMENT);
+        CHECK_INT(pd_setup_set_breaks(&ctx, &sim.setup, "rate", breaks, 2), PD_ERR_ARGUMENT); /* no function yet */
+        CHECK_OK(&ctx, pd_setup_set_function(&ctx, &sim.setup, "rate", pulse, k ? &pulses : NULL, 2));
+        CHECK_INT(pd_setup_set_breaks(&ctx, &sim.setup, "rate", wrong, 2), PD_ERR_ARGUMENT);
         CHECK(strstr(ctx.message, "break 1 of 'rate' is 1 s") != NULL);
-        CHECK_OK(&ctx, pd_setup_breaks(&ctx, &sim.setup, "rate", breaks, 2));
+        CHECK_OK(&ctx, pd_setup_set_breaks(&ctx, &sim.setup, "rate", breaks, 2));
         if (!CHECK_OK(&ctx, pd_sim_start(&ctx, &sim))) return;
         CHECK_OK(&ctx, pd_sim_step(&ctx, &sim, 7200.0));
-        loss[k] = pd_couple_volume_loss(&sim.model.couple);
+        loss[k] = pd_time_loop_volume_loss(&sim.model.couple);
         pd_sim_close(&ctx, &sim);
         CHECK_INT(ctx.in_use, 0);
     }
@@ -353,24 +353,24 @@ TEST(a_law_of_grains)
     memset(&called, 0, sizeof called);
     if (!CHECK_OK(&ctx, pd_sim_open(&ctx, PIN_SCENE, changes, 2, &sim))) return;
     if (!CHECK_OK(&other, pd_scene_parse(&other, "pin", PIN_SCENE, changes + 1, 1, &called.setup))) return;
-    CHECK_OK(&other, pd_setup_function(&other, &called.setup, "rate", law_of_grain, &seen_grains,
-                                       1u << (PDI_SETUP_RATE_GRAIN)));
+    CHECK_OK(&other, pd_setup_set_function(&other, &called.setup, "rate", law_of_grain, &seen_grains,
+                                           1u << (PDI_SETUP_RATE_GRAIN)));
     if (!CHECK_OK(&other, pd_sim_start(&other, &called))) return;
     for (int k = 0; k < 2; k++) {
         CHECK_OK(&ctx, pd_sim_step(&ctx, &sim, 7200.0));
         CHECK_OK(&other, pd_sim_step(&other, &called, 7200.0));
     }
     CHECK_INT(seen_grains, 3);
-    double loss = pd_couple_volume_loss(&sim.model.couple);
+    double loss = pd_time_loop_volume_loss(&sim.model.couple);
     CHECK(loss > 0.0);
-    CHECK_NEAR(pd_couple_volume_loss(&called.model.couple), loss, 1e-9 * loss);
+    CHECK_NEAR(pd_time_loop_volume_loss(&called.model.couple), loss, 1e-9 * loss);
     pd_sim_close(&other, &called);
     pd_sim_close(&ctx, &sim);
     static const char plain[] = CHANNEL PIN "\n[transport] D = 1e-9 m2/s\n[dissolve] m = 2" LAW "\n[run] until = 1 h\n";
     CHECK_INT(pd_scene_parse(&ctx, "pin", plain, coarse, 1, &setup), PD_ERR_ARGUMENT);
     CHECK(strstr(ctx.message, "expected grains = SIZE in a solid [shape ...]") != NULL);
     if (!CHECK_OK(&ctx, pd_scene_parse(&ctx, "pin", plain, NULL, 0, &setup))) return;
-    CHECK_INT(pd_setup_function(&ctx, &setup, "rate", law_of_grain, &seen_grains, 1u << (PDI_SETUP_RATE_GRAIN)),
+    CHECK_INT(pd_setup_set_function(&ctx, &setup, "rate", law_of_grain, &seen_grains, 1u << (PDI_SETUP_RATE_GRAIN)),
               PD_ERR_ARGUMENT);
     pd_setup_free(&ctx, &setup);
     CHECK_INT(ctx.in_use, 0);
@@ -381,12 +381,12 @@ TEST(functions_of_an_inlet)
 {
     static const char text[] = CHANNEL THROUGH "[transport] D = 1e-8 m2/s\n[run] until = 1 s\n";
     pd_ctx ctx;
-    pd_view v, c;
+    pd_field_view v, c;
     pd_ctx_init(&ctx);
     memset(&sim, 0, sizeof sim);
     if (!CHECK_OK(&ctx, pd_scene_parse(&ctx, "inlet", text, NULL, 0, &sim.setup))) return;
-    CHECK_OK(&ctx, pd_setup_function(&ctx, &sim.setup, "x-.mean", stream, NULL, 0));
-    CHECK_OK(&ctx, pd_setup_function(&ctx, &sim.setup, "x-.C", entering, NULL, 2));
+    CHECK_OK(&ctx, pd_setup_set_function(&ctx, &sim.setup, "x-.mean", stream, NULL, 0));
+    CHECK_OK(&ctx, pd_setup_set_function(&ctx, &sim.setup, "x-.C", entering, NULL, 2));
     if (!CHECK_OK(&ctx, pd_sim_start(&ctx, &sim))) return;
     CHECK(sim.model.inlet.timed);
     CHECK_NEAR(pdi_inlet_get_mean_velocity(&sim.model.inlet, 0), 0.01, 0.0);
@@ -402,15 +402,15 @@ TEST(functions_of_an_inlet)
     /* a view that is kept stays, the next one is another */
     CHECK_OK(&ctx, pd_sim_field(&ctx, &sim, "v", &v));
     double kept = v.data[v.part / 2];
-    pd_sim_keep(&sim, &v);
-    pd_view again;
+    pd_sim_detach_view(&sim, &v);
+    pd_field_view again;
     CHECK_OK(&ctx, pd_sim_field(&ctx, &sim, "v", &again));
     CHECK(again.data != v.data);
     pd_sim_close(&ctx, &sim);
     CHECK_NEAR(v.data[v.part / 2], kept, 0.0);
     CHECK_INT(ctx.in_use, (int64_t)sizeof(double) * PD_DIM * v.part);
-    pd_sim_release(&ctx, &v);
-    pd_sim_release(&ctx, &v);
+    pd_sim_free_view(&ctx, &v);
+    pd_sim_free_view(&ctx, &v);
     CHECK_INT(ctx.in_use, 0);
 }
 
@@ -433,14 +433,14 @@ TEST(functions_that_are_refused)
     pd_ctx_init(&ctx);
     if (!CHECK_OK(&ctx, pd_scene_parse(&ctx, "pin", transfer, NULL, 0, &setup))) return;
     for (size_t k = 0; k < sizeof wrong / sizeof wrong[0]; k++) {
-        CHECK_INT(pd_setup_function(&ctx, &setup, wrong[k].key, law, NULL, 1), PD_ERR_ARGUMENT);
+        CHECK_INT(pd_setup_set_function(&ctx, &setup, wrong[k].key, law, NULL, 1), PD_ERR_ARGUMENT);
         if (!CHECK(strstr(ctx.message, wrong[k].message) != NULL)) NOTE("%s: %s", wrong[k].key, ctx.message);
     }
     pd_setup_free(&ctx, &setup);
     if (!CHECK_OK(&ctx, pd_scene_parse(&ctx, "still", still, NULL, 0, &setup))) return;
-    CHECK_INT(pd_setup_function(&ctx, &setup, "rate", law, NULL, 1), PD_ERR_ARGUMENT);
+    CHECK_INT(pd_setup_set_function(&ctx, &setup, "rate", law, NULL, 1), PD_ERR_ARGUMENT);
     CHECK_STR(ctx.message, "setup: a function for 'rate': expected [dissolve] or [corrode]");
-    CHECK_OK(&ctx, pd_setup_function(&ctx, &setup, "initial", entering, NULL, 2));
+    CHECK_OK(&ctx, pd_setup_set_function(&ctx, &setup, "initial", entering, NULL, 2));
     pd_setup_free(&ctx, &setup);
     CHECK_INT(ctx.in_use, 0);
 }

@@ -13,7 +13,7 @@ typedef struct halver {
     int64_t steps;
     int asked;      /* by the poll function, while the second step was tried */
     int unsolved;   /* 1: attempts find no solution */
-    pd_couple couple;
+    pd_time_loop couple;
     char line[8][300];
 } halver;
 
@@ -57,8 +57,8 @@ static int watch(void *user, const char *doing, int64_t count)
 
 static void begin(pd_ctx *ctx, halver *h)
 {
-    pd_process p;
-    pd_couple_desc d;
+    pd_physics p;
+    pd_time_loop_desc d;
     static pd_grid grid;
     memset(h, 0, sizeof *h);
     memset(&p, 0, sizeof p);
@@ -66,11 +66,11 @@ static void begin(pd_ctx *ctx, halver *h)
     pd_ctx_init(ctx);
     ctx->poll = watch;
     ctx->poll_user = h;
-    CHECK_OK(ctx, pd_couple_build(ctx, &d, &grid, NULL, &h->couple));
+    CHECK_OK(ctx, pd_time_loop_build(ctx, &d, &grid, NULL, &h->couple));
     p.name = "steady flow";
     p.self = h;
     p.start = p.at = halver_at;
-    CHECK_OK(ctx, pd_couple_add(ctx, &h->couple, p));
+    CHECK_OK(ctx, pd_time_loop_add_process(ctx, &h->couple, p));
     memset(&p, 0, sizeof p);
     p.name = "halver";
     p.self = h;
@@ -80,7 +80,7 @@ static void begin(pd_ctx *ctx, halver *h)
     p.attempt = halver_attempt;
     p.reject = halver_reject;
     p.accept = halver_accept;
-    CHECK_OK(ctx, pd_couple_add(ctx, &h->couple, p));
+    CHECK_OK(ctx, pd_time_loop_add_process(ctx, &h->couple, p));
 }
 
 /* Each attempt is told with its length and with how the one before went, by name and time. */
@@ -89,10 +89,10 @@ TEST(attempts)
     pd_ctx ctx;
     halver h;
     begin(&ctx, &h);
-    CHECK_OK(&ctx, pd_couple_start(&ctx, &h.couple));
+    CHECK_OK(&ctx, pd_time_loop_start(&ctx, &h.couple));
     CHECK_STR(h.line[0], "the start takes 12.0 s so far: steady flow is solved at t = 0 s (flow: Newton 3)");
     h.asked = 0;
-    CHECK_OK(&ctx, pd_couple_step(&ctx, &h.couple, 0.25));
+    CHECK_OK(&ctx, pd_time_loop_step(&ctx, &h.couple, 0.25));
     CHECK_INT(h.asked, 3); /* a step of .25, then twice one of .125 */
     CHECK_STR(h.line[0], "no step for 12.0 s, at t = 0 s: halver tries a step of 250 ms from t = 0 s (halver 0)");
     CHECK_STR(h.line[1], "no step for 12.0 s, at t = 0 s: halver tries a step of 125 ms from t = 0 s, attempt 2; the "
@@ -109,11 +109,11 @@ TEST(no_way_on)
     pd_ctx ctx;
     halver h;
     begin(&ctx, &h);
-    CHECK_OK(&ctx, pd_couple_start(&ctx, &h.couple));
-    CHECK_OK(&ctx, pd_couple_step(&ctx, &h.couple, 1.0));
+    CHECK_OK(&ctx, pd_time_loop_start(&ctx, &h.couple));
+    CHECK_OK(&ctx, pd_time_loop_step(&ctx, &h.couple, 1.0));
     h.unsolved = 1;
     h.asked = 0;
-    CHECK_INT(pd_couple_step(&ctx, &h.couple, 2.0), PD_ERR_STATE);
+    CHECK_INT(pd_time_loop_step(&ctx, &h.couple, 2.0), PD_ERR_STATE);
     CHECK_STR(h.line[1], "no step for 12.0 s, at t = 1 s: halver tries a step of 500 ms from t = 1 s, attempt 2; the "
                          "one before found no solution (halver 11)");
     CHECK(strstr(ctx.message, "from t = 1 s to 2 s, after ") && strstr(ctx.message, "attempts that were not good"));

@@ -31,7 +31,7 @@ static int open_plate(int axis, const char *metal, const char *output)
     return open_model(text, NULL, 0);
 }
 
-static int draw(pd_shade *shade)
+static int draw(pd_rendering *shade)
 {
     pd_field field = pdi_surface_view_get_colour_field(&setup);
     pdi_sample_prepare(&ctx, &model, field < PD_FIELD_COUNT ? (pd_fields)1 << field : 0);
@@ -41,7 +41,7 @@ static int draw(pd_shade *shade)
 }
 
 /* The pixel of a place. */
-static int pixel(const pd_shade *s, const double *x)
+static int pixel(const pd_rendering *s, const double *x)
 {
     double at[3];
     pdi_renderer_project_point(s, x, at);
@@ -55,7 +55,7 @@ TEST(plates_have_the_colours_of_the_fluid_on_them)
     for (int axis = 0; axis < 3; axis++) {
         int e = (axis + 1) % 3, g = (axis + 2) % 3;
         char output[60];
-        pd_shade shade;
+        pd_rendering shade;
         double off = 0.0;
         snprintf(output, sizeof output, "surface = C  view = %d, %d, %d", axis == 0, axis == 1, axis == 2);
         if (!open_plate(axis, "", output)) return;
@@ -87,7 +87,7 @@ TEST(plates_are_as_high_as_their_metal)
         for (int part = 0; part < 2; part++) {
             int e = (axis + 1) % 3, g = (axis + 2) % 3;
             char output[60];
-            pd_shade shade;
+            pd_rendering shade;
             double area = 0.0, high = part ? 4.75 : 5.0;
             snprintf(output, sizeof output, "surface = yes  view = %d, %d, %d", e == 0, e == 1, e == 2);
             if (!open_plate(axis, "", output)) return;
@@ -115,7 +115,7 @@ TEST(faces_in_the_sides)
 {
     static const char *const field[] = {"surface = C  view = 0, 0, -1", "surface = grain  view = 0, 0, -1"};
     for (int k = 0; k < 2; k++) {
-        pd_shade shade;
+        pd_rendering shade;
         int seen = 0;
         if (!open_plate(2, k ? "grains = 5 um" : "", field[k])) return;
         if (!draw(&shade)) return;
@@ -146,8 +146,8 @@ TEST(memory_of_a_view)
     double files = 0.0, pixels = 0.0;
     for (size_t k = 0; k < sizeof drawn / sizeof drawn[0]; k++) {
         char text[500];
-        pd_shade shade;
-        pd_footprint b;
+        pd_rendering shade;
+        pd_memory_estimate b;
         snprintf(text, sizeof text, "[grid] h = 1 um, 2 um, 1 um  box = -30 um .. 30 um, 0 .. 160 um, 5 um .. 45 um\n"
                  "[shape all] box = -30 um .. 30 um, 0 .. 160 um, 5 um .. 45 um  kind = solid  material = mg4ag\n"
                  "grains = 20 um\n[transport] D = 1e-15 m2/s\n[dissolve] rate = 1 um/s\n[run] until = 1 s\n"
@@ -155,13 +155,13 @@ TEST(memory_of_a_view)
         if (k) {
             pd_ctx_init(&ctx);
             if (!CHECK_OK(&ctx, pd_scene_parse(&ctx, "a.scene", text, NULL, 0, &setup))) return;
-            pd_footprint_estimate(&setup, &b);
+            pd_memory_estimate_compute(&setup, &b);
             CHECK_REL(b.files - files, 8.0 * pixels, 1e-12);
             pd_setup_free(&ctx, &setup);
             continue;
         }
         if (!open_model(text, NULL, 0)) return;
-        pd_footprint_estimate(&setup, &b);
+        pd_memory_estimate_compute(&setup, &b);
         size_t before = ctx.in_use;
         ctx.peak = before;
         if (!draw(&shade)) return;

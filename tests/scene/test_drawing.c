@@ -48,15 +48,15 @@ TEST(pictures_as_wanted)
                              "streamlines = C , v 7  vectors = p 100  "
                              "format = svg, png  width = 500  cells = smooth  animate = yes  percentile = 98 %\n",
                              NULL, 0, &u))) return;
-    const pd_setup_drawing *d = &u.drawing;
+    const pd_setup_image_options *d = &u.drawing;
     CHECK_NEAR(d->range[PD_FIELD_C][0], 1.0, 0.0);
     CHECK_NEAR(d->range[PD_FIELD_C][1], 5.0, 0.0);
     CHECK_NEAR(d->range[PD_FIELD_V][0], 5e-4, 1e-18);
     CHECK_NEAR(d->range[PD_FIELD_V][1], 2e-3, 1e-18);
     CHECK_NEAR(d->range[PD_FIELD_P][1], 0.0, 0.0);
-    CHECK_INT(d->map[PD_FIELD_C], 1 + PD_MAP_GREY);
-    CHECK_INT(d->map[PD_FIELD_P], 1 + PD_MAP_VIRIDIS);
-    CHECK_INT(d->map[PD_FIELD_V], 1 + PD_MAP_DIVERGING);
+    CHECK_INT(d->map[PD_FIELD_C], 1 + PD_COLOUR_MAP_GREY);
+    CHECK_INT(d->map[PD_FIELD_P], 1 + PD_COLOUR_MAP_VIRIDIS);
+    CHECK_INT(d->map[PD_FIELD_V], 1 + PD_COLOUR_MAP_DIVERGING);
     CHECK(d->log == (pdi_setup_field_bit(PD_FIELD_C) | pdi_setup_field_bit(PD_FIELD_P)));
     CHECK_INT(d->levels[PD_FIELD_C], 1);
     CHECK_INT(d->contours[PD_FIELD_C], 2);

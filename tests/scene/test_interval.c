@@ -30,7 +30,7 @@ static const char *const texts[] = {
 TEST(bounds_hold_all_values)
 {
     pd_ctx ctx;
-    pd_curve curve;
+    pd_monotone_cubic curve;
     pd_expr_table table;
     uint32_t state = 1;
     int64_t checked = 0;
@@ -93,7 +93,7 @@ TEST(bounds_are_those_of_the_function)
         {"f(t)", 0.0, 3.0, -1.0, 4.0}, {"f(t)", 1.2, 1.8, 4.0, 4.0}, {"floor(t)", 0.5, 2.5, 0.0, 2.0},
         {"t*x", -2.0, 2.0, -1.0, 1.0}, {"1/t", 1.0, 4.0, 0.25, 1.0}, {"min(t, x)", 0.0, 1.0, 0.0, 0.5}};
     pd_ctx ctx;
-    pd_curve curve;
+    pd_monotone_cubic curve;
     pd_expr_table table;
     double at[PD_EXPR_VARS];
     pd_ctx_init(&ctx);

@@ -44,7 +44,7 @@ TEST(guide)
     char *guide = NULL, row[2048], title[64];
     size_t size = 0;
     int count, rows = 0;
-    const pd_key_section *s = pd_keys(&count);
+    const pd_key_section *s = pd_key_sections(&count);
     pd_ctx_init(&ctx);
     if (!CHECK_OK(&ctx, pdi_file_read_all(&ctx, "docs/guide.md", 1 << 20, &guide, &size))) return;
     char *from = strstr(guide, "\n## 2 "), *to = strstr(guide, "\n## 3 ");
@@ -75,7 +75,7 @@ static void mark(pd_ctx *ctx, const char *path)
 {
     pd_text text;
     int count;
-    const pd_key_section *s = pd_keys(&count);
+    const pd_key_section *s = pd_key_sections(&count);
     if (!CHECK_OK(ctx, pdi_text_read(ctx, path, &text))) return;
     for (int e = 0; e < text.entry_count; e++)
         for (int k = 0; k < count; k++)
@@ -241,7 +241,7 @@ TEST(parser)
 {
     char path[512], dimension[16];
     int count;
-    const pd_key_section *s = pd_keys(&count);
+    const pd_key_section *s = pd_key_sections(&count);
     static const char *const folders[] = {"examples/scenes", "examples/scenes/validation", "examples/scenes/templates"};
     leave_files();
     for (size_t k = 0; k < sizeof texts / sizeof texts[0]; k++) {

@@ -219,7 +219,7 @@ TEST(flow_without_progress)
                      "steady = 1e-16\n[side y+] flow = noslip  velocity = 1 mm/s, 0 m/s\n", &u, &m)) return;
     CHECK_REL(m.flow.reference_speed, 1e-3, 1e-12);
     CHECK_REL(m.flow.reference_length, 100e-6, 1e-9);
-    CHECK_INT(pd_couple_start(&ctx, &m.couple), PD_ERR_DIVERGED);
+    CHECK_INT(pd_time_loop_start(&ctx, &m.couple), PD_ERR_DIVERGED);
     CHECK(strstr(ctx.message, "further steps do not lower them. That is as far as their rounding lets them") != NULL);
     CHECK(strstr(ctx.message, " accepts this one") != NULL && strstr(ctx.message, "time = implicit") == NULL);
     CHECK(strstr(ctx.message, "efine the grid") == NULL);
@@ -259,7 +259,7 @@ TEST(sides_and_motion)
         int at[2] = {3, 4};
         CHECK_INT(u.side[0].kind, PD_SIDE_PERIODIC);
         CHECK_INT(u.side[2].kind, PD_SIDE_MIRROR);
-        CHECK_INT(u.motion, PD_MOTION_IMPLICIT);
+        CHECK_INT(u.motion, PD_FLOW_IMPLICIT);
         CHECK_NEAR(m.implicit.desc.rtol, 1e-3, 0.0);
         CHECK_NEAR(m.flow.u[pd_grid_node(&m.grid, at)], 0.9e-3, 1e-18);
         pdi_wall_bc_get_velocity(&m.inlet, x, v);
@@ -404,7 +404,7 @@ TEST(files_of_a_run)
     CHECK_NEAR(r.time, 3600.0, 0.0);
     CHECK(l.summary >= 5 && !r.stopped && !r.has_flux);
     CHECK(strstr(l.text, "not modelled: flow, grains, ") != NULL);
-    pd_run_line(&r, line, sizeof line);
+    pd_run_format_result(&r, line, sizeof line);
     CHECK(strncmp(line, "result case=a dim=2 h=1e-05 m=1 volume_loss=0.0", 47) == 0);
     for (size_t k = 0; k < sizeof files / sizeof files[0]; k++) {
         char name[128];

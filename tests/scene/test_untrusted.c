@@ -30,7 +30,7 @@ static int attempt(const char *bytes, size_t size, int build)
     pd_ctx ctx;
     pd_setup u;
     pd_model *model = NULL;
-    pd_footprint b;
+    pd_memory_estimate b;
     pd_ctx_init(&ctx);
     ctx.threads = 1;
     ctx.alloc.limit = 20000000;
@@ -38,7 +38,7 @@ static int attempt(const char *bytes, size_t size, int build)
     pd_status status = pd_scene_read(&ctx, path_of("b.scene"), NULL, 0, &u);
     int accepted = status == PD_OK;
     if (accepted) {
-        pd_footprint_estimate(&u, &b);
+        pd_memory_estimate_compute(&u, &b);
         CHECK(b.all > 0.0 && pdi_file_is_subpath(u.folder));
         if (build && b.all - b.files < 1e6) {
             model = (pd_model *)calloc(1, sizeof *model);

@@ -50,7 +50,7 @@ static int write_all(pd_ctx *ctx)
     }
     pd_image gray = {257, 131, 1, pixels}, rgb = {257, 131, 3, pixels}, dot = {1, 1, 3, pixels}, drawn;
     if (save(ctx, "gray", &gray) || save(ctx, "rgb", &rgb) || save(ctx, "dot", &dot)) return 1;
-    pd_picture picture;
+    pd_field_plot picture;
     memset(&picture, 0, sizeof picture);
     for (int k = 0; k < 90 * 60; k++) values[k] = sin(k % 90 * 0.1) * cos(k / 90 * 0.1);
     picture.nx = 90;
@@ -58,7 +58,7 @@ static int write_all(pd_ctx *ctx)
     picture.values = values;
     picture.hi[0] = 90e-6;
     picture.hi[1] = 60e-6;
-    picture.map = PD_MAP_DIVERGING;
+    picture.map = PD_COLOUR_MAP_DIVERGING;
     picture.title = "title";
     picture.label = "v_x [m/s]";
     if (pdi_field_plot_draw_image(ctx, &picture, &drawn) != PD_OK) return fail(ctx);

@@ -57,9 +57,9 @@ static int beside(void *user, int32_t i, int32_t j, const double *xi)
     return (c->position[(int64_t)i * PD_DIM] < plane) == (c->position[(int64_t)j * PD_DIM] < plane);
 }
 
-static pd_joined_fn joined;
+static pd_bond_inside_fn joined;
 
-static pair_case *make(double h, double m, pd_rim rim, int hole, uint32_t seed)
+static pair_case *make(double h, double m, pd_partial_volume rim, int hole, uint32_t seed)
 {
     pair_case *c = &test_case;
     uint32_t random = 5;
@@ -116,8 +116,8 @@ TEST(families)
     static const double horizons[5] = {1.0, 1.7, 2.0, 2.5, 3.0};
     for (int way = 0; way < 40; way++) {
         double m = horizons[way % 5];
-        pair_case *c = make(way & 4 ? 1e-3 / 3.0 : 1.0, m, way & 8 ? PD_RIM_EXACT : PD_RIM_LINEAR, way & 1,
-                            way & 2 ? 9u : 0u);
+        pair_case *c = make(way & 4 ? 1e-3 / 3.0 : 1.0, m, way & 8 ? PD_PARTIAL_VOLUME_EXACT : PD_PARTIAL_VOLUME_LINEAR,
+                            way & 1, way & 2 ? 9u : 0u);
         if (!c) return;
         CHECK(c->body[0].lattice || (2.0 * m - floor(2.0 * m) <= 0.0 && fmod(2.0 * m, 2.0) > 0.0));
         same(c);
@@ -133,7 +133,8 @@ TEST(bonds_that_leave)
     for (int way = 0; way < 16; way++) {
         double m = 1.0 + way % 4;
         joined = beside;
-        pair_case *c = make(1e-3, m, way & 8 ? PD_RIM_EXACT : PD_RIM_LINEAR, way & 1, way & 4 ? 9u : 0u);
+        pair_case *c =
+            make(1e-3, m, way & 8 ? PD_PARTIAL_VOLUME_EXACT : PD_PARTIAL_VOLUME_LINEAR, way & 1, way & 4 ? 9u : 0u);
         joined = NULL;
         if (!c) return;
         same(c);
@@ -142,8 +143,8 @@ TEST(bonds_that_leave)
             int32_t n = pd_body_family(&c->body[0], i, to, NULL);
             lost += n < c->body[0].kinds;
             for (int32_t k = 0; k < n; k++) CHECK(beside(c, i, to[k], NULL));
-            for (pd_walk f = pdi_body_bonds_begin(&c->body[0], i); pdi_body_bonds_next(&f);) {
-                pd_walk back = pdi_body_bonds_begin(&c->body[0], f.to);
+            for (pd_bond_iterator f = pdi_body_bonds_begin(&c->body[0], i); pdi_body_bonds_next(&f);) {
+                pd_bond_iterator back = pdi_body_bonds_begin(&c->body[0], f.to);
                 int32_t b = pdi_body_find_bond(&c->body[0], i, f.to);
                 while (back.n < b) pdi_body_bonds_next(&back);
                 if (b < 0 || back.to != i) split = i;
@@ -164,7 +165,7 @@ TEST(bytes)
 {
     for (int m = 1; m <= 3; m++) {
         double places = 1.0, lead = 0.0;
-        pair_case *c = make(1e-3, m, PD_RIM_LINEAR, 0, 0);
+        pair_case *c = make(1e-3, m, PD_PARTIAL_VOLUME_LINEAR, 0, 0);
         if (!c) return;
         end(c);
         int32_t count = --c->desc.count;
@@ -194,7 +195,7 @@ TEST(bytes)
 /* Points that are few in a large box, two at one place, and one a little off its place have no table. */
 TEST(no_table)
 {
-    pair_case *c = make(1e-3, 2.0, PD_RIM_LINEAR, 0, 0);
+    pair_case *c = make(1e-3, 2.0, PD_PARTIAL_VOLUME_LINEAR, 0, 0);
     if (!c) return;
     end(c);
     c->desc.count = 2;
@@ -217,7 +218,7 @@ TEST(no_table)
 /* Bonds break at both ends, once; neighbours in the same byte stay. */
 TEST(bits)
 {
-    pair_case *c = make(1e-3, 3.0, PD_RIM_LINEAR, 1, 0);
+    pair_case *c = make(1e-3, 3.0, PD_PARTIAL_VOLUME_LINEAR, 1, 0);
     if (!c) return;
     CHECK(pdi_body_is_intact(&c->body[0]));
     int32_t middle = c->body[0].count / 2, to[MOST], n = pd_body_family(&c->body[0], middle, to, NULL);
@@ -239,47 +240,47 @@ TEST(bits)
 /* ---- materials ---- */
 
 typedef struct material_case {
-    pd_elastic elastic;
-    pd_finite finite;
-    pd_ordinary ordinary;
+    pd_correspondence elastic;
+    pd_finite_strain finite;
+    pd_ordinary_state ordinary;
     pd_microelastic springs;
 } material_case;
 
 enum { ELASTIC, FINITE, ORDINARY, ORDINARY_ENERGY, SPRINGS, SPRINGS_VOLUME, MATERIALS };
 
-static pd_solid material(pair_case *c, pd_body *body, int kind, material_case *m)
+static pd_material_interface material(pair_case *c, pd_body *body, int kind, material_case *m)
 {
-    pd_solid none;
+    pd_material_interface none;
     memset(&none, 0, sizeof none);
     memset(m, 0, sizeof *m);
     if (kind == ELASTIC) {
-        pd_elastic_desc desc;
+        pd_correspondence_desc desc;
         memset(&desc, 0, sizeof desc);
         desc.young = 70e9;
         desc.poisson = 0.3;
         desc.influence = PD_INFLUENCE_INVERSE;
         desc.loose = 1;
-        CHECK_OK(&c->ctx, pd_elastic_build(&c->ctx, body, &desc, &m->elastic));
-        return pd_elastic_solid(&m->elastic);
+        CHECK_OK(&c->ctx, pd_correspondence_build(&c->ctx, body, &desc, &m->elastic));
+        return pd_correspondence_material(&m->elastic);
     }
     if (kind == FINITE) {
-        pd_finite_desc desc;
+        pd_finite_strain_desc desc;
         memset(&desc, 0, sizeof desc);
         desc.law.young = 70e9;
         desc.law.poisson = 0.3;
         desc.loose = 1;
-        CHECK_OK(&c->ctx, pd_finite_build(&c->ctx, body, &desc, &m->finite));
-        return pd_finite_solid(&m->finite);
+        CHECK_OK(&c->ctx, pd_finite_strain_build(&c->ctx, body, &desc, &m->finite));
+        return pd_finite_strain_material(&m->finite);
     }
     if (kind == ORDINARY || kind == ORDINARY_ENERGY) {
-        pd_ordinary_desc desc;
+        pd_ordinary_state_desc desc;
         memset(&desc, 0, sizeof desc);
         desc.young = 70e9;
         desc.poisson = 0.3;
-        desc.surface = kind == ORDINARY ? PD_ORDINARY_POSITION : PD_ORDINARY_ENERGY;
+        desc.surface = kind == ORDINARY ? PD_ORDINARY_STATE_POSITION : PD_ORDINARY_STATE_ENERGY;
         desc.loose = 1;
-        CHECK_OK(&c->ctx, pd_ordinary_build(&c->ctx, body, &desc, &m->ordinary));
-        return pd_ordinary_solid(&m->ordinary);
+        CHECK_OK(&c->ctx, pd_ordinary_state_build(&c->ctx, body, &desc, &m->ordinary));
+        return pd_ordinary_state_material(&m->ordinary);
     }
     pd_microelastic_desc desc;
     memset(&desc, 0, sizeof desc);
@@ -287,19 +288,19 @@ static pd_solid material(pair_case *c, pd_body *body, int kind, material_case *m
     desc.fracture = 1.0;
     desc.surface = kind == SPRINGS ? PD_MICROELASTIC_MOMENTS : PD_MICROELASTIC_VOLUME;
     CHECK_OK(&c->ctx, pd_microelastic_build(&c->ctx, body, &desc, &m->springs));
-    return pd_microelastic_solid(&m->springs);
+    return pd_microelastic_material(&m->springs);
 }
 
 static void forget(pair_case *c, material_case *m)
 {
-    if (m->elastic.body) pd_elastic_free(&c->ctx, &m->elastic);
-    if (m->finite.body) pd_finite_free(&c->ctx, &m->finite);
-    if (m->ordinary.body) pd_ordinary_free(&c->ctx, &m->ordinary);
+    if (m->elastic.body) pd_correspondence_free(&c->ctx, &m->elastic);
+    if (m->finite.body) pd_finite_strain_free(&c->ctx, &m->finite);
+    if (m->ordinary.body) pd_ordinary_state_free(&c->ctx, &m->ordinary);
     if (m->springs.body) pd_microelastic_free(&c->ctx, &m->springs);
 }
 
 /* What a material says of the points of the lattice. Returns how many numbers. */
-static int64_t look(pair_case *c, const pd_solid *solid, double *to)
+static int64_t look(pair_case *c, const pd_material_interface *solid, double *to)
 {
     int64_t n = (int64_t)c->body[0].count * PD_DIM;
     static double all[(MOST + 1) * PD_DIM * PD_DIM];
@@ -326,9 +327,9 @@ TEST(materials)
     for (int way = 0; way < 2 * MATERIALS; way++) {
         double h = 1e-3 / 3.0;
         material_case m[2];
-        pair_case *c = make(h, way % 2 + 2.0, PD_RIM_LINEAR, 1, way < MATERIALS ? 0u : 3u);
+        pair_case *c = make(h, way % 2 + 2.0, PD_PARTIAL_VOLUME_LINEAR, 1, way < MATERIALS ? 0u : 3u);
         if (!c || !CHECK(c->body[0].lattice)) return;
-        pd_solid solid[2];
+        pd_material_interface solid[2];
         for (int k = 0; k < 2; k++) solid[k] = material(c, &c->body[k], way % MATERIALS, &m[k]);
         for (int state = 0; state < 3; state++) {
             int64_t n[2];
@@ -349,7 +350,7 @@ TEST(materials)
 }
 
 /* A bond weighs as much as its ends have bonds. */
-static double by_families(const void *self, int32_t i, const pd_walk *bond)
+static double by_families(const void *self, int32_t i, const pd_bond_iterator *bond)
 {
     const pd_body *body = (const pd_body *)self;
     return (double)(body->row[i + 1] - body->row[i] + body->row[bond->to + 1] - body->row[bond->to]);
@@ -358,7 +359,7 @@ static double by_families(const void *self, int32_t i, const pd_walk *bond)
 /* Weights that differ beside surfaces: deeper points share those of a whole family, and have no lists. */
 TEST(weights_of_the_inside)
 {
-    pair_case *c = make(1e-3, 1.0, PD_RIM_LINEAR, 0, 0);
+    pair_case *c = make(1e-3, 1.0, PD_PARTIAL_VOLUME_LINEAR, 0, 0);
     pd_bond_weights weights;
     int64_t longest = 0;
     int inside = 0, deep = 1;
@@ -374,7 +375,7 @@ TEST(weights_of_the_inside)
         if (body->row[i + 1] - body->row[i] > longest) longest = body->row[i + 1] - body->row[i];
     for (int32_t i = 0; i < body->count; i++) {
         int whole = 1;
-        for (pd_walk f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
+        for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
             double weight = by_families(body, i, &f);
             CHECK_NEAR(pdi_bond_weights_get(&weights, i, &f), weight, 0.0);
             whole = whole && weight >= 2.0 * (double)longest;

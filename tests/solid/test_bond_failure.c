@@ -5,39 +5,39 @@
 #include "solid/ordinary_state.h"
 #include <math.h>
 
-static pd_ordinary material;
-static pd_elastic family;
-static pd_criterion criterion;
-static pd_solid solid;
+static pd_ordinary_state material;
+static pd_correspondence family;
+static pd_bond_failure criterion;
+static pd_material_interface solid;
 
 static solid_case *bar(const int *n, double m, double nu, pd_plane plane, int of_any_size)
 {
-    pd_ordinary_desc d;
+    pd_ordinary_state_desc d;
     solid_case *c = box(n, 1e-3, m, 1.0);
     memset(&d, 0, sizeof d);
     d.young = 70e9;
     d.poisson = nu;
     d.plane = plane;
     d.linear = !of_any_size;
-    if (!c || !CHECK_OK(&c->ctx, pd_ordinary_build(&c->ctx, &c->body, &d, &material))) return NULL;
-    solid = pd_ordinary_solid(&material);
+    if (!c || !CHECK_OK(&c->ctx, pd_ordinary_state_build(&c->ctx, &c->body, &d, &material))) return NULL;
+    solid = pd_ordinary_state_material(&material);
     return c;
 }
 
-static int judge(solid_case *c, pd_criterion_kind kind, double critical, double fracture)
+static int judge(solid_case *c, pd_bond_failure_kind kind, double critical, double fracture)
 {
-    pd_criterion_desc d;
+    pd_bond_failure_desc d;
     memset(&d, 0, sizeof d);
     d.kind = kind;
     d.critical = critical;
     d.fracture = fracture;
-    return CHECK_OK(&c->ctx, pd_criterion_build(&c->ctx, &solid, &d, &criterion));
+    return CHECK_OK(&c->ctx, pd_bond_failure_build(&c->ctx, &solid, &d, &criterion));
 }
 
 static void end(solid_case *c)
 {
-    pd_criterion_free(&c->ctx, &criterion);
-    pd_ordinary_free(&c->ctx, &material);
+    pd_bond_failure_free(&c->ctx, &criterion);
+    pd_ordinary_state_free(&c->ctx, &material);
     case_end(c);
 }
 
@@ -60,27 +60,27 @@ TEST(uniaxial)
         int n[3] = {13, 9, 9};
         double stress = 35e6, nu = PD_DIM == 1 ? 0.0 : 0.3;
         pd_plane plane = (pd_plane)(way & 1);
-        pd_criterion_kind kind = (pd_criterion_kind)(way / 2);
-        pd_criterion_bond first;
+        pd_bond_failure_kind kind = (pd_bond_failure_kind)(way / 2);
+        pd_first_failure first;
         solid_case *c = bar(n, 2.0, nu, plane, 0);
         if (!c) return;
         pull(c, stress);
-        double strain = stress / 70e9, limit = kind == PD_CRITERION_STRETCH ? 1e-3 : 60e6;
-        if (kind == PD_CRITERION_ENERGY) limit = 1e9;
+        double strain = stress / 70e9, limit = kind == PD_BOND_FAILURE_STRETCH ? 1e-3 : 60e6;
+        if (kind == PD_BOND_FAILURE_ENERGY) limit = 1e9;
         double across = PD_DIM == 2 && plane == PD_PLANE_STRAIN ? nu * stress : 0.0;
         if (PD_DIM == 2 && plane == PD_PLANE_STRAIN) strain *= 1.0 - nu * nu;
-        double wanted = kind == PD_CRITERION_STRETCH ? 1e-3 / strain : 60e6 / stress;
-        if (kind == PD_CRITERION_MISES) wanted = 60e6 / sqrt(stress * stress - stress * across + across * across);
+        double wanted = kind == PD_BOND_FAILURE_STRETCH ? 1e-3 / strain : 60e6 / stress;
+        if (kind == PD_BOND_FAILURE_MISES) wanted = 60e6 / sqrt(stress * stress - stress * across + across * across);
         if (!judge(c, kind, limit, 0.0)) return;
-        pd_criterion_first(&c->ctx, &criterion, c->u, &first);
-        if (kind != PD_CRITERION_ENERGY) CHECK_REL(first.factor, wanted, 1e-12);
+        pd_bond_failure_find_first(&c->ctx, &criterion, c->u, &first);
+        if (kind != PD_BOND_FAILURE_ENERGY) CHECK_REL(first.factor, wanted, 1e-12);
         CHECK(first.bond >= c->body.row[first.from] && first.bond < c->body.row[first.from + 1]);
-        pd_walk b = pdi_body_bonds_begin(&c->body, first.from);
+        pd_bond_iterator b = pdi_body_bonds_begin(&c->body, first.from);
         while (pdi_body_bonds_next(&b) && pdi_body_bond_number(&b) < first.bond) continue;
         CHECK_INT(b.to, first.to);
         for (int k = 0; k < 2; k++) {
             pull(c, stress * first.factor * (k ? 1.0 + 1e-9 : 1.0 - 1e-9));
-            int64_t broken = pd_criterion_break(&c->ctx, &criterion, c->u, 0.0);
+            int64_t broken = pd_bond_failure_break(&c->ctx, &criterion, c->u, 0.0);
             CHECK(k ? broken > 0 : broken == 0);
         }
         end(c);
@@ -97,19 +97,19 @@ TEST(energies)
         uint32_t seed = 3;
         double sum = 0.0, off = 0.0, g[T];
         solid_case *c = box(n, 1e-3, 2.0, 1.0);
-        pd_ordinary_desc d;
-        pd_elastic_desc of;
+        pd_ordinary_state_desc d;
+        pd_correspondence_desc of;
         memset(&d, 0, sizeof d);
         memset(&of, 0, sizeof of);
         of.young = d.young = 70e9;
         of.poisson = d.poisson = 0.2;
         d.linear = 1;
-        d.surface = PD_ORDINARY_NONE;
+        d.surface = PD_ORDINARY_STATE_NONE;
         if (!c || !CHECK(c->body.bonds <= MOST * 40) ||
-            !CHECK_OK(&c->ctx, pd_ordinary_build(&c->ctx, &c->body, &d, &material)) ||
-            !CHECK_OK(&c->ctx, pd_elastic_build(&c->ctx, &c->body, &of, &family)))
+            !CHECK_OK(&c->ctx, pd_ordinary_state_build(&c->ctx, &c->body, &d, &material)) ||
+            !CHECK_OK(&c->ctx, pd_correspondence_build(&c->ctx, &c->body, &of, &family)))
             return;
-        solid = way ? pd_elastic_solid(&family) : pd_ordinary_solid(&material);
+        solid = way ? pd_correspondence_material(&family) : pd_ordinary_state_material(&material);
         for (int k = 0; k < T; k++) g[k] = 1e-3 * random_real(&seed);
         linear(c, g, c->u);
         solid.bond_energy(&c->ctx, solid.self, c->u, energy);
@@ -117,7 +117,7 @@ TEST(energies)
         double bulk = material.lambda + 2.0 * material.mu / PD_DIM, alpha = material.alpha[middle], trace = 0.0;
         for (int k = 0; k < PD_DIM; k++) trace += g[k * (PD_DIM + 1)];
         for (int32_t i = 0; i < c->body.count; i++)
-            for (pd_walk b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
+            for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
                 int32_t j = b.to;
                 int64_t at = pdi_body_bond_number(&b), back = c->body.row[j] + pdi_body_find_bond(&c->body, i, j);
                 double xi[PD_DIM], square = 0.0, e = 0.0, own = energy[at] + energy[back];
@@ -132,7 +132,7 @@ TEST(energies)
             }
         CHECK_REL(sum, solid.energy(&c->ctx, solid.self, c->u), 1e-12);
         CHECK_LE(off, 1e-6); /* weights are floats */
-        pd_elastic_free(&c->ctx, &family);
+        pd_correspondence_free(&c->ctx, &family);
         end(c);
     }
 }
@@ -143,12 +143,12 @@ TEST(chain)
 {
     int n[1] = {21};
     double strain = 1e-3;
-    pd_criterion_bond first;
+    pd_first_failure first;
     solid_case *c = bar(n, 3.0, 0.0, PD_PLANE_STRAIN, 0);
     if (!c) return;
     pull(c, strain * 70e9);
-    if (!judge(c, PD_CRITERION_ENERGY, 1.0, 0.0)) return;
-    pd_criterion_first(&c->ctx, &criterion, c->u, &first);
+    if (!judge(c, PD_BOND_FAILURE_ENERGY, 1.0, 0.0)) return;
+    pd_bond_failure_find_first(&c->ctx, &criterion, c->u, &first);
     /* ends: m = 1 + 4 + 9/2 mm3, three cells on: 2 (1 + 4 + 9/2) mm3; E/2 (1/m_i + 1/m_j) e^2 */
     double h = 1e-3, end_bond = 35e9 * (1.0 / 9.5 + 1.0 / 19.0) / (h * h * h) * 9.0 * h * h * strain * strain;
     CHECK_REL(first.measure, end_bond, 1e-12);
@@ -189,12 +189,12 @@ TEST(stress)
             mises += 0.5 * (s[k] - s[(k + 1) % 3]) * (s[k] - s[(k + 1) % 3]);
         }
         linear(c, g, c->u);
-        for (int kind = PD_CRITERION_PRINCIPAL; kind <= PD_CRITERION_MISES; kind++) {
-            pd_criterion_bond first;
-            if (!judge(c, (pd_criterion_kind)kind, 1e6, 0.0)) return;
-            pd_criterion_first(&c->ctx, &criterion, c->u, &first);
-            CHECK_REL(first.measure, kind == PD_CRITERION_MISES ? sqrt(mises) : most, 1e-11);
-            pd_criterion_free(&c->ctx, &criterion);
+        for (int kind = PD_BOND_FAILURE_PRINCIPAL; kind <= PD_BOND_FAILURE_MISES; kind++) {
+            pd_first_failure first;
+            if (!judge(c, (pd_bond_failure_kind)kind, 1e6, 0.0)) return;
+            pd_bond_failure_find_first(&c->ctx, &criterion, c->u, &first);
+            CHECK_REL(first.measure, kind == PD_BOND_FAILURE_MISES ? sqrt(mises) : most, 1e-11);
+            pd_bond_failure_free(&c->ctx, &criterion);
         }
         end(c);
     }
@@ -215,7 +215,7 @@ TEST(cracks)
         int n[3] = {4, 4, 4};
         double mean = 0.0, weight = 0.0, along[3] = {1.0, 0.0, 0.0};
         solid_case *c = bar(n, m, 0.25, PD_PLANE_STRAIN, 0);
-        if (!c || !judge(c, PD_CRITERION_ENERGY, 0.0, 5.0)) return;
+        if (!c || !judge(c, PD_BOND_FAILURE_ENERGY, 0.0, 5.0)) return;
         for (int k = 0; k < 1600; k++) { /* over the circle; over the sphere by rings */
             double t = 3.14159265358979323846 * (k % 40 + 0.5) / 40.0;
             double q = 6.28318530717958647692 * (k / 40 + 0.5) / 40.0;
@@ -243,29 +243,29 @@ TEST(worst)
     uint8_t spared[MOST] = {0};
     int64_t once = 0;
     solid_case *c = bar(n, 2.0, 0.2, PD_PLANE_STRAIN, 1);
-    if (!c || !judge(c, PD_CRITERION_STRETCH, 1e-4, 0.0)) return;
+    if (!c || !judge(c, PD_BOND_FAILURE_STRETCH, 1e-4, 0.0)) return;
     for (int32_t i = 0; i < c->body.count; i++) /* stretched most in the middle */
         c->u[i * PD_DIM] = 1e-3 * tanh(c->position[i * PD_DIM] / 2e-3) * 1e-3 * 500.0;
     for (int32_t i = 0; i < c->body.count; i++) spared[i] = PD_DIM > 1 && c->position[i * PD_DIM + 1] < -3e-3;
     criterion.desc.spared = spared;
-    int64_t broken = pd_criterion_break(&c->ctx, &criterion, c->u, 0.0);
+    int64_t broken = pd_bond_failure_break(&c->ctx, &criterion, c->u, 0.0);
     for (int32_t i = 0; i < c->body.count; i++)
-        for (pd_walk b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
+        for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
             int32_t j = b.to, same = 0;
             once += pdi_body_bond_is_broken(&b);
             CHECK(!pdi_body_bond_is_broken(&b) || !(spared[i] || spared[j]));
-            for (pd_walk k = pdi_body_bonds_begin(&c->body, j); pdi_body_bonds_next(&k);)
+            for (pd_bond_iterator k = pdi_body_bonds_begin(&c->body, j); pdi_body_bonds_next(&k);)
                 if (k.to == i) same = pdi_body_bond_is_broken(&k) == pdi_body_bond_is_broken(&b);
             if (!same) CHECK(same);
         }
     CHECK_INT(once, 2 * broken);
     CHECK_INT(broken, PD_DIM == 1 ? 1 : PD_DIM == 2 ? 7 : 7 * 6); /* the bond across the middle, in every row */
-    CHECK(pd_criterion_break(&c->ctx, &criterion, c->u, 1.0) > broken);
+    CHECK(pd_bond_failure_break(&c->ctx, &criterion, c->u, 1.0) > broken);
     int rounds = 0; /* points whose families cannot feel what tears them lose all bonds then */
-    while (rounds < 50 && pd_criterion_break(&c->ctx, &criterion, c->u, 1.0) > 0) rounds++;
+    while (rounds < 50 && pd_bond_failure_break(&c->ctx, &criterion, c->u, 1.0) > 0) rounds++;
     CHECK(rounds < 50);
     for (int32_t i = 0; i < c->body.count; i++)
-        for (pd_walk b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
+        for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
             int32_t j = b.to;
             double xi[PD_DIM], eta[PD_DIM], y[PD_DIM], r, length;
             pdi_body_compute_offset(&c->body, i, b.to, xi);
@@ -283,15 +283,15 @@ TEST(worst)
 TEST(notch)
 {
     int n[3] = {24, 24, 1};
-    pd_criterion_bond first;
+    pd_first_failure first;
     solid_case *c = bar(n, 2.0, 0.3, PD_PLANE_STRESS, 0);
     double tip = -4.5e-3;
-    if (!c || !judge(c, PD_CRITERION_ENERGY, 0.0, 10.0)) return;
+    if (!c || !judge(c, PD_BOND_FAILURE_ENERGY, 0.0, 10.0)) return;
     for (int32_t i = 0; i < c->body.count; i++) {
         const double *x = c->position + i * 2;
         c->held[i * 2 + 1] = fabs(x[1]) > 10e-3 ? 1.0 : 0.0;
         c->u[i * 2 + 1] = c->held[i * 2 + 1] > 0.0 ? (x[1] > 0.0 ? 1e-6 : -1e-6) : 0.0;
-        for (pd_walk b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
+        for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
             const double *y = c->position + b.to * 2;
             if (x[1] * y[1] > 0.0) continue;
             double at = x[0] + (y[0] - x[0]) * x[1] / (x[1] - y[1]);
@@ -302,7 +302,7 @@ TEST(notch)
     double factor = 1.0, ahead = tip;
     for (int step = 0; step < 12; step++) {
         case_solve(c, &solid, 1e-9);
-        pd_criterion_first(&c->ctx, &criterion, c->u, &first);
+        pd_bond_failure_find_first(&c->ctx, &criterion, c->u, &first);
         if (step == 0)
             NOTE("first: at x = %.2f mm, y = %.2f mm, factor %.2f", first.place[0] * 1e3, first.place[1] * 1e3,
                  first.factor);
@@ -311,7 +311,7 @@ TEST(notch)
         ahead = fmax(ahead, first.place[0]);
         for (int k = 0; k < c->body.count * 2; k++) c->u[k] *= first.factor * (1.0 + 1e-9);
         factor *= first.factor;
-        CHECK(pd_criterion_break(&c->ctx, &criterion, c->u, 0.0) >= 1);
+        CHECK(pd_bond_failure_break(&c->ctx, &criterion, c->u, 0.0) >= 1);
         if (!CHECK_OK(&c->ctx, solid.update(&c->ctx, solid.self))) break;
     }
     double skew = 0.0, most = 0.0;
@@ -332,43 +332,43 @@ TEST(notch)
 TEST(refused)
 {
     int n[3] = {5, 5, 5};
-    pd_criterion_desc d;
+    pd_bond_failure_desc d;
     double stretch[T] = {0.5};
     solid_case *c = bar(n, 2.0, 0.3, PD_PLANE_STRAIN, 0);
     if (!c) return;
     memset(&d, 0, sizeof d);
-    CHECK_OK(&c->ctx, pd_criterion_build(&c->ctx, &solid, &d, &criterion)); /* nothing breaks */
+    CHECK_OK(&c->ctx, pd_bond_failure_build(&c->ctx, &solid, &d, &criterion)); /* nothing breaks */
     linear(c, stretch, c->u);
-    CHECK_INT(pd_criterion_break(&c->ctx, &criterion, c->u, 1.0), 0);
-    pd_criterion_free(&c->ctx, &criterion);
+    CHECK_INT(pd_bond_failure_break(&c->ctx, &criterion, c->u, 1.0), 0);
+    pd_bond_failure_free(&c->ctx, &criterion);
     d.fracture = 3.0;
-    CHECK_INT(pd_criterion_build(&c->ctx, &solid, &d, &criterion), PD_ERR_ARGUMENT);
+    CHECK_INT(pd_bond_failure_build(&c->ctx, &solid, &d, &criterion), PD_ERR_ARGUMENT);
     d.fracture = 0.0;
     d.critical = -1.0;
-    CHECK_INT(pd_criterion_build(&c->ctx, &solid, &d, &criterion), PD_ERR_ARGUMENT);
-    d.kind = PD_CRITERION_ENERGY;
+    CHECK_INT(pd_bond_failure_build(&c->ctx, &solid, &d, &criterion), PD_ERR_ARGUMENT);
+    d.kind = PD_BOND_FAILURE_ENERGY;
     d.critical = 0.0;
     d.fracture = 3.0;
     solid.bond_energy = NULL;
-    CHECK_INT(pd_criterion_build(&c->ctx, &solid, &d, &criterion), PD_ERR_ARGUMENT);
+    CHECK_INT(pd_bond_failure_build(&c->ctx, &solid, &d, &criterion), PD_ERR_ARGUMENT);
     CHECK(strstr(c->ctx.message, "ordinary material has no energies of bonds") != NULL);
     d.critical = 1e6; /* [Pa] stress needs no energies of bonds, and those need no stress */
     d.fracture = 0.0;
-    for (int kind = PD_CRITERION_PRINCIPAL; kind <= PD_CRITERION_MISES; kind++) {
-        pd_solid without = solid;
-        d.kind = (pd_criterion_kind)kind;
-        CHECK_OK(&c->ctx, pd_criterion_build(&c->ctx, &solid, &d, &criterion));
-        pd_criterion_free(&c->ctx, &criterion);
-        without.bond_energy = pd_ordinary_solid(&material).bond_energy;
+    for (int kind = PD_BOND_FAILURE_PRINCIPAL; kind <= PD_BOND_FAILURE_MISES; kind++) {
+        pd_material_interface without = solid;
+        d.kind = (pd_bond_failure_kind)kind;
+        CHECK_OK(&c->ctx, pd_bond_failure_build(&c->ctx, &solid, &d, &criterion));
+        pd_bond_failure_free(&c->ctx, &criterion);
+        without.bond_energy = pd_ordinary_state_material(&material).bond_energy;
         without.stress = NULL;
-        CHECK_INT(pd_criterion_build(&c->ctx, &without, &d, &criterion), PD_ERR_ARGUMENT);
+        CHECK_INT(pd_bond_failure_build(&c->ctx, &without, &d, &criterion), PD_ERR_ARGUMENT);
         CHECK(strstr(c->ctx.message, "ordinary material has no stress") != NULL);
-        d.kind = kind == PD_CRITERION_MISES ? PD_CRITERION_ENERGY : PD_CRITERION_STRETCH;
-        CHECK_OK(&c->ctx, pd_criterion_build(&c->ctx, &without, &d, &criterion));
-        pd_criterion_free(&c->ctx, &criterion);
+        d.kind = kind == PD_BOND_FAILURE_MISES ? PD_BOND_FAILURE_ENERGY : PD_BOND_FAILURE_STRETCH;
+        CHECK_OK(&c->ctx, pd_bond_failure_build(&c->ctx, &without, &d, &criterion));
+        pd_bond_failure_free(&c->ctx, &criterion);
     }
-    d.kind = (pd_criterion_kind)4;
-    CHECK_INT(pd_criterion_build(&c->ctx, &solid, &d, &criterion), PD_ERR_ARGUMENT);
+    d.kind = (pd_bond_failure_kind)4;
+    CHECK_INT(pd_bond_failure_build(&c->ctx, &solid, &d, &criterion), PD_ERR_ARGUMENT);
     CHECK(strstr(c->ctx.message, "kind 4, expected 0 to 3") != NULL);
     end(c);
 }

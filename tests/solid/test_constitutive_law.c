@@ -8,11 +8,11 @@
 TEST(derivatives)
 {
     for (int way = 0; way < WAYS; way++) {
-        pd_finite_desc d = desc_of(way);
+        pd_finite_strain_desc d = desc_of(way);
         pdi_constitutive_law_params m = moduli(&d);
         uint32_t seed = 100u + (uint32_t)way;
         double state[PDI_CONSTITUTIVE_LAW_STATE] = {0.0}, f[T], p[T], worst[3] = {0.0}, across = 0.0;
-        double *s = d.law.kind == PD_FINITE_J2 ? state : NULL;
+        double *s = d.law.kind == PD_FINITE_STRAIN_J2 ? state : NULL;
         for (int k = 0; k < 3 && s; k++) {
             solid_gradient(&seed, 0.02, f);
             pdi_constitutive_law_commit(&m, f, s);
@@ -55,7 +55,7 @@ TEST(derivatives)
 TEST(equal_stretches)
 {
     for (int way = 0; way < WAYS; way++) {
-        pd_finite_desc d = desc_of(way);
+        pd_finite_strain_desc d = desc_of(way);
         pdi_constitutive_law_params m = moduli(&d);
         for (int k = 0; k < 6; k++) {
             double f[T] = {0.0}, df[T], dp[T], near[T], apart = k ? pow(10.0, -2.0 * k) : 0.0;
@@ -76,8 +76,8 @@ TEST(equal_stretches)
 TEST(yielding)
 {
     for (int way = 0; way < 8; way++) {
-        pd_finite_desc d = desc_of(2 + 4 * way);
-        d.law.kind = PD_FINITE_J2;
+        pd_finite_strain_desc d = desc_of(2 + 4 * way);
+        d.law.kind = PD_FINITE_STRAIN_J2;
         d.law.plane = PD_PLANE_STRAIN;
         d.law.hardening = way & 1 ? 0.05 * E : 0.0;
         d.law.saturation = way & 2 ? 2.0 * d.law.yield : 0.0;
@@ -126,11 +126,11 @@ TEST(yielding)
 /* Below yield nothing is left behind, and the energy is that of Hencky's law. Flow keeps the volume. */
 TEST(plastic_volume)
 {
-    pd_finite_desc d = desc_of(2);
+    pd_finite_strain_desc d = desc_of(2);
     pdi_constitutive_law_params m = moduli(&d), elastic = m;
     double state[PDI_CONSTITUTIVE_LAW_STATE] = {0.0}, none[PDI_CONSTITUTIVE_LAW_STATE] = {0.0}, f[T] = {0.0}, g[T];
     uint32_t seed = 4;
-    elastic.law.kind = PD_FINITE_HENCKY;
+    elastic.law.kind = PD_FINITE_STRAIN_HENCKY;
     solid_gradient(&seed, 1e-3, f);
     pdi_constitutive_law_commit(&m, f, state);
     CHECK(memcmp(state, none, sizeof none) == 0);
@@ -157,7 +157,7 @@ TEST(neo_hookean)
 {
     uint32_t seed = 2;
     for (int way = 0; way < 4; way++) {
-        pd_finite_desc d = desc_of(0);
+        pd_finite_strain_desc d = desc_of(0);
         d.law.plane = way & 1 ? PD_PLANE_STRESS : PD_PLANE_STRAIN;
         d.law.poisson = 0.15 * way;
         pdi_constitutive_law_params m = moduli(&d);

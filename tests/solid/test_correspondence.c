@@ -12,7 +12,7 @@ typedef struct body_case {
     pd_ctx ctx;
     pd_body_desc desc;
     pd_body body;
-    pd_elastic elastic;
+    pd_correspondence elastic;
     double position[MOST * PD_DIM], volume[MOST];
 } body_case;
 
@@ -51,18 +51,18 @@ static double young = 45e9; /* [Pa] */
 
 static int elastic(body_case *c, double nu, pd_plane plane, pd_influence influence)
 {
-    pd_elastic_desc desc;
+    pd_correspondence_desc desc;
     memset(&desc, 0, sizeof desc);
     desc.young = young;
     desc.poisson = nu;
     desc.plane = plane;
     desc.influence = influence;
-    return CHECK_OK(&c->ctx, pd_elastic_build(&c->ctx, &c->body, &desc, &c->elastic));
+    return CHECK_OK(&c->ctx, pd_correspondence_build(&c->ctx, &c->body, &desc, &c->elastic));
 }
 
 static void end(body_case *c)
 {
-    pd_elastic_free(&c->ctx, &c->elastic);
+    pd_correspondence_free(&c->ctx, &c->elastic);
     pd_body_free(&c->ctx, &c->body);
     CHECK_INT(c->ctx.in_use, 0);
 }
@@ -79,7 +79,7 @@ TEST(limit)
         int built = c && elastic(c, 0.3, PD_PLANE_STRAIN, (pd_influence)0);
         young = 45e9;
         if (!built) return;
-        pd_solid solid = pd_elastic_solid(&c->elastic);
+        pd_material_interface solid = pd_correspondence_material(&c->elastic);
         double step = solid.limit(solid.self, 7900.0) * pow(1e-10, k);
         if (k == 0) first = step;
         CHECK(first > 0.0 && first < 1e-3 / 8.0 / sqrt(45e9 / 7900.0)); /* sound passes a cell */
@@ -120,7 +120,7 @@ TEST(families)
             }
         CHECK_INT(c->body.bonds, pairs);
         for (int32_t i = 0; i < c->body.count; i++)
-            for (pd_walk b = pdi_body_bonds_begin(&c->body, i), last = b; pdi_body_bonds_next(&b); last = b) {
+            for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i), last = b; pdi_body_bonds_next(&b); last = b) {
                 const double *q = c->position + b.to * PD_DIM;
                 if (b.n) CHECK(c->position[last.to * PD_DIM + PD_DIM - 1] <= q[PD_DIM - 1]);
             }
@@ -151,8 +151,8 @@ TEST(patch)
             size = fmax(size, fabs(p[k]));
         }
         linear(c, g, u);
-        pd_elastic_force(&c->ctx, &c->elastic, u, force);
-        pd_elastic_stress(&c->ctx, &c->elastic, u, stress);
+        pd_correspondence_force(&c->ctx, &c->elastic, u, force);
+        pd_correspondence_stress(&c->ctx, &c->elastic, u, stress);
         for (int32_t i = 0; i < c->body.count; i++)
             for (int a = 0; a < PD_DIM; a++) {
                 double held = force[i * PD_DIM + a];
@@ -194,7 +194,7 @@ TEST(cut)
     if (!c) return;
     int64_t broken = 0;
     for (int32_t i = 0; i < c->body.count; i++)
-        for (pd_walk b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);)
+        for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);)
             if ((c->position[i * PD_DIM] < 0.2e-3) != (c->position[b.to * PD_DIM] < 0.2e-3)) {
                 pdi_body_mark_broken(&c->body, i, b.n);
                 broken++;
@@ -207,7 +207,7 @@ TEST(cut)
                                 (c->position[i * PD_DIM] < 0.2e-3 ? 0.0 : 1e-4 * (d + 1));
     p[0] = (c->elastic.lambda + 2.0 * c->elastic.mu) * strain;
     p[1] = c->elastic.lambda * strain;
-    pd_elastic_force(&c->ctx, &c->elastic, u, force);
+    pd_correspondence_force(&c->ctx, &c->elastic, u, force);
     for (int32_t k = 0; k < c->body.count * PD_DIM; k++)
         largest = fmax(largest, fabs(force[k] - p[k % PD_DIM > 0] * c->elastic.edge[k]));
     CHECK_LE(largest * c->desc.horizon, 1e-10 * p[0]);
@@ -238,9 +238,9 @@ TEST(balance)
         if (!c || !elastic(c, 0.3, PD_PLANE_STRESS, (pd_influence)influence)) return;
         shake(c, 5, u);
         shake(c, 6, v);
-        pd_elastic_force(&c->ctx, &c->elastic, v, fv);
-        pd_elastic_force(&c->ctx, &c->elastic, u, fu);
-        double energy = pd_elastic_energy(&c->ctx, &c->elastic, u);
+        pd_correspondence_force(&c->ctx, &c->elastic, v, fv);
+        pd_correspondence_force(&c->ctx, &c->elastic, u, fu);
+        double energy = pd_correspondence_energy(&c->ctx, &c->elastic, u);
         CHECK(energy > 0.0);
         CHECK_REL(work(c, u, fu), -2.0 * energy, 1e-12);
         CHECK_NEAR(work(c, v, fu), work(c, u, fv), 1e-12 * energy);
@@ -272,10 +272,10 @@ TEST(rigid)
         for (int b = 0; b < PD_DIM; b++) g[a * PD_DIM + b] = 0.3 * (a - b);
     linear(c, g, u);
     for (int32_t k = 0; k < c->body.count * PD_DIM; k++) u[k] += 7e-4;
-    pd_elastic_force(&c->ctx, &c->elastic, u, force);
+    pd_correspondence_force(&c->ctx, &c->elastic, u, force);
     for (int32_t k = 0; k < c->body.count * PD_DIM; k++) largest = fmax(largest, fabs(force[k]));
     CHECK_LE(largest, 1e-11 * unit);
-    CHECK_LE(pd_elastic_energy(&c->ctx, &c->elastic, u), 1e-22 * (c->elastic.lambda + 2.0 * c->elastic.mu));
+    CHECK_LE(pd_correspondence_energy(&c->ctx, &c->elastic, u), 1e-22 * (c->elastic.lambda + 2.0 * c->elastic.mu));
     end(c);
 }
 
@@ -297,7 +297,7 @@ TEST(no_pattern_without_energy)
                 volume += c->volume[i];
             }
             double bulk = 0.5 * c->elastic.mu * strain * strain * volume;
-            double share = pd_elastic_energy(&c->ctx, &c->elastic, u) / bulk;
+            double share = pd_correspondence_energy(&c->ctx, &c->elastic, u) / bulk;
             NOTE("influence %d, axis %d: %.2f of mu strain^2/2", influence, axis, share);
             CHECK(share > 0.3);
             end(c);
@@ -329,7 +329,7 @@ TEST(order_and_threads)
         }
         if (run == 2) c->ctx.threads = 3;
         if (!elastic(c, 0.3, PD_PLANE_STRESS, PD_INFLUENCE_LINEAR)) return;
-        pd_elastic_force(&c->ctx, &c->elastic, u, force);
+        pd_correspondence_force(&c->ctx, &c->elastic, u, force);
         if (!run) memcpy(kept, force, sizeof kept);
         for (int32_t i = 0; i < n; i++)
             CHECK(memcmp(kept + i * PD_DIM, force + (run == 1 ? n - 1 - i : i) * PD_DIM, PD_DIM * sizeof *x) == 0);
@@ -347,11 +347,11 @@ TEST(bands)
         body_case *c = block(cells(), 1.0, 1.0, 0.0);
         if (!c) return;
         int32_t middle = c->body.count / 2;
-        pd_walk b = pdi_body_bonds_begin(&c->body, middle);
+        pd_bond_iterator b = pdi_body_bonds_begin(&c->body, middle);
         if (pdi_body_bonds_next(&b) && breaks) pd_body_break(&c->body, middle, b.to);
         if (!elastic(c, 0.3, PD_PLANE_STRESS, PD_INFLUENCE_INVERSE)) return;
         shake(c, 4, u);
-        pd_elastic_force(&c->ctx, &c->elastic, u, force);
+        pd_correspondence_force(&c->ctx, &c->elastic, u, force);
         NOTE("%d points in %d bands", (int)c->body.count, (int)c->elastic.band.bands);
         CHECK(4 * c->elastic.band.bands < c->body.count);
         CHECK(breaks == 0 || c->elastic.band.bands == before);
@@ -359,7 +359,7 @@ TEST(bands)
         c->elastic.band.most = 1;
         CHECK_OK(&c->ctx, pdi_point_batch_update(&c->ctx, &c->elastic.band));
         CHECK_INT(c->elastic.band.bands, c->body.count);
-        pd_elastic_force(&c->ctx, &c->elastic, u, alone);
+        pd_correspondence_force(&c->ctx, &c->elastic, u, alone);
         CHECK(memcmp(force, alone, (size_t)c->body.count * PD_DIM * sizeof *force) == 0);
         end(c);
     }
@@ -372,7 +372,7 @@ TEST(bad_input)
     body_case *c = block(cells(), 2.0, 0.0, 0.0);
     pd_body bad;
     pd_body_desc desc;
-    pd_elastic_desc moduli;
+    pd_correspondence_desc moduli;
     if (!c) return;
     desc = c->desc;
     desc.horizon = 0.0;
@@ -389,10 +389,10 @@ TEST(bad_input)
     CHECK_INT(pd_body_build(&c->ctx, &desc, &bad), PD_ERR_GEOMETRY);
     CHECK(strstr(c->ctx.message, "one place") != NULL);
     memset(&moduli, 0, sizeof moduli);
-    CHECK_INT(pd_elastic_build(&c->ctx, &c->body, &moduli, &c->elastic), PD_ERR_ARGUMENT);
+    CHECK_INT(pd_correspondence_build(&c->ctx, &c->body, &moduli, &c->elastic), PD_ERR_ARGUMENT);
     moduli.young = 1.0;
     moduli.poisson = 0.5;
-    if (PD_DIM > 1) CHECK_INT(pd_elastic_build(&c->ctx, &c->body, &moduli, &c->elastic), PD_ERR_ARGUMENT);
+    if (PD_DIM > 1) CHECK_INT(pd_correspondence_build(&c->ctx, &c->body, &moduli, &c->elastic), PD_ERR_ARGUMENT);
     pd_body_free(&c->ctx, &c->body);
     /* points on a line, or one alone: no gradient */
     desc.count = PD_DIM == 1 ? 1 : 6;
@@ -400,7 +400,7 @@ TEST(bad_input)
         for (int d = 0; d < PD_DIM; d++) c->position[i * PD_DIM + d] = i * 1e-5 * (d + 1);
     if (!CHECK_OK(&c->ctx, pd_body_build(&c->ctx, &desc, &c->body))) return;
     moduli.poisson = 0.3;
-    CHECK_INT(pd_elastic_build(&c->ctx, &c->body, &moduli, &c->elastic), PD_ERR_GEOMETRY);
+    CHECK_INT(pd_correspondence_build(&c->ctx, &c->body, &moduli, &c->elastic), PD_ERR_GEOMETRY);
     CHECK(strstr(c->ctx.message, "point 0") != NULL);
     end(c);
 }

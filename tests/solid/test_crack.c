@@ -15,9 +15,9 @@ typedef struct plate_case {
     pd_ctx ctx;
     pd_body_desc desc;
     pd_body body;
-    pd_elastic elastic;
+    pd_correspondence elastic;
     pd_microelastic springs;
-    pd_solid solid;
+    pd_material_interface solid;
     pd_crack_desc crack;
     double position[MOST * PD_DIM], volume[MOST], u[MOST * PD_DIM], load[MOST * PD_DIM];
     uint8_t held[MOST * PD_DIM];
@@ -65,7 +65,7 @@ static int64_t cut(plate_case *c, double length)
 {
     int64_t broken = 0;
     for (int32_t i = 0; i < c->body.count; i++)
-        for (pd_walk b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
+        for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
             double p[2], q[2];
             local(c, c->position + i * PD_DIM, p);
             local(c, c->position + b.to * PD_DIM, q);
@@ -80,13 +80,13 @@ static int64_t cut(plate_case *c, double length)
 
 static int elastic(plate_case *c, double nu, pd_plane plane)
 {
-    pd_elastic_desc desc;
+    pd_correspondence_desc desc;
     memset(&desc, 0, sizeof desc);
     desc.young = 1.0;
     desc.poisson = nu;
     desc.plane = plane;
-    if (!CHECK_OK(&c->ctx, pd_elastic_build(&c->ctx, &c->body, &desc, &c->elastic))) return 0;
-    c->solid = pd_elastic_solid(&c->elastic);
+    if (!CHECK_OK(&c->ctx, pd_correspondence_build(&c->ctx, &c->body, &desc, &c->elastic))) return 0;
+    c->solid = pd_correspondence_material(&c->elastic);
     return 1;
 }
 
@@ -97,7 +97,7 @@ static int springs(plate_case *c, pd_plane plane)
     desc.young = 1.0;
     desc.plane = plane;
     if (!CHECK_OK(&c->ctx, pd_microelastic_build(&c->ctx, &c->body, &desc, &c->springs))) return 0;
-    c->solid = pd_microelastic_solid(&c->springs);
+    c->solid = pd_microelastic_material(&c->springs);
     return 1;
 }
 
@@ -135,7 +135,7 @@ static double contours(plate_case *c, int count, double size, double *spread)
 
 static void end(plate_case *c)
 {
-    pd_elastic_free(&c->ctx, &c->elastic);
+    pd_correspondence_free(&c->ctx, &c->elastic);
     pd_microelastic_free(&c->ctx, &c->springs);
     pd_body_free(&c->ctx, &c->body);
     CHECK_INT(c->ctx.in_use, 0);
@@ -428,7 +428,7 @@ TEST(bad_input)
     good.outer = 0.6;
     for (int way = 0; way < 10; way++) {
         pd_status wanted = way < 5 || way >= 8 ? PD_ERR_ARGUMENT : PD_ERR_GEOMETRY;
-        pd_solid solid = c->solid;
+        pd_material_interface solid = c->solid;
         desc = good;
         if (way == 0) desc.way[0] = 0.0;
         if (way == 1) desc.outer = 0.2;

@@ -12,9 +12,9 @@ typedef struct bar_case {
     pd_ctx ctx;
     pd_body_desc desc;
     pd_body body;
-    pd_elastic elastic;
+    pd_correspondence elastic;
     pd_microelastic springs;
-    pd_solid solid;
+    pd_material_interface solid;
     double position[MOST * PD_DIM], volume[MOST], load[MOST * PD_DIM], u[MOST * PD_DIM];
     uint8_t held[MOST * PD_DIM];
 } bar_case;
@@ -25,7 +25,7 @@ static bar_case test_case;
 static bar_case *bar(const int *n, int springs)
 {
     bar_case *c = &test_case;
-    pd_elastic_desc elastic;
+    pd_correspondence_desc elastic;
     pd_microelastic_desc spring;
     memset(c, 0, sizeof *c);
     pd_ctx_init(&c->ctx);
@@ -49,17 +49,17 @@ static bar_case *bar(const int *n, int springs)
     elastic.plane = spring.plane = PD_PLANE_STRESS;
     if (springs) {
         if (!CHECK_OK(&c->ctx, pd_microelastic_build(&c->ctx, &c->body, &spring, &c->springs))) return NULL;
-        c->solid = pd_microelastic_solid(&c->springs);
+        c->solid = pd_microelastic_material(&c->springs);
     } else {
-        if (!CHECK_OK(&c->ctx, pd_elastic_build(&c->ctx, &c->body, &elastic, &c->elastic))) return NULL;
-        c->solid = pd_elastic_solid(&c->elastic);
+        if (!CHECK_OK(&c->ctx, pd_correspondence_build(&c->ctx, &c->body, &elastic, &c->elastic))) return NULL;
+        c->solid = pd_correspondence_material(&c->elastic);
     }
     return c;
 }
 
 static void end(bar_case *c)
 {
-    pd_elastic_free(&c->ctx, &c->elastic);
+    pd_correspondence_free(&c->ctx, &c->elastic);
     pd_microelastic_free(&c->ctx, &c->springs);
     pd_body_free(&c->ctx, &c->body);
     CHECK_INT(c->ctx.in_use, 0);
@@ -92,7 +92,7 @@ TEST(same_rest)
         CHECK_OK(&c->ctx, pd_equilibrium_solve(&c->ctx, &c->solid, &desc, c->load, c->u, &cg));
         memcpy(kept, c->u, sizeof kept);
         memset(c->u, 0, sizeof c->u);
-        CHECK_OK(&c->ctx, pd_relaxation_solve(&c->ctx, &c->solid, &desc, c->load, c->u, &adr));
+        CHECK_OK(&c->ctx, pd_dynamic_relaxation_solve(&c->ctx, &c->solid, &desc, c->load, c->u, &adr));
         double off = 0.0, most = 0.0;
         for (int32_t k = 0; k < c->body.count * PD_DIM; k++) {
             off = fmax(off, fabs(c->u[k] - kept[k]));
@@ -119,7 +119,7 @@ TEST(threads)
         desc.held = c->held;
         desc.max_iterations = 40;
         pull(c, n[0], 1e-3, 1e-4);
-        CHECK_INT(pd_relaxation_solve(&c->ctx, &c->solid, &desc, c->load, c->u, &result), PD_NOT_CONVERGED);
+        CHECK_INT(pd_dynamic_relaxation_solve(&c->ctx, &c->solid, &desc, c->load, c->u, &result), PD_NOT_CONVERGED);
         if (!run) memcpy(kept, c->u, sizeof kept);
         else CHECK(memcmp(kept, c->u, sizeof kept) == 0 && steps == result.iterations);
         steps = result.iterations;
@@ -146,7 +146,7 @@ TEST(pressure)
             c->u[i * PD_DIM] = -0.7;
             if (PD_DIM > 1) c->u[i * PD_DIM + 1] = 0.1;
         }
-        pd_status status = motion ? pd_relaxation_solve(&c->ctx, &c->solid, &desc, NULL, c->u, &result)
+        pd_status status = motion ? pd_dynamic_relaxation_solve(&c->ctx, &c->solid, &desc, NULL, c->u, &result)
                                   : pd_equilibrium_solve(&c->ctx, &c->solid, &desc, NULL, c->u, &result);
         if (!CHECK_OK(&c->ctx, status)) return;
         energy[motion] = c->solid.energy(&c->ctx, c->solid.self, c->u);
@@ -172,7 +172,7 @@ TEST(no_rest)
         if (way == 2) c->load[0] = 1.0;
         if (way == 3)
             for (int d = 0; d < PD_DIM; d++) c->u[d] = c->position[PD_DIM + d] - c->position[d];
-        CHECK_INT(pd_relaxation_solve(&c->ctx, &c->solid, &desc, c->load, c->u, &result), PD_ERR_STATE);
+        CHECK_INT(pd_dynamic_relaxation_solve(&c->ctx, &c->solid, &desc, c->load, c->u, &result), PD_ERR_STATE);
         CHECK(strncmp(c->ctx.message, "equilibrium: ", 13) == 0);
         end(c);
     }
@@ -184,7 +184,7 @@ TEST(no_rest)
     memset(&desc, 0, sizeof desc);
     for (int32_t i = 0; c && i < c->body.count; i++) c->load[i * PD_DIM] = c->position[i * PD_DIM + 1] - 2.0;
     if (!c) return;
-    CHECK_INT(pd_relaxation_solve(&c->ctx, &c->solid, &desc, c->load, c->u, &result), PD_ERR_DIVERGED);
+    CHECK_INT(pd_dynamic_relaxation_solve(&c->ctx, &c->solid, &desc, c->load, c->u, &result), PD_ERR_DIVERGED);
     NOTE("%s", c->ctx.message);
     end(c);
 }

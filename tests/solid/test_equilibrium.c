@@ -14,7 +14,7 @@ typedef struct ring_case {
     pd_ctx ctx;
     pd_body_desc desc;
     pd_body body;
-    pd_elastic elastic;
+    pd_correspondence elastic;
     double position[MOST * PD_DIM], volume[MOST], u[MOST * PD_DIM], load[MOST * PD_DIM], stress[MOST * T];
     uint8_t held[MOST * PD_DIM];
 } ring_case;
@@ -57,29 +57,29 @@ static ring_case *cells(inside_fn inside, double half, double h, double m)
 
 static int elastic(ring_case *c, double nu, pd_plane plane)
 {
-    pd_elastic_desc desc;
+    pd_correspondence_desc desc;
     memset(&desc, 0, sizeof desc);
     desc.young = 1.0;
     desc.poisson = nu;
     desc.plane = plane;
-    return CHECK_OK(&c->ctx, pd_elastic_build(&c->ctx, &c->body, &desc, &c->elastic));
+    return CHECK_OK(&c->ctx, pd_correspondence_build(&c->ctx, &c->body, &desc, &c->elastic));
 }
 
 static int solve(ring_case *c, int holds, pd_equilibrium_result *result)
 {
     pd_equilibrium_desc desc;
-    pd_solid solid = pd_elastic_solid(&c->elastic);
+    pd_material_interface solid = pd_correspondence_material(&c->elastic);
     memset(&desc, 0, sizeof desc);
     if (holds) desc.held = c->held;
     if (!CHECK_OK(&c->ctx, pd_equilibrium_solve(&c->ctx, &solid, &desc, c->load, c->u, result))) return 0;
     CHECK_LE(result->residual, 1e-10);
-    pd_elastic_stress(&c->ctx, &c->elastic, c->u, c->stress);
+    pd_correspondence_stress(&c->ctx, &c->elastic, c->u, c->stress);
     return 1;
 }
 
 static void end(ring_case *c)
 {
-    pd_elastic_free(&c->ctx, &c->elastic);
+    pd_correspondence_free(&c->ctx, &c->elastic);
     pd_body_free(&c->ctx, &c->body);
     CHECK_INT(c->ctx.in_use, 0);
 }
@@ -200,7 +200,7 @@ TEST(no_rest)
         ring_case *c = cells(in_box, 1.0, 0.2, 1.0);
         if (!c) return;
         for (int32_t i = 0; i < c->body.count && way == 2; i++)
-            for (pd_walk b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);)
+            for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);)
                 if ((c->position[i * PD_DIM] < 0.0) != (c->position[b.to * PD_DIM] < 0.0))
                     pdi_body_mark_broken(&c->body, i, b.n);
         if (!elastic(c, 0.3, PD_PLANE_STRAIN)) return;
@@ -214,7 +214,7 @@ TEST(no_rest)
             if (way == 2 && x[0] > 0.8) c->load[i * PD_DIM] = 1.0;
         }
         if (way == 3) c->load[5] = NAN;
-        pd_solid solid = pd_elastic_solid(&c->elastic);
+        pd_material_interface solid = pd_correspondence_material(&c->elastic);
         pd_status status = pd_equilibrium_solve(&c->ctx, &solid, &desc, c->load, c->u, &result);
         CHECK_INT(status, way == 1 ? PD_ERR_DIVERGED : PD_ERR_STATE);
         CHECK(strncmp(c->ctx.message, "equilibrium: ", 13) == 0);
@@ -232,7 +232,7 @@ static int in_all(const double *x) { return x[0] < 1.0; }
 /* The box -1..1 with cells of width h, pulled at both ends or held at one of them. */
 static ring_case *pulled(int way, double h, double m, double *stiff)
 {
-    pd_elastic_desc desc;
+    pd_correspondence_desc desc;
     ring_case *c = cells(in_all, 1.0, h, m);
     if (!c) return NULL;
     uint32_t seed = 5;
@@ -246,7 +246,7 @@ static ring_case *pulled(int way, double h, double m, double *stiff)
     for (int32_t i = 0; i < c->body.count; i++) {
         const double *x = c->position + i * PD_DIM;
         stiff[i] = way == WEAK && radius(x) < 0.6 ? 1e-3 : 1.0;
-        for (pd_walk b = pdi_body_bonds_begin(&c->body, i); way == CRACK && pdi_body_bonds_next(&b);) {
+        for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); way == CRACK && pdi_body_bonds_next(&b);) {
             const double *y = c->position + b.to * PD_DIM;
             if ((x[0] < 0.0) != (y[0] < 0.0) && x[1] + y[1] > 0.0) pdi_body_mark_broken(&c->body, i, b.n);
         }
@@ -255,7 +255,7 @@ static ring_case *pulled(int way, double h, double m, double *stiff)
     desc.young = 1.0;
     desc.poisson = 0.3;
     desc.stiff = stiff;
-    if (!CHECK_OK(&c->ctx, pd_elastic_build(&c->ctx, &c->body, &desc, &c->elastic))) return NULL;
+    if (!CHECK_OK(&c->ctx, pd_correspondence_build(&c->ctx, &c->body, &desc, &c->elastic))) return NULL;
     for (int32_t i = 0; i < c->body.count; i++) {
         const double *x = c->position + i * PD_DIM, *edge = c->elastic.edge + i * PD_DIM;
         if (way == FREE || x[0] > 0.0) c->load[i * PD_DIM] = -edge[0];
@@ -283,7 +283,7 @@ TEST(few_iterations)
             ring_case *c = pulled(way, (PD_DIM == 3 ? 0.25 : 0.0625) * (run == 3 ? 0.5 : 1.0), PD_DIM == 3 ? 1.0 : 2.0,
                                   stiff);
             if (!c) return;
-            pd_solid solid = pd_elastic_solid(&c->elastic);
+            pd_material_interface solid = pd_correspondence_material(&c->elastic);
             memset(&desc, 0, sizeof desc);
             desc.held = c->held;
             desc.rtol = 1e-9;

@@ -10,15 +10,15 @@ static double force[MOST * PD_DIM], other[MOST * PD_DIM], kept[MOST * PD_DIM], s
 
 static const char *const names[3] = {"neo-Hookean", "Hencky", "J2"};
 
-static pd_solid build(solid_case *c, const pd_finite_desc *d, pd_finite *f)
+static pd_material_interface build(solid_case *c, const pd_finite_strain_desc *d, pd_finite_strain *f)
 {
-    CHECK_OK(&c->ctx, pd_finite_build(&c->ctx, &c->body, d, f));
-    return pd_finite_solid(f);
+    CHECK_OK(&c->ctx, pd_finite_strain_build(&c->ctx, &c->body, d, f));
+    return pd_finite_strain_material(f);
 }
 
-static void end(solid_case *c, pd_finite *f)
+static void end(solid_case *c, pd_finite_strain *f)
 {
-    pd_finite_free(&c->ctx, f);
+    pd_finite_strain_free(&c->ctx, f);
     pd_body_free(&c->ctx, &c->body);
     CHECK_INT(c->ctx.in_use, 0);
 }
@@ -28,8 +28,8 @@ TEST(moduli_of_points)
 {
     for (int way = 0; way < 6; way++)
         for (int graded = 0; graded < 2; graded++) {
-            pd_finite f;
-            pd_finite_desc d = desc_of(way);
+            pd_finite_strain f;
+            pd_finite_strain_desc d = desc_of(way);
             pdi_constitutive_law_params m = moduli(&d);
             solid_case *c = solid_block(CELLS / 2, 1.5, 1.0, 0.0);
             static double stiff[MOST];
@@ -39,7 +39,7 @@ TEST(moduli_of_points)
                 v[i] = w[i] = -1.0;
             }
             d.stiff = graded ? stiff : NULL;
-            pd_solid solid = build(c, &d, &f);
+            pd_material_interface solid = build(c, &d, &f);
             solid.moduli(&c->ctx, solid.self, v, w);
             for (int32_t i = 0; i < c->body.count; i++) {
                 double factor = graded ? stiff[i] : 1.0;
@@ -59,12 +59,12 @@ TEST(patch)
     double worst = 0.0;
     uint32_t seed = 8;
     for (int way = 0; way < WAYS; way++) {
-        pd_finite_desc d = desc_of(way);
-        pd_finite f;
+        pd_finite_strain_desc d = desc_of(way);
+        pd_finite_strain f;
         double g[T], p[T], sigma[T], state[PDI_CONSTITUTIVE_LAW_STATE] = {0.0}, size = 0.0, largest = 0.0, across;
         solid_case *c = solid_block(CELLS, way % 2 + 1.5, way & 1, way & 2 ? 0.5 : 0.0);
         if (!c) return;
-        pd_solid s = build(c, &d, &f);
+        pd_material_interface s = build(c, &d, &f);
         pdi_constitutive_law_params m = moduli(&d);
         solid_gradient(&seed, 0.6, g);
         CHECK(pdi_constitutive_law_compute_stress(&m, g, state, p));
@@ -97,13 +97,13 @@ TEST(patch)
 TEST(rigid)
 {
     for (int way = 0; way < 9; way++) {
-        pd_finite_desc d = desc_of(way);
-        pd_finite f;
+        pd_finite_strain_desc d = desc_of(way);
+        pd_finite_strain f;
         uint32_t seed = 17;
         double g[T], largest = 0.0;
         solid_case *c = solid_block(CELLS, 2.0, 1.0, 0.5);
         if (!c) return;
-        pd_solid s = build(c, &d, &f);
+        pd_material_interface s = build(c, &d, &f);
         solid_gradient(&seed, 0.0, g);
         solid_stretch(c, g, 0.0, 0, u);
         for (int32_t k = 0; k < c->body.count * PD_DIM; k++) u[k] += 7e-4;
@@ -123,13 +123,13 @@ TEST(balance)
 {
     double worst[3] = {0.0};
     for (int way = 0; way < 18; way++) {
-        pd_finite_desc d = desc_of(way);
-        pd_finite f;
+        pd_finite_strain_desc d = desc_of(way);
+        pd_finite_strain f;
         uint32_t seed = 20u + (uint32_t)way;
         double g[T], size = 0.0, cell = 1e-3 / CELLS, h = 1e-6 * cell;
         solid_case *c = solid_block(PD_DIM == 3 ? 6 : 12, 2.0, 1.0, 0.3);
         if (!c) return;
-        pd_solid s = build(c, &d, &f);
+        pd_material_interface s = build(c, &d, &f);
         int32_t n = c->body.count * PD_DIM;
         if (s.commit) {
             solid_gradient(&seed, 0.02, g);
@@ -184,13 +184,13 @@ TEST(balance)
 TEST(work)
 {
     for (int way = 0; way < 3; way++) {
-        pd_finite_desc d = desc_of(way);
-        pd_finite f;
+        pd_finite_strain_desc d = desc_of(way);
+        pd_finite_strain f;
         uint32_t seed = 5;
         double sum = 0.0, steps = PD_DIM == 3 ? 60.0 : 200.0, most = 0.0;
         solid_case *c = solid_block(PD_DIM == 3 ? 4 : 10, PD_DIM == 3 ? 1.5 : 2.0, 1.0, 0.0);
         if (!c) return;
-        pd_solid s = build(c, &d, &f);
+        pd_material_interface s = build(c, &d, &f);
         int32_t n = c->body.count * PD_DIM;
         for (int32_t k = 0; k < n; k++) v[k] = 0.3 * c->position[k] + 1e-6 * random_real(&seed);
         for (int32_t k = 0; k < n; k++) w[k] = c->position[k - k % PD_DIM] * (k % PD_DIM ? 0.4 : 0.1);
@@ -212,7 +212,7 @@ TEST(work)
         if (s.commit) CHECK_OK(&c->ctx, s.commit(&c->ctx, s.self, u));
         double stored = s.energy(&c->ctx, s.self, u), energy = stored + (s.dissipated ? s.dissipated(s.self) : 0.0);
         CHECK((stored < 0.5 * energy) == (way == 2));
-        pd_finite_plastic(&c->ctx, &f, stress);
+        pd_finite_strain_plastic_strain(&c->ctx, &f, stress);
         for (int32_t i = 0; i < c->body.count; i++) most = fmax(most, stress[i]);
         NOTE("%s: work %.8g, energy %.8g, plastic strain %.2g", names[way], sum, energy, most);
         CHECK_REL(sum, energy, way == 2 ? 1e-4 : 1e-8);
@@ -224,11 +224,11 @@ TEST(work)
 /* Energies of displacements at point i [Pa] where F is 1: [0] what bonds with gradients of their own hold,
  * (1/w) sum w V (mu eta^2 + (lambda + mu)(eta.n)^2)/(2 r^2);  [1] springs against strays; [2] nothing; [3] a solid of
  * springs of the same shear modulus (theory: eq. 8.6), nu = 1/4. */
-static void patterns(const solid_case *c, const pd_finite *f, int32_t i, const double *x, double *energy)
+static void patterns(const solid_case *c, const pd_finite_strain *f, int32_t i, const double *x, double *energy)
 {
     double modulus = 0.0, all = 0.0;
     memset(energy, 0, 4 * sizeof *energy);
-    for (pd_walk b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
+    for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
         double xi[PD_DIM], along = 0.0, size = 0.0, r, shear;
         double weight = pdi_bond_weights_get_intact(&f->weights, i, &b) * c->volume[0];
         pdi_body_compute_offset(&c->body, i, b.to, xi);
@@ -254,16 +254,16 @@ static void patterns(const solid_case *c, const pd_finite *f, int32_t i, const d
 TEST(checkerboard)
 {
     for (int way = 0; way < 9; way++) {
-        pd_finite_desc d = desc_of(0);
-        pd_finite f;
+        pd_finite_strain_desc d = desc_of(0);
+        pd_finite_strain f;
         int n = PD_DIM == 3 ? 13 : 15; /* two horizons around the centre */
         double strain = 1e-4, cell = 1e-3 / n;
         solid_case *c = solid_cells(n, 3.0, 1.0, 0.0, 1);
         if (!c) return;
         d.law.poisson = 0.25;
-        d.control = (pd_finite_control)(way % 3);
+        d.control = (pd_zero_energy_control)(way % 3);
         d.influence = (pd_influence)(way / 3);
-        pd_solid s = build(c, &d, &f);
+        pd_material_interface s = build(c, &d, &f);
         for (int32_t i = 0; i < c->body.count; i++) {
             int sum = 0;
             for (int q = 0; q < PD_DIM; q++) sum += (int)floor(c->position[i * PD_DIM + q] / cell);
@@ -288,14 +288,14 @@ TEST(checkerboard)
 TEST(limit)
 {
     for (int control = 0; control < 2; control++) {
-        pd_finite_desc d = desc_of(0);
-        pd_finite f;
+        pd_finite_strain_desc d = desc_of(0);
+        pd_finite_strain f;
         uint32_t seed = 6;
         double density = 7800.0, value = 0.0;
         solid_case *c = solid_block(CELLS, 2.0, 1.0, 0.0);
         if (!c) return;
-        d.control = (pd_finite_control)control;
-        pd_solid s = build(c, &d, &f);
+        d.control = (pd_zero_energy_control)control;
+        pd_material_interface s = build(c, &d, &f);
         int32_t n = c->body.count * PD_DIM;
         memset(u, 0, sizeof u);
         CHECK_OK(&c->ctx, s.force(&c->ctx, s.self, u, force));
@@ -319,13 +319,13 @@ TEST(limit)
 TEST(blocks)
 {
     for (int control = 0; control < 3; control++) {
-        pd_finite_desc d = desc_of(0);
-        pd_finite f;
+        pd_finite_strain_desc d = desc_of(0);
+        pd_finite_strain f;
         double least = HUGE_VAL, most = 0.0;
         solid_case *c = solid_block(PD_DIM == 3 ? 5 : 10, 2.0, 1.0, 0.0);
         if (!c) return;
-        d.control = (pd_finite_control)control;
-        pd_solid s = build(c, &d, &f);
+        d.control = (pd_zero_energy_control)control;
+        pd_material_interface s = build(c, &d, &f);
         memset(u, 0, sizeof u);
         CHECK_OK(&c->ctx, s.force(&c->ctx, s.self, u, force));
         s.blocks(&c->ctx, s.self, stress);
@@ -350,8 +350,8 @@ TEST(order_and_threads)
     static double x[MOST * PD_DIM], volume[MOST];
     for (int way = 0; way < 3; way++)
         for (int run = 0; run < 3; run++) {
-            pd_finite_desc d = desc_of(way);
-            pd_finite f;
+            pd_finite_strain_desc d = desc_of(way);
+            pd_finite_strain f;
             double g[T];
             uint32_t seed = 9;
             solid_case *c = solid_block(CELLS, 2.5, 1.0, 0.5);
@@ -372,7 +372,7 @@ TEST(order_and_threads)
                 if (!CHECK_OK(&c->ctx, pd_body_build(&c->ctx, &c->desc, &c->body))) return;
             }
             if (run == 2) c->ctx.threads = 3;
-            pd_solid s = build(c, &d, &f);
+            pd_material_interface s = build(c, &d, &f);
             if (s.commit) CHECK_OK(&c->ctx, s.commit(&c->ctx, s.self, u));
             for (int32_t k = 0; k < n * PD_DIM; k++) v[k] = 0.9 * u[k];
             CHECK_OK(&c->ctx, s.force(&c->ctx, s.self, v, other));
@@ -389,15 +389,15 @@ TEST(order_and_threads)
 TEST(heterogeneous)
 {
     static double factor[MOST];
-    pd_finite_desc d = desc_of(0);
-    pd_finite f;
+    pd_finite_strain_desc d = desc_of(0);
+    pd_finite_strain f;
     uint32_t seed = 3;
     double g[T], h = 1e-10;
     solid_case *c = solid_block(CELLS, 2.0, 1.0, 0.3);
     if (!c) return;
     for (int32_t i = 0; i < c->body.count; i++) factor[i] = random_between(&seed, 0.1, 3.0);
     d.stiff = factor;
-    pd_solid s = build(c, &d, &f);
+    pd_material_interface s = build(c, &d, &f);
     solid_gradient(&seed, 0.2, g);
     solid_stretch(c, g, 1e-6, 4, u);
     for (int32_t k = 0; k < c->body.count * PD_DIM; k++) v[k] = random_real(&seed);
@@ -415,7 +415,7 @@ TEST(heterogeneous)
 
 /* Rest of the body with points that span it held at v, and the loads `other`. The guess: u, which stretches along x by
  * nearly `more`. */
-static pd_equilibrium_result rest(solid_case *c, const pd_solid *s, double more, double rtol)
+static pd_equilibrium_result rest(solid_case *c, const pd_material_interface *s, double more, double rtol)
 {
     static uint8_t held[MOST * PD_DIM];
     pd_equilibrium_desc d;
@@ -440,15 +440,15 @@ static pd_equilibrium_result rest(solid_case *c, const pd_solid *s, double more,
 TEST(uniaxial)
 {
     for (int way = 0; way < (PD_DIM == 2 ? 2 : 1); way++) {
-        pd_finite_desc d = desc_of(0);
-        pd_finite f;
+        pd_finite_strain_desc d = desc_of(0);
+        pd_finite_strain f;
         int steps = 5, rounds = 0, products = 0;
         double g[T] = {0.0}, p[T], worst = 0.0;
         solid_case *c = solid_block(PD_DIM == 3 ? 4 : 12, 1.5, 1.0, 0.3);
         if (!c) return;
         d.law.plane = way ? PD_PLANE_STRESS : PD_PLANE_STRAIN;
         d.law.poisson = 0.4;
-        pd_solid s = build(c, &d, &f);
+        pd_material_interface s = build(c, &d, &f);
         pdi_constitutive_law_params m = moduli(&d);
         memset(u, 0, sizeof u);
         for (int step = 1; step <= steps; step++) {
@@ -480,8 +480,8 @@ TEST(uniaxial)
  * known in closed form. In 2D and 3D the bar is free across (plane stress). */
 TEST(bar_of_metal)
 {
-    pd_finite_desc d = desc_of(2);
-    pd_finite f;
+    pd_finite_strain_desc d = desc_of(2);
+    pd_finite_strain f;
     double worst = 0.0;
     int rounds = 0, products = 0;
     solid_case *c = solid_block(PD_DIM == 3 ? 4 : 10, 1.5, 1.0, 0.0);
@@ -491,7 +491,7 @@ TEST(bar_of_metal)
     d.law.poisson = 0.3;
     d.law.hardening = 0.05 * E;
     d.law.saturation = 0.0;
-    pd_solid s = build(c, &d, &f);
+    pd_material_interface s = build(c, &d, &f);
     memset(u, 0, sizeof u);
     static const double strains[5] = {2e-3, 0.02, 0.05, 0.0464, 0.08};
     double plastic = 0.0, before = 1.0;
@@ -514,7 +514,7 @@ TEST(bar_of_metal)
         for (int32_t k = 0; k < c->body.count * PD_DIM; k++) worst = fmax(worst, fabs(u[k] - v[k]));
         s.stress(&c->ctx, s.self, u, stress);
         CHECK_OK(&c->ctx, s.commit(&c->ctx, s.self, u));
-        pd_finite_plastic(&c->ctx, &f, w);
+        pd_finite_strain_plastic_strain(&c->ctx, &f, w);
         for (int32_t i = 0; i < c->body.count; i++) {
             CHECK_NEAR(w[i], plastic, 1e-8);
             CHECK_REL(stress[i * T], tau * exp(-(1.0 - 2.0 * d.law.poisson) * tau / E), 1e-6);
@@ -532,8 +532,8 @@ static double elastica(int n, double *back)
     static solid_case room;
     static uint8_t held[MOST * PD_DIM];
     solid_case *c = &room;
-    pd_finite_desc d = desc_of(0);
-    pd_finite f;
+    pd_finite_strain_desc d = desc_of(0);
+    pd_finite_strain f;
     pd_equilibrium_desc q;
     pd_equilibrium_result r;
     double h = 1e-3 / n, across = 0.0;
@@ -554,7 +554,7 @@ static double elastica(int n, double *back)
     CHECK_OK(&c->ctx, pd_body_build(&c->ctx, &c->desc, &c->body));
     d.law.plane = PD_PLANE_STRESS;
     d.law.poisson = 0.3;
-    pd_solid s = build(c, &d, &f);
+    pd_material_interface s = build(c, &d, &f);
     q.held = held;
     q.rtol = 1e-8;
     memset(u, 0, sizeof u);
@@ -588,22 +588,22 @@ TEST(beam)
 /* A point whose bonds do not span all directions any more loses them, and the rest of the body is in balance. */
 TEST(loose)
 {
-    pd_finite_desc d = desc_of(0);
-    pd_finite f;
+    pd_finite_strain_desc d = desc_of(0);
+    pd_finite_strain f;
     double g[T], p[T], largest = 0.0;
     uint32_t seed = 3;
     solid_case *c = solid_block(CELLS, 2.0, 1.0, 0.2);
     if (!c) return;
     int32_t alone = c->body.count / 2, one;
-    pd_walk first = pdi_body_bonds_begin(&c->body, alone);
+    pd_bond_iterator first = pdi_body_bonds_begin(&c->body, alone);
     pdi_body_bonds_next(&first);
     one = first.to;
     for (int32_t j = 0; j < c->body.count; j++)
-        for (pd_walk b = pdi_body_bonds_begin(&c->body, j); pdi_body_bonds_next(&b);)
+        for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, j); pdi_body_bonds_next(&b);)
             if ((j == alone || b.to == alone) && j + b.to != alone + one) pdi_body_mark_broken(&c->body, j, b.n);
-    if (PD_DIM > 1) CHECK_INT(pd_finite_build(&c->ctx, &c->body, &d, &f), PD_ERR_GEOMETRY);
+    if (PD_DIM > 1) CHECK_INT(pd_finite_strain_build(&c->ctx, &c->body, &d, &f), PD_ERR_GEOMETRY);
     d.loose = 1;
-    pd_solid s = build(c, &d, &f);
+    pd_material_interface s = build(c, &d, &f);
     pdi_constitutive_law_params m = moduli(&d);
     CHECK((f.lost > 0) == (PD_DIM > 1));
     solid_gradient(&seed, 0.3, g);
@@ -636,7 +636,7 @@ static pd_status pulled(pd_ctx *ctx, void *user, double t, double *x, double *lo
 }
 
 /* A plate of that law that is pulled apart; bonds break beyond `stretch`. */
-static solid_case *plate(const pd_finite_desc *d, double stretch, pd_finite *f, pd_quasi_static *rest)
+static solid_case *plate(const pd_finite_strain_desc *d, double stretch, pd_finite_strain *f, pd_quasi_static *rest)
 {
     static uint8_t held[MOST * PD_DIM];
     pd_quasi_static_desc q;
@@ -650,7 +650,7 @@ static solid_case *plate(const pd_finite_desc *d, double stretch, pd_finite *f, 
     q.user = c;
     q.criterion.critical = stretch;
     q.eager = 1.0;
-    pd_solid s = build(c, d, f);
+    pd_material_interface s = build(c, d, f);
     return CHECK_OK(&c->ctx, pd_quasi_static_build(&c->ctx, &s, &q, rest)) ? c : NULL;
 }
 
@@ -658,8 +658,8 @@ static solid_case *plate(const pd_finite_desc *d, double stretch, pd_finite *f, 
  * into motion. */
 TEST(rubber_parts)
 {
-    pd_finite_desc d = desc_of(0);
-    pd_finite f;
+    pd_finite_strain_desc d = desc_of(0);
+    pd_finite_strain f;
     pd_quasi_static rest;
     double t = 0.0, left = 0.0;
     d.loose = 1;
@@ -668,7 +668,7 @@ TEST(rubber_parts)
     if (!c) return;
     for (int step = 1; step <= 40 && !(rest.broken && rest.stored < 1e-6 * rest.work); step++) {
         t = 0.025 * step;
-        if (!CHECK_OK(&c->ctx, pd_quasi_static_to(&c->ctx, &rest, t))) break;
+        if (!CHECK_OK(&c->ctx, pd_quasi_static_solve_at(&c->ctx, &rest, t))) break;
         if (!rest.broken) left = (rest.work - rest.stored) / rest.work;
         /* the work of a step is that of the mean of the forces at its ends */
         CHECK_LE(rest.stored + rest.released, rest.work * (rest.broken ? 1.001 : 1.015));
@@ -687,8 +687,8 @@ TEST(work_of_flow)
 {
     double left[2];
     for (int fine = 0; fine < 2; fine++) {
-        pd_finite_desc d = desc_of(2);
-        pd_finite f;
+        pd_finite_strain_desc d = desc_of(2);
+        pd_finite_strain f;
         pd_quasi_static rest;
         int steps = (fine ? 2 : 1) * (PD_DIM == 3 ? 10 : 20);
         d.keep = 1;
@@ -696,7 +696,7 @@ TEST(work_of_flow)
         solid_case *c = plate(&d, 0.0, &f, &rest);
         if (!c) return;
         for (int step = 1; step <= steps; step++)
-            CHECK_OK(&c->ctx, pd_quasi_static_to(&c->ctx, &rest, 0.04 * pow((double)step / steps, 2.0)));
+            CHECK_OK(&c->ctx, pd_quasi_static_solve_at(&c->ctx, &rest, 0.04 * pow((double)step / steps, 2.0)));
         left[fine] = fabs(rest.work - rest.stored - rest.solid.dissipated(rest.solid.self)) / rest.work;
         CHECK(rest.stored < 0.3 * rest.work);
         pd_quasi_static_free(&c->ctx, &rest);
@@ -712,19 +712,19 @@ TEST(store)
 {
     const char *path = PD_DIM == 1 ? "finite_1d.state" : PD_DIM == 2 ? "finite_2d.state" : "finite_3d.state";
     for (int way = 0; way < 2; way++) {
-        pd_finite_desc d = desc_of(2 + 3 * way);
-        pd_finite f;
-        pd_store file;
+        pd_finite_strain_desc d = desc_of(2 + 3 * way);
+        pd_finite_strain f;
+        pd_archive_file file;
         double g[T], cost = 0.0;
         for (int run = 0; run < 2; run++) {
             uint32_t seed = 4;
             solid_case *c = solid_block(PD_DIM == 3 ? 5 : 10, 2.0, 1.0, 0.3);
             if (!c) return;
-            pd_solid s = build(c, &d, &f);
+            pd_material_interface s = build(c, &d, &f);
             solid_gradient(&seed, 0.03, g);
             solid_stretch(c, g, 1e-7, 4, u);
             if (!run) {
-                pd_walk first = pdi_body_bonds_begin(&c->body, 0);
+                pd_bond_iterator first = pdi_body_bonds_begin(&c->body, 0);
                 pdi_body_bonds_next(&first);
                 pd_body_break(&c->body, 0, first.to);
                 CHECK_OK(&c->ctx, s.update(&c->ctx, s.self));
@@ -732,10 +732,11 @@ TEST(store)
                 cost = s.dissipated(s.self);
                 CHECK(cost > 0.0);
             }
-            if (!CHECK_OK(&c->ctx, run ? pd_store_open(&c->ctx, path, &file) : pd_store_create(&c->ctx, path, &file)))
+            if (!CHECK_OK(&c->ctx, run ? pd_archive_file_open(&c->ctx, path, &file)
+                                       : pd_archive_file_create(&c->ctx, path, &file)))
                 return;
             CHECK_OK(&c->ctx, s.store(&c->ctx, s.self, &file.archive));
-            CHECK_OK(&c->ctx, pd_store_close(&c->ctx, &file));
+            CHECK_OK(&c->ctx, pd_archive_file_close(&c->ctx, &file));
             solid_gradient(&seed, 0.03, g);
             solid_stretch(c, g, 1e-7, 5, u);
             CHECK_OK(&c->ctx, s.force(&c->ctx, s.self, u, run ? force : kept));
@@ -751,41 +752,41 @@ TEST(store)
 
 TEST(bad_input)
 {
-    pd_finite_desc good = desc_of(2), d;
-    pd_finite f;
+    pd_finite_strain_desc good = desc_of(2), d;
+    pd_finite_strain f;
     solid_case *c = solid_block(CELLS, 2.0, 0.0, 0.0);
     if (!c) return;
     d = good, d.law.young = 0.0;
-    CHECK_INT(pd_finite_build(&c->ctx, &c->body, &d, &f), PD_ERR_ARGUMENT);
+    CHECK_INT(pd_finite_strain_build(&c->ctx, &c->body, &d, &f), PD_ERR_ARGUMENT);
     d = good, d.law.poisson = 0.5;
-    CHECK_INT(pd_finite_build(&c->ctx, &c->body, &d, &f), PD_ERR_ARGUMENT);
+    CHECK_INT(pd_finite_strain_build(&c->ctx, &c->body, &d, &f), PD_ERR_ARGUMENT);
     d = good, d.law.yield = NAN;
-    CHECK_INT(pd_finite_build(&c->ctx, &c->body, &d, &f), PD_ERR_ARGUMENT);
+    CHECK_INT(pd_finite_strain_build(&c->ctx, &c->body, &d, &f), PD_ERR_ARGUMENT);
     d = good, d.law.hardening = -1.0;
-    CHECK_INT(pd_finite_build(&c->ctx, &c->body, &d, &f), PD_ERR_ARGUMENT);
+    CHECK_INT(pd_finite_strain_build(&c->ctx, &c->body, &d, &f), PD_ERR_ARGUMENT);
     d = good, d.law.saturation = 0.5 * d.law.yield;
-    CHECK_INT(pd_finite_build(&c->ctx, &c->body, &d, &f), PD_ERR_ARGUMENT);
+    CHECK_INT(pd_finite_strain_build(&c->ctx, &c->body, &d, &f), PD_ERR_ARGUMENT);
     d = good, d.law.saturation = NAN;
-    CHECK_INT(pd_finite_build(&c->ctx, &c->body, &d, &f), PD_ERR_ARGUMENT);
-    d = good, d.control = PD_FINITE_SILLING, d.penalty = 0.0;
-    CHECK_INT(pd_finite_build(&c->ctx, &c->body, &d, &f), PD_ERR_ARGUMENT);
-    d = good, d.control = (pd_finite_control)3;
-    CHECK_INT(pd_finite_build(&c->ctx, &c->body, &d, &f), PD_ERR_ARGUMENT);
+    CHECK_INT(pd_finite_strain_build(&c->ctx, &c->body, &d, &f), PD_ERR_ARGUMENT);
+    d = good, d.control = PD_FINITE_STRAIN_SILLING, d.penalty = 0.0;
+    CHECK_INT(pd_finite_strain_build(&c->ctx, &c->body, &d, &f), PD_ERR_ARGUMENT);
+    d = good, d.control = (pd_zero_energy_control)3;
+    CHECK_INT(pd_finite_strain_build(&c->ctx, &c->body, &d, &f), PD_ERR_ARGUMENT);
     /* inside out */
-    pd_solid s = build(c, &good, &f);
+    pd_material_interface s = build(c, &good, &f);
     for (int32_t k = 0; k < c->body.count * PD_DIM; k++) u[k] = -(k % PD_DIM == 0) * 2.0 * c->position[k];
     CHECK_INT(s.force(&c->ctx, s.self, u, force), PD_RETRY);
     CHECK(s.energy(&c->ctx, s.self, u) > 1e300);
     u[0] = NAN;
     CHECK_INT(s.force(&c->ctx, s.self, u, force), PD_RETRY);
-    pd_finite_free(&c->ctx, &f);
+    pd_finite_strain_free(&c->ctx, &f);
     /* bonds of a point that are broken but for one line */
     pd_body_free(&c->ctx, &c->body);
     c->desc.count = PD_DIM == 1 ? 1 : 6;
     for (int32_t i = 0; i < c->desc.count; i++)
         for (int a = 0; a < PD_DIM; a++) c->position[i * PD_DIM + a] = i * 1e-5 * (a + 1);
     if (!CHECK_OK(&c->ctx, pd_body_build(&c->ctx, &c->desc, &c->body))) return;
-    CHECK_INT(pd_finite_build(&c->ctx, &c->body, &good, &f), PD_ERR_GEOMETRY);
+    CHECK_INT(pd_finite_strain_build(&c->ctx, &c->body, &good, &f), PD_ERR_GEOMETRY);
     CHECK(strstr(c->ctx.message, "point 0") != NULL);
     end(c, &f);
 }

@@ -17,7 +17,7 @@ typedef struct body_case {
     pd_ctx ctx;
     pd_body_desc desc;
     pd_body body;
-    pd_elastic elastic;
+    pd_correspondence elastic;
     double position[MOST * PD_DIM], volume[MOST];
     double u[MOST * PD_DIM], load[MOST * PD_DIM], stress[MOST * T];
 } body_case;
@@ -32,7 +32,7 @@ static int in_all(const double *x) { return x[0] < 1.0; }
 static body_case *cells(inside_fn inside, double from, double to, double h, double m, double hardening)
 {
     body_case *c = &test_case;
-    pd_elastic_desc desc;
+    pd_correspondence_desc desc;
     int n = (int)((to - from) / h + 0.5), all = 1;
     memset(c, 0, sizeof *c);
     pd_ctx_init(&c->ctx);
@@ -52,12 +52,12 @@ static body_case *cells(inside_fn inside, double from, double to, double h, doub
     desc.yield = YIELD;
     desc.hardening = hardening;
     if (!CHECK_OK(&c->ctx, pd_body_build(&c->ctx, &c->desc, &c->body))) return NULL;
-    return CHECK_OK(&c->ctx, pd_elastic_build(&c->ctx, &c->body, &desc, &c->elastic)) ? c : NULL;
+    return CHECK_OK(&c->ctx, pd_correspondence_build(&c->ctx, &c->body, &desc, &c->elastic)) ? c : NULL;
 }
 
 static void end(body_case *c)
 {
-    pd_elastic_free(&c->ctx, &c->elastic);
+    pd_correspondence_free(&c->ctx, &c->elastic);
     pd_body_free(&c->ctx, &c->body);
     CHECK_INT(c->ctx.in_use, 0);
 }
@@ -78,7 +78,7 @@ TEST(to_and_fro)
     static const double strains[4] = {0.02, 0.019, -0.03, 0.001};
     body_case *c = cells(in_all, 0.0, 1.0, PD_DIM == 3 ? 0.125 : 0.1, 3.0, HARD);
     if (!c) return;
-    pd_solid solid = pd_elastic_solid(&c->elastic);
+    pd_material_interface solid = pd_correspondence_material(&c->elastic);
     double mu = YOUNG / 2.6, root = sqrt(3.0), e_p = 0.0, slip = 0.0;
     for (int step = 0; step < 4; step++) {
         double g[T] = {0.0}, wanted, worst = 0.0;
@@ -93,8 +93,8 @@ TEST(to_and_fro)
             slip += beyond / (stiffness + HARD);
         }
         wanted = stiffness * (strain - e_p) / scale;
-        pd_elastic_force(&c->ctx, &c->elastic, c->u, c->load);
-        pd_elastic_stress(&c->ctx, &c->elastic, c->u, c->stress);
+        pd_correspondence_force(&c->ctx, &c->elastic, c->u, c->load);
+        pd_correspondence_stress(&c->ctx, &c->elastic, c->u, c->stress);
         for (int32_t i = 0; i < c->body.count; i++) {
             worst = fmax(worst, fabs(c->stress[i * T + (PD_DIM > 1)] - wanted));
             for (int d = 0; d < PD_DIM; d++) {
@@ -110,7 +110,7 @@ TEST(to_and_fro)
         /* what flow has cost is the area under the curve of yield stress against slip */
         CHECK_REL(solid.dissipated(solid.self), YIELD * slip + 0.5 * HARD * slip * slip, 1e-12);
         double elastic = 0.5 * wanted * wanted / (PD_DIM > 1 ? mu : YOUNG);
-        CHECK_REL(pd_elastic_energy(&c->ctx, &c->elastic, c->u), elastic, 1e-9);
+        CHECK_REL(pd_correspondence_energy(&c->ctx, &c->elastic, c->u), elastic, 1e-9);
     }
     end(c);
 }
@@ -122,7 +122,7 @@ TEST(tangent)
     if (!c) return;
     enum { N = 64 * PD_DIM };
     static double v[N], w[N], fv[N], fw[N], more[N], less[N], u[N];
-    pd_solid solid = pd_elastic_solid(&c->elastic);
+    pd_material_interface solid = pd_correspondence_material(&c->elastic);
     int n = c->body.count * PD_DIM;
     uint32_t seed = 11;
     CHECK(n <= N);
@@ -168,7 +168,7 @@ static int in_tube(const double *x)
 /* Pressure inside the tube, which nothing holds. */
 static pd_status press(body_case *c, double pressure)
 {
-    pd_solid solid = pd_elastic_solid(&c->elastic);
+    pd_material_interface solid = pd_correspondence_material(&c->elastic);
     pd_equilibrium_desc desc;
     pd_equilibrium_result result;
     memset(&desc, 0, sizeof desc);
@@ -223,17 +223,17 @@ TEST(tube_under_pressure)
 TEST(bad_input)
 {
     body_case *c = cells(in_all, 0.0, 1.0, 0.125, 2.0, HARD);
-    pd_elastic_desc desc;
+    pd_correspondence_desc desc;
     if (!c) return;
     memset(&desc, 0, sizeof desc);
-    pd_elastic_free(&c->ctx, &c->elastic);
+    pd_correspondence_free(&c->ctx, &c->elastic);
     for (int way = 0; way < 4; way++) {
         desc.young = YOUNG;
         desc.yield = way == 0 ? -1.0 : way == 1 ? NAN : YIELD;
         desc.hardening = way == 2 ? -HARD : 0.0;
         desc.plane = way == 3 ? PD_PLANE_STRESS : PD_PLANE_STRAIN;
         if (way == 3 && PD_DIM != 2) continue;
-        CHECK_INT(pd_elastic_build(&c->ctx, &c->body, &desc, &c->elastic), PD_ERR_ARGUMENT);
+        CHECK_INT(pd_correspondence_build(&c->ctx, &c->body, &desc, &c->elastic), PD_ERR_ARGUMENT);
         CHECK(strncmp(c->ctx.message, "elastic: ", 9) == 0);
     }
     end(c);

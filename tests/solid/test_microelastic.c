@@ -57,7 +57,7 @@ static int springs(bar_case *c, double fracture, pd_plane plane, pd_influence in
 
 static int moves(bar_case *c, const pd_verlet_desc *desc)
 {
-    pd_solid solid = pd_microelastic_solid(&c->material);
+    pd_material_interface solid = pd_microelastic_material(&c->material);
     return CHECK_OK(&c->ctx, pd_verlet_build(&c->ctx, &solid, desc, &c->verlet));
 }
 
@@ -78,7 +78,7 @@ static double density(const bar_case *c, const double *e)
     const pd_body *body = &c->body;
     int32_t i = middle(c);
     double sum = 0.0;
-    for (pd_walk b = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&b);) {
+    for (pd_bond_iterator b = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&b);) {
         double xi[PD_DIM], square = 0.0, s = 0.0;
         pdi_body_compute_offset(body, i, b.to, xi);
         for (int d = 0; d < PD_DIM; d++) square += xi[d] * xi[d];
@@ -167,7 +167,7 @@ static double off_by(const bar_case *c, const double *u, const double *force)
     double off = 0.0, most = 0.0;
     for (int32_t i = 0; i < body->count; i++) {
         double sum[PD_DIM] = {0.0};
-        for (pd_walk b = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&b);) {
+        for (pd_bond_iterator b = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&b);) {
             double xi[PD_DIM], eta[PD_DIM], y[PD_DIM], r, length;
             int32_t j = b.to;
             pdi_body_compute_offset(body, i, b.to, xi);
@@ -223,10 +223,10 @@ TEST(vectors)
         broken = pd_microelastic_force(&c->ctx, &c->material, u[1], 1, force[1]);
         worst = fmax(worst, off_by(c, u[1], force[1]));
         for (int32_t i = 0; i < all; i++)
-            for (pd_walk b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
+            for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
                 CHECK(pdi_body_bond_is_broken(&b) ==
                       (pdi_bond_weights_get_intact(&c->material.weights, i, &b) > 0.0 ? 0 : 1));
-                pd_walk back = pdi_body_bonds_begin(&c->body, b.to);
+                pd_bond_iterator back = pdi_body_bonds_begin(&c->body, b.to);
                 while (pdi_body_bonds_next(&back) && back.to != i) continue;
                 CHECK(pdi_body_bond_is_broken(&b) == pdi_body_bond_is_broken(&back));
                 found += pdi_body_bond_is_broken(&b);
@@ -239,7 +239,7 @@ TEST(vectors)
                 CHECK(one - (d == way - 4 ? -other : other) <= 0.0 && one - (d == way - 4 ? -other : other) >= 0.0);
             }
         /* broken bonds stay so, and the state does not depend on bands that are made anew */
-        pd_solid solid = pd_microelastic_solid(&c->material);
+        pd_material_interface solid = pd_microelastic_material(&c->material);
         CHECK_OK(&c->ctx, solid.update(&c->ctx, solid.self));
         CHECK_INT(pd_microelastic_force(&c->ctx, &c->material, u[1], 1, stretched), 0);
         CHECK(memcmp(stretched, force[1], (size_t)all * PD_DIM * sizeof *stretched) == 0);
@@ -321,11 +321,11 @@ TEST(waves)
     for (int32_t i = 0; i < c->body.count; i++) /* the slowest stretching of a free bar */
         c->verlet.v[i * PD_DIM] = 1e-3 * sin(3.14159265358979323846 * c->position[i * PD_DIM] / length);
     start = pd_verlet_kinetic(&c->verlet);
-    pd_process p = pd_verlet_process(&c->verlet);
+    pd_physics p = pd_verlet_process(&c->verlet);
     double dt = c->verlet.longest, before = 1.0, crossed[3] = {0.0, 0.0, 0.0};
     int found = 0, steps = PD_DIM == 1 ? 10000 : 1500;
     for (int k = 0; k < steps; k++) {
-        if (!CHECK_OK(&c->ctx, pd_process_run(&c->ctx, p, (k + 1) * dt))) return;
+        if (!CHECK_OK(&c->ctx, pd_physics_run(&c->ctx, p, (k + 1) * dt))) return;
         double now = c->verlet.v[(c->body.count - 1) * PD_DIM];
         if (k && (before > 0.0) != (now > 0.0) && found < 3) crossed[found++] = (k + before / (before - now)) * dt;
         before = now;
@@ -358,12 +358,12 @@ TEST(longest_step)
     for (int32_t k = 0; k < c->body.count * PD_DIM; k++)
         c->verlet.v[k] = 0.5e-6 * random_real(&seed);
     double start = pd_verlet_kinetic(&c->verlet);
-    pd_process p = pd_verlet_process(&c->verlet);
-    CHECK_OK(&c->ctx, pd_process_run(&c->ctx, p, 300.0 * c->verlet.longest));
+    pd_physics p = pd_verlet_process(&c->verlet);
+    CHECK_OK(&c->ctx, pd_physics_run(&c->ctx, p, 300.0 * c->verlet.longest));
     double energy = pd_verlet_kinetic(&c->verlet) + pd_microelastic_energy(&c->ctx, &c->material, c->verlet.u);
     CHECK(energy < 3.0 * start);
     c->verlet.longest *= 1.5;
-    if (PD_DIM == 1) CHECK_INT(pd_process_run(&c->ctx, p, c->verlet.time + 400.0 * c->verlet.longest), PD_ERR_STATE);
+    if (PD_DIM == 1) CHECK_INT(pd_physics_run(&c->ctx, p, c->verlet.time + 400.0 * c->verlet.longest), PD_ERR_STATE);
     end(c);
 }
 
@@ -389,10 +389,10 @@ TEST(table)
     bar_case *c = box(n, 1e-4, 2.0);
     if (!c) return;
     for (int32_t i = 0; i < c->body.count; i++)
-        for (pd_walk b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);)
+        for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);)
             if (PD_DIM > 1 && (i + b.to) % 5 == 0) pdi_body_mark_broken(&c->body, i, b.n);
     if (!springs(c, 0.0, PD_PLANE_STRESS, PD_INFLUENCE_CONSTANT)) return;
-    pd_solid solid = pd_microelastic_solid(&c->material);
+    pd_material_interface solid = pd_microelastic_material(&c->material);
     for (int way = 0; way < 2; way++) {
         for (int32_t k = 0; k < c->body.count * PD_DIM; k++) {
             u[k] = (way ? -0.3 : 0.2) * c->position[k] + 1e-5 * random_real(&seed);
@@ -422,7 +422,7 @@ TEST(table)
         CHECK_REL(energy, solid.energy(&c->ctx, solid.self, u), 1e-13);
         memset(moved, 0, sizeof moved);
         for (int32_t i = 0; i < c->body.count; i++)
-            for (pd_walk b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
+            for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
                 double pull[PD_DIM];
                 int32_t j = b.to;
                 solid.pull(solid.self, u, i, &b, pull);
@@ -461,27 +461,27 @@ TEST(goes_on)
     int64_t broken = 0;
     for (int run = 0; run < 2; run++) {
         pd_verlet_desc desc;
-        pd_store store;
+        pd_archive_file store;
         bar_case *c = box(n, 1e-4, 2.0);
         memset(&desc, 0, sizeof desc);
         desc.density = 2440.0;
         if (!c || !springs(c, 3.8, PD_PLANE_STRESS, PD_INFLUENCE_CONSTANT) || !moves(c, &desc)) return;
         for (int32_t i = 0; i < c->body.count; i++) /* it tears */
             c->verlet.v[i * PD_DIM] = c->position[i * PD_DIM] > 0.0 ? 30.0 : -30.0;
-        pd_process p = pd_verlet_process(&c->verlet);
+        pd_physics p = pd_verlet_process(&c->verlet);
         double half = 20.0 * c->verlet.longest;
         if (run == 0) {
-            if (!CHECK_OK(&c->ctx, pd_process_run(&c->ctx, p, half))) return;
+            if (!CHECK_OK(&c->ctx, pd_physics_run(&c->ctx, p, half))) return;
             CHECK(c->verlet.broken > 0);
-            if (!CHECK_OK(&c->ctx, pd_store_create(&c->ctx, path, &store))) return;
+            if (!CHECK_OK(&c->ctx, pd_archive_file_create(&c->ctx, path, &store))) return;
             CHECK_OK(&c->ctx, p.store(&c->ctx, p.self, &store.archive));
-            CHECK_OK(&c->ctx, pd_store_close(&c->ctx, &store));
+            CHECK_OK(&c->ctx, pd_archive_file_close(&c->ctx, &store));
         } else {
-            if (!CHECK_OK(&c->ctx, pd_store_open(&c->ctx, path, &store))) return;
+            if (!CHECK_OK(&c->ctx, pd_archive_file_open(&c->ctx, path, &store))) return;
             CHECK_OK(&c->ctx, p.store(&c->ctx, p.self, &store.archive));
-            CHECK_OK(&c->ctx, pd_store_close(&c->ctx, &store));
+            CHECK_OK(&c->ctx, pd_archive_file_close(&c->ctx, &store));
         }
-        if (!CHECK_OK(&c->ctx, pd_process_run(&c->ctx, p, 2.0 * half))) return;
+        if (!CHECK_OK(&c->ctx, pd_physics_run(&c->ctx, p, 2.0 * half))) return;
         size_t size = (size_t)c->body.count * PD_DIM * sizeof *kept;
         if (!run) memcpy(kept, c->verlet.u, size);
         else {
@@ -519,7 +519,7 @@ TEST(threads)
         }
         c->ctx.threads = run + 1;
         double end_time = 20.0 * c->verlet.longest;
-        if (!CHECK_OK(&c->ctx, pd_process_run(&c->ctx, pd_verlet_process(&c->verlet), end_time))) return;
+        if (!CHECK_OK(&c->ctx, pd_physics_run(&c->ctx, pd_verlet_process(&c->verlet), end_time))) return;
         size_t size = (size_t)c->body.count * PD_DIM * sizeof *kept;
         CHECK(c->verlet.broken > 0 && c->material.released > 0.0 && fabs(c->verlet.work) > 0.0);
         if (run) {
@@ -545,7 +545,7 @@ TEST(plate)
     int64_t cut = 0;
     if (!c) return;
     for (int32_t i = 0; i < c->body.count; i++)
-        for (pd_walk b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
+        for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
             const double *p = c->position + i * 2, *q = c->position + b.to * 2;
             if ((p[1] < 0.0) == (q[1] < 0.0) || p[0] - p[1] * (q[0] - p[0]) / (q[1] - p[1]) > 0.0) continue;
             pdi_body_mark_broken(&c->body, i, b.n);
@@ -557,15 +557,15 @@ TEST(plate)
     if (!CHECK(cut > 0) || !springs(c, 3.8, PD_PLANE_STRESS, PD_INFLUENCE_CONSTANT) || !moves(c, &desc)) return;
     for (int32_t i = 0; i < c->body.count; i++) /* 2 MPa on the outermost row */
         if (fabs(c->position[i * 2 + 1]) > 0.0196) c->load[i * 2 + 1] = c->position[i * 2 + 1] > 0.0 ? 4e9 : -4e9;
-    pd_process p = pd_verlet_process(&c->verlet);
+    pd_physics p = pd_verlet_process(&c->verlet);
     double tip = 0.0, fastest = 0.0, was[4] = {0.0, 0.0, 0.0, 0.0};
     int branched = 0;
     for (int frame = 1; frame <= 43; frame++) {
-        if (!CHECK_OK(&c->ctx, pd_process_run(&c->ctx, p, frame * 1e-6))) return;
+        if (!CHECK_OK(&c->ctx, pd_physics_run(&c->ctx, p, frame * 1e-6))) return;
         tip = 0.0;
         for (int32_t i = 0; i < c->body.count; i++) {
             int gone = 0;
-            for (pd_walk b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);)
+            for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);)
                 gone += pdi_body_bond_is_broken(&b);
             double share = (double)gone / (double)(c->body.row[i + 1] - c->body.row[i]);
             if (share < 0.35) continue;

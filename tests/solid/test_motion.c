@@ -53,7 +53,7 @@ static scene_case *run(const char *text)
     c->ctx.threads = 1;
     if (!CHECK_OK(&c->ctx, pd_scene_parse(&c->ctx, "bar", text, NULL, 0, &c->setup))) return NULL;
     if (!CHECK_OK(&c->ctx, pdi_model_build(&c->ctx, &c->setup, &c->model))) return NULL;
-    if (!CHECK_OK(&c->ctx, pd_couple_run(&c->ctx, &c->model.couple, c->setup.until, 0.0, NULL, NULL))) return NULL;
+    if (!CHECK_OK(&c->ctx, pd_time_loop_run(&c->ctx, &c->model.couple, c->setup.until, 0.0, NULL, NULL))) return NULL;
     return c;
 }
 
@@ -65,7 +65,7 @@ static void end(scene_case *c)
 }
 
 /* Momentum along x [kg m/s], and the mean displacement of the last cells [m]. */
-static double momentum(const pd_structure *s, double *last)
+static double momentum(const pd_solid_coupling *s, double *last)
 {
     double sum = 0.0, mean = 0.0;
     int ends = 0;
@@ -140,7 +140,7 @@ TEST(driven)
                      "[run] until = 12 us  max_step = %s us\n", materials[k], planes[k], fine ? "0.02" : "0.04");
             scene_case *c = run(text);
             if (!c) return;
-            const pd_structure *s = &c->model.structure;
+            const pd_solid_coupling *s = &c->model.structure;
             double left = pd_verlet_kinetic(&s->motion) + s->solid.energy(&c->ctx, s->solid.self, s->motion.u);
             off[fine] = fabs(s->motion.work / left - 1.0);
             CHECK(pdi_reaction_force_compute(&c->ctx, &c->model.grips, 0, c->model.couple.time, force) == PD_OK);
@@ -185,7 +185,7 @@ TEST(branches)
                         "[solid] material = springs  E = 72 GPa  plane = stress  toughness = 135 J/m2  motion = yes\n"
                         "  density = 2440 kg/m3\n[run] until = 40 us\n");
     if (!c) return;
-    const pd_structure *s = &c->model.structure;
+    const pd_solid_coupling *s = &c->model.structure;
     double far = 0.0, off = 0.0, most = 0.0;
     for (int32_t i = 0; i < s->count; i++) {
         int at[2];

@@ -8,32 +8,32 @@
 #include <math.h>
 #include <stdlib.h>
 
-static pd_ordinary material;
+static pd_ordinary_state material;
 static const char *const methods[4] = {"position", "none", "energy", "volume"};
 
-static int make(solid_case *c, const pd_ordinary_desc *desc, pd_solid *s)
+static int make(solid_case *c, const pd_ordinary_state_desc *desc, pd_material_interface *s)
 {
-    if (!CHECK_OK(&c->ctx, pd_ordinary_build(&c->ctx, &c->body, desc, &material))) return 0;
-    *s = pd_ordinary_solid(&material);
+    if (!CHECK_OK(&c->ctx, pd_ordinary_state_build(&c->ctx, &c->body, desc, &material))) return 0;
+    *s = pd_ordinary_state_material(&material);
     return 1;
 }
 
-static pd_ordinary_desc steel(double nu, int plane, int influence, int surface)
+static pd_ordinary_state_desc steel(double nu, int plane, int influence, int surface)
 {
-    pd_ordinary_desc d;
+    pd_ordinary_state_desc d;
     memset(&d, 0, sizeof d);
     d.young = 200e9;
     d.poisson = nu;
     d.plane = (pd_plane)plane;
     d.influence = (pd_influence)influence;
-    d.surface = (pd_ordinary_surface)surface;
+    d.surface = (pd_ordinary_state_surface)surface;
     d.linear = 1;
     return d;
 }
 
 static void end(solid_case *c)
 {
-    pd_ordinary_free(&c->ctx, &material);
+    pd_ordinary_state_free(&c->ctx, &material);
     case_end(c);
 }
 
@@ -99,9 +99,9 @@ TEST(lattice)
     for (int k = 0; k < (int)(sizeof rows / sizeof rows[0]); k++) {
         const lattice_row *row = &rows[k];
         int wide = 2 * (int)(row->m + 0.49) + 1, n[3] = {wide, wide, wide};
-        pd_solid s;
+        pd_material_interface s;
         solid_case *c = box(n, 1e-3, row->m, row->part);
-        pd_ordinary_desc d = steel(0.3, k & 1, row->influence, PD_ORDINARY_NONE);
+        pd_ordinary_state_desc d = steel(0.3, k & 1, row->influence, PD_ORDINARY_STATE_NONE);
         d.plain = 1;
         if (!c || !make(c, &d, &s)) return;
         double found[3];
@@ -136,9 +136,9 @@ TEST(isotropy)
     for (int way = 0; way < 12; way++) {
         int surface = way / 3, wide = PD_DIM == 3 ? 7 : 9, n[3] = {wide, wide, wide};
         uint32_t seed = 5;
-        pd_solid s;
+        pd_material_interface s;
         solid_case *c = box(n, 1e-3, 2.5 + (PD_DIM == 2 ? way % 2 : 0), 1.0);
-        pd_ordinary_desc d = steel(0.42, way & 1, way % 3, surface);
+        pd_ordinary_state_desc d = steel(0.42, way & 1, way % 3, surface);
         if (!c || !make(c, &d, &s)) return;
         CHECK_NEAR(material.anisotropy, 1.0, 1e-6);
         double off = 0.0;
@@ -169,9 +169,9 @@ TEST(uniform)
     double stress = 0.0, energy = 0.0, edge = 0.0;
     for (int way = 0; way < (PD_DIM == 3 ? 12 : 24); way++) {
         double g[T], p[T], sum[T] = {0.0};
-        pd_solid s;
+        pd_material_interface s;
         solid_case *c = block(cells(), 2.0 + way % 3 * 0.75, way & 1, way & 2 ? 0.4 : 0.0);
-        pd_ordinary_desc d = steel(ratios[way % 4], way >> 2 & 1, way % 3, PD_ORDINARY_POSITION);
+        pd_ordinary_state_desc d = steel(ratios[way % 4], way >> 2 & 1, way % 3, PD_ORDINARY_STATE_POSITION);
         if (!c || !make(c, &d, &s)) return;
         for (int k = 0; k < T; k++) g[k] = random_real(&seed);
         double density = wanted(g, p), volume = total(c->volume, c->body.count);
@@ -202,9 +202,9 @@ TEST(methods)
     int n[3] = {40, 20, 1};
     for (int way = 0; way < 8; way++) {
         double g[T] = {1.0, 0.3, 0.2, -0.4}, p[T], error = 0.0, size = 0.0, off = 0.0, solved = 0.0;
-        pd_solid s;
+        pd_material_interface s;
         solid_case *c = box(n, 0.05, 3.0, 1.0);
-        pd_ordinary_desc d = steel(ratios[way / 4], PD_PLANE_STRAIN, PD_INFLUENCE_CONSTANT, way % 4);
+        pd_ordinary_state_desc d = steel(ratios[way / 4], PD_PLANE_STRAIN, PD_INFLUENCE_CONSTANT, way % 4);
         d.young = 1.0;
         clock_t start = clock();
         if (!c || !make(c, &d, &s)) return;
@@ -254,13 +254,13 @@ TEST(lengths)
 TEST(stretched)
 {
     static uint8_t held[MOST * PD_DIM];
-    pd_solid s;
+    pd_material_interface s;
     pd_equilibrium_desc of;
     pd_equilibrium_result result;
     int n[3] = {12, 13, 11};
     uint32_t seed = 9;
     solid_case *c = box(n, 1e-4, 2.0, 1.0);
-    pd_ordinary_desc d = steel(0.3, 0, 0, PD_ORDINARY_POSITION);
+    pd_ordinary_state_desc d = steel(0.3, 0, 0, PD_ORDINARY_STATE_POSITION);
     d.linear = 0;
     if (!c || !make(c, &d, &s)) return;
     double bulk = PD_DIM == 1 ? d.young : PD_DIM * material.lambda + 2.0 * material.mu, u = 0.0, p = 0.0;
@@ -291,9 +291,9 @@ TEST(stretched)
 TEST(rotation)
 {
     for (int surface = 0; surface < 4; surface++) {
-        pd_solid s;
+        pd_material_interface s;
         solid_case *c = block(PD_DIM == 3 ? 7 : cells(), 2.0, 1.0, 0.3);
-        pd_ordinary_desc d = steel(0.3, PD_PLANE_STRAIN, 0, surface);
+        pd_ordinary_state_desc d = steel(0.3, PD_PLANE_STRAIN, 0, surface);
         d.linear = 0;
         if (!c || !make(c, &d, &s)) return;
         for (int32_t i = 0; i < c->body.count; i++) {
@@ -327,9 +327,9 @@ TEST(derivative)
 {
     double sums = 0.0, slope = 0.0, second = 0.0, skew = 0.0, bonds = 0.0;
     for (int way = 0; way < 16; way += PD_DIM == 3 ? 3 : 1) {
-        pd_solid s;
+        pd_material_interface s;
         solid_case *c = block(PD_DIM == 3 ? 7 : cells(), 2.0, 1.0, 0.2);
-        pd_ordinary_desc d = steel(0.35, way & 1, way % 3, way / 4);
+        pd_ordinary_state_desc d = steel(0.35, way & 1, way % 3, way / 4);
         d.linear = way >> 1 & 1;
         if (!c || !make(c, &d, &s)) return;
         static double bond[40 * MOST];
@@ -353,7 +353,7 @@ TEST(derivative)
             }
             for (int k = 0; k < 3; k++)
                 turn[k] += (y[(k + 1) % 3] * f[(k + 2) % 3] - y[(k + 2) % 3] * f[(k + 1) % 3]) * 1e3;
-            for (pd_walk b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);)
+            for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);)
                 split += c->volume[i] * c->volume[b.to] * bond[pdi_body_bond_number(&b)];
         }
         sums = fmax(sums, fmax(largest(push, PD_DIM), largest(turn, 3)) / size);
@@ -389,9 +389,9 @@ TEST(derivative)
 TEST(blocks)
 {
     for (int way = 0; way < 8; way++) {
-        pd_solid s;
+        pd_material_interface s;
         solid_case *c = block(PD_DIM == 3 ? 7 : cells(), 2.0, 1.0, 0.2);
-        pd_ordinary_desc d = steel(0.1, way & 1, 0, way / 2);
+        pd_ordinary_state_desc d = steel(0.1, way & 1, 0, way / 2);
         double g[T] = {0.0}, off = 0.0, least = HUGE_VAL;
         d.linear = way & 1;
         if (!c || !make(c, &d, &s)) return;
@@ -421,9 +421,9 @@ TEST(blocks)
 TEST(step)
 {
     for (int way = 0; way < 12; way++) {
-        pd_solid s;
+        pd_material_interface s;
         solid_case *c = block(PD_DIM == 3 ? 5 : cells(), way % 3 == 1 ? 2.5 : 2.0, 1.0, way % 3 == 2 ? 0.4 : 0.0);
-        pd_ordinary_desc d = steel(way & 1 ? 0.45 : 0.2, 0, 0, way / 3);
+        pd_ordinary_state_desc d = steel(way & 1 ? 0.45 : 0.2, 0, 0, way / 3);
         double square = 0.0;
         if (!c || !make(c, &d, &s)) return;
         int n = c->body.count * PD_DIM;
@@ -450,14 +450,14 @@ TEST(step)
  * too thin for its horizon, and a point whose bonds are gone, are errors that name it. */
 TEST(broken)
 {
-    pd_solid s;
+    pd_material_interface s;
     double g[T], p[T], off = 0.0;
     uint32_t seed = 2;
     solid_case *c = block(cells(), 2.0, 1.0, 0.0);
-    pd_ordinary_desc d = steel(0.3, 0, 0, 0);
+    pd_ordinary_state_desc d = steel(0.3, 0, 0, 0);
     if (!c || !make(c, &d, &s)) return;
     for (int32_t i = 0; i < c->body.count; i++)
-        for (pd_walk b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
+        for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
             double own = c->position[i * PD_DIM], far = c->position[b.to * PD_DIM];
             if ((own < 0.8e-3) != (far < 0.8e-3)) pdi_body_mark_broken(&c->body, i, b.n);
         }
@@ -474,7 +474,7 @@ TEST(broken)
     CHECK_INT(s.update(&c->ctx, s.self), PD_ERR_GEOMETRY);
     CHECK(strstr(c->ctx.message, "the 0 bonds of point 7 at x") != NULL);
     material.desc.loose = 1; /* then it is free, and a point with one bond is, too */
-    for (pd_walk b = pdi_body_bonds_begin(&c->body, 0); pdi_body_bonds_next(&b);)
+    for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, 0); pdi_body_bonds_next(&b);)
         if (b.n) pd_body_break(&c->body, 0, b.to);
     CHECK_OK(&c->ctx, s.update(&c->ctx, s.self));
     CHECK_INT(material.lost, 1);
@@ -486,7 +486,7 @@ TEST(broken)
     int n[3] = {12, 1, 1};
     c = box(n, 1e-3, 2.0, 1.0);
     if (!c) return;
-    CHECK_INT(pd_ordinary_build(&c->ctx, &c->body, &d, &material), PD_ERR_GEOMETRY);
+    CHECK_INT(pd_ordinary_state_build(&c->ctx, &c->body, &d, &material), PD_ERR_GEOMETRY);
     CHECK(strstr(c->ctx.message, "bonds of point 0 at x") != NULL);
     end(c);
 }
@@ -496,9 +496,9 @@ TEST(parts)
 {
     static double part[MOST];
     for (int surface = 0; surface < 4; surface++) {
-        pd_solid s;
+        pd_material_interface s;
         solid_case *c = block(PD_DIM == 3 ? 7 : cells(), 2.0, 1.0, 0.2);
-        pd_ordinary_desc d = steel(0.3, 0, 0, surface);
+        pd_ordinary_state_desc d = steel(0.3, 0, 0, surface);
         if (!c || !make(c, &d, &s)) return;
         shake(c, c->u, 1e-6, 4);
         CHECK_OK(&c->ctx, s.force(&c->ctx, s.self, c->u, c->force));
@@ -527,13 +527,13 @@ TEST(refused)
     int n[3] = {6, 6, 6};
     solid_case *c = box(n, 1e-3, 2.0, 0.0);
     if (!c) return;
-    pd_ordinary_desc d = steel(0.5, 0, 0, 0);
-    CHECK_INT(pd_ordinary_build(&c->ctx, &c->body, &d, &material), PD_ERR_ARGUMENT);
-    d = steel(0.3, 0, 0, PD_ORDINARY_ENERGY);
-    CHECK_INT(pd_ordinary_build(&c->ctx, &c->body, &d, &material), PD_ERR_ARGUMENT);
+    pd_ordinary_state_desc d = steel(0.5, 0, 0, 0);
+    CHECK_INT(pd_ordinary_state_build(&c->ctx, &c->body, &d, &material), PD_ERR_ARGUMENT);
+    d = steel(0.3, 0, 0, PD_ORDINARY_STATE_ENERGY);
+    CHECK_INT(pd_ordinary_state_build(&c->ctx, &c->body, &d, &material), PD_ERR_ARGUMENT);
     CHECK(strstr(c->ctx.message, "spacing") != NULL);
     d = steel(0.3, 0, 0, 4);
-    CHECK_INT(pd_ordinary_build(&c->ctx, &c->body, &d, &material), PD_ERR_ARGUMENT);
+    CHECK_INT(pd_ordinary_state_build(&c->ctx, &c->body, &d, &material), PD_ERR_ARGUMENT);
     end(c);
 }
 
@@ -582,9 +582,9 @@ static double lame(double r, double nu, int plane)
 static double ring_error(double h, double m, double nu, int plane, int surface)
 {
     double error = 0.0, size = 0.0;
-    pd_solid s;
+    pd_material_interface s;
     solid_case *c = ring(h, m);
-    pd_ordinary_desc d = steel(nu, plane, 0, surface);
+    pd_ordinary_state_desc d = steel(nu, plane, 0, surface);
     d.young = 1.0;
     if (!c || !make(c, &d, &s)) return 1.0;
     for (int32_t i = 0; i < c->body.count; i++)
@@ -626,9 +626,9 @@ TEST(lame_ring)
 /* One thread and two give the same bits. */
 TEST(threads)
 {
-    pd_solid s;
+    pd_material_interface s;
     solid_case *c = block(PD_DIM == 1 ? 2000 : PD_DIM == 2 ? 36 : 12, 2.0, 1.0, 0.2);
-    pd_ordinary_desc d = steel(0.3, 0, 0, 0);
+    pd_ordinary_state_desc d = steel(0.3, 0, 0, 0);
     d.linear = 0;
     for (int threads = 1; threads <= 2; threads++) {
         c->ctx.threads = threads;
@@ -637,7 +637,7 @@ TEST(threads)
         CHECK_OK(&c->ctx, s.force(&c->ctx, s.self, c->u, threads == 1 ? c->force : c->other));
         s.tangent(&c->ctx, s.self, c->u, threads == 1 ? c->rest : c->way);
         s.stress(&c->ctx, s.self, c->u, threads == 1 ? c->stress : c->block);
-        pd_ordinary_free(&c->ctx, &material);
+        pd_ordinary_state_free(&c->ctx, &material);
     }
     size_t n = (size_t)c->body.count * PD_DIM * sizeof *c->u;
     CHECK(memcmp(c->force, c->other, n) == 0 && memcmp(c->rest, c->way, n) == 0);

@@ -106,7 +106,7 @@ typedef struct rim_case {
 } rim_case;
 static rim_case test_case;
 
-static rim_case *block(int n, double m, double h, pd_rim rim, double stir)
+static rim_case *block(int n, double m, double h, pd_partial_volume rim, double stir)
 {
     rim_case *c = &test_case;
     uint32_t seed = 12;
@@ -140,7 +140,7 @@ TEST(families)
     int n = PD_DIM == 1 ? 30 : PD_DIM == 2 ? 16 : 9;
     for (int k = 0; k < 4; k++) {
         double m = k % 2 ? 3.0 : 2.3;
-        rim_case *c = block(n, m, 1e-3, PD_RIM_EXACT, k < 2 ? 0.0 : 0.3);
+        rim_case *c = block(n, m, 1e-3, PD_PARTIAL_VOLUME_EXACT, k < 2 ? 0.0 : 0.3);
         if (!c) return;
         const pd_body *body = &c->body;
         int64_t pairs = 0, wrong = 0;
@@ -152,7 +152,7 @@ TEST(families)
             }
         CHECK_INT(body->bonds, pairs);
         for (int32_t i = 0; i < body->count; i++)
-            for (pd_walk b = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&b);) {
+            for (pd_bond_iterator b = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&b);) {
                 double xi[PD_DIM], back[PD_DIM];
                 pdi_body_compute_offset(body, i, b.to, xi);
                 for (int d = 0; d < PD_DIM; d++) back[d] = -xi[d];
@@ -165,7 +165,7 @@ TEST(families)
         int32_t middle = n / 2;
         double sum = 1.0;
         for (int d = 1, stride = n; d < PD_DIM; d++, stride *= n) middle += n / 2 * stride;
-        for (pd_walk b = pdi_body_bonds_begin(body, middle); pdi_body_bonds_next(&b);) {
+        for (pd_bond_iterator b = pdi_body_bonds_begin(body, middle); pdi_body_bonds_next(&b);) {
             double xi[PD_DIM];
             pdi_body_compute_offset(body, middle, b.to, xi);
             sum += pdi_body_compute_bond_weight(body, PD_INFLUENCE_CONSTANT, xi);
@@ -233,7 +233,7 @@ TEST(lattices)
     for (int k = 0; k < 12; k++) {
         double c11, c12, crack;
         if (row[k].dim != PD_DIM) continue;
-        rim_case *c = block(2, row[k].m, 1.0, PD_RIM_EXACT, 0.0);
+        rim_case *c = block(2, row[k].m, 1.0, PD_PARTIAL_VOLUME_EXACT, 0.0);
         if (!c) return;
         if (row[k].m < 4.5) { /* with samples they are those of the table */
             sums(c, 1, row[k].m, &c11, &c12, &crack);
@@ -262,9 +262,9 @@ TEST(materials)
 {
     static double u[MOST * PD_DIM], force[MOST * PD_DIM], stress[MOST * PD_DIM * PD_DIM];
     int n = PD_DIM == 2 ? 16 : 9;
-    rim_case *c = block(n, 2.0, 1e-3, PD_RIM_EXACT, 0.0);
-    pd_elastic_desc desc;
-    pd_elastic elastic;
+    rim_case *c = block(n, 2.0, 1e-3, PD_PARTIAL_VOLUME_EXACT, 0.0);
+    pd_correspondence_desc desc;
+    pd_correspondence elastic;
     pd_microelastic_desc spring;
     pd_microelastic springs;
     double worst = 0.0, strain = 1e-6;
@@ -274,12 +274,12 @@ TEST(materials)
     desc.poisson = 0.3;
     memset(&spring, 0, sizeof spring);
     spring.young = 45e9;
-    if (!CHECK_OK(&c->ctx, pd_elastic_build(&c->ctx, &c->body, &desc, &elastic))) return;
+    if (!CHECK_OK(&c->ctx, pd_correspondence_build(&c->ctx, &c->body, &desc, &elastic))) return;
     if (!CHECK_OK(&c->ctx, pd_microelastic_build(&c->ctx, &c->body, &spring, &springs))) return;
     memset(u, 0, sizeof u);
     for (int32_t i = 0; i < c->body.count; i++) u[i * PD_DIM] = strain * c->position[i * PD_DIM];
-    pd_elastic_force(&c->ctx, &elastic, u, force);
-    pd_elastic_stress(&c->ctx, &elastic, u, stress);
+    pd_correspondence_force(&c->ctx, &elastic, u, force);
+    pd_correspondence_stress(&c->ctx, &elastic, u, stress);
     double whole = 45e9 * 0.7 / (1.3 * 0.4) * strain;
     for (int32_t i = 0; i < c->body.count; i++) worst = fmax(worst, fabs(stress[i * PD_DIM * PD_DIM] - whole));
     CHECK_LE(worst, 1e-12 * whole);
@@ -287,7 +287,7 @@ TEST(materials)
     double sum = 0.0;
     int32_t middle = n / 2;
     for (int d = 1, stride = n; d < PD_DIM; d++, stride *= n) middle += n / 2 * stride;
-    for (pd_walk b = pdi_body_bonds_begin(&c->body, middle); pdi_body_bonds_next(&b);) {
+    for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, middle); pdi_body_bonds_next(&b);) {
         double xi[PD_DIM], square = 0.0;
         pdi_body_compute_offset(&c->body, middle, b.to, xi);
         for (int d = 0; d < PD_DIM; d++) square += xi[d] * xi[d];
@@ -296,7 +296,7 @@ TEST(materials)
         sum += 0.25 * springs.modulus * weight * stretch * stretch * sqrt(square) * c->volume[0];
     }
     CHECK_REL(sum, 0.5 * 1.2 * 45e9 * strain * strain, 1e-6); /* families beside the middle are cut by the surface */
-    pd_elastic_free(&c->ctx, &elastic);
+    pd_correspondence_free(&c->ctx, &elastic);
     pd_microelastic_free(&c->ctx, &springs);
     end(c);
 }
@@ -307,13 +307,13 @@ TEST(materials)
 
 TEST(refusals)
 {
-    rim_case *c = block(3, 2.0, 1.0, PD_RIM_EXACT, 0.0);
+    rim_case *c = block(3, 2.0, 1.0, PD_PARTIAL_VOLUME_EXACT, 0.0);
     pd_body body;
     if (!c) return;
     c->desc.spacing = 0.0;
     CHECK_INT(pd_body_build(&c->ctx, &c->desc, &body), PD_ERR_ARGUMENT);
     c->desc.spacing = 1.0;
-    c->desc.rim = (pd_rim)7;
+    c->desc.rim = (pd_partial_volume)7;
     CHECK_INT(pd_body_build(&c->ctx, &c->desc, &body), PD_ERR_ARGUMENT);
     end(c);
 }

@@ -13,8 +13,8 @@ enum { COPIES = 13, MOST = 64, ALL = MOST * COPIES, T = PD_DIM * PD_DIM };
 /* One period, or so many copies of it, `side` along axis 0 and `long` along the last axis off each other. */
 typedef struct repeat {
     pd_body body;
-    pd_elastic elastic;
-    pd_ordinary ordinary;
+    pd_correspondence elastic;
+    pd_ordinary_state ordinary;
     double position[ALL * PD_DIM], volume[ALL], u[ALL * PD_DIM], force[ALL * PD_DIM], density[ALL];
 } repeat;
 
@@ -39,10 +39,10 @@ static int places(int layers, double stir, double *x, double *volume, double *u)
     return count;
 }
 
-static int build(repeat *r, const pd_body_desc *desc, const pd_cut *cut)
+static int build(repeat *r, const pd_body_desc *desc, const pd_precrack *cut)
 {
-    pd_elastic_desc elastic;
-    pd_ordinary_desc ordinary;
+    pd_correspondence_desc elastic;
+    pd_ordinary_state_desc ordinary;
     int64_t broken;
     memset(&elastic, 0, sizeof elastic);
     memset(&ordinary, 0, sizeof ordinary);
@@ -50,14 +50,14 @@ static int build(repeat *r, const pd_body_desc *desc, const pd_cut *cut)
     elastic.poisson = ordinary.poisson = 0.3;
     elastic.loose = ordinary.loose = ordinary.linear = 1;
     if (!CHECK_OK(&ctx, pd_body_build(&ctx, desc, &r->body))) return 0;
-    if (cut && !CHECK_OK(&ctx, pd_body_cut(&ctx, &r->body, cut, 1, &broken))) return 0;
+    if (cut && !CHECK_OK(&ctx, pd_body_apply_precracks(&ctx, &r->body, cut, 1, &broken))) return 0;
     if (cut) CHECK(broken > 0);
-    return CHECK_OK(&ctx, pd_elastic_build(&ctx, &r->body, &elastic, &r->elastic)) &&
-           CHECK_OK(&ctx, pd_ordinary_build(&ctx, &r->body, &ordinary, &r->ordinary));
+    return CHECK_OK(&ctx, pd_correspondence_build(&ctx, &r->body, &elastic, &r->elastic)) &&
+           CHECK_OK(&ctx, pd_ordinary_state_build(&ctx, &r->body, &ordinary, &r->ordinary));
 }
 
 /* A period into `one`, its copies into `many`. */
-static int both(int layers, double stir, double side, const pd_cut *cut)
+static int both(int layers, double stir, double side, const pd_precrack *cut)
 {
     double period[PD_DIM] = {0.0};
     pd_body_desc desc;
@@ -89,8 +89,8 @@ static int both(int layers, double stir, double side, const pd_cut *cut)
 
 static void end(repeat *r)
 {
-    pd_ordinary_free(&ctx, &r->ordinary);
-    pd_elastic_free(&ctx, &r->elastic);
+    pd_ordinary_state_free(&ctx, &r->ordinary);
+    pd_correspondence_free(&ctx, &r->elastic);
     pd_body_free(&ctx, &r->body);
 }
 
@@ -99,8 +99,10 @@ static void compare(void)
 {
     int32_t count = one.body.count, middle = count * (COPIES / 2);
     for (int kind = 0; kind < 2; kind++) {
-        pd_solid a = kind ? pd_ordinary_solid(&one.ordinary) : pd_elastic_solid(&one.elastic);
-        pd_solid b = kind ? pd_ordinary_solid(&many.ordinary) : pd_elastic_solid(&many.elastic);
+        pd_material_interface a =
+            kind ? pd_ordinary_state_material(&one.ordinary) : pd_correspondence_material(&one.elastic);
+        pd_material_interface b =
+            kind ? pd_ordinary_state_material(&many.ordinary) : pd_correspondence_material(&many.elastic);
         double most = 0.0, off = 0.0, energy = 0.0;
         CHECK_OK(&ctx, a.force(&ctx, a.self, one.u, one.force));
         CHECK_OK(&ctx, b.force(&ctx, b.self, many.u, many.force));
@@ -121,10 +123,11 @@ static void compare(void)
     for (int32_t i = 0; i < count; i++) {
         CHECK_INT(one.body.row[i + 1] - one.body.row[i], many.body.row[middle + i + 1] - many.body.row[middle + i]);
         CHECK_INT(pdi_body_count_intact(&one.body, i), pdi_body_count_intact(&many.body, middle + i));
-        pd_walk far = pdi_body_bonds_begin(&many.body, middle + i);
-        for (pd_walk b = pdi_body_bonds_begin(&one.body, i); pdi_body_bonds_next(&b) && pdi_body_bonds_next(&far);) {
+        pd_bond_iterator far = pdi_body_bonds_begin(&many.body, middle + i);
+        for (pd_bond_iterator b = pdi_body_bonds_begin(&one.body, i);
+             pdi_body_bonds_next(&b) && pdi_body_bonds_next(&far);) {
             double xi[PD_DIM], back[PD_DIM], copy[PD_DIM];
-            pd_walk other = pdi_body_bonds_begin(&one.body, b.to);
+            pd_bond_iterator other = pdi_body_bonds_begin(&one.body, b.to);
             while (pdi_body_bonds_next(&other) && other.n < pdi_body_find_reverse_bond(&one.body, i, &b)) continue;
             CHECK_INT(b.to, far.to % count);
             CHECK_INT(other.to, i);
@@ -158,7 +161,7 @@ TEST(copies)
 TEST(cracks)
 {
     double far = 0.1, corner[4 * PD_DIM] = {0.0};
-    pd_cut cut = {PD_DIM == 3 ? 4 : 2, corner};
+    pd_precrack cut = {PD_DIM == 3 ? 4 : 2, corner};
     for (int k = 0; k < cut.corners; k++) {
         corner[k * PD_DIM] = 1.5e-3;
         corner[k * PD_DIM + PD_DIM - 1] = k == 0 || k == 3 ? -far : far;

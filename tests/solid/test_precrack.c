@@ -56,10 +56,10 @@ static void end(cut_case *c)
 
 static pd_status cut(cut_case *c, int corners, const double *corner, int64_t *broken)
 {
-    pd_cut one;
+    pd_precrack one;
     one.corners = corners;
     one.corner = corner;
-    return pd_body_cut(&c->ctx, &c->body, &one, 1, broken);
+    return pd_body_apply_precracks(&c->ctx, &c->body, &one, 1, broken);
 }
 
 /* Corners at integers times h/2. */
@@ -130,7 +130,7 @@ static int64_t compare(const cut_case *c, const int64_t *corner)
 {
     int64_t wrong = 0, pairs = 0;
     for (int32_t i = 0; i < c->body.count; i++)
-        for (pd_walk b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
+        for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
             int32_t j = b.to;
             int expected = crosses(corner, c->at + (int64_t)i * PD_DIM, c->at + (int64_t)j * PD_DIM);
             wrong += expected != pdi_body_bond_is_broken(&b);
@@ -238,20 +238,21 @@ TEST(order)
             }
         }
         for (int k = 0; k < 2; k++) {
-            pd_cut one;
+            pd_precrack one;
             ctx.threads = 1 + k;
             desc.position = position[k];
             one.corners = CORNERS;
             one.corner = corner[k];
             if (!CHECK_OK(&ctx, pd_body_build(&ctx, &desc, &body[k]))) return;
-            CHECK_OK(&ctx, pd_body_cut(&ctx, &body[k], &one, 1, &broken[k]));
+            CHECK_OK(&ctx, pd_body_apply_precracks(&ctx, &body[k], &one, 1, &broken[k]));
         }
         CHECK_INT(broken[0], broken[1]);
         CHECK(broken[0] > 0);
         for (int32_t i = 0; i < count; i++)
-            for (pd_walk b = pdi_body_bonds_begin(&body[0], i), twin = pdi_body_bonds_begin(&body[1], count - 1 - i);
+            for (pd_bond_iterator b = pdi_body_bonds_begin(&body[0], i),
+                                  twin = pdi_body_bonds_begin(&body[1], count - 1 - i);
                  pdi_body_bonds_next(&b);) {
-                pd_walk back = pdi_body_bonds_begin(&body[0], b.to);
+                pd_bond_iterator back = pdi_body_bonds_begin(&body[0], b.to);
                 wrong += !pdi_body_bonds_next(&twin) || twin.to != count - 1 - b.to;
                 wrong += pdi_body_bond_is_broken(&twin) != pdi_body_bond_is_broken(&b);
                 while (pdi_body_bonds_next(&back) && back.to != i) continue;
@@ -277,7 +278,7 @@ static int joined(const pd_body *body, int32_t from, uint8_t *seen)
     while (depth) {
         int32_t i = stack[--depth];
         found++;
-        for (pd_walk b = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&b);) {
+        for (pd_bond_iterator b = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&b);) {
             int32_t j = b.to;
             if (pdi_body_bond_is_broken(&b) || seen[j]) continue;
             seen[j] = 1;
@@ -335,7 +336,7 @@ TEST(rings)
     for (int k = 0; k < 40; k++) {
         enum { sides = 7 };
         double corner[2 * sides + 2];
-        pd_cut line[sides];
+        pd_precrack line[sides];
         cut_case *c = block(n, 3.0, 1e-2, 0.0, 1.0);
         if (!c) return;
         for (int s = 0; s <= sides; s++) {
@@ -350,7 +351,7 @@ TEST(rings)
             line[s].corners = 2;
             line[s].corner = corner + 2 * s;
         }
-        CHECK_OK(&c->ctx, pd_body_cut(&c->ctx, &c->body, line, sides, NULL));
+        CHECK_OK(&c->ctx, pd_body_apply_precracks(&c->ctx, &c->body, line, sides, NULL));
         int leaks = 0, middle = 12 * n + 12;
         joined(&c->body, middle, seen);
         for (int32_t i = 0; i < c->body.count; i++) { /* outside of the circle around all corners */
@@ -369,8 +370,8 @@ TEST(halves)
     static double u[MOST * PD_DIM], force[MOST * PD_DIM];
     int64_t at[CORNERS * PD_DIM];
     double corner[CORNERS * PD_DIM];
-    pd_elastic_desc desc;
-    pd_elastic elastic;
+    pd_correspondence_desc desc;
+    pd_correspondence elastic;
     int n = across();
     cut_case *c = block(n, 2.0, 1e-3, 0.0, 1.0);
     if (!c) return;
@@ -380,18 +381,18 @@ TEST(halves)
     memset(&desc, 0, sizeof desc);
     desc.young = 45e9;
     desc.poisson = PD_DIM == 1 ? 0.0 : 0.3;
-    if (!CHECK_OK(&c->ctx, pd_elastic_build(&c->ctx, &c->body, &desc, &elastic))) return;
+    if (!CHECK_OK(&c->ctx, pd_correspondence_build(&c->ctx, &c->body, &desc, &elastic))) return;
     for (int32_t i = 0; i < c->body.count; i++)
         for (int d = 0; d < PD_DIM; d++) {
             int above = c->at[(int64_t)(i + 1) * PD_DIM - 1] >= n + 1 - n % 2;
             u[i * PD_DIM + d] = above ? 1e-6 : 0.0;
         }
-    CHECK_LE(pd_elastic_energy(&c->ctx, &elastic, u), 0.0);
-    pd_elastic_force(&c->ctx, &elastic, u, force);
+    CHECK_LE(pd_correspondence_energy(&c->ctx, &elastic, u), 0.0);
+    pd_correspondence_force(&c->ctx, &elastic, u, force);
     double most = 0.0;
     for (int k = 0; k < c->body.count * PD_DIM; k++) most = fmax(most, fabs(force[k]));
     CHECK_LE(most, 0.0);
-    pd_elastic_free(&c->ctx, &elastic);
+    pd_correspondence_free(&c->ctx, &elastic);
     end(c);
 }
 
@@ -418,7 +419,7 @@ TEST(energy)
     for (int32_t i = 0; i < c->body.count; i++) {
         int column = c->at[i * PD_DIM] < n; /* lower ends in the middle column */
         for (int d = 1; d < PD_DIM; d++) column = column && c->at[i * PD_DIM + d] == 2 * (n / 2) + 1;
-        for (pd_walk b = pdi_body_bonds_begin(&c->body, i); column && pdi_body_bonds_next(&b);) {
+        for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); column && pdi_body_bonds_next(&b);) {
             double xi[PD_DIM], square = 0.0;
             if (!pdi_body_bond_is_broken(&b)) continue;
             pdi_body_compute_offset(&c->body, i, b.to, xi);
@@ -465,7 +466,7 @@ TEST(damage)
 
 static void refused(cut_case *c, int corners, const double *corner, const char *text)
 {
-    pd_cut two[2];
+    pd_precrack two[2];
     double good[CORNERS * PD_DIM];
     int64_t at[CORNERS * PD_DIM], broken = 7;
     piece(0, c->n, -c->n, 4 * c->n, at);
@@ -474,7 +475,7 @@ static void refused(cut_case *c, int corners, const double *corner, const char *
     two[0].corner = good;
     two[1].corners = corners;
     two[1].corner = corner;
-    CHECK_INT(pd_body_cut(&c->ctx, &c->body, two, 2, &broken), PD_ERR_ARGUMENT);
+    CHECK_INT(pd_body_apply_precracks(&c->ctx, &c->body, two, 2, &broken), PD_ERR_ARGUMENT);
     CHECK(strstr(c->ctx.message, "cut 1") && strstr(c->ctx.message, text));
     CHECK_INT(broken, 0);
     CHECK(pdi_body_is_intact(&c->body));
@@ -525,9 +526,9 @@ TEST(refusals)
         }
         refused(c, 5, bad, "convex");
     }
-    CHECK_INT(pd_body_cut(&c->ctx, &c->body, NULL, 1, NULL), PD_ERR_ARGUMENT);
-    CHECK_INT(pd_body_cut(&c->ctx, &c->body, NULL, -1, NULL), PD_ERR_ARGUMENT);
-    CHECK_OK(&c->ctx, pd_body_cut(&c->ctx, &c->body, NULL, 0, NULL));
+    CHECK_INT(pd_body_apply_precracks(&c->ctx, &c->body, NULL, 1, NULL), PD_ERR_ARGUMENT);
+    CHECK_INT(pd_body_apply_precracks(&c->ctx, &c->body, NULL, -1, NULL), PD_ERR_ARGUMENT);
+    CHECK_OK(&c->ctx, pd_body_apply_precracks(&c->ctx, &c->body, NULL, 0, NULL));
     end(c);
 }
 

@@ -17,8 +17,8 @@ typedef struct body_case {
     pd_ctx ctx;
     pd_body_desc desc;
     pd_body body;
-    pd_elastic elastic;
-    pd_ordinary ordinary;
+    pd_correspondence elastic;
+    pd_ordinary_state ordinary;
     pd_quasi_static rest;
     double position[MOST * PD_DIM], volume[MOST];
     uint8_t held[MOST * PD_DIM];
@@ -70,7 +70,7 @@ static pd_status pulled(pd_ctx *ctx, void *user, double t, double *u, double *lo
 static body_case *bar_at(int n, int slit, int dead, double yield, double stretch, double shift)
 {
     body_case *c = &test_case;
-    pd_elastic_desc desc;
+    pd_correspondence_desc desc;
     pd_quasi_static_desc rest;
     memset(c, 0, sizeof *c);
     pd_ctx_init(&c->ctx);
@@ -98,7 +98,7 @@ static body_case *bar_at(int n, int slit, int dead, double yield, double stretch
     c->desc.spacing = c->h;
     if (!CHECK_OK(&c->ctx, pd_body_build(&c->ctx, &c->desc, &c->body))) return NULL;
     for (int32_t i = 0; i < c->body.count && slit; i++)
-        for (pd_walk b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
+        for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
             const double *x = c->position + i * PD_DIM, *to = c->position + b.to * PD_DIM;
             double y = PD_DIM > 1 ? fabs(0.5 * (x[1] + to[1]) - 0.25) : 0.0;
             if ((x[0] < 0.5) != (to[0] < 0.5) && y > 0.125) pdi_body_mark_broken(&c->body, i, b.n);
@@ -109,14 +109,14 @@ static body_case *bar_at(int n, int slit, int dead, double yield, double stretch
     desc.yield = yield;
     desc.hardening = 0.01 * YOUNG;
     desc.loose = 1;
-    if (!CHECK_OK(&c->ctx, pd_elastic_build(&c->ctx, &c->body, &desc, &c->elastic))) return NULL;
+    if (!CHECK_OK(&c->ctx, pd_correspondence_build(&c->ctx, &c->body, &desc, &c->elastic))) return NULL;
     memset(&rest, 0, sizeof rest);
     rest.held = c->held;
     rest.load = pulled;
     rest.user = c;
     rest.criterion.critical = stretch;
     rest.eager = -1.0;
-    pd_solid solid = pd_elastic_solid(&c->elastic);
+    pd_material_interface solid = pd_correspondence_material(&c->elastic);
     return CHECK_OK(&c->ctx, pd_quasi_static_build(&c->ctx, &solid, &rest, &c->rest)) ? c : NULL;
 }
 
@@ -131,7 +131,7 @@ static int cut(body_case *c, double left, uint32_t *seed)
     double middle = 0.5 + c->shift;
     int kept = 0;
     for (int32_t i = 0; i < c->body.count; i++)
-        for (pd_walk b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
+        for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
             const double *x = c->position + i * PD_DIM, *y = c->position + b.to * PD_DIM;
             double aside = 0.0;
             if (!(x[0] < middle) || y[0] < middle) continue;
@@ -143,13 +143,13 @@ static int cut(body_case *c, double left, uint32_t *seed)
             }
             pd_body_break(&c->body, i, b.to);
         }
-    return CHECK_OK(&c->ctx, pd_elastic_update(&c->ctx, &c->elastic)) ? kept : 0;
+    return CHECK_OK(&c->ctx, pd_correspondence_update(&c->ctx, &c->elastic)) ? kept : 0;
 }
 
 static void end(body_case *c)
 {
     pd_quasi_static_free(&c->ctx, &c->rest);
-    pd_elastic_free(&c->ctx, &c->elastic);
+    pd_correspondence_free(&c->ctx, &c->elastic);
     pd_body_free(&c->ctx, &c->body);
     CHECK_INT(c->ctx.in_use, 0);
 }
@@ -163,11 +163,11 @@ TEST(work_is_stored)
         c->pull = dead ? 1e6 : 1e-4;
         for (int step = 1; step <= 5; step++) {
             double t = step == 3 ? -2.0 : step;
-            CHECK_OK(&c->ctx, pd_quasi_static_to(&c->ctx, &c->rest, t));
+            CHECK_OK(&c->ctx, pd_quasi_static_solve_at(&c->ctx, &c->rest, t));
             CHECK_REL(c->rest.work, c->rest.stored, 1e-8);
         }
         CHECK_INT((int)c->rest.solves, 5);
-        CHECK_OK(&c->ctx, pd_quasi_static_to(&c->ctx, &c->rest, 5.0)); /* nothing is new */
+        CHECK_OK(&c->ctx, pd_quasi_static_solve_at(&c->ctx, &c->rest, 5.0)); /* nothing is new */
         CHECK_INT((int)c->rest.solves, 5);
         end(c);
     }
@@ -184,7 +184,7 @@ TEST(work_of_flow)
         if (!c) return;
         c->pull = 4e-3;
         for (int step = 1; step <= steps; step++)
-            CHECK_OK(&c->ctx, pd_quasi_static_to(&c->ctx, &c->rest, (double)step / steps));
+            CHECK_OK(&c->ctx, pd_quasi_static_solve_at(&c->ctx, &c->rest, (double)step / steps));
         double spent = c->rest.stored + c->rest.solid.dissipated(c->rest.solid.self);
         off[fine] = fabs(c->rest.work - spent) / c->rest.work;
         CHECK_LE(c->rest.stored, 0.95 * c->rest.work);
@@ -212,7 +212,7 @@ TEST(end_that_follows)
             c->follows = follows[way];
             c->given = run ? given : NULL;
             for (int step = 1; step <= (run ? 1 : 2); step++)
-                CHECK_OK(&c->ctx, pd_quasi_static_to(&c->ctx, &c->rest, (double)(run ? 2 : step)));
+                CHECK_OK(&c->ctx, pd_quasi_static_solve_at(&c->ctx, &c->rest, (double)(run ? 2 : step)));
             const double *u = c->rest.u;
             for (int32_t k = 0; k < c->body.count * PD_DIM; k++) {
                 most = fmax(most, fabs(u[k]));
@@ -244,7 +244,7 @@ TEST(end_that_runs)
     body_case *c = bar(4, 0, 0, 0.0, 0.0);
     if (!c) return;
     c->runs = 1e-5;
-    CHECK_INT(pd_quasi_static_to(&c->ctx, &c->rest, 1.0), PD_ERR_STATE);
+    CHECK_INT(pd_quasi_static_solve_at(&c->ctx, &c->rest, 1.0), PD_ERR_STATE);
     CHECK(strstr(c->ctx.message, "what holds the body at 1 s depends on how it moves, and does not come to rest in 60 "
                                  "rounds, as where the elastic material") != NULL);
     CHECK_INT((int)c->rest.solves, 60);
@@ -269,10 +269,10 @@ TEST(no_state)
     c->force = c->rest.solid.force;
     has_state = c;
     c->rest.solid.force = material_force;
-    CHECK_OK(&c->ctx, pd_quasi_static_to(&c->ctx, &c->rest, 1.0));
+    CHECK_OK(&c->ctx, pd_quasi_static_solve_at(&c->ctx, &c->rest, 1.0));
     c->none = 1;
     c->rest.stale = 1;
-    CHECK_INT(pd_quasi_static_to(&c->ctx, &c->rest, 2.0), PD_ERR_STATE);
+    CHECK_INT(pd_quasi_static_solve_at(&c->ctx, &c->rest, 2.0), PD_ERR_STATE);
     CHECK(strstr(c->ctx.message, "the balance at 1 s is no state of the elastic material") != NULL);
     end(c);
 }
@@ -285,9 +285,9 @@ TEST(process)
         body_case *c = bar(4, 0, 0, 0.0, 0.0);
         if (!c) return;
         c->pull = 1e-4;
-        pd_process p = pd_quasi_static_process(&c->rest);
-        CHECK_OK(&c->ctx, run ? p.start(&c->ctx, p.self, 0.0) : pd_quasi_static_to(&c->ctx, &c->rest, 0.0));
-        CHECK_OK(&c->ctx, run ? p.at(&c->ctx, p.self, 1.0) : pd_quasi_static_to(&c->ctx, &c->rest, 1.0));
+        pd_physics p = pd_quasi_static_process(&c->rest);
+        CHECK_OK(&c->ctx, run ? p.start(&c->ctx, p.self, 0.0) : pd_quasi_static_solve_at(&c->ctx, &c->rest, 0.0));
+        CHECK_OK(&c->ctx, run ? p.at(&c->ctx, p.self, 1.0) : pd_quasi_static_solve_at(&c->ctx, &c->rest, 1.0));
         CHECK_NEAR(c->rest.time, 1.0, 0.0);
         CHECK(c->rest.work > 0.0);
         if (run) CHECK(memcmp(found, c->rest.u, (size_t)c->body.count * PD_DIM * sizeof *found) == 0);
@@ -320,7 +320,7 @@ static void pull_apart(body_case *c, int steps, const char *name)
 {
     double most = 0.0;
     for (int step = 1; step <= steps && !(c->rest.broken && c->rest.stored < 1e-6 * c->rest.work); step++) {
-        if (!CHECK_OK(&c->ctx, pd_quasi_static_to(&c->ctx, &c->rest, (double)step))) return;
+        if (!CHECK_OK(&c->ctx, pd_quasi_static_solve_at(&c->ctx, &c->rest, (double)step))) return;
         double pull = 0.0;
         for (int32_t i = 0; i < c->body.count; i++)
             if (c->position[i * PD_DIM] > 1.0 - c->h) pull -= c->volume[i] * c->rest.force[i * PD_DIM];
@@ -355,7 +355,7 @@ TEST(criteria)
     for (int way = PD_DIM == 3; way < 8; way += PD_DIM == 3 ? 3 : 1) {
         body_case *c = bar(PD_DIM == 3 ? 4 : 8, 1, 0, 0.0, 0.0);
         pd_quasi_static_desc rest;
-        pd_ordinary_desc of;
+        pd_ordinary_state_desc of;
         if (!c) return;
         c->pull = 1e-3;
         memset(&of, 0, sizeof of);
@@ -363,17 +363,18 @@ TEST(criteria)
         of.poisson = 0.3;
         of.loose = 1;
         of.linear = 1;
-        if (!CHECK_OK(&c->ctx, pd_ordinary_build(&c->ctx, &c->body, &of, &c->ordinary))) return;
-        pd_solid solid = way < 4 ? pd_elastic_solid(&c->elastic) : pd_ordinary_solid(&c->ordinary);
+        if (!CHECK_OK(&c->ctx, pd_ordinary_state_build(&c->ctx, &c->body, &of, &c->ordinary))) return;
+        pd_material_interface solid =
+            way < 4 ? pd_correspondence_material(&c->elastic) : pd_ordinary_state_material(&c->ordinary);
         rest = c->rest.desc;
-        rest.criterion.kind = (pd_criterion_kind)(way % 4);
+        rest.criterion.kind = (pd_bond_failure_kind)(way % 4);
         rest.criterion.critical = way % 4 == 0 ? 5e-3 : 5e-3 * YOUNG;
         if (way % 4 == 1) rest.criterion.critical = 0.0;
         if (way % 4 == 1) rest.criterion.fracture = 12.5e-6 * YOUNG * c->h;
         pd_quasi_static_free(&c->ctx, &c->rest);
         if (!CHECK_OK(&c->ctx, pd_quasi_static_build(&c->ctx, &solid, &rest, &c->rest))) return;
         pull_apart(c, 40, names[way % 4]);
-        pd_ordinary_free(&c->ctx, &c->ordinary);
+        pd_ordinary_state_free(&c->ctx, &c->ordinary);
         end(c);
     }
 }
@@ -385,7 +386,7 @@ TEST(comes_off)
     if (!c) return;
     c->pull = 1e-4 * YOUNG;
     for (int step = 1; step <= 60 && c->rest.parted < 0.0; step++)
-        if (!CHECK_OK(&c->ctx, pd_quasi_static_to(&c->ctx, &c->rest, (double)step))) break;
+        if (!CHECK_OK(&c->ctx, pd_quasi_static_solve_at(&c->ctx, &c->rest, (double)step))) break;
     NOTE("comes off at %g of E, %d points", 1e-4 * c->rest.parted, (int)c->rest.lost);
     CHECK(c->rest.parted > 0.0);
     CHECK(c->rest.lost >= c->body.count / 4);
@@ -403,7 +404,7 @@ TEST(hinge)
         if (!c) return;
         c->pull = 1e3;
         CHECK_INT(cut(c, 0.0, &seed), 1);
-        CHECK_OK(&c->ctx, pd_quasi_static_to(&c->ctx, &c->rest, 1.0));
+        CHECK_OK(&c->ctx, pd_quasi_static_solve_at(&c->ctx, &c->rest, 1.0));
         NOTE("along %s: %d points come off, %d solves, stored %.4g of %.4g J", dead == 2 ? "the last axis" : "x",
              (int)c->rest.lost, (int)c->rest.solves, c->rest.stored, c->rest.work);
         CHECK_INT((int)c->rest.lost, PD_DIM == 3 && dead == 2 ? c->body.count / 2 : 0);
@@ -426,7 +427,7 @@ TEST(random_cuts)
         cut(c, left, &seed);
         c->pull = 2e-4 * YOUNG;
         for (int step = 1; step <= 40 && c->rest.parted < 0.0; step++)
-            if (!CHECK_OK(&c->ctx, pd_quasi_static_to(&c->ctx, &c->rest, (double)step))) break;
+            if (!CHECK_OK(&c->ctx, pd_quasi_static_solve_at(&c->ctx, &c->rest, (double)step))) break;
         off += c->rest.parted >= 0.0;
         all++;
         CHECK_LE(c->rest.residual, 1e-10);
@@ -444,7 +445,7 @@ TEST(bad_input)
     pd_quasi_static_desc desc;
     pd_quasi_static rest;
     if (!c) return;
-    pd_solid solid = pd_elastic_solid(&c->elastic);
+    pd_material_interface solid = pd_correspondence_material(&c->elastic);
     for (int way = 0; way < 4; way++) {
         desc = c->rest.desc;
         if (way == 0) desc.criterion.critical = -1.0;

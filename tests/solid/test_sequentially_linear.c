@@ -13,16 +13,16 @@ static struct {
     pd_ctx ctx;
     pd_body_desc desc;
     pd_body body;
-    pd_elastic elastic;
-    pd_solid solid;
-    pd_sequential way;
+    pd_correspondence elastic;
+    pd_material_interface solid;
+    pd_sequentially_linear way;
     double position[MOST * PD_DIM], volume[MOST], moved[MOST * PD_DIM], load[MOST * PD_DIM];
     uint8_t held[MOST * PD_DIM];
 } c;
 
 static int body(double h, double m)
 {
-    pd_elastic_desc d;
+    pd_correspondence_desc d;
     memset(&d, 0, sizeof d);
     c.desc.position = c.position;
     c.desc.volume = c.volume;
@@ -33,27 +33,27 @@ static int body(double h, double m)
     d.plane = PD_PLANE_STRESS;
     d.loose = 1;
     if (!CHECK_OK(&c.ctx, pd_body_build(&c.ctx, &c.desc, &c.body))) return 0;
-    if (!CHECK_OK(&c.ctx, pd_elastic_build(&c.ctx, &c.body, &d, &c.elastic))) return 0;
-    c.solid = pd_elastic_solid(&c.elastic);
+    if (!CHECK_OK(&c.ctx, pd_correspondence_build(&c.ctx, &c.body, &d, &c.elastic))) return 0;
+    c.solid = pd_correspondence_material(&c.elastic);
     return 1;
 }
 
 static int follow(int by_load)
 {
-    pd_sequential_desc d;
+    pd_sequentially_linear_desc d;
     memset(&d, 0, sizeof d);
     d.held = c.held;
     if (by_load) d.load = c.load;
     else d.moved = c.moved;
     d.criterion.critical = CRITICAL;
     d.rtol = 1e-12;
-    return CHECK_OK(&c.ctx, pd_sequential_build(&c.ctx, &c.solid, &d, &c.way));
+    return CHECK_OK(&c.ctx, pd_sequentially_linear_build(&c.ctx, &c.solid, &d, &c.way));
 }
 
 static void end(void)
 {
-    pd_sequential_free(&c.ctx, &c.way);
-    pd_elastic_free(&c.ctx, &c.elastic);
+    pd_sequentially_linear_free(&c.ctx, &c.way);
+    pd_correspondence_free(&c.ctx, &c.elastic);
     pd_body_free(&c.ctx, &c.body);
     CHECK_INT(c.ctx.in_use, 0);
 }
@@ -83,7 +83,7 @@ TEST(bundle)
     if (!body(h, 1.0) || !follow(0)) return;
     for (int b = 0; b < 3; b++) {
         double wide = even(cells[b]) * h, left = 0.0;
-        CHECK_OK(&c.ctx, pd_sequential_next(&c.ctx, &c.way));
+        CHECK_OK(&c.ctx, pd_sequentially_linear_next_event(&c.ctx, &c.way));
         for (int o = b; o < 3; o++) left += YOUNG / (even(cells[o]) * h);
         CHECK_REL(c.way.factor, CRITICAL * wide, 1e-9);
         CHECK_REL(c.way.force, left * CRITICAL * wide, 1e-9);
@@ -92,7 +92,7 @@ TEST(bundle)
         taken += 0.5 * YOUNG * CRITICAL * CRITICAL * wide;
     }
     CHECK(!c.way.done);
-    CHECK_OK(&c.ctx, pd_sequential_next(&c.ctx, &c.way));
+    CHECK_OK(&c.ctx, pd_sequentially_linear_next_event(&c.ctx, &c.way));
     CHECK(c.way.done);
     CHECK_INT(c.way.events, 3);
     CHECK_REL(c.way.dissipated, taken, 1e-9);
@@ -103,7 +103,7 @@ TEST(bundle)
 /* What is refused. */
 TEST(refusals)
 {
-    pd_sequential_desc d;
+    pd_sequentially_linear_desc d;
     memset(&c, 0, sizeof c);
     memset(&d, 0, sizeof d);
     pd_ctx_init(&c.ctx);
@@ -114,16 +114,16 @@ TEST(refusals)
     c.desc.count = 9;
     if (!body(1e-3, 1.0)) return;
     d.criterion.critical = CRITICAL;
-    CHECK_INT(pd_sequential_build(&c.ctx, &c.solid, &d, &c.way), PD_ERR_ARGUMENT);
+    CHECK_INT(pd_sequentially_linear_build(&c.ctx, &c.solid, &d, &c.way), PD_ERR_ARGUMENT);
     d.moved = c.moved;
-    CHECK_INT(pd_sequential_build(&c.ctx, &c.solid, &d, &c.way), PD_ERR_ARGUMENT);
+    CHECK_INT(pd_sequentially_linear_build(&c.ctx, &c.solid, &d, &c.way), PD_ERR_ARGUMENT);
     d.held = c.held;
     d.load = c.load;
-    CHECK_INT(pd_sequential_build(&c.ctx, &c.solid, &d, &c.way), PD_ERR_ARGUMENT);
+    CHECK_INT(pd_sequentially_linear_build(&c.ctx, &c.solid, &d, &c.way), PD_ERR_ARGUMENT);
     d.load = NULL;
     d.criterion.critical = 0.0;
-    CHECK_INT(pd_sequential_build(&c.ctx, &c.solid, &d, &c.way), PD_ERR_ARGUMENT);
-    pd_elastic_free(&c.ctx, &c.elastic);
+    CHECK_INT(pd_sequentially_linear_build(&c.ctx, &c.solid, &d, &c.way), PD_ERR_ARGUMENT);
+    pd_correspondence_free(&c.ctx, &c.elastic);
     pd_body_free(&c.ctx, &c.body);
     CHECK_INT(c.ctx.in_use, 0);
 }
@@ -150,7 +150,7 @@ static int plate(const int *n, int half, double m)
     c.desc.count = n[0] * n[1];
     if (!body(h, m)) return 0;
     for (int32_t i = 0; i < c.body.count; i++)
-        for (pd_walk b = pdi_body_bonds_begin(&c.body, i); pdi_body_bonds_next(&b);) {
+        for (pd_bond_iterator b = pdi_body_bonds_begin(&c.body, i); pdi_body_bonds_next(&b);) {
             const double *p = c.position + 2 * i, *q = c.position + 2 * b.to;
             if ((p[1] < 0.0) == (q[1] < 0.0)) continue;
             double at = p[0] - p[1] * (q[0] - p[0]) / (q[1] - p[1]);
@@ -177,7 +177,7 @@ TEST(snap_back)
     int back = 0, count = 0;
     if (!plate(n, 4, 2.0) || !follow(0)) return;
     while (c.way.events < 2000) {
-        if (!CHECK_OK(&c.ctx, pd_sequential_next(&c.ctx, &c.way)) || c.way.done) break;
+        if (!CHECK_OK(&c.ctx, pd_sequentially_linear_next_event(&c.ctx, &c.way)) || c.way.done) break;
         int tip = (int)floor(fabs(c.way.first.place[0]) / h + 0.5); /* [cell] that the crack has reached */
         if (tip >= 20) tip = 19;
         if (c.way.force > peak[tip]) {
@@ -226,7 +226,7 @@ TEST(by_load)
     for (int k = 0; k < n[0] * n[1]; k++) c.load[2 * k + 1] = 2.0 * c.moved[2 * k + 1]; /* one in both end rows */
     if (!follow(1)) return;
     while (c.way.events < 400) {
-        if (!CHECK_OK(&c.ctx, pd_sequential_next(&c.ctx, &c.way)) || c.way.done) break;
+        if (!CHECK_OK(&c.ctx, pd_sequentially_linear_next_event(&c.ctx, &c.way)) || c.way.done) break;
         int tip = (int)floor(fabs(c.way.first.place[0]) / h + 0.5);
         if (tip == 9) peak = fmax(peak, c.way.force);
         if (tip > 10) break;

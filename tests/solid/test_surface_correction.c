@@ -63,7 +63,7 @@ static bar *make(int length, int wide, int slant, double m, pd_microelastic_surf
 /* Young's modulus of a bar that is pulled at its ends, from its middle. */
 static double modulus(bar *c)
 {
-    pd_solid solid = pd_microelastic_solid(&c->springs);
+    pd_material_interface solid = pd_microelastic_material(&c->springs);
     pd_equilibrium_desc desc;
     pd_equilibrium_result result;
     double pull = 0.0, far[2] = {0.0, 0.0};
@@ -111,7 +111,7 @@ TEST(stiffness)
 static void keep(const bar *c, float *to)
 {
     for (int32_t i = 0; i < c->body.count; i++)
-        for (pd_walk b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);)
+        for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);)
             to[pdi_body_bond_number(&b)] = pdi_bond_weights_get(&c->springs.weights, i, &b);
 }
 
@@ -135,7 +135,7 @@ TEST(factors)
     for (int32_t i = 0; i < body->count; i++)
         if (body->row[i + 1] - body->row[i] > whole) whole = body->row[i + 1] - body->row[i];
     for (int32_t i = 0; i < body->count; i++)
-        for (pd_walk b = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&b);) {
+        for (pd_bond_iterator b = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&b);) {
             int32_t j = b.to, mirror[2] = {i, j};
             int64_t at = pdi_body_bond_number(&b);
             double factor = (double)kept[1][at] / (double)kept[0][at];
@@ -178,7 +178,7 @@ TEST(slanted)
             double sum = 0.0;
             for (int32_t i = 0; i < c->body.count; i++) /* energy of uniaxial stress, of the middle */
                 if (i % 60 >= 20 && i % 60 < 40)
-                    for (pd_walk b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
+                    for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
                         double xi[2], square, e = 0.0;
                         int32_t j = b.to;
                         pdi_body_compute_offset(&c->body, i, b.to, xi);

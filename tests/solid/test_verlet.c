@@ -13,7 +13,7 @@ typedef struct bar_case {
     pd_ctx ctx;
     pd_body_desc desc;
     pd_body body;
-    pd_elastic elastic;
+    pd_correspondence elastic;
     pd_verlet verlet;
     double position[MOST * PD_DIM], volume[MOST];
 } bar_case;
@@ -24,7 +24,7 @@ static bar_case test_case;
 static bar_case *bar(const int *n, double m, double yield, double share)
 {
     bar_case *c = &test_case;
-    pd_elastic_desc metal;
+    pd_correspondence_desc metal;
     pd_verlet_desc motion;
     memset(c, 0, sizeof *c);
     pd_ctx_init(&c->ctx);
@@ -46,25 +46,25 @@ static bar_case *bar(const int *n, double m, double yield, double share)
     metal.poisson = 0.3;
     metal.plane = yield > 0.0 ? PD_PLANE_STRAIN : PD_PLANE_STRESS;
     metal.yield = yield;
-    if (!CHECK_OK(&c->ctx, pd_elastic_build(&c->ctx, &c->body, &metal, &c->elastic))) return NULL;
+    if (!CHECK_OK(&c->ctx, pd_correspondence_build(&c->ctx, &c->body, &metal, &c->elastic))) return NULL;
     memset(&motion, 0, sizeof motion);
     motion.density = 1.0;
     motion.share = share;
-    pd_solid solid = pd_elastic_solid(&c->elastic);
+    pd_material_interface solid = pd_correspondence_material(&c->elastic);
     return CHECK_OK(&c->ctx, pd_verlet_build(&c->ctx, &solid, &motion, &c->verlet)) ? c : NULL;
 }
 
 static void end(bar_case *c)
 {
     pd_verlet_free(&c->ctx, &c->verlet);
-    pd_elastic_free(&c->ctx, &c->elastic);
+    pd_correspondence_free(&c->ctx, &c->elastic);
     pd_body_free(&c->ctx, &c->body);
     CHECK_INT(c->ctx.in_use, 0);
 }
 
 static double energy(bar_case *c)
 {
-    return pd_verlet_kinetic(&c->verlet) + pd_elastic_energy(&c->ctx, &c->elastic, c->verlet.u);
+    return pd_verlet_kinetic(&c->verlet) + pd_correspondence_energy(&c->ctx, &c->elastic, c->verlet.u);
 }
 
 #if PD_DIM == 1
@@ -88,7 +88,7 @@ TEST(dispersion)
             for (int i = 0; i < 801; i++) c->verlet.u[i] = cos(waves[j] * c->position[i]);
             double dt = c->verlet.longest, slow = 2.0 / dt * asin(0.5 * dt * sqrt(square / all));
             for (int k = 1; k <= 80; k++) {
-                if (!CHECK_OK(&c->ctx, pd_process_run(&c->ctx, pd_verlet_process(&c->verlet), k * dt))) return;
+                if (!CHECK_OK(&c->ctx, pd_physics_run(&c->ctx, pd_verlet_process(&c->verlet), k * dt))) return;
                 worst = fmax(worst, fabs(c->verlet.u[400] - cos(slow * k * dt)));
             }
             CHECK_LE(worst, 1e-12);
@@ -113,7 +113,7 @@ TEST(waves)
     double start = pd_verlet_kinetic(&c->verlet), dt = c->verlet.longest;
     int found = 0, steps = (int)(2.7 * length / dt);
     for (int k = 0; k < steps; k++) {
-        if (!CHECK_OK(&c->ctx, pd_process_run(&c->ctx, pd_verlet_process(&c->verlet), (k + 1) * dt))) return;
+        if (!CHECK_OK(&c->ctx, pd_physics_run(&c->ctx, pd_verlet_process(&c->verlet), (k + 1) * dt))) return;
         double now = c->verlet.v[(c->body.count - 1) * PD_DIM];
         if (k && (before > 0.0) != (now > 0.0) && found < 3) crossed[found++] = (k + before / (before - now)) * dt;
         before = now;
@@ -138,7 +138,7 @@ TEST(longest_step)
     if (!c) return;
     for (int32_t k = 0; k < c->body.count * PD_DIM; k++) c->verlet.v[k] = 1e-6 * random_real(&seed);
     double start = pd_verlet_kinetic(&c->verlet);
-    CHECK_OK(&c->ctx, pd_process_run(&c->ctx, pd_verlet_process(&c->verlet), 200.0 * c->verlet.longest));
+    CHECK_OK(&c->ctx, pd_physics_run(&c->ctx, pd_verlet_process(&c->verlet), 200.0 * c->verlet.longest));
     CHECK(energy(c) < 3.0 * start);
     end(c);
 }
@@ -152,7 +152,7 @@ TEST(flow)
     for (int32_t i = 0; i < c->body.count; i++)
         c->verlet.v[i * PD_DIM] = 0.06 * sin(PI * c->position[i * PD_DIM] / n[0]);
     double start = pd_verlet_kinetic(&c->verlet);
-    CHECK_OK(&c->ctx, pd_process_run(&c->ctx, pd_verlet_process(&c->verlet), 1.0 * n[0]));
+    CHECK_OK(&c->ctx, pd_physics_run(&c->ctx, pd_verlet_process(&c->verlet), 1.0 * n[0]));
     double lost = c->verlet.solid.dissipated(c->verlet.solid.self), sum = energy(c) + lost;
     NOTE("%d steps, %.3f of the energy lost, sum off by %.1e", (int)c->verlet.steps, lost / start, sum / start - 1.0);
     CHECK(lost > 0.2 * start);

@@ -125,7 +125,7 @@ TEST(as_gmres)
     static gmres g;
     uint32_t seed = 5;
     double worst = 0.0, left = 0.0;
-    for (int n = 1; n <= PD_ANDERSON_KEPT; n++)
+    for (int n = 1; n <= PD_ANDERSON_HISTORY; n++)
         for (int way = 0; way < 3; way++) {
             static const double low[3] = {-0.5, -3.0, 1.5};
             static const double high[3] = {0.8, 0.5, 4.0};
@@ -173,9 +173,9 @@ TEST(more_than_is_kept)
         double size = size_of(MOST, step);
         if (k) CHECK_LE(size, q * last + 1e-14);
         else first = size;
-        if (k > 1 && k <= PD_ANDERSON_KEPT + 1) CHECK_LE(size, q * 2.0 * pow(rate, k - 1) * first);
+        if (k > 1 && k <= PD_ANDERSON_HISTORY + 1) CHECK_LE(size, q * 2.0 * pow(rate, k - 1) * first);
         last = size;
-        CHECK(a.count <= PD_ANDERSON_KEPT);
+        CHECK(a.count <= PD_ANDERSON_HISTORY);
         pdi_anderson_update(&a, x, step);
     }
     NOTE("off by %.1e after 100 steps", apart(MOST, x, answer));

@@ -14,7 +14,7 @@
 static scene test_scene;
 static double time_now; /* [s] */
 static pd_implicit implicit;
-static pd_unsteady unsteady;
+static pd_weakly_compressible unsteady;
 
 static double turn(double t) { return 2.0 * PI * t / WHOLE; }
 
@@ -47,7 +47,7 @@ static int channel_build(scene *s, double m)
 static void channel_free(scene *s)
 {
     pd_implicit_free(&s->ctx, &implicit);
-    pd_unsteady_free(&s->ctx, &unsteady);
+    pd_weakly_compressible_free(&s->ctx, &unsteady);
     scene_free(s);
 }
 
@@ -104,11 +104,11 @@ static double follow(const problem *p, int cells, double m, int steps, int forwa
         pd_grid_position(&s->grid, i, x);
         if (s->grid.kind[i] == PD_FLUID) s->flow.u[i] = exact(p, x[1], 0.0);
     }
-    pd_unsteady_desc weak;
+    pd_weakly_compressible_desc weak;
     memset(&weak, 0, sizeof weak);
     weak.sound = 0.02;
-    if (forward && !CHECK_OK(&s->ctx, pd_unsteady_build(&s->ctx, &s->flow, &weak, &unsteady))) return NAN;
-    if (forward) CHECK_OK(&s->ctx, pd_process_run(&s->ctx, pd_unsteady_process(&unsteady), end));
+    if (forward && !CHECK_OK(&s->ctx, pd_weakly_compressible_build(&s->ctx, &s->flow, &weak, &unsteady))) return NAN;
+    if (forward) CHECK_OK(&s->ctx, pd_physics_run(&s->ctx, pd_weakly_compressible_process(&unsteady), end));
     for (int n = 0; n < steps && !forward; n++)
         if (!CHECK_OK(&s->ctx, pd_implicit_step(&s->ctx, &implicit, end / steps))) return NAN;
     for (int n = 0; n < cells; n++) {

@@ -373,7 +373,7 @@ TEST(gmres_integers)
             d.restart = 40;
             d.most = 200;
             d.rtol = 1e-3;
-            d.compressed = integers ? PD_KRYLOV_INTEGER : PD_KRYLOV_SINGLE;
+            d.compressed = integers ? PD_KRYLOV_INT16 : PD_KRYLOV_SINGLE;
             d.zero_guess = 1;
             d.lean = lean;
             d.max_iterations = 4000;
@@ -723,7 +723,7 @@ TEST(spans)
 {
     pd_ctx ctx;
     int32_t first[3] = {1, 10, 15}, start[3] = {0, 4, 6}, length[3] = {4, 2, 4};
-    pd_spans spans = {3, 3, first, start, length, 10, 21};
+    pd_active_ranges spans = {3, 3, first, start, length, 10, 21};
     pd_ctx_init(&ctx);
     for (int variant = 0; variant < 4; variant++) {
         double b[42] = {0.0}, x[42] = {0.0}, between = 0.0;
@@ -755,7 +755,7 @@ TEST(bad_input)
 {
     pd_ctx ctx;
     pd_krylov k;
-    pd_spans spans;
+    pd_active_ranges spans;
     memset(&spans, 0, sizeof spans);
     spans.total = 21;
     pd_ctx_init(&ctx);

@@ -117,9 +117,9 @@ static void toy_balance(pd_ctx *ctx, void *self, int k, pd_amounts *a)
 
 static const pd_element toy_elements[2] = {{"apples", "kg"}, {"pears", "kg"}};
 
-static pd_process toy_process(const char *name, toy *y)
+static pd_physics toy_process(const char *name, toy *y)
 {
-    pd_process p;
+    pd_physics p;
     memset(&p, 0, sizeof p);
     p.name = name;
     p.self = y;
@@ -144,9 +144,9 @@ TEST(one_process)
     toy y;
     pd_ctx_init(&ctx);
     memset(&y, 0, sizeof y);
-    pd_process p = toy_process("toy", &y);
+    pd_physics p = toy_process("toy", &y);
     y.step = 0.3;
-    CHECK_OK(&ctx, pd_process_run(&ctx, p, 1.0));
+    CHECK_OK(&ctx, pd_physics_run(&ctx, p, 1.0));
     CHECK(y.time == 1.0);
     CHECK_NEAR(y.amount, 1.0, 1e-15);
     CHECK_INT(y.steps, 4);
@@ -154,45 +154,45 @@ TEST(one_process)
     CHECK_INT(y.finishes, 1);
     /* steps that are refused become shorter until they are not, and the last one ends on the end all the same */
     y.good = 0.1;
-    CHECK_OK(&ctx, pd_process_run(&ctx, p, 2.0));
+    CHECK_OK(&ctx, pd_physics_run(&ctx, p, 2.0));
     CHECK(y.time == 2.0);
     CHECK(y.rejects > y.accepts - 4 && y.accepts - 4 >= 10);
     CHECK_INT(y.attempts, y.accepts + y.rejects);
     CHECK_NEAR(y.amount, 2.0, 1e-14);
     /* nothing to do is done */
     int before = y.attempts;
-    CHECK_OK(&ctx, pd_process_run(&ctx, p, 2.0));
+    CHECK_OK(&ctx, pd_physics_run(&ctx, p, 2.0));
     CHECK_INT(y.attempts, before);
     /* steps that time cannot count */
     y.good = 1e-30;
-    CHECK_INT(pd_process_run(&ctx, p, 3.0), PD_ERR_STATE);
+    CHECK_INT(pd_physics_run(&ctx, p, 3.0), PD_ERR_STATE);
     CHECK(strstr(ctx.message, "toy: steps of ") != NULL && strstr(ctx.message, "do not lead on from t = 2 s") != NULL);
     CHECK(y.time == 2.0);
     CHECK_LE(y.shortest, 1e-14);
-    CHECK_INT(pd_process_run(&ctx, p, 1.0), PD_ERR_ARGUMENT);
+    CHECK_INT(pd_physics_run(&ctx, p, 1.0), PD_ERR_ARGUMENT);
     /* steps that time counts, but no end of a run: 1e11 of them */
     y.good = 0.0;
     y.step = 1e-11;
-    CHECK_INT(pd_process_run(&ctx, p, 3.0), PD_ERR_STATE);
+    CHECK_INT(pd_physics_run(&ctx, p, 3.0), PD_ERR_STATE);
     CHECK(strstr(ctx.message, "toy: the last 1000 steps led on by ") != NULL);
     CHECK_LE(y.time, 2.0 + 1001e-11);
-    CHECK_OK(&ctx, pd_process_run(&ctx, p, y.time + 3e-8)); /* 3000 of them are few */
+    CHECK_OK(&ctx, pd_physics_run(&ctx, p, y.time + 3e-8)); /* 3000 of them are few */
     p.time = NULL;
-    CHECK_INT(pd_process_run(&ctx, p, 3.0), PD_ERR_ARGUMENT);
+    CHECK_INT(pd_physics_run(&ctx, p, 3.0), PD_ERR_ARGUMENT);
 }
 
 /* A box of some fluid nodes, for the list. */
 typedef struct box {
     pd_stencil stencil;
     pd_grid grid;
-    pd_couple couple;
+    pd_time_loop couple;
 } box;
 
 static int box_build(pd_ctx *ctx, double max_step, box *b)
 {
     pd_stencil_desc family;
     pd_grid_desc desc;
-    pd_couple_desc run;
+    pd_time_loop_desc run;
     memset(&family, 0, sizeof family);
     memset(&desc, 0, sizeof desc);
     memset(&run, 0, sizeof run);
@@ -205,7 +205,7 @@ static int box_build(pd_ctx *ctx, double max_step, box *b)
     run.max_step = max_step;
     return CHECK_OK(ctx, pd_stencil_build(ctx, &family, &b->stencil)) &&
            CHECK_OK(ctx, pd_grid_build(ctx, &b->stencil, &desc, &b->grid)) &&
-           CHECK_OK(ctx, pd_couple_build(ctx, &run, &b->grid, NULL, &b->couple));
+           CHECK_OK(ctx, pd_time_loop_build(ctx, &run, &b->grid, NULL, &b->couple));
 }
 
 static void box_free(pd_ctx *ctx, box *b)
@@ -225,23 +225,23 @@ TEST(a_list)
     memset(&flow, 0, sizeof flow);
     memset(&lead, 0, sizeof lead);
     memset(&follower, 0, sizeof follower);
-    pd_process p = toy_process("flow", &flow);
+    pd_physics p = toy_process("flow", &flow);
     p.attempt = NULL;
     p.elements = 0;
     p.at = toy_at;
-    CHECK_OK(&ctx, pd_couple_add(&ctx, &b.couple, p));
-    CHECK_OK(&ctx, pd_couple_add(&ctx, &b.couple, toy_process("lead", &lead)));
+    CHECK_OK(&ctx, pd_time_loop_add_process(&ctx, &b.couple, p));
+    CHECK_OK(&ctx, pd_time_loop_add_process(&ctx, &b.couple, toy_process("lead", &lead)));
     p = toy_process("follower", &follower);
     p.element = toy_elements + 1;
     p.inner = 1;
-    CHECK_OK(&ctx, pd_couple_add(&ctx, &b.couple, p));
+    CHECK_OK(&ctx, pd_time_loop_add_process(&ctx, &b.couple, p));
     CHECK_INT(b.couple.elements, 2);
     lead.step = 0.5;
     lead.good = 0.3;
     follower.step = 0.1;
     lead.turns = 1;
     lead.node = 7;
-    CHECK_OK(&ctx, pd_couple_run(&ctx, &b.couple, 1.0, 0.0, NULL, NULL));
+    CHECK_OK(&ctx, pd_time_loop_run(&ctx, &b.couple, 1.0, 0.0, NULL, NULL));
     CHECK_INT(lead.starts + follower.starts + flow.starts, 3);
     CHECK(b.couple.time == 1.0 && lead.time == 1.0 && follower.time == 1.0 && flow.time == 1.0);
     CHECK_INT(b.couple.steps, lead.accepts);
@@ -256,12 +256,12 @@ TEST(a_list)
     CHECK_INT(follower.changes, lead.accepts);
     for (int e = 0; e < 2; e++) {
         CHECK_NEAR(b.couple.ledger[e].in, 1.0, 1e-14);
-        CHECK_LE(pd_couple_imbalance(&b.couple), 1e-15);
+        CHECK_LE(pd_time_loop_imbalance(&b.couple), 1e-15);
     }
     CHECK(strcmp(b.couple.element[0].name, "apples") == 0 && strcmp(b.couple.element[1].name, "pears") == 0);
     /* an element that is lost is called by its name */
     follower.passed += 0.25;
-    CHECK_INT(pd_couple_step(&ctx, &b.couple, 2.0), PD_ERR_LEDGER);
+    CHECK_INT(pd_time_loop_step(&ctx, &b.couple, 2.0), PD_ERR_BALANCE);
     CHECK(strstr(ctx.message, "kg of pears misses the start 0 kg by -0.25") != NULL);
     box_free(&ctx, &b);
 }
@@ -279,16 +279,16 @@ TEST(those_behind_follow)
     if (!box_build(&ctx, 0.0, &b)) return;
     memset(y, 0, sizeof y);
     for (int n = 0; n < 4; n++) {
-        pd_process p = toy_process(name[n], &y[n]);
+        pd_physics p = toy_process(name[n], &y[n]);
         p.inner = n > 0;
-        CHECK_OK(&ctx, pd_couple_add(&ctx, &b.couple, p));
+        CHECK_OK(&ctx, pd_time_loop_add_process(&ctx, &b.couple, p));
         y[n].step = step[n];
         y[n].ahead = n ? &y[n - 1] : NULL;
     }
     y[0].ends = 1.0;
     y[1].ends = 0.25;
     y[2].ends = 0.125;
-    CHECK_OK(&ctx, pd_couple_run(&ctx, &b.couple, 4.0, 0.0, NULL, NULL));
+    CHECK_OK(&ctx, pd_time_loop_run(&ctx, &b.couple, 4.0, 0.0, NULL, NULL));
     for (int n = 0; n < 4; n++) {
         CHECK(y[n].time == 4.0);
         CHECK_NEAR(y[n].amount, 4.0, 1e-13);
@@ -297,7 +297,7 @@ TEST(those_behind_follow)
     CHECK_INT(y[1].finishes, 16);
     CHECK_INT(y[2].finishes, 32);
     CHECK_INT(y[3].accepts, 32);
-    CHECK_LE(pd_couple_imbalance(&b.couple), 1e-14);
+    CHECK_LE(pd_time_loop_imbalance(&b.couple), 1e-14);
     box_free(&ctx, &b);
 }
 
@@ -311,30 +311,30 @@ TEST(elements)
     if (!box_build(&ctx, 0.25, &b)) return;
     memset(&one, 0, sizeof one);
     memset(&two, 0, sizeof two);
-    pd_process p = toy_process("one", &one);
+    pd_physics p = toy_process("one", &one);
     p.longest = pdi_physics_limit_max_step;
     p.inner = 1;
-    CHECK_OK(&ctx, pd_couple_add(&ctx, &b.couple, p));
+    CHECK_OK(&ctx, pd_time_loop_add_process(&ctx, &b.couple, p));
     p = toy_process("two", &two);
     p.elements = 2;
-    CHECK_OK(&ctx, pd_couple_add(&ctx, &b.couple, p));
+    CHECK_OK(&ctx, pd_time_loop_add_process(&ctx, &b.couple, p));
     one.amount = 3.0;
-    CHECK_OK(&ctx, pd_couple_run(&ctx, &b.couple, 1.0, 0.0, NULL, NULL));
+    CHECK_OK(&ctx, pd_time_loop_run(&ctx, &b.couple, 1.0, 0.0, NULL, NULL));
     CHECK_INT(b.couple.elements, 2);
     CHECK_INT(b.couple.steps, 4);
     CHECK_NEAR(b.couple.ledger[0].start, 3.0, 0.0);
     CHECK_NEAR(b.couple.ledger[0].dissolved, 5.0, 1e-14);
     CHECK_NEAR(b.couple.ledger[1].dissolved, 2.0, 1e-14);
-    static pd_element many[PD_COUPLE_ELEMENTS];
-    static char names[PD_COUPLE_ELEMENTS][4];
-    for (int k = 0; k < PD_COUPLE_ELEMENTS; k++) {
+    static pd_element many[PD_TIME_LOOP_MAX_ELEMENTS];
+    static char names[PD_TIME_LOOP_MAX_ELEMENTS][4];
+    for (int k = 0; k < PD_TIME_LOOP_MAX_ELEMENTS; k++) {
         snprintf(names[k], sizeof names[k], "%d", k);
         many[k].name = names[k];
         many[k].unit = "kg";
     }
     p.element = many;
-    p.elements = PD_COUPLE_ELEMENTS;
-    CHECK_INT(pd_couple_add(&ctx, &b.couple, p), PD_ERR_SIZE);
+    p.elements = PD_TIME_LOOP_MAX_ELEMENTS;
+    CHECK_INT(pd_time_loop_add_process(&ctx, &b.couple, p), PD_ERR_SIZE);
     box_free(&ctx, &b);
 }
 
@@ -358,12 +358,12 @@ static void goes_on(const char *text, const char *what)
     pd_setup u, v;
     pd_model a, b;
     if (!grow(&ctx, &u, &a, text)) return;
-    CHECK_OK(&ctx, pd_couple_run(&ctx, &a.couple, 0.5 * u.until, 0.5 * u.until, NULL, NULL));
+    CHECK_OK(&ctx, pd_time_loop_run(&ctx, &a.couple, 0.5 * u.until, 0.5 * u.until, NULL, NULL));
     CHECK_OK(&ctx, checkpoint_save(&ctx, path_of("half"), &a));
     if (!grow(&other, &v, &b, text)) return;
     CHECK_OK(&other, checkpoint_load(&other, path_of("half"), &b));
-    CHECK_OK(&ctx, pd_couple_run(&ctx, &a.couple, u.until, 0.5 * u.until, NULL, NULL));
-    CHECK_OK(&other, pd_couple_run(&other, &b.couple, u.until, 0.5 * u.until, NULL, NULL));
+    CHECK_OK(&ctx, pd_time_loop_run(&ctx, &a.couple, u.until, 0.5 * u.until, NULL, NULL));
+    CHECK_OK(&other, pd_time_loop_run(&other, &b.couple, u.until, 0.5 * u.until, NULL, NULL));
     int64_t total = a.grid.total;
     const double *x = pdi_model_velocity(&a), *y = pdi_model_velocity(&b);
     int same = memcmp(a.grid.kind, b.grid.kind, (size_t)total) == 0 &&
@@ -389,13 +389,13 @@ TEST(gas_through_sides)
     pd_setup u;
     pd_model m;
     if (!grow(&ctx, &u, &m, GAS)) return;
-    CHECK_OK(&ctx, pd_couple_run(&ctx, &m.couple, u.until, 0.25, NULL, NULL));
+    CHECK_OK(&ctx, pd_time_loop_run(&ctx, &m.couple, u.until, 0.25, NULL, NULL));
     CHECK_INT(m.couple.elements, 2);
-    const pd_ledger *mass = &m.couple.ledger[0], *energy = &m.couple.ledger[1];
+    const pd_mass_balance *mass = &m.couple.ledger[0], *energy = &m.couple.ledger[1];
     CHECK_NEAR(mass->start, 0.5625, 1e-12);
     CHECK_NEAR(energy->start, 0.5 * (2.5 + 0.25) + 0.5 * 0.16 * 0.5625, 1e-12);
     CHECK(mass->out > 0.3 && mass->in > 0.1 && energy->out > 0.3 && energy->in > 0.1);
-    CHECK_LE(pd_couple_imbalance(&m.couple), 1e-13);
+    CHECK_LE(pd_time_loop_imbalance(&m.couple), 1e-13);
     drop(&ctx, &u, &m);
     goes_on(GAS, "gas");
 }
@@ -410,7 +410,7 @@ TEST(gas_that_streams)
               "[grid] h = 20 mm  m = 3  box = 0 .. 1 m\n[side x-] flow = inlet\n[side x+] flow = outlet\n"
               "[gas] rho = 2 kg/m3  p = 3 Pa  vx = 0.7 m/s  gamma = 1.5\n[run] until = 1.3 s\n"))
         return;
-    CHECK_OK(&ctx, pd_couple_run(&ctx, &m.couple, u.until, 0.0, NULL, NULL));
+    CHECK_OK(&ctx, pd_time_loop_run(&ctx, &m.couple, u.until, 0.0, NULL, NULL));
     double energy = 3.0 / 0.5 + 0.5 * 2.0 * 0.49;
     CHECK_REL(m.couple.ledger[0].out, 2.0 * 0.7 * 1.3, 1e-12);
     CHECK_REL(m.couple.ledger[0].in, 2.0 * 0.7 * 1.3, 1e-12);
@@ -444,11 +444,11 @@ TEST(metal_in_a_flow_in_time)
         lost[k] = speed[k] = 0.0;
         if (!grow(&ctx, &u, &m, texts[k])) return;
         int64_t solid = m.grid.solid_count;
-        CHECK_OK(&ctx, pd_couple_run(&ctx, &m.couple, u.until, 0.0, NULL, NULL));
+        CHECK_OK(&ctx, pd_time_loop_run(&ctx, &m.couple, u.until, 0.0, NULL, NULL));
         CHECK(m.couple.time == u.until && m.grid.solid_count < solid && m.grid.solid_count > 0);
-        CHECK_LE(pd_couple_imbalance(&m.couple), 1e-12);
+        CHECK_LE(pd_time_loop_imbalance(&m.couple), 1e-12);
         CHECK_OK(&ctx, pd_bonds_validate(&ctx, &m.bonds));
-        lost[k] = pd_couple_volume_loss(&m.couple);
+        lost[k] = pd_time_loop_volume_loss(&m.couple);
         for (int32_t i = 0; i < PD_DIM * m.grid.total; i++)
             if (m.grid.kind[i % m.grid.total] == PD_FLUID) speed[k] = fmax(speed[k], fabs(m.flow.u[i]));
         if (k == 0) CHECK_INT(m.couple.count, 2);
@@ -476,13 +476,13 @@ TEST(steady_flow_that_follows)
               "[side y-] flow = noslip\n[side y+] flow = noslip\n[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s\n"
               "[run] until = 1 s  max_step = 0.25 s\n"))
         return;
-    CHECK_OK(&ctx, pd_couple_start(&ctx, &m.couple));
-    double first = pd_flow_section(&ctx, &m.flow, 0, 10);
+    CHECK_OK(&ctx, pd_time_loop_start(&ctx, &m.couple));
+    double first = pd_flow_integrate_section(&ctx, &m.flow, 0, 10);
     CHECK_REL(first, 1e-3 * 100e-6, 1e-2);
-    CHECK_OK(&ctx, pd_couple_run(&ctx, &m.couple, u.until, 0.0, NULL, NULL));
+    CHECK_OK(&ctx, pd_time_loop_run(&ctx, &m.couple, u.until, 0.0, NULL, NULL));
     CHECK_INT(m.couple.steps, 4);
     CHECK_INT(m.quasi.solves, 5);
-    CHECK_REL(pd_flow_section(&ctx, &m.flow, 0, 10), 2.0 * first, 1e-5);
+    CHECK_REL(pd_flow_integrate_section(&ctx, &m.flow, 0, 10), 2.0 * first, 1e-5);
     drop(&ctx, &u, &m);
 }
 #endif

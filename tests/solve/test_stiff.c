@@ -6,13 +6,14 @@
 
 static int asked;
 
-static pd_stiff_end solve(pd_stiff_fn rate, int count, double low, double high, double tolerance, double to, double *y)
+static pd_stiff_ode_status solve(pd_stiff_ode_rate_fn rate, int count, double low, double high, double tolerance,
+                                 double to, double *y)
 {
-    double lows[PD_STIFF_MOST], highs[PD_STIFF_MOST], size[PD_STIFF_MOST];
-    pd_stiff s;
+    double lows[PD_STIFF_ODE_MAX_EQUATIONS], highs[PD_STIFF_ODE_MAX_EQUATIONS], size[PD_STIFF_ODE_MAX_EQUATIONS];
+    pd_stiff_ode s;
     int which = -7;
     memset(&s, 0, sizeof s);
-    for (int k = 0; k < PD_STIFF_MOST; k++) {
+    for (int k = 0; k < PD_STIFF_ODE_MAX_EQUATIONS; k++) {
         lows[k] = low;
         highs[k] = high;
         size[k] = 1.0;
@@ -24,8 +25,8 @@ static pd_stiff_end solve(pd_stiff_fn rate, int count, double low, double high, 
     s.size = size;
     s.tolerance = tolerance;
     asked = 0;
-    pd_stiff_end end = pdi_stiff_ode_solve(&s, 0.0, to, y, &which);
-    if (end == PD_STIFF_NOT_FINITE) CHECK(which >= 0 && which < count);
+    pd_stiff_ode_status end = pdi_stiff_ode_solve(&s, 0.0, to, y, &which);
+    if (end == PD_STIFF_ODE_NOT_FINITE) CHECK(which >= 0 && which < count);
     else CHECK_INT(which, -7);
     return end;
 }
@@ -44,8 +45,8 @@ static void turn(void *user, double t, const double *y, double *rate)
 TEST(closed_forms)
 {
     for (double tolerance = 1e-4; tolerance > 1e-11; tolerance *= 1e-2) {
-        double y[PD_STIFF_MOST] = {1.0, 0.0, 1.0};
-        CHECK_INT(solve(turn, 3, -HUGE_VAL, HUGE_VAL, tolerance, 10.0, y), PD_STIFF_DONE);
+        double y[PD_STIFF_ODE_MAX_EQUATIONS] = {1.0, 0.0, 1.0};
+        CHECK_INT(solve(turn, 3, -HUGE_VAL, HUGE_VAL, tolerance, 10.0, y), PD_STIFF_ODE_DONE);
         NOTE("turn: tolerance %g: off by %.2e, %d rates", tolerance, fabs(y[0] - cos(10.0)), asked);
         CHECK_NEAR(y[0], cos(10.0), 20.0 * tolerance);
         CHECK_NEAR(y[1], sin(10.0), 20.0 * tolerance);
@@ -64,13 +65,13 @@ static void relax(void *user, double t, const double *y, double *rate)
 
 TEST(stiff)
 {
-    double y[PD_STIFF_MOST] = {1.0};
-    CHECK_INT(solve(relax, 1, -HUGE_VAL, HUGE_VAL, 1e-8, 10.0, y), PD_STIFF_DONE);
+    double y[PD_STIFF_ODE_MAX_EQUATIONS] = {1.0};
+    CHECK_INT(solve(relax, 1, -HUGE_VAL, HUGE_VAL, 1e-8, 10.0, y), PD_STIFF_ODE_DONE);
     CHECK_NEAR(y[0], cos(10.0), 1e-7);
     NOTE("stiff: off by %.2e, %d rates", fabs(y[0] - cos(10.0)), asked);
     CHECK(asked < 3000);
     y[0] = 3.0; /* far off it: the layer is met, too */
-    CHECK_INT(solve(relax, 1, -HUGE_VAL, HUGE_VAL, 1e-8, 10.0, y), PD_STIFF_DONE);
+    CHECK_INT(solve(relax, 1, -HUGE_VAL, HUGE_VAL, 1e-8, 10.0, y), PD_STIFF_ODE_DONE);
     CHECK_NEAR(y[0], cos(10.0), 1e-7);
 }
 
@@ -85,17 +86,17 @@ static void wave(void *user, double t, const double *y, double *rate)
 
 TEST(bounds)
 {
-    double y[PD_STIFF_MOST] = {0.0};
-    CHECK_INT(solve(wave, 1, -HUGE_VAL, 0.5, 1e-8, 0.5, y), PD_STIFF_DONE);
+    double y[PD_STIFF_ODE_MAX_EQUATIONS] = {0.0};
+    CHECK_INT(solve(wave, 1, -HUGE_VAL, 0.5, 1e-8, 0.5, y), PD_STIFF_ODE_DONE);
     CHECK_NEAR(y[0], 0.75 * sin(0.5), 1e-7);
     y[0] = 0.0;
-    CHECK_INT(solve(wave, 1, -HUGE_VAL, 0.75 * sin(0.5), 1e-8, 0.5, y), PD_STIFF_DONE); /* just there */
+    CHECK_INT(solve(wave, 1, -HUGE_VAL, 0.75 * sin(0.5), 1e-8, 0.5, y), PD_STIFF_ODE_DONE); /* just there */
     CHECK_NEAR(y[0], 0.75 * sin(0.5), 1e-8);
     y[0] = 0.0;
-    CHECK_INT(solve(wave, 1, -HUGE_VAL, 0.5, 1e-8, 1.2, y), PD_STIFF_DONE);
+    CHECK_INT(solve(wave, 1, -HUGE_VAL, 0.5, 1e-8, 1.2, y), PD_STIFF_ODE_DONE);
     CHECK_NEAR(y[0], 0.5, 0.0);
     y[0] = 0.0;
-    CHECK_INT(solve(wave, 1, -HUGE_VAL, 0.5, 1e-8, 3.0, y), PD_STIFF_DONE);
+    CHECK_INT(solve(wave, 1, -HUGE_VAL, 0.5, 1e-8, 3.0, y), PD_STIFF_ODE_DONE);
     CHECK_NEAR(y[0], 0.5 + 0.75 * (sin(3.0) - 1.0), 1e-7);
 }
 
@@ -118,8 +119,8 @@ static void chatter(void *user, double t, const double *y, double *rate)
 TEST(ends)
 {
     for (int k = 1; k < 2000; k++) {
-        double y[PD_STIFF_MOST] = {1.0, 0.0, 1.0}, to = 0.37 * k + 1e-3 / k;
-        if (!CHECK_INT(solve(turn, 3, -HUGE_VAL, HUGE_VAL, 1e-4, to, y), PD_STIFF_DONE)) return;
+        double y[PD_STIFF_ODE_MAX_EQUATIONS] = {1.0, 0.0, 1.0}, to = 0.37 * k + 1e-3 / k;
+        if (!CHECK_INT(solve(turn, 3, -HUGE_VAL, HUGE_VAL, 1e-4, to, y), PD_STIFF_ODE_DONE)) return;
         if (!CHECK_NEAR(y[0], cos(to), 2e-4 * (1.0 + to))) return;
         if (!CHECK_NEAR(hypot(y[0], y[1]), 1.0, 1e-2)) return;
     }
@@ -127,10 +128,10 @@ TEST(ends)
 
 TEST(what_cannot_be_done)
 {
-    double y[PD_STIFF_MOST] = {0.0, 0.0};
-    CHECK_INT(solve(root, 2, -HUGE_VAL, HUGE_VAL, 1e-8, 1.0, y), PD_STIFF_NOT_FINITE);
+    double y[PD_STIFF_ODE_MAX_EQUATIONS] = {0.0, 0.0};
+    CHECK_INT(solve(root, 2, -HUGE_VAL, HUGE_VAL, 1e-8, 1.0, y), PD_STIFF_ODE_NOT_FINITE);
     y[0] = 0.0;
-    CHECK_INT(solve(chatter, 1, -HUGE_VAL, HUGE_VAL, 1e-8, 1.0, y), PD_STIFF_STUCK);
+    CHECK_INT(solve(chatter, 1, -HUGE_VAL, HUGE_VAL, 1e-8, 1.0, y), PD_STIFF_ODE_UNDERFLOW);
 }
 
 TEST_MAIN(ENTRY(closed_forms) ENTRY(stiff) ENTRY(bounds) ENTRY(ends) ENTRY(what_cannot_be_done))

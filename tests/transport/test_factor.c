@@ -118,7 +118,7 @@ static int factor_error(scene *s, double *error)
     if (!CHECK(t.factors.entry != NULL)) return 0;
     pdi_factor_make(&s->ctx, &t.factors, t.c, rate, least);
     CHECK_INT(t.factors.good, 1);
-    pd_ghosts_scalar(&s->bonds.ghosts, x);
+    pd_ghosts_set_scalar(&s->bonds.ghosts, x);
     t.flux.rate = rate;
     pdi_flux_apply(&s->ctx, &t.flux, x, y);
     pdi_limiter_derive(&s->ctx, &t.limiter, t.c, x, least, by, slope);

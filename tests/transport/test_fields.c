@@ -82,8 +82,8 @@ TEST(as_node_by_node)
             if (!CHECK(total <= 40000 && s->transport.diffusion.wall_rate != NULL)) return;
             for (int32_t i = 0; i < total; i++) pass[i] = i % 7 == 3 ? 0.0 : random_share(&seed);
             for (int32_t k = 0; k < FIELDS * total; k++) c[k] = random_share(&seed);
-            for (int n = 0; n < FIELDS; n++) pd_ghosts_scalar(&s->bonds.ghosts, c + (int64_t)n * total);
-            pd_ghosts_scalar(&s->bonds.ghosts, pass);
+            for (int n = 0; n < FIELDS; n++) pd_ghosts_set_scalar(&s->bonds.ghosts, c + (int64_t)n * total);
+            pd_ghosts_set_scalar(&s->bonds.ghosts, pass);
             f.count = FIELDS;
             f.sums = SUMS;
             f.ratio = ratio;

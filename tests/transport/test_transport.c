@@ -328,7 +328,7 @@ TEST(balance_of_a_channel)
                 CHECK_NEAR(held - start, net, 1e-13 * (passed + start));
             }
             /* the last step is steady: the channel is full of inflow, and its flux passes both ends */
-            double flux = 2.0 * pd_flow_section(&s->ctx, &s->flow, axis, s->grid.n[axis] / 2);
+            double flux = 2.0 * pd_flow_integrate_section(&s->ctx, &s->flow, axis, s->grid.n[axis] / 2);
             if (round >= 2) CHECK_REL(s->transport.inflow, flux, 1e-8);
             if (round >= 2) CHECK_REL(s->transport.outflow, flux, 1e-8);
             scene_free(s);
@@ -584,7 +584,7 @@ static double one_at_rest(void *user, const double *x)
 static void limited_at(scene *s, const double *c, double share, const double *x, double *out)
 {
     for (int32_t i = 0; i < s->grid.total; i++) s->transport.probe[i] = c[i] + share * x[i];
-    pd_ghosts_scalar(&s->bonds.ghosts, s->transport.probe);
+    pd_ghosts_set_scalar(&s->bonds.ghosts, s->transport.probe);
     pdi_limiter_update(&s->ctx, &s->transport.limiter, s->transport.probe, 1e-3);
     pdi_flux_anti(&s->ctx, &s->transport.flux, s->transport.probe, out);
 }
@@ -657,8 +657,8 @@ TEST(derivative_of_limited_fluxes)
         limited_at(s, t->c, share, x, more);
         limited_at(s, t->c, -share, x, less);
         limited_at(s, t->c, 0.0, x, t->anti);
-        pd_ghosts_scalar(&s->bonds.ghosts, t->c);
-        pd_ghosts_scalar(&s->bonds.ghosts, x);
+        pd_ghosts_set_scalar(&s->bonds.ghosts, t->c);
+        pd_ghosts_set_scalar(&s->bonds.ghosts, x);
         pdi_limiter_derive(&s->ctx, &t->limiter, t->c, x, 1e-3, keep_by, slope_by);
         pdi_flux_anti_by(&s->ctx, &t->flux, t->c, x, keep_by, slope_by, by);
         for (int32_t i = 0; i < s->grid.total; i++) {

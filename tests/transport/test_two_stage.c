@@ -71,7 +71,7 @@ static double decay(int steps, double rtol, long *taken)
     fill(s);
     for (int n = 0; n < steps; n++)
         if (!CHECK_OK(&s->ctx, pd_two_stage_step(&s->ctx, &two_stage, 1.0 / steps, &s->result))) return 1.0;
-    if (!steps && !CHECK_OK(&s->ctx, pd_process_run(&s->ctx, pd_two_stage_process(&two_stage), 1.0))) return 1.0;
+    if (!steps && !CHECK_OK(&s->ctx, pd_physics_run(&s->ctx, pd_two_stage_process(&two_stage), 1.0))) return 1.0;
     CHECK_NEAR(two_stage.time, 1.0, 1e-12);
     for (int32_t i = 0; i < s->grid.total; i++)
         if (s->grid.kind[i] == PD_FLUID) error = fmax(error, fabs(s->transport.c[i] - wave(s, i, exp(-rate))));
@@ -149,7 +149,7 @@ TEST(balance_of_a_run)
     two_stage_desc.rtol = 1e-4;
     if (!two_stage_build(s)) return;
     for (int n = 1; n <= 4; n++) {
-        CHECK_OK(&s->ctx, pd_process_run(&s->ctx, pd_two_stage_process(&two_stage), 0.01 * n));
+        CHECK_OK(&s->ctx, pd_physics_run(&s->ctx, pd_two_stage_process(&two_stage), 0.01 * n));
         double stock = pd_transport_stock(&s->ctx, &s->transport) + pd_transport_carried(&s->ctx, &s->transport);
         CHECK_NEAR(stock, two_stage.in - two_stage.out, 1e-13 * two_stage.in);
     }
@@ -178,7 +178,7 @@ TEST(washed_out)
     fill(s);
     for (int32_t i = 0; i < s->grid.total; i++) s->transport.c[i] *= 1e-140;
     for (int n = 0; n < 100 && two_stage.steps < 1000; n++)
-        if (!CHECK_OK(&s->ctx, pd_process_run(&s->ctx, pd_two_stage_process(&two_stage), 0.1 * n + 0.1))) return;
+        if (!CHECK_OK(&s->ctx, pd_physics_run(&s->ctx, pd_two_stage_process(&two_stage), 0.1 * n + 0.1))) return;
     for (int32_t i = 0; i < s->grid.total; i++)
         if (s->grid.kind[i] == PD_FLUID) size = fmax(size, fabs(s->transport.c[i]));
     NOTE("%ld steps, %g mol/m3 left", (long)two_stage.steps, size);
@@ -202,7 +202,7 @@ static double stiff(double reach, double rtol, long *taken)
         if (s->grid.kind[i] != PD_FLUID || x[0] > reach) continue;
         s->transport.absorb[i] = s->transport.source[i] = 1e6;
     }
-    CHECK_OK(&s->ctx, pd_process_run(&s->ctx, pd_two_stage_process(&two_stage), 1.0));
+    CHECK_OK(&s->ctx, pd_physics_run(&s->ctx, pd_two_stage_process(&two_stage), 1.0));
     for (int32_t i = 0; i < s->grid.total; i++)
         if (s->grid.kind[i] == PD_FLUID) sum += s->transport.c[i] / (double)s->grid.fluid_count;
     *taken = (long)(two_stage.steps + two_stage.rejected);
@@ -233,7 +233,7 @@ TEST(bad_descs)
     desc.first = -1.0;
     CHECK_INT((int)pd_two_stage_build(&s->ctx, &s->transport, &desc, &none), (int)PD_ERR_ARGUMENT);
     CHECK_INT((int)pd_two_stage_step(&s->ctx, &two_stage, 0.0, &s->result), (int)PD_ERR_ARGUMENT);
-    CHECK_INT((int)pd_process_run(&s->ctx, pd_two_stage_process(&two_stage), -1.0), (int)PD_ERR_ARGUMENT);
+    CHECK_INT((int)pd_physics_run(&s->ctx, pd_two_stage_process(&two_stage), -1.0), (int)PD_ERR_ARGUMENT);
     two_stage_free(s);
 }
 

@@ -5,91 +5,91 @@ from ctypes import (CFUNCTYPE, POINTER, Structure, c_char, c_char_p, c_double, c
 from types import SimpleNamespace
 
 
-PD_ACCURACY_LEAST = 1e-06
-PD_ACCURACY_MOST = 0.5
-PD_ANDERSON_KEPT = 12
-PD_ARENA_IDLE = 16
-PD_BAND_MOST = 32
+PD_ACCURACY_MAX = 0.5
+PD_ACCURACY_MIN = 1e-06
+PD_ANDERSON_HISTORY = 12
+PD_ARCHIVE_FILE_NAME_SIZE = 32
+PD_ARENA_MAX_UNUSED = 16
+PD_COARSE_FE_LEVELS = 30
 PD_COAT_AROUND = 2
-PD_COUPLE_ELEMENTS = 8
-PD_COUPLE_PROCESSES = 8
-PD_CSV_COLUMNS = 256
-PD_CSV_FILE_LIMIT = 536870912
+PD_CSV_MAX_COLUMNS = 256
+PD_CSV_MAX_FILE_SIZE = 536870912
 PD_ELECTRODES = 256
 PD_EQUILIBRIUM_RTOL = 1e-10
 PD_EXPR_CODE = 1024
 PD_EXPR_LENGTH = 4096
 PD_EXPR_NESTING = 64
 PD_EXPR_VARS = 32
+PD_FIELD_PLOT_MAX_ASPECT = 0.9
+PD_FIELD_PLOT_MAX_CONTOURS = 32
+PD_FIELD_PLOT_MAX_DENSITY = 100
+PD_FIELD_PLOT_MAX_WIDTH = 4000
+PD_FIELD_PLOT_MIN_DENSITY = 4
+PD_FIELD_PLOT_MIN_WIDTH = 120
+PD_FIELD_PLOT_WIDTH = 1000
 PD_FIT_TEXT = 160
-PD_FLOW_PAYING = -1
-PD_FOLDER_LIST = 'pdcorr.files'
-PD_FOLDER_LOCK = 'pdcorr.lock'
-PD_FOLDER_SCRIPT = 'open_in_paraview.py'
-PD_FOOTPRINT_ERROR = 0.2
+PD_FLOW_ORDER_AUTO = -1
 PD_FORCE_ALL = -1
-PD_FORCE_SIDES = -2
+PD_FORCE_BOX_SIDES = -2
+PD_FRAMES_FILE = 'pictures.bin'
 PD_GOMP_SPINCOUNT = '10000'
-PD_IMAGES_KEPT = 'pictures.bin'
-PD_KRYLOV_MORE = 150
+PD_KRYLOV_MAX_CHUNKS = 150
 PD_LEAST_SQUARES_PARAMETERS = 8
+PD_MEMORY_ESTIMATE_ERROR = 0.2
 PD_MESSAGE_SIZE = 640
-PD_MINERAL_MOST = 8
-PD_MONITOR_FEW = 24
-PD_MONITOR_FIGURES = 80
+PD_MINERAL_MAX = 8
+PD_MONITOR_MAX_OUTPUTS = 80
+PD_MONITOR_MAX_OUTPUTS_NO_SPECIES = 24
 PD_MULTIGRID_LEVELS = 40
 PD_OMP_WAIT_POLICY = 'passive'
+PD_OUTPUT_FOLDER_LIST = 'pdcorr.files'
+PD_OUTPUT_FOLDER_LOCK = 'pdcorr.lock'
+PD_OUTPUT_FOLDER_SCRIPT = 'open_in_paraview.py'
+PD_PARAMETER_SWEEP_MAX_AXES = 8
+PD_PARAMETER_SWEEP_MAX_OVERRIDES = 64
+PD_PARAMETER_SWEEP_MAX_RUNS = 4096
+PD_PARAMETER_SWEEP_VALUE_BYTES = 128
 PD_PATH_SIZE = 1024
-PD_PICTURE_CONTOURS = 32
-PD_PICTURE_DENSEST = 100
-PD_PICTURE_FEWEST = 4
-PD_PICTURE_LEAST = 120
-PD_PICTURE_MOST = 4000
-PD_PICTURE_SQUAT = 0.9
-PD_PICTURE_WIDTH = 1000
-PD_PLOT_SERIES = 12
+PD_PLOT_MAX_SERIES = 12
 PD_PNG_MAX_PIXELS = 67108864
-PD_REACTION_MOST = 24
+PD_POINT_BATCH_MAX = 32
+PD_REACTION_MAX = 24
 PD_REACTION_NAME = 32
 PD_REACTIVE_NAME = 16
 PD_REACTIVE_ROWS = 20
 PD_RUN_CHECKPOINT = 'checkpoint.bin'
-PD_SCAFFOLD_LEVELS = 30
 PD_SETUP_CONTOURS = 32
 PD_SETUP_CORNERS = 32
-PD_SETUP_CUTS = 16
 PD_SETUP_ELECTRODES = 16
-PD_SETUP_GRIPS = 16
 PD_SETUP_MASKS = 8
+PD_SETUP_MEASURED_MAX = 8
+PD_SETUP_MECHANICAL_BCS = 16
 PD_SETUP_METALS = 4
 PD_SETUP_MONITORS = 32
 PD_SETUP_NAME = 64
 PD_SETUP_NOTES = 48
+PD_SETUP_PRECRACKS = 16
 PD_SETUP_PROBES = 16
-PD_SETUP_RECORDS = 8
 PD_SETUP_SHAPES = 64
 PD_SETUP_SURFACES = 8
 PD_SETUP_WALLS = 32
 PD_SHAPE_MAX = 256
 PD_SHAPE_MAX_EVALUATIONS = 4096
 PD_SPECIES_ELEMENTS = 8
-PD_SPECIES_MOST = 32
+PD_SPECIES_MAX = 32
 PD_SPECIES_NAME = 24
-PD_STIFF_MOST = 8
-PD_STORE_NAME = 32
-PD_SWEEP_AXES = 8
-PD_SWEEP_OVERRIDES = 64
-PD_SWEEP_RUNS = 4096
-PD_SWEEP_VALUE = 128
+PD_STIFF_ODE_MAX_EQUATIONS = 8
 PD_TEXT_ENTRIES = 4096
 PD_TEXT_WORD = 32
 PD_TEXT_WORDS = 32
+PD_TIME_LOOP_MAX_ELEMENTS = 8
+PD_TIME_LOOP_MAX_PROCESSES = 8
 PD_UNITS_TEXT = 96
 PD_VERSION_MAJOR = 0
 PD_VERSION_MINOR = 1
 PD_VERSION_PATCH = 0
 
-PD_PACE_LOOPS = 64
+PD_THREAD_CONTENTION_LOOPS = 64
 PD_OK = 0
 PD_RETRY = 1
 PD_NOT_CONVERGED = 2
@@ -102,9 +102,9 @@ PD_ERR_PARSE = -6
 PD_ERR_GEOMETRY = -7
 PD_ERR_STATE = -8
 PD_ERR_DIVERGED = -9
-PD_ERR_LEDGER = -10
+PD_ERR_BALANCE = -10
 PD_ERR_INTERNAL = -11
-PD_STOPPED = -12
+PD_CANCELLED = -12
 PD_STATUS_FORCE_SIGNED = -1000
 PD_SHAPE_NONE = 0
 PD_SHAPE_BOX = 1
@@ -118,10 +118,10 @@ PD_SHAPE_INTERSECT = 8
 PD_SHAPE_DIFFERENCE = 9
 PD_SHAPE_COMPLEMENT = 10
 PD_WEIGHTS_CALIBRATED = 0
-PD_WEIGHTS_PRINTED = 1
-PD_FAMILY_PARTIAL = 0
-PD_FAMILY_WHOLE = 1
-PD_OUTSIDE = 0
+PD_WEIGHTS_PUBLISHED = 1
+PD_FAMILY_PARTIAL_CELLS = 0
+PD_FAMILY_FULL_CELLS = 1
+PD_INACTIVE = 0
 PD_FLUID = 1
 PD_SOLID = 2
 PD_WALL = 3
@@ -134,8 +134,8 @@ PD_SIDE_OUTLET = 2
 PD_SIDE_PERIODIC = 3
 PD_SIDE_MIRROR = 4
 PD_BONDS_ALL_ROWS = 1
-PD_BONDS_AT_REST = 2
-PD_BONDS_LEAN = 4
+PD_BONDS_NO_FLOW = 2
+PD_BONDS_LOW_MEMORY = 4
 PD_CSR_LAPLACIAN = 0
 PD_CSR_DIFFUSE = 1
 PD_CSR_GRADIENT = 2
@@ -144,10 +144,10 @@ PD_KRYLOV_GMRES = 0
 PD_KRYLOV_CG = 1
 PD_KRYLOV_DOUBLE = 0
 PD_KRYLOV_SINGLE = 1
-PD_KRYLOV_INTEGER = 2
-PD_STIFF_DONE = 0
-PD_STIFF_NOT_FINITE = 1
-PD_STIFF_STUCK = 2
+PD_KRYLOV_INT16 = 2
+PD_STIFF_ODE_DONE = 0
+PD_STIFF_ODE_NOT_FINITE = 1
+PD_STIFF_ODE_UNDERFLOW = 2
 PD_EOS_TAIT = 0
 PD_EOS_LINEAR = 1
 PD_GAS_SECOND = 0
@@ -164,28 +164,28 @@ PD_ADVECTION_UPWIND = 1
 PD_INFLUENCE_CONSTANT = 0
 PD_INFLUENCE_INVERSE = 1
 PD_INFLUENCE_LINEAR = 2
-PD_RIM_LINEAR = 0
-PD_RIM_EXACT = 1
+PD_PARTIAL_VOLUME_LINEAR = 0
+PD_PARTIAL_VOLUME_EXACT = 1
 PD_PLANE_STRAIN = 0
 PD_PLANE_STRESS = 1
-PD_CRITERION_STRETCH = 0
-PD_CRITERION_ENERGY = 1
-PD_CRITERION_PRINCIPAL = 2
-PD_CRITERION_MISES = 3
+PD_BOND_FAILURE_STRETCH = 0
+PD_BOND_FAILURE_ENERGY = 1
+PD_BOND_FAILURE_PRINCIPAL = 2
+PD_BOND_FAILURE_MISES = 3
 PD_MICROELASTIC_MOMENTS = 0
 PD_MICROELASTIC_ENERGY = 1
 PD_MICROELASTIC_VOLUME = 2
 PD_MICROELASTIC_NONE = 3
-PD_ORDINARY_POSITION = 0
-PD_ORDINARY_NONE = 1
-PD_ORDINARY_ENERGY = 2
-PD_ORDINARY_VOLUME = 3
-PD_FINITE_NEO_HOOKEAN = 0
-PD_FINITE_HENCKY = 1
-PD_FINITE_J2 = 2
-PD_FINITE_BOND_GRADIENT = 0
-PD_FINITE_SILLING = 1
-PD_FINITE_PLAIN = 2
+PD_ORDINARY_STATE_POSITION = 0
+PD_ORDINARY_STATE_NONE = 1
+PD_ORDINARY_STATE_ENERGY = 2
+PD_ORDINARY_STATE_VOLUME = 3
+PD_FINITE_STRAIN_NEO_HOOKEAN = 0
+PD_FINITE_STRAIN_HENCKY = 1
+PD_FINITE_STRAIN_J2 = 2
+PD_FINITE_STRAIN_BOND_GRADIENT = 0
+PD_FINITE_STRAIN_SILLING = 1
+PD_FINITE_STRAIN_PLAIN = 2
 PD_BONE_VERTEBRA = 0
 PD_BONE_TIBIA = 1
 PD_BONE_TROCHANTER = 2
@@ -207,24 +207,24 @@ PD_CIRCUIT_POTENTIAL = 1
 PD_CELL_APART = 0
 PD_CELL_IDLE = 1
 PD_CELL_WORKS = 2
-PD_STRUCTURE_CORRESPONDENCE = 0
-PD_STRUCTURE_SPRINGS = 1
-PD_STRUCTURE_ORDINARY = 2
-PD_STRUCTURE_NEO_HOOKEAN = 3
-PD_STRUCTURE_HENCKY = 4
-PD_MAP_SEQUENTIAL = 0
-PD_MAP_DIVERGING = 1
-PD_MAP_LABELS = 2
-PD_MAP_GREY = 3
-PD_MAP_VIRIDIS = 4
+PD_SOLID_COUPLING_CORRESPONDENCE = 0
+PD_SOLID_COUPLING_BOND_BASED = 1
+PD_SOLID_COUPLING_ORDINARY_STATE = 2
+PD_SOLID_COUPLING_NEO_HOOKEAN = 3
+PD_SOLID_COUPLING_HENCKY = 4
+PD_COLOUR_MAP_SEQUENTIAL = 0
+PD_COLOUR_MAP_DIVERGING = 1
+PD_COLOUR_MAP_LABELS = 2
+PD_COLOUR_MAP_GREY = 3
+PD_COLOUR_MAP_VIRIDIS = 4
 PD_PAINT_FIELD = 0
 PD_PAINT_SOLID = 1
 PD_PAINT_WALL = 2
 PD_PAINT_OUTSIDE = 3
-PD_STROKE_LINE = 0
-PD_STROKE_DASHED = 1
-PD_STROKE_MARKERS = 2
-PD_STROKE_BOTH = 3
+PD_SERIES_STYLE_LINE = 0
+PD_SERIES_STYLE_DASHED = 1
+PD_SERIES_STYLE_MARKERS = 2
+PD_SERIES_STYLE_BOTH = 3
 PD_VTI_FLOAT64 = 0
 PD_VTI_FLOAT32 = 1
 PD_VTI_UINT8 = 2
@@ -242,23 +242,23 @@ PD_FIELD_DAMAGE = 9
 PD_FIELD_ENERGY = 10
 PD_FIELD_U = 11
 PD_FIELD_MISES = 12
-PD_FIELD_PRESSURE = 13
-PD_FIELD_SLIP = 14
+PD_FIELD_MEAN_STRESS = 13
+PD_FIELD_PLASTIC_STRAIN = 14
 PD_FIELD_BROKEN = 15
-PD_FIELD_STORED = 16
-PD_FIELD_XX = 17
-PD_FIELD_YY = 18
-PD_FIELD_ZZ = 19
-PD_FIELD_XY = 20
-PD_FIELD_YZ = 21
-PD_FIELD_ZX = 22
+PD_FIELD_STRAIN_ENERGY = 16
+PD_FIELD_SIGMA_XX = 17
+PD_FIELD_SIGMA_YY = 18
+PD_FIELD_SIGMA_ZZ = 19
+PD_FIELD_SIGMA_XY = 20
+PD_FIELD_SIGMA_YZ = 21
+PD_FIELD_SIGMA_ZX = 22
 PD_FIELD_PHI = 23
-PD_FIELD_J = 24
-PD_FIELD_I = 25
+PD_FIELD_CURRENT_FLUID = 24
+PD_FIELD_CURRENT_METAL = 25
 PD_FIELD_PH = 26
-PD_FIELD_POTENTIAL = 27
-PD_FIELD_FILM = 28
-PD_FIELD_SI = 29
+PD_FIELD_DIFFUSION_POTENTIAL = 27
+PD_FIELD_MINERAL_FRACTION = 28
+PD_FIELD_SATURATION_INDEX = 29
 PD_FIELD_SPECIES = 30
 PD_FIELD_COUNT = 62
 PD_PART_GRID = 0
@@ -271,64 +271,64 @@ PD_PART_SOLID = 6
 PD_PART_CHEMISTRY = 7
 PD_PART_POTENTIAL = 8
 PD_PART_COUNT = 9
-PD_PROFILE_REST = 0
+PD_PROFILE_NONE = 0
 PD_PROFILE_UNIFORM = 1
 PD_PROFILE_PARABOLA = 2
 PD_PROFILE_EXPRESSION = 3
-PD_MOTION_STEADY = 0
-PD_MOTION_IMPLICIT = 1
-PD_MOTION_EXPLICIT = 2
-PD_MOTION_GIVEN = 3
+PD_FLOW_STEADY = 0
+PD_FLOW_IMPLICIT = 1
+PD_FLOW_EXPLICIT = 2
+PD_FLOW_PRESCRIBED = 3
 PD_MONITOR_LINE = 0
 PD_MONITOR_PLANE = 1
 PD_MONITOR_FORCE = 2
 PD_MONITOR_TRANSFER = 3
 PD_MONITOR_TOTAL = 4
-PD_MONITOR_GRIP = 5
+PD_MONITOR_MECHANICAL_BC = 5
 PD_MONITOR_SOLID = 6
-PD_MONITOR_CUT = 7
+PD_MONITOR_PRECRACK = 7
 PD_MONITOR_ELECTRODE = 8
-PD_MONITOR_STATE = 9
-PD_AGAINST_VALUE = 0
-PD_AGAINST_INLET = 1
-PD_AGAINST_BULK = 2
-PD_KNOB_STEADY = 0
-PD_KNOB_FLOW_RTOL = 1
-PD_KNOB_RTOL = 2
-PD_KNOB_FRACTION = 3
+PD_MONITOR_SURFACE_STATE = 9
+PD_REFERENCE_FLUID_VALUE = 0
+PD_REFERENCE_FLUID_INLET = 1
+PD_REFERENCE_FLUID_BULK = 2
+PD_SOLVER_SETTING_STEADY = 0
+PD_SOLVER_SETTING_FLOW_RTOL = 1
+PD_SOLVER_SETTING_RTOL = 2
+PD_SOLVER_SETTING_FRACTION = 3
 PD_PRINT_SUMMARY = 0
 PD_PRINT_NOTE = 1
 PD_PRINT_PROGRESS = 2
 PD_PRINT_RESULT = 3
-PD_WHEN_START = 0
-PD_WHEN_STEP = 1
-PD_WHEN_END = 2
+PD_SNAPSHOT_STAGE_START = 0
+PD_SNAPSHOT_STAGE_STEP = 1
+PD_SNAPSHOT_STAGE_END = 2
 
 ENUMS = {
-    'pd_status': {'PD_OK': 0, 'PD_RETRY': 1, 'PD_NOT_CONVERGED': 2, 'PD_ERR_ARGUMENT': -1, 'PD_ERR_MEMORY': -2, 'PD_ERR_LIMIT': -3, 'PD_ERR_SIZE': -4, 'PD_ERR_FILE': -5, 'PD_ERR_PARSE': -6, 'PD_ERR_GEOMETRY': -7, 'PD_ERR_STATE': -8, 'PD_ERR_DIVERGED': -9, 'PD_ERR_LEDGER': -10, 'PD_ERR_INTERNAL': -11, 'PD_STOPPED': -12, 'PD_STATUS_FORCE_SIGNED': -1000},
+    'pd_status': {'PD_OK': 0, 'PD_RETRY': 1, 'PD_NOT_CONVERGED': 2, 'PD_ERR_ARGUMENT': -1, 'PD_ERR_MEMORY': -2, 'PD_ERR_LIMIT': -3, 'PD_ERR_SIZE': -4, 'PD_ERR_FILE': -5, 'PD_ERR_PARSE': -6, 'PD_ERR_GEOMETRY': -7, 'PD_ERR_STATE': -8, 'PD_ERR_DIVERGED': -9, 'PD_ERR_BALANCE': -10, 'PD_ERR_INTERNAL': -11, 'PD_CANCELLED': -12, 'PD_STATUS_FORCE_SIGNED': -1000},
     'pd_shape_type': {'PD_SHAPE_NONE': 0, 'PD_SHAPE_BOX': 1, 'PD_SHAPE_BALL': 2, 'PD_SHAPE_CYLINDER': 3, 'PD_SHAPE_HALF_SPACE': 4, 'PD_SHAPE_VOXELS': 5, 'PD_SHAPE_FACETS': 6, 'PD_SHAPE_UNION': 7, 'PD_SHAPE_INTERSECT': 8, 'PD_SHAPE_DIFFERENCE': 9, 'PD_SHAPE_COMPLEMENT': 10},
-    'pd_weights': {'PD_WEIGHTS_CALIBRATED': 0, 'PD_WEIGHTS_PRINTED': 1},
-    'pd_family': {'PD_FAMILY_PARTIAL': 0, 'PD_FAMILY_WHOLE': 1},
-    'pd_kind': {'PD_OUTSIDE': 0, 'PD_FLUID': 1, 'PD_SOLID': 2, 'PD_WALL': 3, 'PD_INLET': 4, 'PD_OUTLET': 5, 'PD_IMAGE': 6},
+    'pd_weights': {'PD_WEIGHTS_CALIBRATED': 0, 'PD_WEIGHTS_PUBLISHED': 1},
+    'pd_family': {'PD_FAMILY_PARTIAL_CELLS': 0, 'PD_FAMILY_FULL_CELLS': 1},
+    'pd_kind': {'PD_INACTIVE': 0, 'PD_FLUID': 1, 'PD_SOLID': 2, 'PD_WALL': 3, 'PD_INLET': 4, 'PD_OUTLET': 5, 'PD_IMAGE': 6},
     'pd_side': {'PD_SIDE_WALL': 0, 'PD_SIDE_INLET': 1, 'PD_SIDE_OUTLET': 2, 'PD_SIDE_PERIODIC': 3, 'PD_SIDE_MIRROR': 4},
-    'pd_bonds_options': {'PD_BONDS_ALL_ROWS': 1, 'PD_BONDS_AT_REST': 2, 'PD_BONDS_LEAN': 4},
+    'pd_bonds_options': {'PD_BONDS_ALL_ROWS': 1, 'PD_BONDS_NO_FLOW': 2, 'PD_BONDS_LOW_MEMORY': 4},
     'pd_csr_operator': {'PD_CSR_LAPLACIAN': 0, 'PD_CSR_DIFFUSE': 1, 'PD_CSR_GRADIENT': 2, 'PD_CSR_DIVERGENCE': 3},
     'pd_krylov_method': {'PD_KRYLOV_GMRES': 0, 'PD_KRYLOV_CG': 1},
-    'pd_krylov_precision': {'PD_KRYLOV_DOUBLE': 0, 'PD_KRYLOV_SINGLE': 1, 'PD_KRYLOV_INTEGER': 2},
-    'pd_stiff_end': {'PD_STIFF_DONE': 0, 'PD_STIFF_NOT_FINITE': 1, 'PD_STIFF_STUCK': 2},
+    'pd_krylov_precision': {'PD_KRYLOV_DOUBLE': 0, 'PD_KRYLOV_SINGLE': 1, 'PD_KRYLOV_INT16': 2},
+    'pd_stiff_ode_status': {'PD_STIFF_ODE_DONE': 0, 'PD_STIFF_ODE_NOT_FINITE': 1, 'PD_STIFF_ODE_UNDERFLOW': 2},
     'pd_eos': {'PD_EOS_TAIT': 0, 'PD_EOS_LINEAR': 1},
     'pd_gas_order': {'PD_GAS_SECOND': 0, 'PD_GAS_FIRST': 1},
     'pd_phase': {'PD_PHASE_SOLUTE': 0, 'PD_PHASE_SOLVENT': 1, 'PD_PHASE_SOLID': 2, 'PD_PHASE_GAS': 3, 'PD_PHASE_ELECTRON': 4},
     'pd_activity': {'PD_ACTIVITY_IDEAL': 0, 'PD_ACTIVITY_DAVIES': 1},
     'pd_advection': {'PD_ADVECTION_LIMITED': 0, 'PD_ADVECTION_UPWIND': 1},
     'pd_influence': {'PD_INFLUENCE_CONSTANT': 0, 'PD_INFLUENCE_INVERSE': 1, 'PD_INFLUENCE_LINEAR': 2},
-    'pd_rim': {'PD_RIM_LINEAR': 0, 'PD_RIM_EXACT': 1},
+    'pd_partial_volume': {'PD_PARTIAL_VOLUME_LINEAR': 0, 'PD_PARTIAL_VOLUME_EXACT': 1},
     'pd_plane': {'PD_PLANE_STRAIN': 0, 'PD_PLANE_STRESS': 1},
-    'pd_criterion_kind': {'PD_CRITERION_STRETCH': 0, 'PD_CRITERION_ENERGY': 1, 'PD_CRITERION_PRINCIPAL': 2, 'PD_CRITERION_MISES': 3},
+    'pd_bond_failure_kind': {'PD_BOND_FAILURE_STRETCH': 0, 'PD_BOND_FAILURE_ENERGY': 1, 'PD_BOND_FAILURE_PRINCIPAL': 2, 'PD_BOND_FAILURE_MISES': 3},
     'pd_microelastic_surface': {'PD_MICROELASTIC_MOMENTS': 0, 'PD_MICROELASTIC_ENERGY': 1, 'PD_MICROELASTIC_VOLUME': 2, 'PD_MICROELASTIC_NONE': 3},
-    'pd_ordinary_surface': {'PD_ORDINARY_POSITION': 0, 'PD_ORDINARY_NONE': 1, 'PD_ORDINARY_ENERGY': 2, 'PD_ORDINARY_VOLUME': 3},
-    'pd_finite_kind': {'PD_FINITE_NEO_HOOKEAN': 0, 'PD_FINITE_HENCKY': 1, 'PD_FINITE_J2': 2},
-    'pd_finite_control': {'PD_FINITE_BOND_GRADIENT': 0, 'PD_FINITE_SILLING': 1, 'PD_FINITE_PLAIN': 2},
+    'pd_ordinary_state_surface': {'PD_ORDINARY_STATE_POSITION': 0, 'PD_ORDINARY_STATE_NONE': 1, 'PD_ORDINARY_STATE_ENERGY': 2, 'PD_ORDINARY_STATE_VOLUME': 3},
+    'pd_constitutive_kind': {'PD_FINITE_STRAIN_NEO_HOOKEAN': 0, 'PD_FINITE_STRAIN_HENCKY': 1, 'PD_FINITE_STRAIN_J2': 2},
+    'pd_zero_energy_control': {'PD_FINITE_STRAIN_BOND_GRADIENT': 0, 'PD_FINITE_STRAIN_SILLING': 1, 'PD_FINITE_STRAIN_PLAIN': 2},
     'pd_bone_site': {'PD_BONE_VERTEBRA': 0, 'PD_BONE_TIBIA': 1, 'PD_BONE_TROCHANTER': 2, 'PD_BONE_FEMUR': 3, 'PD_BONE_POOLED': 4, 'PD_BONE_CARTER_HAYES': 5},
     'pd_kernel': {'PD_KERNEL_AREA': 0, 'PD_KERNEL_SQUARE': 1, 'PD_KERNEL_INVERSE': 2},
     'pd_metal_model': {'PD_METAL_SURFACE': 0, 'PD_METAL_BONDS': 1},
@@ -336,41 +336,41 @@ ENUMS = {
     'pd_electrode_kind': {'PD_ELECTRODE_BUTLER_VOLMER': 0, 'PD_ELECTRODE_LINEAR': 1, 'PD_ELECTRODE_TABLE': 2},
     'pd_circuit_control': {'PD_CIRCUIT_CURRENT': 0, 'PD_CIRCUIT_POTENTIAL': 1},
     'pd_cell_touches': {'PD_CELL_APART': 0, 'PD_CELL_IDLE': 1, 'PD_CELL_WORKS': 2},
-    'pd_structure_material': {'PD_STRUCTURE_CORRESPONDENCE': 0, 'PD_STRUCTURE_SPRINGS': 1, 'PD_STRUCTURE_ORDINARY': 2, 'PD_STRUCTURE_NEO_HOOKEAN': 3, 'PD_STRUCTURE_HENCKY': 4},
-    'pd_map': {'PD_MAP_SEQUENTIAL': 0, 'PD_MAP_DIVERGING': 1, 'PD_MAP_LABELS': 2, 'PD_MAP_GREY': 3, 'PD_MAP_VIRIDIS': 4},
+    'pd_solid_coupling_material': {'PD_SOLID_COUPLING_CORRESPONDENCE': 0, 'PD_SOLID_COUPLING_BOND_BASED': 1, 'PD_SOLID_COUPLING_ORDINARY_STATE': 2, 'PD_SOLID_COUPLING_NEO_HOOKEAN': 3, 'PD_SOLID_COUPLING_HENCKY': 4},
+    'pd_colour_map': {'PD_COLOUR_MAP_SEQUENTIAL': 0, 'PD_COLOUR_MAP_DIVERGING': 1, 'PD_COLOUR_MAP_LABELS': 2, 'PD_COLOUR_MAP_GREY': 3, 'PD_COLOUR_MAP_VIRIDIS': 4},
     'pd_paint': {'PD_PAINT_FIELD': 0, 'PD_PAINT_SOLID': 1, 'PD_PAINT_WALL': 2, 'PD_PAINT_OUTSIDE': 3},
-    'pd_stroke': {'PD_STROKE_LINE': 0, 'PD_STROKE_DASHED': 1, 'PD_STROKE_MARKERS': 2, 'PD_STROKE_BOTH': 3},
+    'pd_series_style': {'PD_SERIES_STYLE_LINE': 0, 'PD_SERIES_STYLE_DASHED': 1, 'PD_SERIES_STYLE_MARKERS': 2, 'PD_SERIES_STYLE_BOTH': 3},
     'pd_vti_type': {'PD_VTI_FLOAT64': 0, 'PD_VTI_FLOAT32': 1, 'PD_VTI_UINT8': 2, 'PD_VTI_INT32': 3},
-    'pd_field': {'PD_FIELD_C': 0, 'PD_FIELD_V': 1, 'PD_FIELD_P': 2, 'PD_FIELD_KIND': 3, 'PD_FIELD_GRAIN': 4, 'PD_FIELD_PHASE': 5, 'PD_FIELD_D': 6, 'PD_FIELD_RATE': 7, 'PD_FIELD_DENSITY': 8, 'PD_FIELD_DAMAGE': 9, 'PD_FIELD_ENERGY': 10, 'PD_FIELD_U': 11, 'PD_FIELD_MISES': 12, 'PD_FIELD_PRESSURE': 13, 'PD_FIELD_SLIP': 14, 'PD_FIELD_BROKEN': 15, 'PD_FIELD_STORED': 16, 'PD_FIELD_XX': 17, 'PD_FIELD_YY': 18, 'PD_FIELD_ZZ': 19, 'PD_FIELD_XY': 20, 'PD_FIELD_YZ': 21, 'PD_FIELD_ZX': 22, 'PD_FIELD_PHI': 23, 'PD_FIELD_J': 24, 'PD_FIELD_I': 25, 'PD_FIELD_PH': 26, 'PD_FIELD_POTENTIAL': 27, 'PD_FIELD_FILM': 28, 'PD_FIELD_SI': 29, 'PD_FIELD_SPECIES': 30, 'PD_FIELD_COUNT': 62},
+    'pd_field': {'PD_FIELD_C': 0, 'PD_FIELD_V': 1, 'PD_FIELD_P': 2, 'PD_FIELD_KIND': 3, 'PD_FIELD_GRAIN': 4, 'PD_FIELD_PHASE': 5, 'PD_FIELD_D': 6, 'PD_FIELD_RATE': 7, 'PD_FIELD_DENSITY': 8, 'PD_FIELD_DAMAGE': 9, 'PD_FIELD_ENERGY': 10, 'PD_FIELD_U': 11, 'PD_FIELD_MISES': 12, 'PD_FIELD_MEAN_STRESS': 13, 'PD_FIELD_PLASTIC_STRAIN': 14, 'PD_FIELD_BROKEN': 15, 'PD_FIELD_STRAIN_ENERGY': 16, 'PD_FIELD_SIGMA_XX': 17, 'PD_FIELD_SIGMA_YY': 18, 'PD_FIELD_SIGMA_ZZ': 19, 'PD_FIELD_SIGMA_XY': 20, 'PD_FIELD_SIGMA_YZ': 21, 'PD_FIELD_SIGMA_ZX': 22, 'PD_FIELD_PHI': 23, 'PD_FIELD_CURRENT_FLUID': 24, 'PD_FIELD_CURRENT_METAL': 25, 'PD_FIELD_PH': 26, 'PD_FIELD_DIFFUSION_POTENTIAL': 27, 'PD_FIELD_MINERAL_FRACTION': 28, 'PD_FIELD_SATURATION_INDEX': 29, 'PD_FIELD_SPECIES': 30, 'PD_FIELD_COUNT': 62},
     'pd_part': {'PD_PART_GRID': 0, 'PD_PART_FLOW': 1, 'PD_PART_GAS': 2, 'PD_PART_TRANSPORT': 3, 'PD_PART_DISSOLVE': 4, 'PD_PART_GRAIN': 5, 'PD_PART_SOLID': 6, 'PD_PART_CHEMISTRY': 7, 'PD_PART_POTENTIAL': 8, 'PD_PART_COUNT': 9},
-    'pd_profile': {'PD_PROFILE_REST': 0, 'PD_PROFILE_UNIFORM': 1, 'PD_PROFILE_PARABOLA': 2, 'PD_PROFILE_EXPRESSION': 3},
-    'pd_motion': {'PD_MOTION_STEADY': 0, 'PD_MOTION_IMPLICIT': 1, 'PD_MOTION_EXPLICIT': 2, 'PD_MOTION_GIVEN': 3},
-    'pd_monitor_kind': {'PD_MONITOR_LINE': 0, 'PD_MONITOR_PLANE': 1, 'PD_MONITOR_FORCE': 2, 'PD_MONITOR_TRANSFER': 3, 'PD_MONITOR_TOTAL': 4, 'PD_MONITOR_GRIP': 5, 'PD_MONITOR_SOLID': 6, 'PD_MONITOR_CUT': 7, 'PD_MONITOR_ELECTRODE': 8, 'PD_MONITOR_STATE': 9},
-    'pd_against': {'PD_AGAINST_VALUE': 0, 'PD_AGAINST_INLET': 1, 'PD_AGAINST_BULK': 2},
-    'pd_knob': {'PD_KNOB_STEADY': 0, 'PD_KNOB_FLOW_RTOL': 1, 'PD_KNOB_RTOL': 2, 'PD_KNOB_FRACTION': 3},
+    'pd_profile': {'PD_PROFILE_NONE': 0, 'PD_PROFILE_UNIFORM': 1, 'PD_PROFILE_PARABOLA': 2, 'PD_PROFILE_EXPRESSION': 3},
+    'pd_flow_time': {'PD_FLOW_STEADY': 0, 'PD_FLOW_IMPLICIT': 1, 'PD_FLOW_EXPLICIT': 2, 'PD_FLOW_PRESCRIBED': 3},
+    'pd_monitor_kind': {'PD_MONITOR_LINE': 0, 'PD_MONITOR_PLANE': 1, 'PD_MONITOR_FORCE': 2, 'PD_MONITOR_TRANSFER': 3, 'PD_MONITOR_TOTAL': 4, 'PD_MONITOR_MECHANICAL_BC': 5, 'PD_MONITOR_SOLID': 6, 'PD_MONITOR_PRECRACK': 7, 'PD_MONITOR_ELECTRODE': 8, 'PD_MONITOR_SURFACE_STATE': 9},
+    'pd_reference_fluid': {'PD_REFERENCE_FLUID_VALUE': 0, 'PD_REFERENCE_FLUID_INLET': 1, 'PD_REFERENCE_FLUID_BULK': 2},
+    'pd_solver_setting': {'PD_SOLVER_SETTING_STEADY': 0, 'PD_SOLVER_SETTING_FLOW_RTOL': 1, 'PD_SOLVER_SETTING_RTOL': 2, 'PD_SOLVER_SETTING_FRACTION': 3},
     'pd_print_kind': {'PD_PRINT_SUMMARY': 0, 'PD_PRINT_NOTE': 1, 'PD_PRINT_PROGRESS': 2, 'PD_PRINT_RESULT': 3},
-    'pd_when': {'PD_WHEN_START': 0, 'PD_WHEN_STEP': 1, 'PD_WHEN_END': 2},
+    'pd_snapshot_stage': {'PD_SNAPSHOT_STAGE_START': 0, 'PD_SNAPSHOT_STAGE_STEP': 1, 'PD_SNAPSHOT_STAGE_END': 2},
 }
 
 
 def declare(dim):
     """Structures, the types of functions, and constants that depend on the dimension, 1, 2 or 3."""
-    PD_SPRINGS_PARTS = (3, 9, 27)[dim - 1]
-    PD_MEND_PRODUCTS = (0, 1, 3)[dim - 1]
-    PD_MEND_MOMENTS = (1, 5, 13)[dim - 1]
+    PD_BOND_FORCE_SECTORS = (3, 9, 27)[dim - 1]
+    PD_SURFACE_CORRECTION_PRODUCTS = (0, 1, 3)[dim - 1]
+    PD_SURFACE_CORRECTION_MOMENTS = (1, 5, 13)[dim - 1]
 
-    class pd_pace_loop(Structure):
+    class pd_thread_contention_loop(Structure):
         pass
-    pd_pace_loop._fields_ = [
+    pd_thread_contention_loop._fields_ = [
         ('key', c_uint64),
         ('best', c_double),
         ('sum', c_double * 2),
         ('count', c_double * 2),
     ]
 
-    class pd_pace(Structure):
+    class pd_thread_contention(Structure):
         pass
-    pd_pace._fields_ = [
+    pd_thread_contention._fields_ = [
         ('one', c_int),
         ('trying', c_int),
         ('since', c_double),
@@ -378,7 +378,7 @@ def declare(dim):
         ('pause', c_double),
         ('spent', c_double),
         ('lost', c_double),
-        ('loop', pd_pace_loop * 64),
+        ('loop', pd_thread_contention_loop * 64),
     ]
 
     class pd_allocator(Structure):
@@ -389,7 +389,7 @@ def declare(dim):
         ('limit', c_size_t),
     ]
 
-    pd_poll_fn = CFUNCTYPE(c_int, c_void_p, c_char_p, c_int64)
+    pd_cancel_fn = CFUNCTYPE(c_int, c_void_p, c_char_p, c_int64)
 
     class pd_ctx(Structure):
         pass
@@ -398,9 +398,9 @@ def declare(dim):
         ('threads', c_int),
         ('in_use', c_size_t),
         ('peak', c_size_t),
-        ('poll', pd_poll_fn),
+        ('poll', pd_cancel_fn),
         ('poll_user', c_void_p),
-        ('pace', pd_pace),
+        ('pace', pd_thread_contention),
         ('status', c_int),
         ('message', c_char * 640),
     ]
@@ -425,9 +425,9 @@ def declare(dim):
         ('idles', c_int),
     ]
 
-    class pd_curve(Structure):
+    class pd_monotone_cubic(Structure):
         pass
-    pd_curve._fields_ = [
+    pd_monotone_cubic._fields_ = [
         ('count', c_int),
         ('strict', c_int),
         ('x', POINTER(c_double)),
@@ -508,7 +508,7 @@ def declare(dim):
         ('cells', c_int),
     ]
 
-    pd_entry_fn = CFUNCTYPE(c_int, c_void_p, c_int, POINTER(c_double))
+    pd_is_inlet_fn = CFUNCTYPE(c_int, c_void_p, c_int, POINTER(c_double))
 
     class pd_grid_desc(Structure):
         pass
@@ -520,7 +520,7 @@ def declare(dim):
         ('solid', POINTER(pd_shape)),
         ('wall', POINTER(pd_shape)),
         ('ghost', c_int),
-        ('entry', pd_entry_fn),
+        ('entry', pd_is_inlet_fn),
         ('entry_user', c_void_p),
         ('axisymmetric', c_int),
     ]
@@ -540,7 +540,7 @@ def declare(dim):
         ('shapes', POINTER(pd_shape)),
         ('solid', c_int),
         ('wall', c_int),
-        ('entry', pd_entry_fn),
+        ('entry', pd_is_inlet_fn),
         ('entry_user', c_void_p),
         ('ends', c_uint8),
         ('circumference', POINTER(c_double)),
@@ -551,9 +551,9 @@ def declare(dim):
         ('touched', c_int64 * 2),
     ]
 
-    class pd_paths(Structure):
+    class pd_bond_paths(Structure):
         pass
-    pd_paths._fields_ = [
+    pd_bond_paths._fields_ = [
         ('stencil', POINTER(pd_stencil)),
         ('grid', POINTER(pd_grid)),
         ('words', c_int),
@@ -561,9 +561,9 @@ def declare(dim):
         ('cell_shift', POINTER(c_int32)),
     ]
 
-    class pd_spans(Structure):
+    class pd_active_ranges(Structure):
         pass
-    pd_spans._fields_ = [
+    pd_active_ranges._fields_ = [
         ('count', c_int32),
         ('capacity', c_int32),
         ('first', POINTER(c_int32)),
@@ -599,9 +599,9 @@ def declare(dim):
 
     pd_velocity_fn = CFUNCTYPE(None, c_void_p, POINTER(c_double), POINTER(c_double))
 
-    class pd_runs(Structure):
+    class pd_node_ranges(Structure):
         pass
-    pd_runs._fields_ = [
+    pd_node_ranges._fields_ = [
         ('count', c_int32),
         ('capacity', c_int32),
         ('first', POINTER(c_int32)),
@@ -614,9 +614,9 @@ def declare(dim):
         ('stencil', POINTER(pd_stencil)),
         ('grid', POINTER(pd_grid)),
         ('ghosts', pd_ghosts),
-        ('spans', pd_spans),
+        ('spans', pd_active_ranges),
         ('options', c_int),
-        ('paths', pd_paths),
+        ('paths', pd_bond_paths),
         ('line_shift', POINTER(c_int32)),
         ('norm', c_double * dim),
         ('axisym', pd_axisym),
@@ -635,13 +635,13 @@ def declare(dim):
         ('wall_lap', POINTER(c_double)),
         ('wall_curv', POINTER(c_double)),
         ('advecting', POINTER(c_double)),
-        ('whole', pd_runs),
-        ('cut', pd_runs),
+        ('whole', pd_node_ranges),
+        ('cut', pd_node_ranges),
     ]
 
-    class pd_boundary(Structure):
+    class pd_open_boundary(Structure):
         pass
-    pd_boundary._fields_ = [
+    pd_open_boundary._fields_ = [
         ('bonds', POINTER(pd_bonds)),
         ('count', c_int32),
         ('capacity', c_int32),
@@ -651,9 +651,9 @@ def declare(dim):
 
     pd_point_fn = CFUNCTYPE(c_double, c_void_p, POINTER(c_double))
 
-    class pd_media(Structure):
+    class pd_bond_diffusivity(Structure):
         pass
-    pd_media._fields_ = [
+    pd_bond_diffusivity._fields_ = [
         ('stencil', POINTER(pd_stencil)),
         ('grid', POINTER(pd_grid)),
         ('field', pd_point_fn),
@@ -710,9 +710,9 @@ def declare(dim):
         ('field', POINTER(POINTER(c_double))),
     ]
 
-    class pd_reconstruct(Structure):
+    class pd_quadratic_reconstruction(Structure):
         pass
-    pd_reconstruct._fields_ = [
+    pd_quadratic_reconstruction._fields_ = [
         ('bonds', POINTER(pd_bonds)),
         ('count', c_int32),
         ('capacity', c_int32),
@@ -739,7 +739,7 @@ def declare(dim):
         ('n', c_int64),
         ('first', c_int64),
         ('end', c_int64),
-        ('spans', POINTER(pd_spans)),
+        ('spans', POINTER(pd_active_ranges)),
         ('components', c_int),
         ('restart', c_int),
         ('least', c_int),
@@ -881,9 +881,9 @@ def declare(dim):
         ('level', pd_smoother_level * 40),
     ]
 
-    class pd_compact(Structure):
+    class pd_compact_operator(Structure):
         pass
-    pd_compact._fields_ = [
+    pd_compact_operator._fields_ = [
         ('grid', POINTER(pd_grid)),
         ('cells', c_int64),
         ('with_flux', c_int),
@@ -894,7 +894,7 @@ def declare(dim):
         ('mass', POINTER(c_float)),
     ]
 
-    pd_at_fn = CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p, c_double)
+    pd_solve_at_fn = CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p, c_double)
 
     class pd_attempt(Structure):
         pass
@@ -921,7 +921,7 @@ def declare(dim):
         ('rtol', c_double),
         ('max_step', c_double),
         ('lost', c_double),
-        ('at', pd_at_fn),
+        ('at', pd_solve_at_fn),
         ('at_user', c_void_p),
         ('until', CFUNCTYPE(c_double, c_void_p, c_double, c_double)),
         ('until_user', c_void_p),
@@ -948,9 +948,9 @@ def declare(dim):
         ('in', c_double),
     ]
 
-    class pd_process(Structure):
+    class pd_physics(Structure):
         pass
-    pd_process._fields_ = [
+    pd_physics._fields_ = [
         ('name', c_char_p),
         ('self', c_void_p),
         ('time', POINTER(c_double)),
@@ -961,7 +961,7 @@ def declare(dim):
         ('until_user', c_void_p),
         ('steps', POINTER(c_int64)),
         ('start', CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p, c_double)),
-        ('at', pd_at_fn),
+        ('at', pd_solve_at_fn),
         ('longest', CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p, POINTER(pd_step))),
         ('limit', CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p, POINTER(pd_step))),
         ('attempt', CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p, POINTER(pd_step))),
@@ -975,13 +975,13 @@ def declare(dim):
         ('imbalance', CFUNCTYPE(c_double, POINTER(pd_ctx), c_void_p)),
     ]
 
-    pd_stiff_fn = CFUNCTYPE(None, c_void_p, c_double, POINTER(c_double), POINTER(c_double))
+    pd_stiff_ode_rate_fn = CFUNCTYPE(None, c_void_p, c_double, POINTER(c_double), POINTER(c_double))
 
-    class pd_stiff(Structure):
+    class pd_stiff_ode(Structure):
         pass
-    pd_stiff._fields_ = [
+    pd_stiff_ode._fields_ = [
         ('count', c_int),
-        ('rate', pd_stiff_fn),
+        ('rate', pd_stiff_ode_rate_fn),
         ('user', c_void_p),
         ('low', POINTER(c_double)),
         ('high', POINTER(c_double)),
@@ -1025,9 +1025,9 @@ def declare(dim):
         ('idle', c_int),
     ]
 
-    class pd_sharp(Structure):
+    class pd_fourth_order(Structure):
         pass
-    pd_sharp._fields_ = [
+    pd_fourth_order._fields_ = [
         ('bonds', POINTER(pd_bonds)),
         ('third', c_double * dim * dim),
         ('facing', c_int * (1, 3, 5)[dim - 1] * dim),
@@ -1037,20 +1037,20 @@ def declare(dim):
         ('work', POINTER(c_double)),
     ]
 
-    class pd_square(Structure):
+    class pd_isotropic_square(Structure):
         pass
-    pd_square._fields_ = [
+    pd_isotropic_square._fields_ = [
         ('across', c_int),
         ('side', c_int * 2),
         ('more', c_double),
     ]
 
-    class pd_isotropic(Structure):
+    class pd_isotropic_stencil(Structure):
         pass
-    pd_isotropic._fields_ = [
+    pd_isotropic_stencil._fields_ = [
         ('bonds', POINTER(pd_bonds)),
         ('squares', c_int),
-        ('square', pd_square * (2, 8, 18)[dim - 1]),
+        ('square', pd_isotropic_square * (2, 8, 18)[dim - 1]),
         ('excess', c_double * (2, 8, 18)[dim - 1]),
         ('bend', c_double * dim),
     ]
@@ -1118,10 +1118,10 @@ def declare(dim):
         ('rim', c_int32),
         ('patch', POINTER(c_int32)),
         ('patched', c_uint32),
-        ('slopes', pd_reconstruct),
+        ('slopes', pd_quadratic_reconstruction),
         ('order', c_int),
-        ('sharp', pd_sharp),
-        ('isotropic', pd_isotropic),
+        ('sharp', pd_fourth_order),
+        ('isotropic', pd_isotropic_stencil),
         ('isotropy', c_double),
         ('more', POINTER(c_double)),
         ('leak', POINTER(c_double)),
@@ -1157,7 +1157,7 @@ def declare(dim):
         ('flow', POINTER(pd_flow)),
         ('own', pd_arena),
         ('held', c_int),
-        ('compact', pd_compact),
+        ('compact', pd_compact_operator),
         ('mg_u', pd_multigrid),
         ('mg_p', pd_multigrid),
         ('mg_seep', pd_multigrid),
@@ -1239,9 +1239,9 @@ def declare(dim):
         ('evaluations', c_int64),
     ]
 
-    class pd_spectrum(Structure):
+    class pd_stability(Structure):
         pass
-    pd_spectrum._fields_ = [
+    pd_stability._fields_ = [
         ('stencil', POINTER(pd_stencil)),
         ('waves', c_int),
         ('along', c_int),
@@ -1254,9 +1254,9 @@ def declare(dim):
         ('gradient', c_double),
     ]
 
-    class pd_unsteady_desc(Structure):
+    class pd_weakly_compressible_desc(Structure):
         pass
-    pd_unsteady_desc._fields_ = [
+    pd_weakly_compressible_desc._fields_ = [
         ('eos', c_int),
         ('sound', c_double),
         ('gamma', c_double),
@@ -1264,16 +1264,16 @@ def declare(dim):
         ('cfl', c_double),
     ]
 
-    class pd_unsteady(Structure):
+    class pd_weakly_compressible(Structure):
         pass
-    pd_unsteady._fields_ = [
-        ('desc', pd_unsteady_desc),
+    pd_weakly_compressible._fields_ = [
+        ('desc', pd_weakly_compressible_desc),
         ('flow', POINTER(pd_flow)),
         ('density', POINTER(c_double)),
         ('mass', POINTER(c_double)),
         ('start', POINTER(c_double)),
         ('rate', POINTER(c_double)),
-        ('spectrum', pd_spectrum),
+        ('spectrum', pd_stability),
         ('key', c_double * (3, 4, 5)[dim - 1]),
         ('limit', c_double),
         ('time', c_double),
@@ -1513,7 +1513,7 @@ def declare(dim):
         ('metals', c_int),
         ('renewed', POINTER(c_uint32)),
         ('version', c_uint32),
-        ('media', pd_media),
+        ('media', pd_bond_diffusivity),
         ('field', POINTER(c_double)),
         ('wall_rate', POINTER(c_double)),
         ('wall_source', POINTER(c_double)),
@@ -1549,7 +1549,7 @@ def declare(dim):
         pass
     pd_limiter._fields_ = [
         ('bonds', POINTER(pd_bonds)),
-        ('boundary', POINTER(pd_boundary)),
+        ('boundary', POINTER(pd_open_boundary)),
         ('diffusion', POINTER(pd_diffusion)),
         ('slope', POINTER(c_double)),
         ('factor', POINTER(c_double)),
@@ -1569,7 +1569,7 @@ def declare(dim):
         ('flow', POINTER(pd_flow)),
         ('diffusion', POINTER(pd_diffusion)),
         ('limiter', POINTER(pd_limiter)),
-        ('boundary', POINTER(pd_boundary)),
+        ('boundary', POINTER(pd_open_boundary)),
         ('absorb', POINTER(c_double)),
         ('rate', c_double),
         ('ratio', c_double * dim),
@@ -1607,7 +1607,7 @@ def declare(dim):
         ('excess', c_double),
         ('spread', c_double),
         ('fresh', c_int),
-        ('compact', pd_compact),
+        ('compact', pd_compact_operator),
         ('mg', pd_multigrid),
     ]
 
@@ -1640,7 +1640,7 @@ def declare(dim):
         ('bonds', POINTER(pd_bonds)),
         ('flow', POINTER(pd_flow)),
         ('diffusion', pd_diffusion),
-        ('boundary', pd_boundary),
+        ('boundary', pd_open_boundary),
         ('limiter', pd_limiter),
         ('flux', pd_flux),
         ('own', pd_arena),
@@ -1703,7 +1703,7 @@ def declare(dim):
     pd_two_stage._fields_ = [
         ('desc', pd_two_stage_desc),
         ('transport', POINTER(pd_transport)),
-        ('at', pd_at_fn),
+        ('at', pd_solve_at_fn),
         ('at_user', c_void_p),
         ('start', POINTER(c_double)),
         ('carry', POINTER(c_double)),
@@ -1746,7 +1746,7 @@ def declare(dim):
         ('move', POINTER(c_double)),
         ('size', POINTER(c_double)),
         ('current', POINTER(c_double)),
-        ('compact', pd_compact),
+        ('compact', pd_compact_operator),
         ('mg', pd_multigrid),
     ]
 
@@ -1820,7 +1820,7 @@ def declare(dim):
         ('proton', c_int),
         ('linear', c_int),
         ('diffusion', pd_diffusion),
-        ('boundary', pd_boundary),
+        ('boundary', pd_open_boundary),
         ('flux', pd_flux),
         ('inverse', pd_inverse),
         ('migration', pd_migration),
@@ -2003,7 +2003,7 @@ def declare(dim):
         ('where', CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p, c_int, POINTER(c_uint32))),
         ('initial', CFUNCTYPE(c_double, c_void_p, c_int, c_int32)),
         ('rate', CFUNCTYPE(None, c_void_p, POINTER(pd_coat_at), POINTER(c_double), POINTER(c_double))),
-        ('solve', pd_at_fn),
+        ('solve', pd_solve_at_fn),
         ('around', CFUNCTYPE(None, c_void_p, c_int32, POINTER(c_double))),
         ('film', CFUNCTYPE(None, c_void_p, c_int32, POINTER(c_double))),
         ('surface', CFUNCTYPE(c_int, c_void_p, c_int32, POINTER(c_double), POINTER(c_double))),
@@ -2063,14 +2063,14 @@ def declare(dim):
         ('shed', POINTER(c_double)),
         ('feed', CFUNCTYPE(None, c_void_p, POINTER(c_double))),
         ('feeder', c_void_p),
-        ('bring', pd_at_fn),
+        ('bring', pd_solve_at_fn),
         ('bringer', c_void_p),
         ('drained', CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p, c_int32, c_int, c_double)),
         ('species', POINTER(pd_species)),
         ('species_count', c_int),
         ('surface', POINTER(pd_etch)),
-        ('find', pd_at_fn),
-        ('open', pd_at_fn),
+        ('find', pd_solve_at_fn),
+        ('open', pd_solve_at_fn),
         ('user', c_void_p),
         ('cover', c_double),
         ('bare', POINTER(c_double)),
@@ -2128,7 +2128,7 @@ def declare(dim):
         ('euler', c_int64),
     ]
 
-    pd_joined_fn = CFUNCTYPE(c_int, c_void_p, c_int32, c_int32, POINTER(c_double))
+    pd_bond_inside_fn = CFUNCTYPE(c_int, c_void_p, c_int32, c_int32, POINTER(c_double))
 
     class pd_body_desc(Structure):
         pass
@@ -2140,7 +2140,7 @@ def declare(dim):
         ('spacing', c_double),
         ('rim', c_int),
         ('period', c_double * dim),
-        ('joined', pd_joined_fn),
+        ('joined', pd_bond_inside_fn),
         ('user', c_void_p),
         ('faces', c_int64),
         ('face', POINTER(c_double)),
@@ -2175,9 +2175,9 @@ def declare(dim):
         ('broken', POINTER(c_uint8)),
     ]
 
-    class pd_walk(Structure):
+    class pd_bond_iterator(Structure):
         pass
-    pd_walk._fields_ = [
+    pd_bond_iterator._fields_ = [
         ('at', POINTER(c_int32)),
         ('shift', POINTER(c_int32)),
         ('broken', POINTER(c_uint8)),
@@ -2201,16 +2201,16 @@ def declare(dim):
         ('own', POINTER(c_float)),
     ]
 
-    class pd_cut(Structure):
+    class pd_precrack(Structure):
         pass
-    pd_cut._fields_ = [
+    pd_precrack._fields_ = [
         ('corners', c_int),
         ('corner', POINTER(c_double)),
     ]
 
-    class pd_solid(Structure):
+    class pd_material_interface(Structure):
         pass
-    pd_solid._fields_ = [
+    pd_material_interface._fields_ = [
         ('name', c_char_p),
         ('self', c_void_p),
         ('body', POINTER(pd_body)),
@@ -2229,7 +2229,7 @@ def declare(dim):
         ('dissipated', CFUNCTYPE(c_double, c_void_p)),
         ('slip', CFUNCTYPE(None, POINTER(pd_ctx), c_void_p, POINTER(c_double))),
         ('density', CFUNCTYPE(None, POINTER(pd_ctx), c_void_p, POINTER(c_double), POINTER(c_double))),
-        ('pull', CFUNCTYPE(None, c_void_p, POINTER(c_double), c_int32, POINTER(pd_walk), POINTER(c_double))),
+        ('pull', CFUNCTYPE(None, c_void_p, POINTER(c_double), c_int32, POINTER(pd_bond_iterator), POINTER(c_double))),
         ('move', CFUNCTYPE(c_int64, POINTER(pd_ctx), c_void_p, POINTER(c_double), POINTER(c_double), c_double, POINTER(c_double))),
         ('update', CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p)),
         ('commit', CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p, POINTER(c_double))),
@@ -2237,10 +2237,10 @@ def declare(dim):
         ('store', CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p, POINTER(pd_archive))),
     ]
 
-    class pd_mirrored(Structure):
+    class pd_mirror_symmetry(Structure):
         pass
-    pd_mirrored._fields_ = [
-        ('inner', pd_solid),
+    pd_mirror_symmetry._fields_ = [
+        ('inner', pd_material_interface),
         ('count', c_int32),
         ('images', c_int32),
         ('of', POINTER(c_int32)),
@@ -2251,9 +2251,9 @@ def declare(dim):
         ('density', POINTER(c_double)),
     ]
 
-    class pd_rigid(Structure):
+    class pd_rigid_modes(Structure):
         pass
-    pd_rigid._fields_ = [
+    pd_rigid_modes._fields_ = [
         ('body', POINTER(pd_body)),
         ('piece', POINTER(c_int32)),
         ('count', c_int32),
@@ -2263,9 +2263,9 @@ def declare(dim):
         ('motion', c_double * (1, 3, 6)[dim - 1] * (1, 3, 6)[dim - 1]),
     ]
 
-    class pd_scaffold_level(Structure):
+    class pd_coarse_fe_level(Structure):
         pass
-    pd_scaffold_level._fields_ = [
+    pd_coarse_fe_level._fields_ = [
         ('parts', c_int32),
         ('nodes', c_int32),
         ('links', c_int32),
@@ -2288,9 +2288,9 @@ def declare(dim):
         ('r', POINTER(c_double)),
     ]
 
-    class pd_scaffold(Structure):
+    class pd_coarse_fe_precond(Structure):
         pass
-    pd_scaffold._fields_ = [
+    pd_coarse_fe_precond._fields_ = [
         ('body', POINTER(pd_body)),
         ('width', c_double),
         ('lo', c_double * dim),
@@ -2299,12 +2299,12 @@ def declare(dim):
         ('point', POINTER(c_int32)),
         ('sum', POINTER(c_double)),
         ('levels', c_int),
-        ('level', pd_scaffold_level * 30),
+        ('level', pd_coarse_fe_level * 30),
     ]
 
-    class pd_plastic(Structure):
+    class pd_j2_plasticity(Structure):
         pass
-    pd_plastic._fields_ = [
+    pd_j2_plasticity._fields_ = [
         ('count', c_int64),
         ('shear', c_double),
         ('yield', c_double),
@@ -2317,18 +2317,18 @@ def declare(dim):
         ('across', POINTER(c_double)),
     ]
 
-    class pd_band_bond(Structure):
+    class pd_point_batch_bond(Structure):
         pass
-    pd_band_bond._fields_ = [
+    pd_point_batch_bond._fields_ = [
         ('offset', c_int32),
         ('image', c_int32),
         ('weight', c_float),
         ('lanes', c_uint32),
     ]
 
-    class pd_band(Structure):
+    class pd_point_batch(Structure):
         pass
-    pd_band._fields_ = [
+    pd_point_batch._fields_ = [
         ('body', POINTER(pd_body)),
         ('weights', POINTER(pd_bond_weights)),
         ('fields', c_int32),
@@ -2339,14 +2339,14 @@ def declare(dim):
         ('first', POINTER(c_int32)),
         ('begin', POINTER(c_int64)),
         ('room', c_int64),
-        ('bond', POINTER(pd_band_bond)),
+        ('bond', POINTER(pd_point_batch_bond)),
         ('stride', c_int64),
         ('field', POINTER(c_double)),
     ]
 
-    class pd_elastic_desc(Structure):
+    class pd_correspondence_desc(Structure):
         pass
-    pd_elastic_desc._fields_ = [
+    pd_correspondence_desc._fields_ = [
         ('young', c_double),
         ('poisson', c_double),
         ('plane', c_int),
@@ -2357,10 +2357,10 @@ def declare(dim):
         ('loose', c_int),
     ]
 
-    class pd_elastic(Structure):
+    class pd_correspondence(Structure):
         pass
-    pd_elastic._fields_ = [
-        ('desc', pd_elastic_desc),
+    pd_correspondence._fields_ = [
+        ('desc', pd_correspondence_desc),
         ('body', POINTER(pd_body)),
         ('lambda', c_double),
         ('mu', c_double),
@@ -2371,25 +2371,25 @@ def declare(dim):
         ('fourth', POINTER(c_double)),
         ('total', POINTER(c_double)),
         ('edge', POINTER(c_double)),
-        ('band', pd_band),
-        ('plastic', pd_plastic),
+        ('band', pd_point_batch),
+        ('plastic', pd_j2_plasticity),
         ('lost', c_int64),
     ]
 
-    class pd_criterion_desc(Structure):
+    class pd_bond_failure_desc(Structure):
         pass
-    pd_criterion_desc._fields_ = [
+    pd_bond_failure_desc._fields_ = [
         ('kind', c_int),
         ('critical', c_double),
         ('fracture', c_double),
         ('spared', POINTER(c_uint8)),
     ]
 
-    class pd_criterion(Structure):
+    class pd_bond_failure(Structure):
         pass
-    pd_criterion._fields_ = [
-        ('desc', pd_criterion_desc),
-        ('solid', pd_solid),
+    pd_bond_failure._fields_ = [
+        ('desc', pd_bond_failure_desc),
+        ('solid', pd_material_interface),
         ('critical', c_double),
         ('anisotropy', c_double),
         ('energy', POINTER(c_double)),
@@ -2398,9 +2398,9 @@ def declare(dim):
         ('most', POINTER(c_double)),
     ]
 
-    class pd_criterion_bond(Structure):
+    class pd_first_failure(Structure):
         pass
-    pd_criterion_bond._fields_ = [
+    pd_first_failure._fields_ = [
         ('bond', c_int64),
         ('from', c_int32),
         ('to', c_int32),
@@ -2409,27 +2409,27 @@ def declare(dim):
         ('factor', c_double),
     ]
 
-    class pd_interpolated(Structure):
+    class pd_constraint_row(Structure):
         pass
-    pd_interpolated._fields_ = [
+    pd_constraint_row._fields_ = [
         ('at', c_int64),
         ('leader', c_int64),
         ('part', c_double),
         ('face', c_int),
     ]
 
-    class pd_interpolation(Structure):
+    class pd_multipoint_constraint(Structure):
         pass
-    pd_interpolation._fields_ = [
+    pd_multipoint_constraint._fields_ = [
         ('count', c_int64),
-        ('row', POINTER(pd_interpolated)),
+        ('row', POINTER(pd_constraint_row)),
     ]
 
     class pd_equilibrium_desc(Structure):
         pass
     pd_equilibrium_desc._fields_ = [
         ('held', POINTER(c_uint8)),
-        ('interpolation', POINTER(pd_interpolation)),
+        ('interpolation', POINTER(pd_multipoint_constraint)),
         ('rtol', c_double),
         ('max_iterations', c_int),
         ('swing', POINTER(c_double)),
@@ -2443,22 +2443,22 @@ def declare(dim):
         ('residual', c_double),
     ]
 
-    class pd_sequential_desc(Structure):
+    class pd_sequentially_linear_desc(Structure):
         pass
-    pd_sequential_desc._fields_ = [
+    pd_sequentially_linear_desc._fields_ = [
         ('held', POINTER(c_uint8)),
         ('moved', POINTER(c_double)),
         ('load', POINTER(c_double)),
-        ('criterion', pd_criterion_desc),
+        ('criterion', pd_bond_failure_desc),
         ('rtol', c_double),
     ]
 
-    class pd_sequential(Structure):
+    class pd_sequentially_linear(Structure):
         pass
-    pd_sequential._fields_ = [
-        ('desc', pd_sequential_desc),
-        ('solid', pd_solid),
-        ('criterion', pd_criterion),
+    pd_sequentially_linear._fields_ = [
+        ('desc', pd_sequentially_linear_desc),
+        ('solid', pd_material_interface),
+        ('criterion', pd_bond_failure),
         ('n', c_int64),
         ('u', POINTER(c_double)),
         ('at', POINTER(c_double)),
@@ -2468,7 +2468,7 @@ def declare(dim):
         ('stored', c_double),
         ('work', c_double),
         ('dissipated', c_double),
-        ('first', pd_criterion_bond),
+        ('first', pd_first_failure),
         ('events', c_int64),
         ('broken', c_int64),
         ('whole', c_double),
@@ -2484,8 +2484,8 @@ def declare(dim):
         ('held', POINTER(c_uint8)),
         ('load', pd_load_fn),
         ('user', c_void_p),
-        ('interpolation', POINTER(pd_interpolation)),
-        ('criterion', pd_criterion_desc),
+        ('interpolation', POINTER(pd_multipoint_constraint)),
+        ('criterion', pd_bond_failure_desc),
         ('eager', c_double),
         ('rtol', c_double),
     ]
@@ -2494,8 +2494,8 @@ def declare(dim):
         pass
     pd_quasi_static._fields_ = [
         ('desc', pd_quasi_static_desc),
-        ('solid', pd_solid),
-        ('criterion', pd_criterion),
+        ('solid', pd_material_interface),
+        ('criterion', pd_bond_failure),
         ('n', c_int64),
         ('u', POINTER(c_double)),
         ('load', POINTER(c_double)),
@@ -2533,25 +2533,25 @@ def declare(dim):
         ('thickness', c_double),
     ]
 
-    class pd_springs_kind(Structure):
+    class pd_bond_force_kind(Structure):
         pass
-    pd_springs_kind._fields_ = [
+    pd_bond_force_kind._fields_ = [
         ('xi', c_double * dim),
         ('over', c_double),
         ('stiff', c_double),
         ('part', c_int),
     ]
 
-    class pd_springs(Structure):
+    class pd_bond_force(Structure):
         pass
-    pd_springs._fields_ = [
+    pd_bond_force._fields_ = [
         ('body', POINTER(pd_body)),
         ('weights', POINTER(pd_bond_weights)),
-        ('band', pd_band),
+        ('band', pd_point_batch),
         ('lattice', c_int),
         ('reach', c_int32),
         ('kinds', c_int32),
-        ('kind', POINTER(pd_springs_kind)),
+        ('kind', POINTER(pd_bond_force_kind)),
         ('order', POINTER(c_int32)),
         ('place', POINTER(c_int32)),
         ('room', c_int64),
@@ -2580,7 +2580,7 @@ def declare(dim):
         ('stiffest', c_double),
         ('share', POINTER(c_double)),
         ('weights', pd_bond_weights),
-        ('springs', pd_springs),
+        ('springs', pd_bond_force),
         ('at', POINTER(c_double)),
         ('released', c_double),
     ]
@@ -2598,7 +2598,7 @@ def declare(dim):
         pass
     pd_verlet._fields_ = [
         ('desc', pd_verlet_desc),
-        ('solid', pd_solid),
+        ('solid', pd_material_interface),
         ('u', POINTER(c_double)),
         ('v', POINTER(c_double)),
         ('force', POINTER(c_double)),
@@ -2609,9 +2609,9 @@ def declare(dim):
         ('broken', c_int64),
     ]
 
-    class pd_ordinary_desc(Structure):
+    class pd_ordinary_state_desc(Structure):
         pass
-    pd_ordinary_desc._fields_ = [
+    pd_ordinary_state_desc._fields_ = [
         ('young', c_double),
         ('poisson', c_double),
         ('plane', c_int),
@@ -2623,10 +2623,10 @@ def declare(dim):
         ('plain', c_int),
     ]
 
-    class pd_ordinary(Structure):
+    class pd_ordinary_state(Structure):
         pass
-    pd_ordinary._fields_ = [
-        ('desc', pd_ordinary_desc),
+    pd_ordinary_state._fields_ = [
+        ('desc', pd_ordinary_state_desc),
         ('body', POINTER(pd_body)),
         ('lambda', c_double),
         ('mu', c_double),
@@ -2635,7 +2635,7 @@ def declare(dim):
         ('bulk', c_double),
         ('rate', c_double),
         ('weights', pd_bond_weights),
-        ('band', pd_band),
+        ('band', pd_point_batch),
         ('felt', POINTER(c_uint8)),
         ('alpha', POINTER(c_double)),
         ('bound', POINTER(c_double)),
@@ -2647,9 +2647,9 @@ def declare(dim):
         ('change', POINTER(c_double)),
     ]
 
-    class pd_finite_law(Structure):
+    class pd_constitutive_law(Structure):
         pass
-    pd_finite_law._fields_ = [
+    pd_constitutive_law._fields_ = [
         ('kind', c_int),
         ('young', c_double),
         ('poisson', c_double),
@@ -2660,10 +2660,10 @@ def declare(dim):
         ('rate', c_double),
     ]
 
-    class pd_finite_desc(Structure):
+    class pd_finite_strain_desc(Structure):
         pass
-    pd_finite_desc._fields_ = [
-        ('law', pd_finite_law),
+    pd_finite_strain_desc._fields_ = [
+        ('law', pd_constitutive_law),
         ('influence', c_int),
         ('control', c_int),
         ('penalty', c_double),
@@ -2672,10 +2672,10 @@ def declare(dim):
         ('loose', c_int),
     ]
 
-    class pd_finite(Structure):
+    class pd_finite_strain(Structure):
         pass
-    pd_finite._fields_ = [
-        ('desc', pd_finite_desc),
+    pd_finite_strain._fields_ = [
+        ('desc', pd_finite_strain_desc),
         ('body', POINTER(pd_body)),
         ('lambda', c_double),
         ('mu', c_double),
@@ -2797,7 +2797,7 @@ def declare(dim):
         ('factor', POINTER(c_double)),
         ('sheds', c_int),
         ('lags', c_int),
-        ('found', pd_at_fn),
+        ('found', pd_solve_at_fn),
         ('found_user', c_void_p),
         ('follows', c_int),
         ('driven', c_int),
@@ -2821,7 +2821,7 @@ def declare(dim):
     pd_dissolve._fields_ = [
         ('desc', pd_dissolve_desc),
         ('grid', POINTER(pd_grid)),
-        ('paths', pd_paths),
+        ('paths', pd_bond_paths),
         ('transport', POINTER(pd_transport)),
         ('kernel', pd_front),
         ('weight', POINTER(c_double)),
@@ -3011,7 +3011,7 @@ def declare(dim):
         ('floating', c_int),
         ('origin', c_double),
         ('diffusion', pd_diffusion),
-        ('boundary', pd_boundary),
+        ('boundary', pd_open_boundary),
         ('flux', pd_flux),
         ('inverse', pd_inverse),
         ('krylov', pd_krylov),
@@ -3111,9 +3111,9 @@ def declare(dim):
         ('met', pd_cell_range),
     ]
 
-    class pd_measure_plane_result(Structure):
+    class pd_diagnostics_plane_result(Structure):
         pass
-    pd_measure_plane_result._fields_ = [
+    pd_diagnostics_plane_result._fields_ = [
         ('area', c_double),
         ('flow', c_double),
         ('speed', c_double),
@@ -3123,9 +3123,9 @@ def declare(dim):
         ('species', c_double),
     ]
 
-    class pd_measure_box_result(Structure):
+    class pd_diagnostics_box_result(Structure):
         pass
-    pd_measure_box_result._fields_ = [
+    pd_diagnostics_box_result._fields_ = [
         ('volume', c_double),
         ('energy', c_double),
         ('momentum', c_double * dim),
@@ -3135,9 +3135,9 @@ def declare(dim):
         ('most', c_double),
     ]
 
-    class pd_overlap(Structure):
+    class pd_interpenetration(Structure):
         pass
-    pd_overlap._fields_ = [
+    pd_interpenetration._fields_ = [
         ('grid', POINTER(pd_grid)),
         ('body', POINTER(pd_body)),
         ('node', POINTER(c_int32)),
@@ -3156,9 +3156,9 @@ def declare(dim):
         ('other', c_int32),
     ]
 
-    class pd_sites(Structure):
+    class pd_point_cells(Structure):
         pass
-    pd_sites._fields_ = [
+    pd_point_cells._fields_ = [
         ('grid', POINTER(pd_grid)),
         ('node', POINTER(c_int32)),
         ('point', POINTER(c_int32)),
@@ -3177,9 +3177,9 @@ def declare(dim):
         ('below', c_int * dim),
     ]
 
-    class pd_structure_at(Structure):
+    class pd_local_stress_state(Structure):
         pass
-    pd_structure_at._fields_ = [
+    pd_local_stress_state._fields_ = [
         ('pressure', c_double),
         ('mises', c_double),
         ('slip', c_double),
@@ -3187,23 +3187,23 @@ def declare(dim):
         ('t', c_double),
     ]
 
-    pd_pace_fn = CFUNCTYPE(c_double, c_void_p, POINTER(pd_structure_at))
+    pd_rate_factor_fn = CFUNCTYPE(c_double, c_void_p, POINTER(pd_local_stress_state))
 
-    class pd_structure_cut(Structure):
+    class pd_solid_coupling_precrack(Structure):
         pass
-    pd_structure_cut._fields_ = [
+    pd_solid_coupling_precrack._fields_ = [
         ('name', c_char_p),
         ('corners', c_int),
         ('corner', POINTER(c_double)),
     ]
 
-    class pd_structure_desc(Structure):
+    class pd_solid_coupling_desc(Structure):
         pass
-    pd_structure_desc._fields_ = [
+    pd_solid_coupling_desc._fields_ = [
         ('m', c_double),
         ('material', c_int),
-        ('elastic', pd_elastic_desc),
-        ('breaks', pd_criterion_desc),
+        ('elastic', pd_correspondence_desc),
+        ('breaks', pd_bond_failure_desc),
         ('fracture', c_double),
         ('density', c_double),
         ('timed', c_int),
@@ -3211,17 +3211,17 @@ def declare(dim):
         ('rtol', c_double),
         ('load', pd_load_fn),
         ('user', c_void_p),
-        ('pace', pd_pace_fn),
+        ('pace', pd_rate_factor_fn),
         ('pace_user', c_void_p),
         ('factor', POINTER(c_double)),
-        ('cuts', POINTER(pd_structure_cut)),
+        ('cuts', POINTER(pd_solid_coupling_precrack)),
         ('cut_count', c_int),
     ]
 
-    class pd_structure(Structure):
+    class pd_solid_coupling(Structure):
         pass
-    pd_structure._fields_ = [
-        ('desc', pd_structure_desc),
+    pd_solid_coupling._fields_ = [
+        ('desc', pd_solid_coupling_desc),
         ('grid', POINTER(pd_grid)),
         ('dissolve', POINTER(pd_dissolve)),
         ('count', c_int32),
@@ -3229,13 +3229,13 @@ def declare(dim):
         ('node', POINTER(c_int32)),
         ('point', POINTER(c_int32)),
         ('body', pd_body),
-        ('elastic', pd_elastic),
+        ('elastic', pd_correspondence),
         ('springs', pd_microelastic),
-        ('ordinary', pd_ordinary),
-        ('finite', pd_finite),
-        ('mirrored', pd_mirrored),
-        ('sites', pd_sites),
-        ('solid', pd_solid),
+        ('ordinary', pd_ordinary_state),
+        ('finite', pd_finite_strain),
+        ('mirrored', pd_mirror_symmetry),
+        ('sites', pd_point_cells),
+        ('solid', pd_material_interface),
         ('rest', pd_quasi_static),
         ('motion', pd_verlet),
         ('load', POINTER(c_double)),
@@ -3249,13 +3249,13 @@ def declare(dim):
         ('across', POINTER(c_double)),
         ('density', POINTER(c_double)),
         ('factor', POINTER(c_double)),
-        ('overlap', pd_overlap),
+        ('overlap', pd_interpenetration),
         ('seen', c_int64),
     ]
 
-    class pd_ledger(Structure):
+    class pd_mass_balance(Structure):
         pass
-    pd_ledger._fields_ = [
+    pd_mass_balance._fields_ = [
         ('start', c_double),
         ('solid_start', c_double),
         ('solid', c_double),
@@ -3269,9 +3269,9 @@ def declare(dim):
         ('relative', c_double),
     ]
 
-    class pd_couple_desc(Structure):
+    class pd_time_loop_desc(Structure):
         pass
-    pd_couple_desc._fields_ = [
+    pd_time_loop_desc._fields_ = [
         ('fraction', c_double),
         ('rtol', c_double),
         ('max_step', c_double),
@@ -3280,16 +3280,16 @@ def declare(dim):
         ('ledger_tolerance', c_double),
     ]
 
-    class pd_couple(Structure):
+    class pd_time_loop(Structure):
         pass
-    pd_couple._fields_ = [
-        ('desc', pd_couple_desc),
+    pd_time_loop._fields_ = [
+        ('desc', pd_time_loop_desc),
         ('grid', POINTER(pd_grid)),
         ('bonds', POINTER(pd_bonds)),
-        ('process', pd_process * 8),
+        ('process', pd_physics * 8),
         ('count', c_int),
         ('element', pd_element * 8),
-        ('ledger', pd_ledger * 8),
+        ('ledger', pd_mass_balance * 8),
         ('elements', c_int),
         ('apart', c_double),
         ('time', c_double),
@@ -3303,7 +3303,7 @@ def declare(dim):
         ('freshened', c_int),
     ]
 
-    pd_observer_fn = CFUNCTYPE(c_int, c_void_p, POINTER(pd_couple))
+    pd_observer_fn = CFUNCTYPE(c_int, c_void_p, POINTER(pd_time_loop))
 
     class pd_file(Structure):
         pass
@@ -3313,9 +3313,9 @@ def declare(dim):
         ('part', c_char * 1032),
     ]
 
-    class pd_store(Structure):
+    class pd_archive_file(Structure):
         pass
-    pd_store._fields_ = [
+    pd_archive_file._fields_ = [
         ('archive', pd_archive),
         ('file', pd_file),
         ('items', c_uint64),
@@ -3325,9 +3325,9 @@ def declare(dim):
         ('capacity', c_size_t),
     ]
 
-    class pd_folder(Structure):
+    class pd_output_folder(Structure):
         pass
-    pd_folder._fields_ = [
+    pd_output_folder._fields_ = [
         ('path', c_char * 1024),
         ('run', c_char * 1024),
         ('list', pd_file),
@@ -3346,9 +3346,9 @@ def declare(dim):
         ('pixels', POINTER(c_uint8)),
     ]
 
-    class pd_picture(Structure):
+    class pd_field_plot(Structure):
         pass
-    pd_picture._fields_ = [
+    pd_field_plot._fields_ = [
         ('nx', c_int),
         ('ny', c_int),
         ('values', POINTER(c_double)),
@@ -3409,9 +3409,9 @@ def declare(dim):
         ('height', c_int),
     ]
 
-    class pd_shade(Structure):
+    class pd_rendering(Structure):
         pass
-    pd_shade._fields_ = [
+    pd_rendering._fields_ = [
         ('width', c_int),
         ('height', c_int),
         ('size', c_double),
@@ -3506,7 +3506,7 @@ def declare(dim):
         ('name', c_char_p),
         ('argument', pd_dims),
         ('result', pd_dims),
-        ('curve', POINTER(pd_curve)),
+        ('curve', POINTER(pd_monotone_cubic)),
     ]
 
     class pd_expr_desc(Structure):
@@ -3595,16 +3595,16 @@ def declare(dim):
         ('used', c_int),
     ]
 
-    class pd_text_key(Structure):
+    class pd_text_asked_key(Structure):
         pass
-    pd_text_key._fields_ = [
+    pd_text_asked_key._fields_ = [
         ('key', c_char_p),
         ('group', c_int),
     ]
 
-    class pd_text_block(Structure):
+    class pd_text_memory(Structure):
         pass
-    pd_text_block._fields_ = [
+    pd_text_memory._fields_ = [
         ('bytes', POINTER(c_char)),
         ('size', c_size_t),
     ]
@@ -3626,10 +3626,10 @@ def declare(dim):
         ('entry', POINTER(pd_text_entry)),
         ('entry_count', c_int),
         ('entry_room', c_int),
-        ('asked', POINTER(pd_text_key)),
+        ('asked', POINTER(pd_text_asked_key)),
         ('asked_count', c_int),
         ('asked_room', c_int),
-        ('block', POINTER(pd_text_block)),
+        ('block', POINTER(pd_text_memory)),
         ('block_count', c_int),
         ('block_room', c_int),
         ('failed', c_int),
@@ -3686,7 +3686,7 @@ def declare(dim):
         pass
     pd_setup_table._fields_ = [
         ('name', c_char * 64),
-        ('curve', pd_curve),
+        ('curve', pd_monotone_cubic),
     ]
 
     class pd_setup_monitor(Structure):
@@ -3713,9 +3713,9 @@ def declare(dim):
         ('against', c_int),
     ]
 
-    class pd_setup_record(Structure):
+    class pd_setup_measured(Structure):
         pass
-    pd_setup_record._fields_ = [
+    pd_setup_measured._fields_ = [
         ('name', c_char * 64),
         ('figure', c_char * 128),
         ('line', c_int),
@@ -3744,9 +3744,9 @@ def declare(dim):
         ('gas_shed', c_double),
     ]
 
-    class pd_setup_grip(Structure):
+    class pd_setup_mechanical_bc(Structure):
         pass
-    pd_setup_grip._fields_ = [
+    pd_setup_mechanical_bc._fields_ = [
         ('side', c_int),
         ('shape', c_int),
         ('section', c_int),
@@ -3758,9 +3758,9 @@ def declare(dim):
         ('press', pd_expr),
     ]
 
-    class pd_setup_cut(Structure):
+    class pd_setup_precrack(Structure):
         pass
-    pd_setup_cut._fields_ = [
+    pd_setup_precrack._fields_ = [
         ('name', c_char * 64),
         ('corners', c_int),
         ('corner', c_double * (32 * dim)),
@@ -3771,9 +3771,9 @@ def declare(dim):
         ('line', c_int),
     ]
 
-    class pd_setup_body(Structure):
+    class pd_setup_mechanics(Structure):
         pass
-    pd_setup_body._fields_ = [
+    pd_setup_mechanics._fields_ = [
         ('young', c_double),
         ('poisson', c_double),
         ('plane', c_int),
@@ -3790,17 +3790,17 @@ def declare(dim):
         ('rtol', c_double),
         ('force', pd_expr * dim),
         ('weighs', c_int),
-        ('grip', pd_setup_grip * 16),
+        ('grip', pd_setup_mechanical_bc * 16),
         ('grips', c_int),
-        ('cut', pd_setup_cut * 16),
+        ('cut', pd_setup_precrack * 16),
         ('cuts', c_int),
         ('paces', c_int),
         ('pace', pd_expr),
     ]
 
-    class pd_setup_drawing(Structure):
+    class pd_setup_image_options(Structure):
         pass
-    pd_setup_drawing._fields_ = [
+    pd_setup_image_options._fields_ = [
         ('range', c_double * 2 * 62),
         ('map', c_int * 62),
         ('log', pd_fields),
@@ -3818,9 +3818,9 @@ def declare(dim):
         ('way', c_double * 3),
     ]
 
-    class pd_setup_state(Structure):
+    class pd_setup_surface_state(Structure):
         pass
-    pd_setup_state._fields_ = [
+    pd_setup_surface_state._fields_ = [
         ('name', c_char * 64),
         ('line', c_int),
         ('unit', c_char * 96),
@@ -3875,9 +3875,9 @@ def declare(dim):
         ('reacts', c_int),
     ]
 
-    class pd_setup_piece(Structure):
+    class pd_setup_solid_shape(Structure):
         pass
-    pd_setup_piece._fields_ = [
+    pd_setup_solid_shape._fields_ = [
         ('name', c_char * 64),
         ('shape', c_int),
         ('metal', c_int),
@@ -3904,7 +3904,7 @@ def declare(dim):
         ('shape', POINTER(pd_shape)),
         ('shapes', c_int),
         ('named', c_int * 64),
-        ('piece', pd_setup_piece * 64),
+        ('piece', pd_setup_solid_shape * 64),
         ('pieces', c_int),
         ('solid', c_int),
         ('wall', c_int),
@@ -3969,7 +3969,7 @@ def declare(dim):
         ('drive', c_int),
         ('kernel', c_int),
         ('weights', c_int),
-        ('metal_body', pd_setup_body),
+        ('metal_body', pd_setup_mechanics),
         ('has_chemistry', c_int),
         ('electrolyte', pd_electrolyte),
         ('mineral', pd_mineral * 8),
@@ -3981,7 +3981,7 @@ def declare(dim):
         ('gas', c_char * 24),
         ('has_potential', c_int),
         ('potential', pd_setup_potential),
-        ('state', pd_setup_state * 8),
+        ('state', pd_setup_surface_state * 8),
         ('states', c_int),
         ('table', POINTER(pd_setup_table)),
         ('function', POINTER(pd_expr_table)),
@@ -3996,13 +3996,13 @@ def declare(dim):
         ('prefix', c_char * 64),
         ('slice_axis', c_int),
         ('slice_at', c_double),
-        ('drawing', pd_setup_drawing),
+        ('drawing', pd_setup_image_options),
         ('deformed', c_double),
         ('probe', pd_setup_probe * 16),
         ('probes', c_int),
         ('monitor', pd_setup_monitor * 32),
         ('monitors', c_int),
-        ('record', pd_setup_record * 8),
+        ('record', pd_setup_measured * 8),
         ('records', c_int),
         ('note', c_char * 200 * 48),
         ('notes', c_int),
@@ -4029,28 +4029,28 @@ def declare(dim):
         ('latest', c_int),
     ]
 
-    class pd_grips(Structure):
+    class pd_mechanical_bc(Structure):
         pass
-    pd_grips._fields_ = [
+    pd_mechanical_bc._fields_ = [
         ('setup', POINTER(pd_setup)),
-        ('structure', POINTER(pd_structure)),
+        ('structure', POINTER(pd_solid_coupling)),
         ('rows', c_int * 16),
         ('area', c_double * 16),
         ('borne', c_double * dim * 16),
         ('faces', c_int * 16),
         ('led', c_int64),
-        ('interpolation', pd_interpolation),
+        ('interpolation', pd_multipoint_constraint),
     ]
 
-    class pd_surfaces(Structure):
+    class pd_surface_states(Structure):
         pass
-    pd_surfaces._fields_ = [
+    pd_surface_states._fields_ = [
         ('setup', POINTER(pd_setup)),
         ('bonds', POINTER(pd_bonds)),
         ('across', POINTER(pd_stencil)),
         ('cell', POINTER(pd_cell)),
         ('etch', POINTER(pd_etch)),
-        ('find', pd_at_fn),
+        ('find', pd_solve_at_fn),
         ('finder', c_void_p),
         ('contacts', pd_contacts),
         ('coat', pd_coat),
@@ -4059,9 +4059,9 @@ def declare(dim):
         ('gain', c_double * 32 * 16),
     ]
 
-    class pd_surfaces_figures(Structure):
+    class pd_surface_state_statistics(Structure):
         pass
-    pd_surfaces_figures._fields_ = [
+    pd_surface_state_statistics._fields_ = [
         ('mean', c_double),
         ('least', c_double),
         ('most', c_double),
@@ -4077,7 +4077,7 @@ def declare(dim):
         ('reactive', POINTER(pd_reactive)),
         ('species', POINTER(pd_reactive)),
         ('cell', POINTER(pd_cell)),
-        ('surfaces', POINTER(pd_surfaces)),
+        ('surfaces', POINTER(pd_surface_states)),
         ('circuits', c_int),
         ('member', c_int * 16),
         ('given', c_int * 16),
@@ -4086,9 +4086,9 @@ def declare(dim):
         ('line', c_int),
     ]
 
-    class pd_polarise(Structure):
+    class pd_species_electrodes(Structure):
         pass
-    pd_polarise._fields_ = [
+    pd_species_electrodes._fields_ = [
         ('setup', POINTER(pd_setup)),
         ('map', POINTER(pd_electrode_map)),
         ('cell', POINTER(pd_cell)),
@@ -4103,9 +4103,9 @@ def declare(dim):
         ('formers', c_int64),
     ]
 
-    class pd_footprint(Structure):
+    class pd_memory_estimate(Structure):
         pass
-    pd_footprint._fields_ = [
+    pd_memory_estimate._fields_ = [
         ('nodes', c_double),
         ('cells', c_double),
         ('fluid', c_double),
@@ -4120,56 +4120,56 @@ def declare(dim):
         ('all', c_double),
     ]
 
-    class pd_attack_law(Structure):
+    class pd_dissolution_law(Structure):
         pass
-    pd_attack_law._fields_ = [
+    pd_dissolution_law._fields_ = [
         ('attack', c_void_p),
         ('kind', c_int),
         ('metal', c_int),
-        ('surfaces', POINTER(pd_surfaces)),
+        ('surfaces', POINTER(pd_surface_states)),
     ]
 
-    class pd_attack(Structure):
+    class pd_dissolution_laws(Structure):
         pass
-    pd_attack._fields_ = [
+    pd_dissolution_laws._fields_ = [
         ('etch', pd_etch),
         ('setup', POINTER(pd_setup)),
         ('dissolve', POINTER(pd_dissolve)),
         ('course', POINTER(pd_course)),
         ('cell', POINTER(pd_cell)),
-        ('states', POINTER(pd_surfaces)),
-        ('polarise', pd_polarise),
-        ('law', pd_attack_law * 4),
+        ('states', POINTER(pd_surface_states)),
+        ('polarise', pd_species_electrodes),
+        ('law', pd_dissolution_law * 4),
         ('laws', c_int),
         ('grain', POINTER(c_int32)),
         ('begin', c_double),
     ]
 
-    class pd_vary_value(Structure):
+    class pd_input_value(Structure):
         pass
-    pd_vary_value._fields_ = [
+    pd_input_value._fields_ = [
         ('expr', POINTER(pd_expr)),
         ('x', c_double * dim),
         ('middle', c_int),
         ('fold', c_double),
     ]
 
-    class pd_vary(Structure):
+    class pd_input_step_limit(Structure):
         pass
-    pd_vary._fields_ = [
-        ('value', POINTER(pd_vary_value)),
+    pd_input_step_limit._fields_ = [
+        ('value', POINTER(pd_input_value)),
         ('count', c_int32),
         ('capacity', c_int32),
         ('last', c_double),
         ('rtol', c_double),
     ]
 
-    class pd_timed(Structure):
+    class pd_rate_step_limit(Structure):
         pass
-    pd_timed._fields_ = [
+    pd_rate_step_limit._fields_ = [
         ('setup', POINTER(pd_setup)),
-        ('attack', POINTER(pd_attack)),
-        ('surfaces', POINTER(pd_surfaces)),
+        ('attack', POINTER(pd_dissolution_laws)),
+        ('surfaces', POINTER(pd_surface_states)),
     ]
 
     class pd_model_law(Structure):
@@ -4189,30 +4189,30 @@ def declare(dim):
         ('across', pd_stencil),
         ('grid', pd_grid),
         ('bonds', pd_bonds),
-        ('paths', pd_paths),
+        ('paths', pd_bond_paths),
         ('inlet', pd_inlet),
         ('arena', pd_arena),
         ('flow', pd_flow),
         ('steady', pd_steady),
         ('quasi', pd_quasi_steady),
         ('implicit', pd_implicit),
-        ('unsteady', pd_unsteady),
+        ('unsteady', pd_weakly_compressible),
         ('gas', pd_gas),
         ('transport', pd_transport),
         ('two_stage', pd_two_stage),
         ('reactive', pd_reactive),
-        ('vary', pd_vary),
-        ('timed', pd_timed),
+        ('vary', pd_input_step_limit),
+        ('timed', pd_rate_step_limit),
         ('fresh', POINTER(c_uint8)),
         ('bare', POINTER(c_double)),
         ('course', pd_course),
-        ('surfaces', POINTER(pd_surfaces)),
-        ('attack', pd_attack),
+        ('surfaces', POINTER(pd_surface_states)),
+        ('attack', pd_dissolution_laws),
         ('grain', pd_grain),
         ('grain_stats', pd_grain_stats),
         ('factor', POINTER(c_double)),
-        ('structure', pd_structure),
-        ('grips', pd_grips),
+        ('structure', pd_solid_coupling),
+        ('grips', pd_mechanical_bc),
         ('thin_cells', c_int),
         ('thin', c_double),
         ('dissolve', pd_dissolve),
@@ -4221,14 +4221,14 @@ def declare(dim):
         ('cell', pd_cell),
         ('metal', POINTER(c_uint8)),
         ('passive', POINTER(c_uint8)),
-        ('couple', pd_couple),
+        ('couple', pd_time_loop),
         ('bytes', c_size_t * 9),
         ('unknowns', c_int64 * 9),
     ]
 
-    class pd_observables(Structure):
+    class pd_step_diagnostics(Structure):
         pass
-    pd_observables._fields_ = [
+    pd_step_diagnostics._fields_ = [
         ('volume_loss', c_double),
         ('v_max', c_double),
         ('c_max', c_double),
@@ -4246,9 +4246,9 @@ def declare(dim):
         ('layer', POINTER(c_double)),
     ]
 
-    class pd_view(Structure):
+    class pd_field_view(Structure):
         pass
-    pd_view._fields_ = [
+    pd_field_view._fields_ = [
         ('data', POINTER(c_double)),
         ('label', c_char_p),
         ('components', c_int),
@@ -4257,16 +4257,16 @@ def declare(dim):
         ('part', c_int64),
     ]
 
-    class pd_views(Structure):
+    class pd_field_views(Structure):
         pass
-    pd_views._fields_ = [
+    pd_field_views._fields_ = [
         ('cells', c_int64),
         ('field', POINTER(c_double) * 62),
     ]
 
-    class pd_images_view(Structure):
+    class pd_picture_range(Structure):
         pass
-    pd_images_view._fields_ = [
+    pd_picture_range._fields_ = [
         ('lo', c_double),
         ('hi', c_double),
         ('low', c_double * 2),
@@ -4274,11 +4274,11 @@ def declare(dim):
         ('fastest', c_double),
     ]
 
-    class pd_images(Structure):
+    class pd_output_pictures(Structure):
         pass
-    pd_images._fields_ = [
+    pd_output_pictures._fields_ = [
         ('model', POINTER(pd_model)),
-        ('folder', POINTER(pd_folder)),
+        ('folder', POINTER(pd_output_folder)),
         ('right', c_int),
         ('up', c_int),
         ('below', c_int),
@@ -4291,8 +4291,8 @@ def declare(dim):
         ('joined', POINTER(c_uint8)),
         ('velocity', POINTER(c_double)),
         ('sorted', POINTER(c_double)),
-        ('sight', pd_shade),
-        ('view', pd_images_view * 63),
+        ('sight', pd_rendering),
+        ('view', pd_picture_range * 63),
         ('frames', c_int64),
         ('last', c_int64),
         ('live', c_int),
@@ -4306,7 +4306,7 @@ def declare(dim):
         pass
     pd_output._fields_ = [
         ('model', POINTER(pd_model)),
-        ('folder', POINTER(pd_folder)),
+        ('folder', POINTER(pd_output_folder)),
         ('pvd', pd_pvd),
         ('diagnostics', pd_csv),
         ('probes', pd_csv),
@@ -4316,7 +4316,7 @@ def declare(dim):
         ('phase', POINTER(c_uint8)),
         ('grain', POINTER(c_int32)),
         ('displaced', POINTER(c_double)),
-        ('images', pd_images),
+        ('images', pd_output_pictures),
         ('time', POINTER(c_double)),
         ('loss', POINTER(c_double)),
         ('rows', c_int64),
@@ -4327,9 +4327,9 @@ def declare(dim):
 
     pd_print_fn = CFUNCTYPE(None, c_void_p, c_int, c_char_p)
 
-    class pd_depletion(Structure):
+    class pd_depletion_notes(Structure):
         pass
-    pd_depletion._fields_ = [
+    pd_depletion_notes._fields_ = [
         ('model', POINTER(pd_model)),
         ('piece', POINTER(c_uint8)),
         ('left', c_int32 * 64),
@@ -4338,9 +4338,9 @@ def declare(dim):
         ('solid', c_int64),
     ]
 
-    class pd_monitor_figure(Structure):
+    class pd_monitor_output(Structure):
         pass
-    pd_monitor_figure._fields_ = [
+    pd_monitor_output._fields_ = [
         ('key', c_char * 24),
         ('unit', c_char * 16),
         ('value', c_double),
@@ -4353,7 +4353,7 @@ def declare(dim):
         ('table', pd_csv),
         ('count', c_int),
         ('room', c_int),
-        ('figure', POINTER(pd_monitor_figure)),
+        ('figure', POINTER(pd_monitor_output)),
         ('seen', c_int64),
         ('columns', c_int),
         ('rows', c_int),
@@ -4367,14 +4367,14 @@ def declare(dim):
         pass
     pd_monitors._fields_ = [
         ('model', POINTER(pd_model)),
-        ('folder', POINTER(pd_folder)),
+        ('folder', POINTER(pd_output_folder)),
         ('line', c_int),
         ('monitor', pd_monitor * 32),
     ]
 
-    class pd_figure(Structure):
+    class pd_scalar_output(Structure):
         pass
-    pd_figure._fields_ = [
+    pd_scalar_output._fields_ = [
         ('section', c_char * 16),
         ('name', c_char * 64),
         ('key', c_char * 24),
@@ -4383,18 +4383,18 @@ def declare(dim):
         ('value', c_double),
     ]
 
-    class pd_figures(Structure):
+    class pd_scalar_outputs(Structure):
         pass
-    pd_figures._fields_ = [
-        ('list', POINTER(pd_figure)),
+    pd_scalar_outputs._fields_ = [
+        ('list', POINTER(pd_scalar_output)),
         ('count', c_int),
         ('room', c_int),
         ('order', c_int),
     ]
 
-    class pd_instant(Structure):
+    class pd_snapshot(Structure):
         pass
-    pd_instant._fields_ = [
+    pd_snapshot._fields_ = [
         ('when', c_int),
         ('name', c_char_p),
         ('folder', c_char_p),
@@ -4402,19 +4402,19 @@ def declare(dim):
         ('dt', c_double),
         ('until', c_double),
         ('steps', c_int64),
-        ('observables', POINTER(pd_observables)),
+        ('observables', POINTER(pd_step_diagnostics)),
         ('model', POINTER(pd_model)),
         ('own', POINTER(pd_model)),
         ('monitors', POINTER(pd_monitors)),
-        ('views', POINTER(pd_views)),
+        ('views', POINTER(pd_field_views)),
     ]
 
-    pd_instant_fn = CFUNCTYPE(c_int, c_void_p, POINTER(pd_ctx), POINTER(pd_instant))
+    pd_snapshot_fn = CFUNCTYPE(c_int, c_void_p, POINTER(pd_ctx), POINTER(pd_snapshot))
 
-    class pd_compared(Structure):
+    class pd_measured_set(Structure):
         pass
-    pd_compared._fields_ = [
-        ('record', POINTER(pd_setup_record)),
+    pd_measured_set._fields_ = [
+        ('record', POINTER(pd_setup_measured)),
         ('computed', POINTER(c_double)),
         ('time', POINTER(c_double)),
         ('value', POINTER(c_double)),
@@ -4423,21 +4423,21 @@ def declare(dim):
         ('value_room', c_int64),
     ]
 
-    class pd_compare(Structure):
+    class pd_measured_comparison(Structure):
         pass
-    pd_compare._fields_ = [
+    pd_measured_comparison._fields_ = [
         ('model', POINTER(pd_model)),
         ('monitors', POINTER(pd_monitors)),
         ('share', POINTER(c_double)),
         ('curves', c_int),
         ('line', c_int),
-        ('figures', pd_figures),
-        ('list', pd_compared * 8),
+        ('figures', pd_scalar_outputs),
+        ('list', pd_measured_set * 8),
     ]
 
-    class pd_compare_result(Structure):
+    class pd_measured_error(Structure):
         pass
-    pd_compare_result._fields_ = [
+    pd_measured_error._fields_ = [
         ('points', c_int),
         ('within', c_int),
         ('rms', c_double),
@@ -4451,14 +4451,14 @@ def declare(dim):
         ('folder', c_char_p),
         ('check', c_int),
         ('dry', c_int),
-        ('figures', POINTER(pd_figures)),
+        ('figures', POINTER(pd_scalar_outputs)),
         ('computed', POINTER(c_double)),
         ('share', POINTER(c_double)),
         ('print', pd_print_fn),
         ('print_user', c_void_p),
         ('stop', CFUNCTYPE(c_int, c_void_p)),
         ('stop_user', c_void_p),
-        ('observe', pd_instant_fn),
+        ('observe', pd_snapshot_fn),
         ('observe_user', c_void_p),
         ('live', c_int),
         ('checkpoints', c_int),
@@ -4510,20 +4510,20 @@ def declare(dim):
         ('time', c_double),
         ('until', c_double),
         ('steps', c_int64),
-        ('views', pd_views),
+        ('views', pd_field_views),
     ]
 
-    class pd_coarser(Structure):
+    class pd_coarsened_setup(Structure):
         pass
-    pd_coarser._fields_ = [
+    pd_coarsened_setup._fields_ = [
         ('setup', pd_setup),
         ('share', c_double * 32),
     ]
 
-    class pd_estimated(Structure):
+    class pd_richardson_output(Structure):
         pass
-    pd_estimated._fields_ = [
-        ('figure', pd_figure),
+    pd_richardson_output._fields_ = [
+        ('figure', pd_scalar_output),
         ('coarser', c_double * 2),
         ('order', c_double),
         ('assumed', c_int),
@@ -4531,13 +4531,13 @@ def declare(dim):
         ('minor', c_int),
     ]
 
-    class pd_estimate(Structure):
+    class pd_richardson(Structure):
         pass
-    pd_estimate._fields_ = [
+    pd_richardson._fields_ = [
         ('setup', POINTER(pd_setup)),
         ('coarser_runs', c_int),
         ('without', c_char * 640),
-        ('list', POINTER(pd_estimated)),
+        ('list', POINTER(pd_richardson_output)),
         ('count', c_int),
         ('order', c_int),
         ('worst', c_int),
@@ -4588,9 +4588,9 @@ def declare(dim):
         ('bad_input', c_int),
     ]
 
-    class pd_sweep_desc(Structure):
+    class pd_parameter_sweep_desc(Structure):
         pass
-    pd_sweep_desc._fields_ = [
+    pd_parameter_sweep_desc._fields_ = [
         ('scene', c_char_p),
         ('overrides', POINTER(c_char_p)),
         ('count', c_int),
@@ -4599,20 +4599,20 @@ def declare(dim):
         ('folder', c_char_p),
     ]
 
-    class pd_sweep_axis(Structure):
+    class pd_parameter_sweep_axis(Structure):
         pass
-    pd_sweep_axis._fields_ = [
+    pd_parameter_sweep_axis._fields_ = [
         ('name', c_char * 128),
         ('text', POINTER(c_char)),
         ('count', c_int),
         ('bare', c_int),
     ]
 
-    class pd_sweep(Structure):
+    class pd_parameter_sweep(Structure):
         pass
-    pd_sweep._fields_ = [
-        ('desc', pd_sweep_desc),
-        ('axis', pd_sweep_axis * 8),
+    pd_parameter_sweep._fields_ = [
+        ('desc', pd_parameter_sweep_desc),
+        ('axis', pd_parameter_sweep_axis * 8),
         ('axes', c_int),
         ('runs', c_int),
         ('name', c_char * 64),
@@ -4620,17 +4620,17 @@ def declare(dim):
         ('loses', c_int),
     ]
 
-    class pd_sweep_count(Structure):
+    class pd_parameter_sweep_count(Structure):
         pass
-    pd_sweep_count._fields_ = [
+    pd_parameter_sweep_count._fields_ = [
         ('done', c_int),
         ('failed', c_int),
         ('stopped', c_int),
     ]
 
-    class pd_speciate_desc(Structure):
+    class pd_speciation_report_desc(Structure):
         pass
-    pd_speciate_desc._fields_ = [
+    pd_speciation_report_desc._fields_ = [
         ('path', c_char_p),
         ('overrides', POINTER(c_char_p)),
         ('count', c_int),
@@ -4652,8 +4652,8 @@ def declare(dim):
         'pd_grid_free': (None, [POINTER(pd_ctx), POINTER(pd_grid)]),
         'pd_grid_position': (None, [POINTER(pd_grid), c_int32, POINTER(c_double)]),
         'pd_grid_node': (c_int32, [POINTER(pd_grid), POINTER(c_int)]),
-        'pd_ghosts_scalar': (None, [POINTER(pd_ghosts), POINTER(c_double)]),
-        'pd_ghosts_vector': (None, [POINTER(pd_ghosts), POINTER(c_double)]),
+        'pd_ghosts_set_scalar': (None, [POINTER(pd_ghosts), POINTER(c_double)]),
+        'pd_ghosts_set_vector': (None, [POINTER(pd_ghosts), POINTER(c_double)]),
         'pd_bonds_build': (c_int, [POINTER(pd_ctx), POINTER(pd_stencil), POINTER(pd_grid), c_int, POINTER(pd_bonds)]),
         'pd_bonds_update': (c_int, [POINTER(pd_ctx), POINTER(c_int32), c_int32, POINTER(pd_bonds)]),
         'pd_bonds_validate': (c_int, [POINTER(pd_ctx), POINTER(pd_bonds)]),
@@ -4661,44 +4661,44 @@ def declare(dim):
         'pd_op_gradient': (None, [POINTER(pd_ctx), POINTER(pd_bonds), POINTER(c_double), POINTER(c_double)]),
         'pd_op_divergence': (None, [POINTER(pd_ctx), POINTER(pd_bonds), POINTER(c_double), POINTER(c_double)]),
         'pd_op_laplacian': (None, [POINTER(pd_ctx), POINTER(pd_bonds), POINTER(c_double), POINTER(c_double)]),
-        'pd_op_diffuse': (c_int, [POINTER(pd_ctx), POINTER(pd_bonds), POINTER(c_double), POINTER(c_double), POINTER(c_double)]),
+        'pd_op_diffusion': (c_int, [POINTER(pd_ctx), POINTER(pd_bonds), POINTER(c_double), POINTER(c_double), POINTER(c_double)]),
         'pd_csr_build': (c_int, [POINTER(pd_ctx), POINTER(pd_bonds), POINTER(pd_csr_desc), POINTER(pd_csr)]),
         'pd_csr_apply': (None, [POINTER(pd_csr), POINTER(c_double), POINTER(c_double), POINTER(c_double)]),
         'pd_csr_free': (None, [POINTER(pd_ctx), POINTER(pd_csr)]),
         'pd_lattice_build': (c_int, [POINTER(pd_ctx), POINTER(pd_lattice_desc), POINTER(pd_lattice)]),
-        'pd_lattice_field': (c_int, [POINTER(pd_ctx), POINTER(pd_lattice), c_int, POINTER(POINTER(c_double))]),
+        'pd_lattice_add_field': (c_int, [POINTER(pd_ctx), POINTER(pd_lattice), c_int, POINTER(POINTER(c_double))]),
         'pd_lattice_free': (None, [POINTER(pd_ctx), POINTER(pd_lattice)]),
-        'pd_process_run': (c_int, [POINTER(pd_ctx), pd_process, c_double]),
+        'pd_physics_run': (c_int, [POINTER(pd_ctx), pd_physics, c_double]),
         'pd_flow_build': (c_int, [POINTER(pd_ctx), POINTER(pd_grid), POINTER(pd_bonds), POINTER(pd_flow_desc), POINTER(pd_flow)]),
         'pd_flow_update': (c_int, [POINTER(pd_ctx), POINTER(c_int32), c_int32, POINTER(pd_flow)]),
-        'pd_flow_section': (c_double, [POINTER(pd_ctx), POINTER(pd_flow), c_int, c_int]),
+        'pd_flow_integrate_section': (c_double, [POINTER(pd_ctx), POINTER(pd_flow), c_int, c_int]),
         'pd_flow_free': (None, [POINTER(pd_ctx), POINTER(pd_flow)]),
         'pd_force_surface': (None, [POINTER(pd_ctx), POINTER(pd_flow), c_int, POINTER(c_double), POINTER(c_double), POINTER(c_double), POINTER(c_double), POINTER(c_double)]),
-        'pd_force_balance': (c_int, [POINTER(pd_ctx), POINTER(pd_flow), POINTER(c_double), POINTER(c_double), POINTER(c_double)]),
+        'pd_force_momentum_balance': (c_int, [POINTER(pd_ctx), POINTER(pd_flow), POINTER(c_double), POINTER(c_double), POINTER(c_double)]),
         'pd_steady_build': (c_int, [POINTER(pd_ctx), POINTER(pd_flow), POINTER(pd_steady_desc), POINTER(pd_steady)]),
         'pd_steady_solve': (c_int, [POINTER(pd_ctx), POINTER(pd_steady), POINTER(pd_steady_result)]),
         'pd_steady_free': (None, [POINTER(pd_ctx), POINTER(pd_steady)]),
-        'pd_quasi_steady_process': (pd_process, [POINTER(pd_flow), POINTER(pd_steady), POINTER(pd_quasi_steady)]),
+        'pd_quasi_steady_process': (pd_physics, [POINTER(pd_flow), POINTER(pd_steady), POINTER(pd_quasi_steady)]),
         'pd_implicit_build': (c_int, [POINTER(pd_ctx), POINTER(pd_flow), POINTER(pd_steady), POINTER(pd_implicit_desc), POINTER(pd_implicit)]),
         'pd_implicit_step': (c_int, [POINTER(pd_ctx), POINTER(pd_implicit), c_double]),
-        'pd_implicit_process': (pd_process, [POINTER(pd_implicit)]),
+        'pd_implicit_process': (pd_physics, [POINTER(pd_implicit)]),
         'pd_implicit_free': (None, [POINTER(pd_ctx), POINTER(pd_implicit)]),
-        'pd_unsteady_build': (c_int, [POINTER(pd_ctx), POINTER(pd_flow), POINTER(pd_unsteady_desc), POINTER(pd_unsteady)]),
-        'pd_unsteady_limit': (c_double, [POINTER(pd_ctx), POINTER(pd_unsteady)]),
-        'pd_unsteady_step': (c_int, [POINTER(pd_ctx), POINTER(pd_unsteady), c_double]),
-        'pd_unsteady_process': (pd_process, [POINTER(pd_unsteady)]),
-        'pd_unsteady_free': (None, [POINTER(pd_ctx), POINTER(pd_unsteady)]),
+        'pd_weakly_compressible_build': (c_int, [POINTER(pd_ctx), POINTER(pd_flow), POINTER(pd_weakly_compressible_desc), POINTER(pd_weakly_compressible)]),
+        'pd_weakly_compressible_limit': (c_double, [POINTER(pd_ctx), POINTER(pd_weakly_compressible)]),
+        'pd_weakly_compressible_step': (c_int, [POINTER(pd_ctx), POINTER(pd_weakly_compressible), c_double]),
+        'pd_weakly_compressible_process': (pd_physics, [POINTER(pd_weakly_compressible)]),
+        'pd_weakly_compressible_free': (None, [POINTER(pd_ctx), POINTER(pd_weakly_compressible)]),
         'pd_gas_build': (c_int, [POINTER(pd_ctx), POINTER(pd_grid), POINTER(pd_bonds), POINTER(pd_gas_desc), POINTER(pd_gas)]),
         'pd_gas_limit': (c_int, [POINTER(pd_ctx), POINTER(pd_gas), POINTER(c_double)]),
         'pd_gas_step': (c_int, [POINTER(pd_ctx), POINTER(pd_gas), c_double]),
-        'pd_gas_process': (pd_process, [POINTER(pd_gas)]),
+        'pd_gas_process': (pd_physics, [POINTER(pd_gas)]),
         'pd_gas_free': (None, [POINTER(pd_ctx), POINTER(pd_gas)]),
         'pd_species_read': (c_int, [POINTER(pd_ctx), POINTER(pd_species_desc), POINTER(pd_species)]),
         'pd_reaction_read': (c_int, [POINTER(pd_ctx), POINTER(pd_reaction_desc), POINTER(pd_species), c_int, POINTER(pd_reaction)]),
-        'pd_reaction_speed': (c_double, [POINTER(pd_reaction), POINTER(pd_species), c_int, POINTER(c_double)]),
+        'pd_reaction_rate': (c_double, [POINTER(pd_reaction), POINTER(pd_species), c_int, POINTER(c_double)]),
         'pd_speciation_build': (c_int, [POINTER(pd_ctx), POINTER(pd_species), c_int, POINTER(pd_reaction), c_int, c_int, c_double, POINTER(pd_speciation)]),
         'pd_speciation_solve': (c_int, [POINTER(pd_speciation), POINTER(c_double), POINTER(pd_speciation_result)]),
-        'pd_electrolyte_close': (c_int, [POINTER(pd_ctx), POINTER(pd_electrolyte), c_double, POINTER(c_double)]),
+        'pd_electrolyte_neutralise': (c_int, [POINTER(pd_ctx), POINTER(pd_electrolyte), c_double, POINTER(c_double)]),
         'pd_electrolyte_solve': (c_int, [POINTER(pd_ctx), POINTER(pd_electrolyte), POINTER(c_double), POINTER(pd_electrolyte_state)]),
         'pd_electrolyte_reagent': (c_int, [POINTER(pd_ctx), POINTER(pd_electrolyte), c_char_p, POINTER(c_double)]),
         'pd_transport_build': (c_int, [POINTER(pd_ctx), POINTER(pd_grid), POINTER(pd_bonds), POINTER(pd_flow), POINTER(pd_transport_desc), POINTER(pd_transport)]),
@@ -4712,7 +4712,7 @@ def declare(dim):
         'pd_transport_steady': (c_int, [POINTER(pd_ctx), POINTER(pd_transport), POINTER(pd_transport_result)]),
         'pd_two_stage_build': (c_int, [POINTER(pd_ctx), POINTER(pd_transport), POINTER(pd_two_stage_desc), POINTER(pd_two_stage)]),
         'pd_two_stage_step': (c_int, [POINTER(pd_ctx), POINTER(pd_two_stage), c_double, POINTER(pd_transport_result)]),
-        'pd_two_stage_process': (pd_process, [POINTER(pd_two_stage)]),
+        'pd_two_stage_process': (pd_physics, [POINTER(pd_two_stage)]),
         'pd_two_stage_free': (None, [POINTER(pd_ctx), POINTER(pd_two_stage)]),
         'pd_reactive_build': (c_int, [POINTER(pd_ctx), POINTER(pd_grid), POINTER(pd_bonds), POINTER(pd_flow), POINTER(pd_reactive_desc), POINTER(pd_reactive)]),
         'pd_reactive_update': (c_int, [POINTER(pd_ctx), POINTER(pd_reactive)]),
@@ -4732,54 +4732,54 @@ def declare(dim):
         'pd_etch_free': (None, [POINTER(pd_ctx), POINTER(pd_etch)]),
         'pd_reactive_step': (c_int, [POINTER(pd_ctx), POINTER(pd_reactive), c_double, POINTER(pd_reactive_result)]),
         'pd_course_build': (c_int, [POINTER(pd_ctx), POINTER(pd_reactive), POINTER(pd_course_desc), POINTER(pd_course)]),
-        'pd_course_process': (pd_process, [POINTER(pd_course)]),
+        'pd_course_process': (pd_physics, [POINTER(pd_course)]),
         'pd_course_free': (None, [POINTER(pd_ctx), POINTER(pd_course)]),
         'pd_body_build': (c_int, [POINTER(pd_ctx), POINTER(pd_body_desc), POINTER(pd_body)]),
         'pd_body_free': (None, [POINTER(pd_ctx), POINTER(pd_body)]),
         'pd_body_family': (c_int32, [POINTER(pd_body), c_int32, POINTER(c_int32), POINTER(c_uint8)]),
         'pd_body_break': (c_int, [POINTER(pd_body), c_int32, c_int32]),
-        'pd_body_cut': (c_int, [POINTER(pd_ctx), POINTER(pd_body), POINTER(pd_cut), c_int, POINTER(c_int64)]),
+        'pd_body_apply_precracks': (c_int, [POINTER(pd_ctx), POINTER(pd_body), POINTER(pd_precrack), c_int, POINTER(c_int64)]),
         'pd_body_damage': (None, [POINTER(pd_ctx), POINTER(pd_body), POINTER(c_double)]),
-        'pd_elastic_build': (c_int, [POINTER(pd_ctx), POINTER(pd_body), POINTER(pd_elastic_desc), POINTER(pd_elastic)]),
-        'pd_elastic_update': (c_int, [POINTER(pd_ctx), POINTER(pd_elastic)]),
-        'pd_elastic_force': (None, [POINTER(pd_ctx), POINTER(pd_elastic), POINTER(c_double), POINTER(c_double)]),
-        'pd_elastic_energy': (c_double, [POINTER(pd_ctx), POINTER(pd_elastic), POINTER(c_double)]),
-        'pd_elastic_stress': (None, [POINTER(pd_ctx), POINTER(pd_elastic), POINTER(c_double), POINTER(c_double)]),
-        'pd_elastic_solid': (pd_solid, [POINTER(pd_elastic)]),
-        'pd_elastic_free': (None, [POINTER(pd_ctx), POINTER(pd_elastic)]),
-        'pd_criterion_build': (c_int, [POINTER(pd_ctx), POINTER(pd_solid), POINTER(pd_criterion_desc), POINTER(pd_criterion)]),
-        'pd_criterion_break': (c_int64, [POINTER(pd_ctx), POINTER(pd_criterion), POINTER(c_double), c_double]),
-        'pd_criterion_first': (None, [POINTER(pd_ctx), POINTER(pd_criterion), POINTER(c_double), POINTER(pd_criterion_bond)]),
-        'pd_criterion_free': (None, [POINTER(pd_ctx), POINTER(pd_criterion)]),
-        'pd_equilibrium_solve': (c_int, [POINTER(pd_ctx), POINTER(pd_solid), POINTER(pd_equilibrium_desc), POINTER(c_double), POINTER(c_double), POINTER(pd_equilibrium_result)]),
-        'pd_sequential_build': (c_int, [POINTER(pd_ctx), POINTER(pd_solid), POINTER(pd_sequential_desc), POINTER(pd_sequential)]),
-        'pd_sequential_next': (c_int, [POINTER(pd_ctx), POINTER(pd_sequential)]),
-        'pd_sequential_free': (None, [POINTER(pd_ctx), POINTER(pd_sequential)]),
-        'pd_quasi_static_build': (c_int, [POINTER(pd_ctx), POINTER(pd_solid), POINTER(pd_quasi_static_desc), POINTER(pd_quasi_static)]),
-        'pd_quasi_static_to': (c_int, [POINTER(pd_ctx), POINTER(pd_quasi_static), c_double]),
-        'pd_quasi_static_process': (pd_process, [POINTER(pd_quasi_static)]),
+        'pd_correspondence_build': (c_int, [POINTER(pd_ctx), POINTER(pd_body), POINTER(pd_correspondence_desc), POINTER(pd_correspondence)]),
+        'pd_correspondence_update': (c_int, [POINTER(pd_ctx), POINTER(pd_correspondence)]),
+        'pd_correspondence_force': (None, [POINTER(pd_ctx), POINTER(pd_correspondence), POINTER(c_double), POINTER(c_double)]),
+        'pd_correspondence_energy': (c_double, [POINTER(pd_ctx), POINTER(pd_correspondence), POINTER(c_double)]),
+        'pd_correspondence_stress': (None, [POINTER(pd_ctx), POINTER(pd_correspondence), POINTER(c_double), POINTER(c_double)]),
+        'pd_correspondence_material': (pd_material_interface, [POINTER(pd_correspondence)]),
+        'pd_correspondence_free': (None, [POINTER(pd_ctx), POINTER(pd_correspondence)]),
+        'pd_bond_failure_build': (c_int, [POINTER(pd_ctx), POINTER(pd_material_interface), POINTER(pd_bond_failure_desc), POINTER(pd_bond_failure)]),
+        'pd_bond_failure_break': (c_int64, [POINTER(pd_ctx), POINTER(pd_bond_failure), POINTER(c_double), c_double]),
+        'pd_bond_failure_find_first': (None, [POINTER(pd_ctx), POINTER(pd_bond_failure), POINTER(c_double), POINTER(pd_first_failure)]),
+        'pd_bond_failure_free': (None, [POINTER(pd_ctx), POINTER(pd_bond_failure)]),
+        'pd_equilibrium_solve': (c_int, [POINTER(pd_ctx), POINTER(pd_material_interface), POINTER(pd_equilibrium_desc), POINTER(c_double), POINTER(c_double), POINTER(pd_equilibrium_result)]),
+        'pd_sequentially_linear_build': (c_int, [POINTER(pd_ctx), POINTER(pd_material_interface), POINTER(pd_sequentially_linear_desc), POINTER(pd_sequentially_linear)]),
+        'pd_sequentially_linear_next_event': (c_int, [POINTER(pd_ctx), POINTER(pd_sequentially_linear)]),
+        'pd_sequentially_linear_free': (None, [POINTER(pd_ctx), POINTER(pd_sequentially_linear)]),
+        'pd_quasi_static_build': (c_int, [POINTER(pd_ctx), POINTER(pd_material_interface), POINTER(pd_quasi_static_desc), POINTER(pd_quasi_static)]),
+        'pd_quasi_static_solve_at': (c_int, [POINTER(pd_ctx), POINTER(pd_quasi_static), c_double]),
+        'pd_quasi_static_process': (pd_physics, [POINTER(pd_quasi_static)]),
         'pd_quasi_static_free': (None, [POINTER(pd_ctx), POINTER(pd_quasi_static)]),
-        'pd_relaxation_solve': (c_int, [POINTER(pd_ctx), POINTER(pd_solid), POINTER(pd_equilibrium_desc), POINTER(c_double), POINTER(c_double), POINTER(pd_equilibrium_result)]),
-        'pd_crack_j': (c_int, [POINTER(pd_ctx), POINTER(pd_solid), POINTER(pd_crack_desc), POINTER(c_double), POINTER(c_double)]),
+        'pd_dynamic_relaxation_solve': (c_int, [POINTER(pd_ctx), POINTER(pd_material_interface), POINTER(pd_equilibrium_desc), POINTER(c_double), POINTER(c_double), POINTER(pd_equilibrium_result)]),
+        'pd_crack_j': (c_int, [POINTER(pd_ctx), POINTER(pd_material_interface), POINTER(pd_crack_desc), POINTER(c_double), POINTER(c_double)]),
         'pd_crack_tip': (c_int, [POINTER(pd_ctx), POINTER(pd_body), POINTER(c_double), c_double, POINTER(c_double)]),
         'pd_microelastic_build': (c_int, [POINTER(pd_ctx), POINTER(pd_body), POINTER(pd_microelastic_desc), POINTER(pd_microelastic)]),
         'pd_microelastic_force': (c_int64, [POINTER(pd_ctx), POINTER(pd_microelastic), POINTER(c_double), c_int, POINTER(c_double)]),
         'pd_microelastic_energy': (c_double, [POINTER(pd_ctx), POINTER(pd_microelastic), POINTER(c_double)]),
-        'pd_microelastic_solid': (pd_solid, [POINTER(pd_microelastic)]),
+        'pd_microelastic_material': (pd_material_interface, [POINTER(pd_microelastic)]),
         'pd_microelastic_free': (None, [POINTER(pd_ctx), POINTER(pd_microelastic)]),
-        'pd_verlet_build': (c_int, [POINTER(pd_ctx), POINTER(pd_solid), POINTER(pd_verlet_desc), POINTER(pd_verlet)]),
-        'pd_verlet_process': (pd_process, [POINTER(pd_verlet)]),
+        'pd_verlet_build': (c_int, [POINTER(pd_ctx), POINTER(pd_material_interface), POINTER(pd_verlet_desc), POINTER(pd_verlet)]),
+        'pd_verlet_process': (pd_physics, [POINTER(pd_verlet)]),
         'pd_verlet_kinetic': (c_double, [POINTER(pd_verlet)]),
         'pd_verlet_free': (None, [POINTER(pd_ctx), POINTER(pd_verlet)]),
-        'pd_ordinary_build': (c_int, [POINTER(pd_ctx), POINTER(pd_body), POINTER(pd_ordinary_desc), POINTER(pd_ordinary)]),
-        'pd_ordinary_solid': (pd_solid, [POINTER(pd_ordinary)]),
-        'pd_ordinary_free': (None, [POINTER(pd_ctx), POINTER(pd_ordinary)]),
-        'pd_finite_build': (c_int, [POINTER(pd_ctx), POINTER(pd_body), POINTER(pd_finite_desc), POINTER(pd_finite)]),
-        'pd_finite_solid': (pd_solid, [POINTER(pd_finite)]),
-        'pd_finite_plastic': (None, [POINTER(pd_ctx), POINTER(pd_finite), POINTER(c_double)]),
-        'pd_finite_free': (None, [POINTER(pd_ctx), POINTER(pd_finite)]),
+        'pd_ordinary_state_build': (c_int, [POINTER(pd_ctx), POINTER(pd_body), POINTER(pd_ordinary_state_desc), POINTER(pd_ordinary_state)]),
+        'pd_ordinary_state_material': (pd_material_interface, [POINTER(pd_ordinary_state)]),
+        'pd_ordinary_state_free': (None, [POINTER(pd_ctx), POINTER(pd_ordinary_state)]),
+        'pd_finite_strain_build': (c_int, [POINTER(pd_ctx), POINTER(pd_body), POINTER(pd_finite_strain_desc), POINTER(pd_finite_strain)]),
+        'pd_finite_strain_material': (pd_material_interface, [POINTER(pd_finite_strain)]),
+        'pd_finite_strain_plastic_strain': (None, [POINTER(pd_ctx), POINTER(pd_finite_strain), POINTER(c_double)]),
+        'pd_finite_strain_free': (None, [POINTER(pd_ctx), POINTER(pd_finite_strain)]),
         'pd_bone_modulus': (c_double, [c_int, c_double]),
-        'pd_bone_stretch': (c_double, [c_double, c_double, c_int, c_double, c_double]),
+        'pd_bone_critical_stretch': (c_double, [c_double, c_double, c_int, c_double, c_double]),
         'pd_material_find': (c_int, [c_char_p, POINTER(pd_material)]),
         'pd_material_concentration': (c_double, [POINTER(pd_material)]),
         'pd_material_speed': (c_double, [POINTER(pd_material), c_double]),
@@ -4787,7 +4787,7 @@ def declare(dim):
         'pd_grain_free': (None, [POINTER(pd_ctx), POINTER(pd_grain)]),
         'pd_grain_fraction': (c_int, [POINTER(pd_ctx), POINTER(pd_stencil), POINTER(pd_grid), POINTER(pd_grain), POINTER(c_float)]),
         'pd_dissolve_build': (c_int, [POINTER(pd_ctx), POINTER(pd_grid), POINTER(pd_stencil), POINTER(pd_transport), POINTER(pd_dissolve_desc), POINTER(pd_dissolve)]),
-        'pd_dissolve_process': (pd_process, [POINTER(pd_dissolve)]),
+        'pd_dissolve_process': (pd_physics, [POINTER(pd_dissolve)]),
         'pd_dissolve_free': (None, [POINTER(pd_ctx), POINTER(pd_dissolve)]),
         'pd_electrode_build': (c_int, [POINTER(pd_ctx), POINTER(pd_electrode_desc), POINTER(pd_electrode)]),
         'pd_electrode_current': (c_double, [POINTER(pd_electrode), c_double, POINTER(c_double)]),
@@ -4798,70 +4798,70 @@ def declare(dim):
         'pd_potential_solve': (c_int, [POINTER(pd_ctx), POINTER(pd_potential), POINTER(pd_potential_result)]),
         'pd_potential_free': (None, [POINTER(pd_ctx), POINTER(pd_potential)]),
         'pd_cell_build': (c_int, [POINTER(pd_ctx), POINTER(pd_grid), POINTER(pd_bonds), POINTER(pd_dissolve), POINTER(pd_cell_desc), POINTER(pd_cell)]),
-        'pd_cell_process': (pd_process, [POINTER(pd_cell)]),
+        'pd_cell_process': (pd_physics, [POINTER(pd_cell)]),
         'pd_cell_electrode_of': (None, [POINTER(pd_cell), c_int, POINTER(pd_cell_electrode)]),
         'pd_cell_free': (None, [POINTER(pd_ctx), POINTER(pd_cell)]),
-        'pd_measure_plane': (None, [POINTER(pd_ctx), POINTER(pd_bonds), POINTER(pd_flow), POINTER(pd_transport), c_int, c_int, POINTER(pd_measure_plane_result)]),
-        'pd_measure_exchange': (None, [POINTER(pd_ctx), POINTER(pd_paths), POINTER(pd_transport), POINTER(pd_dissolve), POINTER(c_double), POINTER(c_double), c_int, POINTER(c_double), POINTER(c_double)]),
-        'pd_measure_box': (None, [POINTER(pd_ctx), POINTER(pd_stencil), POINTER(pd_grid), POINTER(pd_flow), POINTER(c_double), POINTER(c_double), POINTER(c_double), POINTER(c_double), POINTER(pd_measure_box_result)]),
-        'pd_structure_build': (c_int, [POINTER(pd_ctx), POINTER(pd_grid), POINTER(pd_structure_desc), POINTER(pd_structure)]),
-        'pd_structure_process': (pd_process, [POINTER(pd_structure), POINTER(pd_dissolve)]),
-        'pd_structure_free': (None, [POINTER(pd_ctx), POINTER(pd_structure)]),
-        'pd_couple_build': (c_int, [POINTER(pd_ctx), POINTER(pd_couple_desc), POINTER(pd_grid), POINTER(pd_bonds), POINTER(pd_couple)]),
-        'pd_couple_add': (c_int, [POINTER(pd_ctx), POINTER(pd_couple), pd_process]),
-        'pd_couple_start': (c_int, [POINTER(pd_ctx), POINTER(pd_couple)]),
-        'pd_couple_step': (c_int, [POINTER(pd_ctx), POINTER(pd_couple), c_double]),
-        'pd_couple_run': (c_int, [POINTER(pd_ctx), POINTER(pd_couple), c_double, c_double, pd_observer_fn, c_void_p]),
-        'pd_couple_volume_loss': (c_double, [POINTER(pd_couple)]),
-        'pd_couple_imbalance': (c_double, [POINTER(pd_couple)]),
-        'pd_couple_store': (c_int, [POINTER(pd_ctx), POINTER(pd_couple), POINTER(pd_archive)]),
+        'pd_diagnostics_plane': (None, [POINTER(pd_ctx), POINTER(pd_bonds), POINTER(pd_flow), POINTER(pd_transport), c_int, c_int, POINTER(pd_diagnostics_plane_result)]),
+        'pd_diagnostics_surface_flux': (None, [POINTER(pd_ctx), POINTER(pd_bond_paths), POINTER(pd_transport), POINTER(pd_dissolve), POINTER(c_double), POINTER(c_double), c_int, POINTER(c_double), POINTER(c_double)]),
+        'pd_diagnostics_box': (None, [POINTER(pd_ctx), POINTER(pd_stencil), POINTER(pd_grid), POINTER(pd_flow), POINTER(c_double), POINTER(c_double), POINTER(c_double), POINTER(c_double), POINTER(pd_diagnostics_box_result)]),
+        'pd_solid_coupling_build': (c_int, [POINTER(pd_ctx), POINTER(pd_grid), POINTER(pd_solid_coupling_desc), POINTER(pd_solid_coupling)]),
+        'pd_solid_coupling_process': (pd_physics, [POINTER(pd_solid_coupling), POINTER(pd_dissolve)]),
+        'pd_solid_coupling_free': (None, [POINTER(pd_ctx), POINTER(pd_solid_coupling)]),
+        'pd_time_loop_build': (c_int, [POINTER(pd_ctx), POINTER(pd_time_loop_desc), POINTER(pd_grid), POINTER(pd_bonds), POINTER(pd_time_loop)]),
+        'pd_time_loop_add_process': (c_int, [POINTER(pd_ctx), POINTER(pd_time_loop), pd_physics]),
+        'pd_time_loop_start': (c_int, [POINTER(pd_ctx), POINTER(pd_time_loop)]),
+        'pd_time_loop_step': (c_int, [POINTER(pd_ctx), POINTER(pd_time_loop), c_double]),
+        'pd_time_loop_run': (c_int, [POINTER(pd_ctx), POINTER(pd_time_loop), c_double, c_double, pd_observer_fn, c_void_p]),
+        'pd_time_loop_volume_loss': (c_double, [POINTER(pd_time_loop)]),
+        'pd_time_loop_imbalance': (c_double, [POINTER(pd_time_loop)]),
+        'pd_time_loop_store': (c_int, [POINTER(pd_ctx), POINTER(pd_time_loop), POINTER(pd_archive)]),
         'pd_file_make_directory': (c_int, [POINTER(pd_ctx), c_char_p]),
         'pd_file_join': (c_int, [POINTER(pd_ctx), c_char_p, c_char_p, POINTER(c_char)]),
-        'pd_store_create': (c_int, [POINTER(pd_ctx), c_char_p, POINTER(pd_store)]),
-        'pd_store_open': (c_int, [POINTER(pd_ctx), c_char_p, POINTER(pd_store)]),
-        'pd_store_close': (c_int, [POINTER(pd_ctx), POINTER(pd_store)]),
-        'pd_picture_write': (c_int, [POINTER(pd_ctx), c_char_p, POINTER(pd_picture)]),
+        'pd_archive_file_create': (c_int, [POINTER(pd_ctx), c_char_p, POINTER(pd_archive_file)]),
+        'pd_archive_file_open': (c_int, [POINTER(pd_ctx), c_char_p, POINTER(pd_archive_file)]),
+        'pd_archive_file_close': (c_int, [POINTER(pd_ctx), POINTER(pd_archive_file)]),
+        'pd_field_plot_write': (c_int, [POINTER(pd_ctx), c_char_p, POINTER(pd_field_plot)]),
         'pd_plot_write': (c_int, [POINTER(pd_ctx), c_char_p, POINTER(pd_plot)]),
         'pd_vti_write': (c_int, [POINTER(pd_ctx), c_char_p, POINTER(pd_grid), c_double, POINTER(pd_vti_field), c_int]),
         'pd_points_free': (None, [POINTER(pd_ctx), POINTER(pd_points)]),
         'pd_points_read': (c_int, [POINTER(pd_ctx), c_char_p, c_double, POINTER(pd_points)]),
         'pd_facets_read': (c_int, [POINTER(pd_ctx), c_char_p, c_double, POINTER(c_double), POINTER(pd_facets)]),
         'pd_units_parse': (c_int, [POINTER(pd_ctx), c_char_p, POINTER(c_double), POINTER(pd_dims)]),
-        'pd_keys': (POINTER(pd_key_section), [POINTER(c_int)]),
+        'pd_key_sections': (POINTER(pd_key_section), [POINTER(c_int)]),
         'pd_templates': (POINTER(pd_template), [POINTER(c_int)]),
         'pd_setup_free': (None, [POINTER(pd_ctx), POINTER(pd_setup)]),
-        'pd_setup_function': (c_int, [POINTER(pd_ctx), POINTER(pd_setup), c_char_p, pd_expr_fn, c_void_p, c_uint32]),
-        'pd_setup_breaks': (c_int, [POINTER(pd_ctx), POINTER(pd_setup), c_char_p, POINTER(c_double), c_int]),
+        'pd_setup_set_function': (c_int, [POINTER(pd_ctx), POINTER(pd_setup), c_char_p, pd_expr_fn, c_void_p, c_uint32]),
+        'pd_setup_set_breaks': (c_int, [POINTER(pd_ctx), POINTER(pd_setup), c_char_p, POINTER(c_double), c_int]),
         'pd_electrolyte_read': (c_int, [POINTER(pd_ctx), c_char_p, POINTER(c_char_p), c_int, POINTER(pd_electrolyte)]),
         'pd_electrolyte_parse': (c_int, [POINTER(pd_ctx), c_char_p, c_char_p, POINTER(c_char_p), c_int, POINTER(pd_electrolyte)]),
         'pd_scene_read': (c_int, [POINTER(pd_ctx), c_char_p, POINTER(c_char_p), c_int, POINTER(pd_setup)]),
         'pd_scene_parse': (c_int, [POINTER(pd_ctx), c_char_p, c_char_p, POINTER(c_char_p), c_int, POINTER(pd_setup)]),
-        'pd_footprint_estimate': (None, [POINTER(pd_setup), POINTER(pd_footprint)]),
-        'pd_figures_free': (None, [POINTER(pd_ctx), POINTER(pd_figures)]),
-        'pd_instant_field': (c_int, [POINTER(pd_ctx), POINTER(pd_instant), c_char_p, POINTER(pd_view)]),
-        'pd_instant_figures': (c_int, [POINTER(pd_ctx), POINTER(pd_instant), POINTER(pd_figures)]),
+        'pd_memory_estimate_compute': (None, [POINTER(pd_setup), POINTER(pd_memory_estimate)]),
+        'pd_scalar_outputs_free': (None, [POINTER(pd_ctx), POINTER(pd_scalar_outputs)]),
+        'pd_snapshot_get_field': (c_int, [POINTER(pd_ctx), POINTER(pd_snapshot), c_char_p, POINTER(pd_field_view)]),
+        'pd_snapshot_get_outputs': (c_int, [POINTER(pd_ctx), POINTER(pd_snapshot), POINTER(pd_scalar_outputs)]),
         'pd_run': (c_int, [POINTER(pd_ctx), POINTER(pd_setup), POINTER(pd_run_desc), POINTER(pd_run_result)]),
-        'pd_run_line': (None, [POINTER(pd_run_result), POINTER(c_char), c_size_t]),
+        'pd_run_format_result': (None, [POINTER(pd_run_result), POINTER(c_char), c_size_t]),
         'pd_sim_open': (c_int, [POINTER(pd_ctx), c_char_p, POINTER(c_char_p), c_int, POINTER(pd_sim)]),
         'pd_sim_start': (c_int, [POINTER(pd_ctx), POINTER(pd_sim)]),
         'pd_sim_step': (c_int, [POINTER(pd_ctx), POINTER(pd_sim), c_double]),
-        'pd_sim_field': (c_int, [POINTER(pd_ctx), POINTER(pd_sim), c_char_p, POINTER(pd_view)]),
-        'pd_sim_keep': (None, [POINTER(pd_sim), POINTER(pd_view)]),
-        'pd_sim_release': (None, [POINTER(pd_ctx), POINTER(pd_view)]),
+        'pd_sim_field': (c_int, [POINTER(pd_ctx), POINTER(pd_sim), c_char_p, POINTER(pd_field_view)]),
+        'pd_sim_detach_view': (None, [POINTER(pd_sim), POINTER(pd_field_view)]),
+        'pd_sim_free_view': (None, [POINTER(pd_ctx), POINTER(pd_field_view)]),
         'pd_sim_close': (None, [POINTER(pd_ctx), POINTER(pd_sim)]),
-        'pd_estimate_run': (c_int, [POINTER(pd_ctx), POINTER(pd_setup), POINTER(pd_run_desc), POINTER(pd_figures), POINTER(pd_estimate)]),
-        'pd_estimate_print': (None, [POINTER(pd_estimate), pd_print_fn, c_void_p]),
-        'pd_estimate_spacing': (None, [POINTER(pd_estimate), c_double, POINTER(c_double)]),
-        'pd_estimate_free': (None, [POINTER(pd_ctx), POINTER(pd_estimate)]),
-        'pd_accuracy_apply': (c_int, [POINTER(pd_ctx), c_double, POINTER(pd_setup), POINTER(c_char), c_size_t]),
+        'pd_richardson_run': (c_int, [POINTER(pd_ctx), POINTER(pd_setup), POINTER(pd_run_desc), POINTER(pd_scalar_outputs), POINTER(pd_richardson)]),
+        'pd_richardson_print': (None, [POINTER(pd_richardson), pd_print_fn, c_void_p]),
+        'pd_richardson_suggest_spacing': (None, [POINTER(pd_richardson), c_double, POINTER(c_double)]),
+        'pd_richardson_free': (None, [POINTER(pd_ctx), POINTER(pd_richardson)]),
+        'pd_tolerance_presets_apply': (c_int, [POINTER(pd_ctx), c_double, POINTER(pd_setup), POINTER(c_char), c_size_t]),
         'pd_fit_run': (c_int, [POINTER(pd_ctx), POINTER(pd_fit_desc), POINTER(pd_fit)]),
-        'pd_fit_line': (None, [POINTER(pd_fit), POINTER(c_char), c_size_t]),
-        'pd_fit_setup': (c_int, [POINTER(pd_ctx), POINTER(pd_fit_desc), POINTER(c_char_p), c_int, POINTER(pd_setup)]),
-        'pd_sweep_build': (c_int, [POINTER(pd_ctx), POINTER(pd_sweep_desc), POINTER(pd_sweep)]),
-        'pd_sweep_label': (None, [POINTER(pd_sweep), c_int, POINTER(c_char), c_size_t]),
-        'pd_sweep_run': (c_int, [POINTER(pd_ctx), POINTER(pd_sweep), c_int, POINTER(pd_run_desc)]),
-        'pd_sweep_write': (c_int, [POINTER(pd_ctx), POINTER(pd_sweep), POINTER(pd_sweep_count)]),
-        'pd_sweep_free': (None, [POINTER(pd_ctx), POINTER(pd_sweep)]),
-        'pd_speciate': (c_int, [POINTER(pd_ctx), POINTER(pd_speciate_desc), POINTER(c_int)]),
+        'pd_fit_format_result': (None, [POINTER(pd_fit), POINTER(c_char), c_size_t]),
+        'pd_fit_read_setup': (c_int, [POINTER(pd_ctx), POINTER(pd_fit_desc), POINTER(c_char_p), c_int, POINTER(pd_setup)]),
+        'pd_parameter_sweep_build': (c_int, [POINTER(pd_ctx), POINTER(pd_parameter_sweep_desc), POINTER(pd_parameter_sweep)]),
+        'pd_parameter_sweep_label': (None, [POINTER(pd_parameter_sweep), c_int, POINTER(c_char), c_size_t]),
+        'pd_parameter_sweep_run': (c_int, [POINTER(pd_ctx), POINTER(pd_parameter_sweep), c_int, POINTER(pd_run_desc)]),
+        'pd_parameter_sweep_write': (c_int, [POINTER(pd_ctx), POINTER(pd_parameter_sweep), POINTER(pd_parameter_sweep_count)]),
+        'pd_parameter_sweep_free': (None, [POINTER(pd_ctx), POINTER(pd_parameter_sweep)]),
+        'pd_speciation_report_print': (c_int, [POINTER(pd_ctx), POINTER(pd_speciation_report_desc), POINTER(c_int)]),
     }
     return SimpleNamespace(**locals())

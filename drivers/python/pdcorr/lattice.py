@@ -293,7 +293,7 @@ class Lattice:
     def diffuse(self, diffusivity: np.ndarray, f: np.ndarray, out: np.ndarray | None = None) -> np.ndarray:
         """div(D grad f) [unit of f / s] with the diffusivity D [m2/s] at nodes; ghosts of both as for the laplacian."""
         out = self._result(out, False, f)
-        self._operate("pd_op_diffuse", f, out, self._filled(diffusivity, "diffusivity"))
+        self._operate("pd_op_diffusion", f, out, self._filled(diffusivity, "diffusivity"))
         return out
 
     def csr(self, operator: str = "laplacian", *, axis: int = 0, diffusivity: np.ndarray | None = None,
@@ -328,7 +328,7 @@ class Lattice:
     def _filled(self, array: np.ndarray, name: str, vector: bool = False) -> Any:
         """The address of a field whose ghosts are filled."""
         pointer = self._field(array, name, vector)
-        fill = "pd_ghosts_vector" if vector else "pd_ghosts_scalar"
+        fill = "pd_ghosts_set_vector" if vector else "pd_ghosts_set_scalar"
         getattr(self._context.library, fill)(self._lattice.bonds.ghosts, pointer)
         return pointer
 

@@ -21,7 +21,7 @@ Functions = Mapping[str, Callable[..., float]]
 
 
 class Ledger(NamedTuple):
-    """Amounts of an element, in its unit, per m of depth in planar 2D, per m2 in 1D. See pd_ledger in pdcorr.h.
+    """Amounts of an element, in its unit, per m of depth in planar 2D, per m2 in 1D. See pd_mass_balance in pdcorr.h.
 
     imbalance = solid + dissolved + carry + out - in_ - start; relative is its size over the solid at the start.
     """
@@ -103,10 +103,10 @@ class _Scene:
         if key.split(".")[0] == "rate":
             names = ["C", "t", *place, "grain"]
         # the library knows the keys: it is asked before the parameters are looked at
-        self.context.call("pd_setup_function", setup, key.encode(), self.context.types.pd_expr_fn(), None, 0)
+        self.context.call("pd_setup_set_function", setup, key.encode(), self.context.types.pd_expr_fn(), None, 0)
         function, uses = self.context.function(fn, names, key)
         self.callbacks.append(function)
-        self.context.call("pd_setup_function", setup, key.encode(), function, None, uses)
+        self.context.call("pd_setup_set_function", setup, key.encode(), function, None, uses)
 
 
 class _Line:
@@ -283,7 +283,7 @@ class Sim:
     @property
     def volume_loss(self) -> float:
         """Share [-] of the volume of metal at the start that is gone."""
-        return self._context.library.pd_couple_volume_loss(self._open().model.couple)
+        return self._context.library.pd_time_loop_volume_loss(self._open().model.couple)
 
     @property
     def ledgers(self) -> dict[str, Ledger]:
@@ -296,7 +296,7 @@ class Sim:
     @property
     def imbalance(self) -> float:
         """Worst relative imbalance [-] of all ledgers."""
-        return self._context.library.pd_couple_imbalance(self._open().model.couple)
+        return self._context.library.pd_time_loop_imbalance(self._open().model.couple)
 
     @property
     def in_use(self) -> int:
@@ -310,16 +310,16 @@ class Sim:
         y. v is [dim, nx, ny, nz]; of displacements, u, it is the length. Axis x is the fastest in memory. The array is
         over memory of the library, without a copy; it is the caller's own: later steps and close() leave it as it is.
         """
-        sim, found = self._open(), self._context.types.pd_view()
+        sim, found = self._open(), self._context.types.pd_field_view()
         self._context.call("pd_sim_field", sim, name.encode(), found)
-        self._context.library.pd_sim_keep(sim, found)
+        self._context.library.pd_sim_detach_view(sim, found)
         self._labels[name] = found.label.decode()
         shape, strides = list(found.n), list(found.stride)
         if found.components > 1:
             shape, strides = [found.components, *shape], [found.part, *strides]
         context = self._context
         return view(found.data, shape, context, strides=strides, writeable=True,
-                    finalize=lambda: context.free("pd_sim_release", found))
+                    finalize=lambda: context.free("pd_sim_free_view", found))
 
     def label(self, name: str) -> str:
         """Name and unit of a field, such as "C [mol/m3]"."""
@@ -338,7 +338,7 @@ class Sim:
         try:
             self._context.call("pd_sim_step", sim, sim.until if limit is None else limit)
         except BaseException as raised:
-            spoilt = isinstance(raised, Error) and raised.status not in (Status.PD_ERR_ARGUMENT, Status.PD_STOPPED)
+            spoilt = isinstance(raised, Error) and raised.status not in (Status.PD_ERR_ARGUMENT, Status.PD_CANCELLED)
             if spoilt or self._context.guard.failed:
                 self._failure = str(raised) or type(raised).__name__
             raise
@@ -479,8 +479,8 @@ class Instant:
 
     def field(self, name: str) -> np.ndarray:
         """A copy of an output field, see Sim.field."""
-        found = self.context.types.pd_view()
-        self._ask("pd_instant_field", name.encode(), found)
+        found = self.context.types.pd_field_view()
+        self._ask("pd_snapshot_get_field", name.encode(), found)
         shape, strides = list(found.n), [8 * stride for stride in found.stride]
         if found.components > 1:
             shape, strides = [found.components, *shape], [8 * found.part, *strides]
@@ -490,12 +490,12 @@ class Instant:
     @property
     def figures(self) -> dict[str, float]:
         """All that the run watches, in SI: "volume_loss", "probe.a.C", "total.all.dissolved" and so on."""
-        list_ = self.context.types.pd_figures()
+        list_ = self.context.types.pd_scalar_outputs()
         try:
-            self._ask("pd_instant_figures", list_)
+            self._ask("pd_snapshot_get_outputs", list_)
             return {_figure(f): f.value for f in list_.list[: list_.count]}
         finally:
-            self.context.free("pd_figures_free", list_)
+            self.context.free("pd_scalar_outputs_free", list_)
 
 
 @dataclass(frozen=True)
@@ -529,13 +529,13 @@ class Estimate:
 
 def _estimate(context: Context, setup: Any, desc: Any, figures: Any, accuracy: float | None) -> Estimate:
     """The coarser runs of one that is done."""
-    found = context.types.pd_estimate()
-    context.call("pd_estimate_run", setup, desc, figures, found)
+    found = context.types.pd_richardson()
+    context.call("pd_richardson_run", setup, desc, figures, found)
     try:
         spacing = None
         if accuracy is not None:
             h = (c_double * context.library.dim)()
-            context.library.pd_estimate_spacing(found, accuracy, h)
+            context.library.pd_richardson_suggest_spacing(found, accuracy, h)
             spacing = tuple(h)
         list_ = found.list[: found.count]
         return Estimate(
@@ -544,7 +544,7 @@ def _estimate(context: Context, setup: Any, desc: Any, figures: Any, accuracy: f
             coarser_runs=found.coarser_runs, without=found.without.decode("utf-8", "replace"),
             worst=_figure(list_[found.worst].figure) if found.worst >= 0 else None, spacing=spacing)
     finally:
-        context.free("pd_estimate_free", found)
+        context.free("pd_richardson_free", found)
 
 
 @dataclass(frozen=True)
@@ -598,7 +598,7 @@ def run(scene: str | os.PathLike, overrides: Mapping[str, Any] | None = None, *,
     read = _Scene(scene, overrides, values, dim, functions, threads, memory_limit)
     context, types = read.context, read.context.types
     setup, desc, result = types.pd_setup(), types.pd_run_desc(), types.pd_run_result()
-    figures, printer, estimate = types.pd_figures(), _Printer(context, progress), None
+    figures, printer, estimate = types.pd_scalar_outputs(), _Printer(context, progress), None
     notes = printer.texts[_declared.PD_PRINT_NOTE]
 
     def look(_user: Any, _context: Any, at: Any) -> int:
@@ -615,7 +615,7 @@ def run(scene: str | os.PathLike, overrides: Mapping[str, Any] | None = None, *,
     if estimate_error or accuracy is not None:
         desc.figures = pointer(figures)
     if observe is not None:
-        desc.observe = types.pd_instant_fn(look)
+        desc.observe = types.pd_snapshot_fn(look)
     desc.dry = dry
     desc.checkpoints = checkpoint is not None or resume
     desc.checkpoint_every = 600.0 if checkpoint is None else checkpoint
@@ -626,7 +626,7 @@ def run(scene: str | os.PathLike, overrides: Mapping[str, Any] | None = None, *,
         read.read(setup)
         if accuracy is not None:
             said = create_string_buffer(640)
-            context.call("pd_accuracy_apply", accuracy, setup, said, sizeof(said))
+            context.call("pd_tolerance_presets_apply", accuracy, setup, said, sizeof(said))
             notes.append(said.value.decode("utf-8", "replace"))
         context.call("pd_run", setup, desc, result)
         folder = Path(os.fsdecode(setup.folder)) if out is None else Path(out)
@@ -640,10 +640,10 @@ def run(scene: str | os.PathLike, overrides: Mapping[str, Any] | None = None, *,
                 notes.append(f"no error estimate: {failure}")
     finally:
         printer.end()
-        context.free("pd_figures_free", figures)
+        context.free("pd_scalar_outputs_free", figures)
         context.free("pd_setup_free", setup)
     text = create_string_buffer(1024)
-    context.library.pd_run_line(result, text, sizeof(text))
+    context.library.pd_run_format_result(result, text, sizeof(text))
     plain = ("time", "steps", "h", "m", "volume_loss", "ledger", "residual", "unknowns", "unsolved", "bytes_per_node")
     return Result(
         name=result.name.decode("utf-8", "replace"), folder=folder, stopped=bool(result.stopped),

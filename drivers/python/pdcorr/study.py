@@ -122,7 +122,7 @@ def fit(scene: str | os.PathLike, ranges: Mapping[str, Range], overrides: Mappin
     finally:
         printer.end()
     text = create_string_buffer(8192)
-    context.library.pd_fit_line(found, text, sizeof(text))
+    context.library.pd_fit_format_result(found, text, sizeof(text))
     squares, count = found.squares, found.parameters
     parameters = [Parameter(key=p.key.decode(), unit=p.unit.decode(), value=squares.value[k], error=squares.error[k],
                             interval=(squares.low[k], squares.high[k]), range=(p.low, p.high), bound=squares.bound[k])
@@ -221,7 +221,7 @@ def sweep(scene: str | os.PathLike, axes: Mapping[str, Any], overrides: Mapping[
     """
     read = _of_file(scene, overrides, values, dim, threads, memory_limit)
     context, types = read.context, read.context.types
-    desc, all_, run, count = types.pd_sweep_desc(), types.pd_sweep(), types.pd_run_desc(), types.pd_sweep_count()
+    desc, all_, run, count = types.pd_parameter_sweep_desc(), types.pd_parameter_sweep(), types.pd_run_desc(), types.pd_parameter_sweep_count()
     printer = _Printer(context, progress)
     asked = [_axis(key, value) for key, value in axes.items()]
     desc.axes, desc.axis_count = _ask(desc, scene, read, asked), len(asked)
@@ -229,28 +229,28 @@ def sweep(scene: str | os.PathLike, axes: Mapping[str, Any], overrides: Mapping[
     run.print, run.stop = printer.function, printer.stop
     label = create_string_buffer(8192)
     labels, failures = [], {}
-    context.call("pd_sweep_build", desc, all_)
+    context.call("pd_parameter_sweep_build", desc, all_)
     try:
         for index in range(all_.runs):
-            context.library.pd_sweep_label(all_, index, label, sizeof(label))
+            context.library.pd_parameter_sweep_label(all_, index, label, sizeof(label))
             labels.append(label.value.decode("utf-8", "replace"))
         try:
             for index, text in enumerate(labels):
                 try:
-                    context.call("pd_sweep_run", all_, index, run)
+                    context.call("pd_parameter_sweep_run", all_, index, run)
                     printer.say(f"{text}: done")
                 except Error as failure:
                     failures[index] = str(failure)
                     printer.say(f"{text}: {failure}")
         finally:
             printer.end()
-            context.call("pd_sweep_write", all_, byref(count))
+            context.call("pd_parameter_sweep_write", all_, byref(count))
         folder, size = Path(os.fsdecode(all_.folder)), all_.axes
         shape = tuple(axis.count for axis in all_.axis[:size])
         names = [axis.name.decode("utf-8", "replace") for axis in all_.axis[:size]]
         name = all_.name.decode("utf-8", "replace")
     finally:
-        context.free("pd_sweep_free", all_)
+        context.free("pd_parameter_sweep_free", all_)
     rows = _sweep_table(folder / "sweep.csv", size)
     for index, message in failures.items():  # a run without its folder has left nothing for the table
         rows[index].update(status="failed", message=message)
