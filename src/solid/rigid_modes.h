@@ -3,7 +3,7 @@
 #define PD_RIGID_MODES_H
 #include "solid/body.h"
 
-#define PD_RIGID_MODES (PD_DIM * (PD_DIM + 1) / 2)
+#define PD_RIGID_MODE_COUNT (PD_DIM * (PD_DIM + 1) / 2)
 
 typedef struct pd_rigid_modes {
     const pd_body *body;
@@ -12,8 +12,8 @@ typedef struct pd_rigid_modes {
     double origin[PD_DIM]; /* [m] */
     double size;           /* [m] by which places are about 1 */
     int motions;
-    double motion[PD_RIGID_MODES][PD_RIGID_MODES]; /* [motions][..] [-] coefficients of translations and
-                                                    * rotations */
+    double motion[PD_RIGID_MODE_COUNT][PD_RIGID_MODE_COUNT]; /* [motions][..] [-] coefficients of translations and
+                                                              * rotations */
 } pd_rigid_modes;
 
 #ifdef PDI_INTERNAL
