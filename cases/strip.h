@@ -49,21 +49,21 @@ static inline void strip_scene(const strip_case *strip, char *text, size_t size)
 static inline pd_status strip_at(pd_ctx *ctx, const strip_case *strip, pd_sim *sim, double t, double *tip, double *j)
 {
     static const double way[PD_DIM] = {1.0};
-    pd_solid_coupling *s = &sim->model.structure;
+    pd_solid_coupling *s = &sim->model.solid;
     pd_crack_desc crack;
     memset(&crack, 0, sizeof crack);
-    pd_status status = pd_quasi_static_solve_at(ctx, &s->rest, t);
+    pd_status status = pd_quasi_static_solve_at(ctx, &s->static_solver, t);
     if (status < 0) return status;
-    const pd_setup_precrack *cut = &sim->setup.metal_body.cut[0];
-    status = pdi_crack_find_tip(ctx, &s->body, cut->corners, cut->corner, s->stiff, way, tip);
+    const pd_setup_precrack *cut = &sim->setup.metal_body.precrack[0];
+    status = pdi_crack_find_tip(ctx, &s->body, cut->corners, cut->corner, s->stiffness_factor, way, tip);
     if (status < 0 || tip[0] > STRIP_END) return status;
     memcpy(crack.tip, tip, sizeof crack.tip);
-    crack.way[0] = 1.0;
+    crack.direction[0] = 1.0;
     crack.inner = 0.15 * STRIP_HIGH;
     crack.outer = 0.45 * STRIP_HIGH;
     crack.front[PD_DIM - 1] = 1.0;
     crack.thickness = STRIP_HIGH / strip->cells * strip->layers;
-    return pd_crack_j(ctx, &s->solid, &crack, s->rest.u, j);
+    return pd_crack_j(ctx, &s->solid, &crack, s->static_solver.u, j);
 }
 
 /* Steps of 1 % of the load until the crack has gone on by 6 um: *j, the largest J at rest on the way, and *closed, that

@@ -305,8 +305,9 @@ static void print_section(const pd_key_section *s)
     printf("[%s%s%s]  %s\n", s->name, s->label[0] ? " " : "", s->label, s->meaning);
     for (int k = 0; k < s->count; k++) {
         const pd_key *key = &s->key[k];
-        printf("\n  %-28s unit %-9s %s", key->keys, key->unit, strncmp(key->fallback, "required", 8) ? "default " : "");
-        print_default(key->fallback);
+        printf("\n  %-28s unit %-9s %s", key->keys, key->unit,
+               strncmp(key->default_text, "required", 8) ? "default " : "");
+        print_default(key->default_text);
         print_text(key->meaning, 6);
     }
 }
@@ -396,7 +397,7 @@ static int parse_interval(const char *text, int *on, double *every)
     pd_units_parse(&quiet, "s", NULL, &time);
     *every *= scale;
     for (int k = 0; k < 6; k++)
-        if (fabs(found.e[k] - time.e[k]) > 1e-9) return 0;
+        if (fabs(found.exponent[k] - time.exponent[k]) > 1e-9) return 0;
     return *every >= 0.0 && *every < 1e12;
 }
 
@@ -517,14 +518,14 @@ static int refuse(const options *o, screen *s, const pd_ctx *ctx, pd_status stat
 /* Whether the wanted accuracy is reached, and the spacing that the estimate asks for when it is not. */
 static void judge(const options *o, const pd_richardson *e, FILE *to)
 {
-    double h[PD_DIM], worst = e->worst < 0 ? NAN : e->list[e->worst].error;
-    const char *reached = e->worst < 0 ? "unknown" : worst <= o->accuracy ? "yes" : "no";
+    double h[PD_DIM], worst = e->worst_output < 0 ? NAN : e->list[e->worst_output].error;
+    const char *reached = e->worst_output < 0 ? "unknown" : worst <= o->accuracy ? "yes" : "no";
     fprintf(to, "result case=%s accuracy=%.6g reached=%s", e->setup->name, o->accuracy, reached);
     for (int k = 0; k < e->count; k++)
         if (strcmp(e->list[k].figure.key, "volume_loss") == 0)
             fprintf(to, " reached_volume_loss=%s", e->list[k].error <= o->accuracy ? "yes" : "no");
-    if (e->worst >= 0 && worst < HUGE_VAL) fprintf(to, " err_worst=%.3g", worst);
-    if (e->worst >= 0) fprintf(to, " h=%.6g", e->setup->h[0]);
+    if (e->worst_output >= 0 && worst < HUGE_VAL) fprintf(to, " err_worst=%.3g", worst);
+    if (e->worst_output >= 0) fprintf(to, " h=%.6g", e->setup->h[0]);
     pd_richardson_suggest_spacing(e, o->accuracy, h);
     if (worst > o->accuracy) fprintf(to, " wanted_h=%.12g", h[0]);
     for (int d = 1; d < PD_DIM && worst > o->accuracy; d++)
@@ -536,8 +537,8 @@ static void judge(const options *o, const pd_richardson *e, FILE *to)
 static int checked(pd_richardson *e, pd_ctx *ctx, screen *s)
 {
     char line[PD_MESSAGE_SIZE + 64];
-    snprintf(line, sizeof line, "the error estimate will assume orders: %s", e->without);
-    if (e->without[0]) print(s, PD_PRINT_NOTE, line);
+    snprintf(line, sizeof line, "the error estimate will assume orders: %s", e->missing_reason);
+    if (e->missing_reason[0]) print(s, PD_PRINT_NOTE, line);
     pd_richardson_free(ctx, e);
     return 0;
 }
@@ -576,14 +577,14 @@ static int run_watched(const options *o, pd_ctx *ctx, const pd_setup *setup, pd_
     double wall = wall_seconds();
     memset(&desc, 0, sizeof desc);
     desc.folder = o->out;
-    desc.check = o->check;
+    desc.check_only = o->check;
     desc.print = print;
     desc.print_user = s;
     desc.stop = is_interrupted;
     desc.checkpoints = o->checkpoints;
     desc.checkpoint_every = o->checkpoint_every;
     desc.resume = o->resume;
-    desc.live = o->live;
+    desc.updates_latest = o->live;
     memset(&f, 0, sizeof f);
     f.s = s;
     if (o->follow) desc.observe = follow_instant;
@@ -630,7 +631,7 @@ static int read_scene(options *o, pd_ctx *ctx, pd_setup *setup, screen *s)
     desc.scene = o->scene;
     desc.overrides = o->overrides;
     desc.count = o->count;
-    desc.data = o->data;
+    desc.measured = o->data;
     desc.range = o->ranges;
     desc.ranges = o->range_count;
     desc.print = print;
@@ -692,7 +693,7 @@ static int sweep(const options *o, pd_ctx *ctx, screen *s)
     run_desc.stop = is_interrupted;
     run_desc.checkpoints = o->checkpoints;
     run_desc.checkpoint_every = o->checkpoint_every;
-    run_desc.live = o->live;
+    run_desc.updates_latest = o->live;
     catch_signals();
     int ended = sweep_runs(ctx, &all, &run_desc, o->threads);
     pd_parameter_sweep_free(ctx, &all);
@@ -726,7 +727,7 @@ static int act(int argc, char **argv, options *o)
     s.results = o->follow && o->quiet ? stderr : stdout;
     pd_ctx_init(&ctx);
     ctx.threads = o->threads;
-    ctx.poll = is_interrupted_within;
+    ctx.cancel = is_interrupted_within;
     ctx.alloc.limit = (size_t)o->memory;
     if (o->speciate) return speciate(o, &ctx, &s);
     if (o->sweep_count) return sweep(o, &ctx, &s);

@@ -132,7 +132,7 @@ static int follow_instant(void *user, pd_ctx *ctx, const pd_snapshot *at)
     double own[FOLLOW_COLUMNS];
     char name[FOLLOW_NAME];
     const char *unit;
-    if (at->when == PD_SNAPSHOT_STAGE_END) return 0;
+    if (at->stage == PD_SNAPSHOT_STAGE_END) return 0;
     if (pd_snapshot_get_outputs(ctx, at, &f->figures) < 0) return 1;
     end_progress(f->s);
     if (!f->begun) follow_head(f);

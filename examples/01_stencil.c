@@ -36,7 +36,8 @@ static double second_moment(double m, double ratio, pd_weights weights, int axis
     desc.weights = weights;
     for (int d = 0; d < PD_DIM; d++) desc.h[d] = d ? 1e-6 / ratio : 1e-6;
     must(pd_stencil_build(&ctx, &desc, &s));
-    for (int k = 0; k < s.count; k++) sum += 0.5 * s.lap[k] * s.xi[k * PD_DIM + axis] * s.xi[k * PD_DIM + axis];
+    for (int k = 0; k < s.count; k++)
+        sum += 0.5 * s.laplacian_weight[k] * s.xi[k * PD_DIM + axis] * s.xi[k * PD_DIM + axis];
     *bonds = s.count;
     pd_stencil_free(&ctx, &s);
     return sum;
@@ -104,7 +105,7 @@ int main(void)
         pd_op_gradient(&ctx, &lattice.bonds, f, grad);
         pd_op_laplacian(&ctx, &lattice.bonds, f, lap);
         for (int32_t i = 0; i < grid->total; i++) {
-            if (grid->kind[i] != PD_FLUID || lattice.bonds.row[i] >= 0) continue;
+            if (grid->kind[i] != PD_FLUID || lattice.bonds.row_of_node[i] >= 0) continue;
             pd_grid_position(grid, i, x);
             poly(k, x[0], x[PD_DIM - 1], &gx, &l);
             worst_gradient = fmax(worst_gradient, fabs(grad[i] - gx));

@@ -61,10 +61,10 @@ static void solve(int across)
     gd.side[1] = PD_SIDE_OUTLET;
     fd.rho = RHO;
     fd.mu = MU;
-    fd.speed = MEAN;
-    fd.length = 2.0 * HALF;
+    fd.report_speed = MEAN;
+    fd.report_length = 2.0 * HALF;
     fd.inlet = parabola;
-    fd.developed = 1; /* side x- */
+    fd.developed_sides = 1; /* side x- */
     dd.tolerance = 1e-10;
     must(pd_stencil_build(&ctx, &sd, &stencil));
     must(pd_grid_build(&ctx, &stencil, &gd, &grid));

@@ -101,10 +101,10 @@ int main(void)
 
     fd.rho = 1000.0;
     fd.mu = 1e-3;
-    fd.speed = mean;
-    fd.length = 2.0 * HALF;
+    fd.report_speed = mean;
+    fd.report_length = 2.0 * HALF;
     fd.inlet = parabola;
-    fd.developed = 1; /* side x- */
+    fd.developed_sides = 1; /* side x- */
     fd.inlet_user = &mean;
     must(pd_flow_build(&ctx, &grid, &bonds, &fd, &flow));
     must(pd_steady_build(&ctx, &flow, &dd, &steady));

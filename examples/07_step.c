@@ -14,8 +14,8 @@ int main(int argc, char **argv)
     pd_field_view c;
     pd_ctx_init(&ctx);
     pd_status status = pd_sim_open(&ctx, argc > 1 ? argv[1] : "examples/scenes/mg_pin_2d.scene", changes, 2, &sim);
-    while (status >= 0 && sim.time < sim.until) {
-        status = pd_sim_step(&ctx, &sim, sim.until);
+    while (status >= 0 && sim.time < sim.end_time) {
+        status = pd_sim_step(&ctx, &sim, sim.end_time);
         if (status >= 0) status = pd_sim_field(&ctx, &sim, "C", &c);
         if (status >= 0)
             printf("t = %6.0f s: %s = %g in the middle\n", sim.time, c.label,

@@ -53,11 +53,12 @@ int main(int argc, char **argv)
     family.position = points.position;
     family.volume = points.volume;
     family.horizon = 2.0 * size; /* twice the edge of the largest cell */
-    family.faces = points.faces; /* bonds do not cross the surface of the mesh */
-    family.face = points.face;
-    if (points.twins)
+    family.faces = points.face_count; /* bonds do not cross the surface of the mesh */
+    family.face = points.face_corner;
+    if (points.coincident_nodes)
         printf("note: %.0f nodes lie where others do: parts that touch there are not joined. Merge the nodes of the "
-               "mesh if they are one body.\n", (double)points.twins);
+               "mesh if they are one body.\n",
+               (double)points.coincident_nodes);
     must(pd_body_build(&ctx, &family, &body));
     memset(&metal, 0, sizeof metal);
     metal.young = YOUNG;
@@ -71,7 +72,7 @@ int main(int argc, char **argv)
     double *stress = (double *)malloc(4 * (size_t)points.count * sizeof *stress);
     if (!load || !u || !stress) return 1;
     for (int32_t i = 0; i < points.count; i++) {
-        const double *x = points.position + 2 * (size_t)i, *face = points.surface + 2 * (size_t)i;
+        const double *x = points.position + 2 * (size_t)i, *face = points.boundary_area + 2 * (size_t)i;
         if (face[0] * x[0] + face[1] * x[1] > 0.0) continue;
         for (int d = 0; d < 2; d++) load[2 * (size_t)i + d] = -PRESSURE * face[d] / points.volume[i];
     }

@@ -31,16 +31,16 @@ static int watch(void *user, pd_ctx *ctx, const pd_snapshot *at)
     pd_scalar_outputs figures = {0};
     ++*calls;
     if (pd_snapshot_get_field(ctx, at, "C", &c) < 0 || pd_snapshot_get_outputs(ctx, at, &figures) < 0) return 1;
-    for (int64_t k = 1; k < c.part; k++)
+    for (int64_t k = 1; k < c.component_stride; k++)
         if (c.data[k] > c.data[most]) most = k;
     printf("%s step %3ld, t = %6.0f s, dt = %6.1f s, %.2f %% lost, most %s = %.3g in column %ld, %d figures\n",
-           at->when == PD_SNAPSHOT_STAGE_START ? "start"
-           : at->when == PD_SNAPSHOT_STAGE_END ? "end  "
-                                               : "     ",
-           (long)at->steps, at->time, at->dt, 100.0 * at->observables->volume_loss, c.label, c.data[most],
+           at->stage == PD_SNAPSHOT_STAGE_START ? "start"
+           : at->stage == PD_SNAPSHOT_STAGE_END ? "end  "
+                                                : "     ",
+           (long)at->steps, at->time, at->dt, 100.0 * at->diagnostics->volume_loss, c.label, c.data[most],
            (long)(most % c.n[0]), figures.count);
     pd_scalar_outputs_free(ctx, &figures);
-    return at->observables->volume_loss > 0.05;
+    return at->diagnostics->volume_loss > 0.05;
 }
 
 int main(int argc, char **argv)

@@ -59,12 +59,12 @@ static void kernels_product(void *user)
     pd_flow *flow = &k->lab.flow;
     int64_t split = (int64_t)PD_DIM * flow->grid->total;
     pdi_jacobian_increment step;
-    pdi_flow_compute_pressure_gradient(k->ctx, flow, flow->p, flow->grad);
+    pdi_flow_compute_pressure_gradient(k->ctx, flow, flow->p, flow->pressure_grad);
     pdi_flow_compute_advecting_velocity(k->ctx, flow, flow->u, NULL, k->other);
     step.advecting = k->other;
     step.u = flow->u;
     step.p = flow->p;
-    step.grad = flow->grad;
+    step.grad = flow->pressure_grad;
     pdi_jacobian_apply(k->ctx, &k->jacobian, &step, k->vector, k->vector + split);
 }
 
@@ -157,8 +157,8 @@ static pd_status kernels_multigrid(kernels *k)
     PDI_TRY(pdi_array_registry_build(k->ctx, pdi_compact_operator_face_list, &k->compact));
     pdi_compact_operator_assemble(k->ctx, 1.0, NULL, &resting, 1.0, &faces, &k->compact);
     PDI_TRY(multigrid_build(k->ctx, &desc, &k->pressure));
-    return pdi_multigrid_setup(k->ctx, &k->pressure, k->compact.active, (const float *const *)k->compact.conduct, NULL,
-                               k->compact.wall, k->compact.mass);
+    return pdi_multigrid_setup(k->ctx, &k->pressure, k->compact.active, (const float *const *)k->compact.conductance,
+                               NULL, k->compact.dirichlet, k->compact.mass);
 }
 
 static pd_status kernels_build(bench *b, kernels *k, int n, double m)
@@ -168,7 +168,7 @@ static pd_status kernels_build(bench *b, kernels *k, int n, double m)
     k->ctx = b->ctx;
     lab_box(lab, 1.0 / n, m, 0.0, 1.0);
     for (int side = 0; side < 2 * PD_DIM; side++) lab->grid_desc.side[side] = PD_SIDE_PERIODIC;
-    lab->flow_desc.rho = lab->flow_desc.speed = lab->flow_desc.length = 1.0;
+    lab->flow_desc.rho = lab->flow_desc.report_speed = lab->flow_desc.report_length = 1.0;
     lab->flow_desc.mu = 1e-2;
     lab->transport_desc.diffusivity = 1e-4;
     PDI_TRY(lab_build(b->ctx, lab, VAL_FLOW | VAL_TRANSPORT));
@@ -196,7 +196,8 @@ static pd_status kernels_build(bench *b, kernels *k, int n, double m)
     kernels_add(k, "transport", kernels_transport, nodes);
     kernels_add(k, "limiter", kernels_limiter, nodes);
     kernels_add(k, "multigrid", kernels_cycle, nodes);
-    kernels_add(k, "ghosts", kernels_ghosts, (double)lab->bonds.ghosts.count * (PD_DIM + 1)); /* values, not nodes */
+    /* values, not nodes */
+    kernels_add(k, "ghosts", kernels_ghosts, (double)lab->bonds.ghosts.outlets_end * (PD_DIM + 1));
     return PD_OK;
 }
 
@@ -378,8 +379,8 @@ static pd_status matrix_build(kernels *k, int32_t *number, matrix *a)
         for (int j = 0; j < st->count; j++, at++) {
             if (at == diagonal) a->col[at++] = number[i];
             a->col[at] = number[i + k->lab.bonds.paths.shift[j]];
-            a->value[at] = st->lap[j];
-            a->value[diagonal] -= st->lap[j];
+            a->value[at] = st->laplacian_weight[j];
+            a->value[diagonal] -= st->laplacian_weight[j];
         }
         a->row[number[i] + 1] = at;
     }

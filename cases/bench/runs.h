@@ -105,7 +105,8 @@ static pd_status scene_steps(bench *b, pd_model *model, pd_step_diagnostics *see
     watch.model = model;
     watch.seen = seen;
     PDI_TRY(pdi_step_diagnostics_build(b->ctx, model, seen));
-    return pd_time_loop_run(b->ctx, &model->couple, model->setup->until, model->setup->every, scene_observe, &watch);
+    return pd_time_loop_run(b->ctx, &model->time_loop, model->setup->end_time, model->setup->output_interval,
+                            scene_observe, &watch);
 }
 
 /* Times of a run [s]; one: wall time of the same run on one thread, 0 when there was none. */
@@ -123,7 +124,7 @@ static double scene_serial(double speedup, int threads)
 static void scene_note(bench *b, const scene_run *s, const pd_model *model, const pd_step_diagnostics *seen,
                        scene_times t)
 {
-    const pd_time_loop *c = &model->couple;
+    const pd_time_loop *c = &model->time_loop;
     pdi_model_statistics effort;
     pdi_model_get_statistics(model, &effort);
     double nodes = (double)(model->grid.fluid_count + model->grid.solid_count);
@@ -135,7 +136,7 @@ static void scene_note(bench *b, const scene_run *s, const pd_model *model, cons
     table_row *row = bench_row(b);
     table_cell(row, "%s", name);
     table_cell(row, "%g", model->grid.h[0]);
-    table_cell(row, "%g", model->setup->until);
+    table_cell(row, "%g", model->setup->end_time);
     table_cell(row, "%.0f", nodes);
     table_cell(row, "%.0f", steps);
     table_cell(row, "%.0f", evals);
@@ -151,8 +152,8 @@ static void scene_note(bench *b, const scene_run *s, const pd_model *model, cons
     bench_result(b,
                  "name=%s h=%g m=%g volume_loss=%.6g ledger=%.3g flux=%.3g evals=%.0f steps=%.0f nodes=%.0f "
                  "bytes_per_node=%.0f wall_s=%.3f cpu_s=%.3f threads=%d wall_one_s=%.3f",
-                 name, model->grid.h[0], model->stencil.m, seen->volume_loss, c->ledger[0].relative,
-                 seen->flux, evals, steps, nodes, bytes, t.wall, t.cpu, b->ctx->threads, t.one);
+                 name, model->grid.h[0], model->stencil.m, seen->volume_loss, c->ledger[0].relative_imbalance,
+                 seen->flux_error, evals, steps, nodes, bytes, t.wall, t.cpu, b->ctx->threads, t.one);
     if (b->quick) return;
     snprintf(what, sizeof what, "%s: bytes a node", name);
     if (s->bytes > 0.0) bench_judge(b, what, 0, s->bytes, bytes);
@@ -242,7 +243,7 @@ enum { COUNT_SOLVES = 5 };
 /* First flow from rest to a residual of 1e-8, then again whenever metal has become fluid. *again: the most of these. */
 static pd_status counts_pin_solves(bench *b, pd_model *model, int solves, int64_t *first, int64_t *again, double *mean)
 {
-    pd_time_loop *c = &model->couple;
+    pd_time_loop *c = &model->time_loop;
     const pd_quasi_steady *flow = &model->quasi;
     int64_t start, total = 0;
     *again = 0;
@@ -250,7 +251,7 @@ static pd_status counts_pin_solves(bench *b, pd_model *model, int solves, int64_
     *first = start = flow->evaluations;
     for (int found = 0; found < solves && c->steps < 1000;) {
         int64_t before = flow->evaluations, known = flow->solves;
-        PDI_TRY(pd_time_loop_step(b->ctx, c, model->setup->until));
+        PDI_TRY(pd_time_loop_step(b->ctx, c, model->setup->end_time));
         if (flow->solves == known) continue;
         *again = flow->evaluations - before > *again ? flow->evaluations - before : *again;
         found++;
@@ -285,7 +286,7 @@ static pd_status counts_pin_level(bench *b, const char *h, const char *tolerance
         table_row *row = bench_row(b);
         table_cell(row, "%s", h);
         table_cell(row, "%.0f", nodes);
-        table_cell(row, "%g", setup.steady);
+        table_cell(row, "%g", setup.steady_tolerance);
         table_cell(row, "%.0f", (double)first);
         table_cell(row, "%.0f", mean);
         table_cell(row, "%.0f", (double)again);
@@ -294,8 +295,8 @@ static pd_status counts_pin_level(bench *b, const char *h, const char *tolerance
         bench_result(b,
                      "part=pin h=%g m=%g tolerance=%g evals=%.0f evals_again=%.1f evals_again_max=%.0f "
                      "residual=%.3g cpu_s=%.3f",
-                     model.grid.h[0], model.stencil.m, setup.steady, (double)first, mean, (double)again, residual,
-                     cpu);
+                     model.grid.h[0], model.stencil.m, setup.steady_tolerance, (double)first, mean, (double)again,
+                     residual, cpu);
     }
     found[0] = (double)first;
     found[1] = mean;

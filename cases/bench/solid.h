@@ -90,7 +90,7 @@ static pd_status solid_solve(bench *b, solid_lab *s, double rtol)
     pd_equilibrium_desc desc;
     pd_material_interface solid = pd_correspondence_material(&s->elastic);
     memset(&desc, 0, sizeof desc);
-    desc.held = s->held;
+    desc.prescribed = s->held;
     desc.rtol = rtol;
     s->solve = bench_clock(b->threads);
     pd_status status = pd_equilibrium_solve(b->ctx, &solid, &desc, s->load, s->u, &s->result);
@@ -112,7 +112,7 @@ static void solid_shear(solid_lab *s)
     for (int32_t i = 0; i < s->body.count; i++) {
         int64_t first = (int64_t)i * PD_DIM;
         for (int d = 0; d < PD_DIM; d++) s->held[first + d] = s->position[first] < s->desc.horizon - 1.0;
-        if (s->position[first] > 0.0) s->load[first + shear] = -s->elastic.edge[first];
+        if (s->position[first] > 0.0) s->load[first + shear] = -s->elastic.surface_vector[first];
     }
 }
 
@@ -169,7 +169,7 @@ static pd_status solid_ring(bench *b, solid_lab *s, int across, double m)
     table_row *row;
     PDI_TRY(solid_build(b, s, 4 * across, 2.0, m, 1));
     for (int64_t k = 0; k < (int64_t)s->body.count * PD_DIM; k++)
-        if (solid_distance(s->position + k / PD_DIM * PD_DIM) < 1.5) s->load[k] = s->elastic.edge[k];
+        if (solid_distance(s->position + k / PD_DIM * PD_DIM) < 1.5) s->load[k] = s->elastic.surface_vector[k];
     PDI_TRY(solid_solve(b, s, 1e-8));
     for (int32_t i = 0; i < s->body.count; i++) {
         const double *x = s->position + (int64_t)i * PD_DIM;
@@ -259,9 +259,9 @@ static void glass_notch(pd_body *body)
 {
     for (int32_t i = 0; i < body->count; i++)
         for (pd_bond_iterator b = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&b);) {
-            const double *p = body->position + 2 * (size_t)i, *q = body->position + 2 * (size_t)b.to;
+            const double *p = body->position + 2 * (size_t)i, *q = body->position + 2 * (size_t)b.neighbour;
             if ((p[1] < 0.0) == (q[1] < 0.0) || p[0] - p[1] * (q[0] - p[0]) / (q[1] - p[1]) > 0.0) continue;
-            pd_body_break(body, i, b.to);
+            pd_body_break(body, i, b.neighbour);
         }
 }
 
@@ -333,7 +333,7 @@ static pd_status glass_plate(bench *b, glass_lab *g, int n, int steps)
     build = bench_clock(b->threads) - build;
     double bytes = ((double)(b->ctx->in_use - before) - 7.0 * sizeof(double) * g->count) / g->count;
     double run = bench_clock(b->threads);
-    PDI_TRY(pd_physics_run(b->ctx, pd_verlet_process(&g->motion), (steps - 1e-6) * g->motion.longest));
+    PDI_TRY(pd_physics_run(b->ctx, pd_verlet_process(&g->motion), (steps - 1e-6) * g->motion.max_step));
     run = bench_clock(b->threads) - run;
     job.nodes = (double)g->body.bonds;
     bench_time(b, &job, 1, 1);

@@ -40,14 +40,15 @@ static pd_status species_once(bench *b, int buffer, species_found *f)
     f->cpu = cpu_seconds();
     pd_status status = pd_scene_parse(&ctx, "pin", text, NULL, 0, &setup);
     if (status >= 0) status = pdi_model_build(&ctx, &setup, &model);
-    if (status >= 0) status = pd_time_loop_run(&ctx, &model.couple, setup.until, setup.every, NULL, NULL);
+    if (status >= 0)
+        status = pd_time_loop_run(&ctx, &model.time_loop, setup.end_time, setup.output_interval, NULL, NULL);
     f->cpu = cpu_seconds() - f->cpu;
     f->species = buffer ? model.reactive.components.solutes : 1;
     f->nodes = (double)(model.grid.fluid_count + model.grid.solid_count);
     f->bytes = (double)ctx.peak;
-    f->steps = (double)model.couple.steps;
-    if (status >= 0) f->loss = pd_time_loop_volume_loss(&model.couple);
-    if (status >= 0) f->ledger = pd_time_loop_imbalance(&model.couple);
+    f->steps = (double)model.time_loop.steps;
+    if (status >= 0) f->loss = pd_time_loop_volume_loss(&model.time_loop);
+    if (status >= 0) f->ledger = pd_time_loop_imbalance(&model.time_loop);
     runs_close(b, &setup, &model);
     return status < 0 ? pdi_fail(b->ctx, status, "species", "%s", ctx.message) : PD_OK;
 }

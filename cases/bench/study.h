@@ -174,8 +174,8 @@ static pd_status study_pulse_solve(bench *b, val_lab *lab, const pulse_knobs *k,
     lab->grid_desc.side[1] = PD_SIDE_OUTLET;
     lab->flow_desc.rho = 1000.0;
     lab->flow_desc.mu = 1e-3;
-    lab->flow_desc.speed = PULSE_SPEED;
-    lab->flow_desc.length = STUDY_SIGMA; /* the width, for pulse_field */
+    lab->flow_desc.report_speed = PULSE_SPEED;
+    lab->flow_desc.report_length = STUDY_SIGMA; /* the width, for pulse_field */
     lab->flow_desc.inlet = pulse_velocity;
     lab->transport_desc.diffusivity = PULSE_SPEED * STUDY_SIGMA / STUDY_PECLET;
     lab->transport_desc.advection = k->advection;
@@ -385,11 +385,11 @@ static pd_status study_pin_loss(bench *b, const pin_knobs *k, double *loss, stud
     memset(&model, 0, sizeof model);
     pd_status status = runs_open(b, "mg_pin_2d.scene", overrides, 4, &setup, &model);
     if (status >= 0) {
-        model.couple.desc.fraction = k->fraction;
-        status = pd_time_loop_run(b->ctx, &model.couple, setup.until, setup.until, NULL, NULL);
+        model.time_loop.desc.fraction = k->fraction;
+        status = pd_time_loop_run(b->ctx, &model.time_loop, setup.end_time, setup.end_time, NULL, NULL);
     }
-    *loss = pd_time_loop_volume_loss(&model.couple);
-    p->steps = (double)model.couple.steps;
+    *loss = pd_time_loop_volume_loss(&model.time_loop);
+    p->steps = (double)model.time_loop.steps;
     p->evals = (double)model.quasi.evaluations;
     runs_close(b, &setup, &model);
     return status;

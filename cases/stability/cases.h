@@ -94,7 +94,7 @@ static pd_status stab_transport(pd_ctx *ctx, val_lab *lab, double m, double x, s
     symbol s;
     double centre = 0.0, least = 0.0;
     stab_box(lab, m, 1);
-    lab->flow_desc.rho = lab->flow_desc.mu = lab->flow_desc.speed = lab->flow_desc.length = 1.0;
+    lab->flow_desc.rho = lab->flow_desc.mu = lab->flow_desc.report_speed = lab->flow_desc.report_length = 1.0;
     lab->transport_desc.diffusivity = 1.0;
     lab->transport_desc.advection = PD_ADVECTION_UPWIND;
     PDI_TRY(lab_build(ctx, lab, VAL_FLOW | VAL_TRANSPORT));
@@ -136,7 +136,7 @@ static pd_status stab_unsteady_rates(pd_ctx *ctx, const val_lab *lab, double siz
     if (b < PD_DIM) un->flow->u[(int64_t)b * total + middle] += size;
     else un->density[middle] += size;
     PDI_TRY(pd_weakly_compressible_step(ctx, un, 1e-12));
-    memcpy(rate, un->rate, (size_t)(PD_DIM + 1) * (size_t)total * sizeof *rate);
+    memcpy(rate, un->time_derivative, (size_t)(PD_DIM + 1) * (size_t)total * sizeof *rate);
     return PD_OK;
 }
 
@@ -149,10 +149,10 @@ static pd_status stab_unsteady(pd_ctx *ctx, val_lab *lab, double m, double x, st
     memset(&desc, 0, sizeof desc);
     memset(&stab_un, 0, sizeof stab_un);
     stab_box(lab, m, 2);
-    lab->flow_desc.rho = lab->flow_desc.speed = lab->flow_desc.length = 1.0;
+    lab->flow_desc.rho = lab->flow_desc.report_speed = lab->flow_desc.report_length = 1.0;
     lab->flow_desc.mu = x;
     desc.eos = PD_EOS_LINEAR;
-    desc.sound = 1.0;
+    desc.sound_speed = 1.0;
     PDI_TRY(lab_build(ctx, lab, VAL_FLOW));
     PDI_TRY(lab_fields(ctx, lab, 2, PD_DIM + 1));
     pd_status status = pd_weakly_compressible_build(ctx, &lab->flow, &desc, &stab_un);
@@ -214,13 +214,13 @@ static pd_status stab_gas_emptied(pd_ctx *ctx, pd_gas *gas, double mach, int awa
         }
     }
     PDI_TRY(pd_gas_limit(ctx, gas, limit));
-    *limit = 1.0 / gas->rate[middle]; /* that of the node itself */
+    *limit = 1.0 / gas->time_derivative[middle]; /* that of the node itself */
     PDI_TRY(pd_gas_step(ctx, gas, 1e-14));
     high = 64.0 * *limit;
     for (int step = 0; step < 60; step++) {
         double dt = 0.5 * (low + high), u[PD_GAS_FIELDS], energy;
         for (int c = 0; c < PD_GAS_FIELDS; c++)
-            u[c] = gas->state[c * total + middle] + dt * gas->rate[c * total + middle];
+            u[c] = gas->state[c * total + middle] + dt * gas->time_derivative[c * total + middle];
         energy = u[PD_DIM + 1];
         for (int d = 0; d < PD_DIM; d++) energy -= 0.5 * u[d + 1] * u[d + 1] / u[0];
         if (u[0] > 0.0 && energy > 0.0) low = dt;
@@ -239,7 +239,7 @@ static pd_status stab_gas(pd_ctx *ctx, val_lab *lab, double m, double x, stab_po
     mach = x;
     stab_box(lab, m, 1);
     lab->gas_desc.gamma = 1.4;
-    lab->gas_desc.order = PD_GAS_FIRST;
+    lab->gas_desc.spatial_order = PD_GAS_FIRST;
     lab->gas_desc.initial = stab_gas_state;
     lab->gas_desc.initial_user = &mach;
     PDI_TRY(lab_build(ctx, lab, VAL_GAS));
@@ -256,7 +256,7 @@ static pd_status stab_gas(pd_ctx *ctx, val_lab *lab, double m, double x, stab_po
             memcpy(gas->state, lab->field[2], lab->field_size * sizeof *gas->state);
             gas->state[b * total + middle] += sign ? -size : size;
             status = pd_gas_step(ctx, gas, 1e-12);
-            memcpy(lab->field[sign], gas->rate, lab->field_size * sizeof *gas->rate);
+            memcpy(lab->field[sign], gas->time_derivative, lab->field_size * sizeof *gas->time_derivative);
         }
         for (size_t k = 0; k < lab->field_size; k++) {
             lab->field[0][k] -= lab->field[1][k];
@@ -296,7 +296,7 @@ static pd_status stab_two_stage(pd_ctx *ctx, val_lab *lab, double m, double x, s
     pd_transport_result result;
     memset(&desc, 0, sizeof desc);
     stab_box(lab, m, 1);
-    lab->flow_desc.rho = lab->flow_desc.mu = lab->flow_desc.speed = lab->flow_desc.length = 1.0;
+    lab->flow_desc.rho = lab->flow_desc.mu = lab->flow_desc.report_speed = lab->flow_desc.report_length = 1.0;
     lab->transport_desc.diffusivity = 1.0;
     PDI_TRY(lab_build(ctx, lab, VAL_FLOW | VAL_TRANSPORT));
     stab_stream(&lab->flow, 100.0);
@@ -327,8 +327,8 @@ static double stab_energy(const pd_flow *flow)
 static pd_status stab_implicit(pd_ctx *ctx, val_lab *lab, double m, double x, stab_point *point)
 {
     lab_box(lab, 1.0, m, 0.0, PD_DIM == 3 ? 10.0 : 16.0);
-    lab->flow_desc.rho = lab->flow_desc.speed = 1.0;
-    lab->flow_desc.length = 10.0;
+    lab->flow_desc.rho = lab->flow_desc.report_speed = 1.0;
+    lab->flow_desc.report_length = 10.0;
     lab->flow_desc.mu = 0.1;
     PDI_TRY(lab_build(ctx, lab, VAL_FLOW | VAL_STEADY | VAL_IMPLICIT));
     for (int d = 0; d < PD_DIM; d++)

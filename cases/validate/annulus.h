@@ -59,15 +59,15 @@ static void annulus_lab(val_job *job, double length, double along, double *kappa
     lab->grid_desc.solid = &lab->shapes[0];
     lab->grid_desc.wall = &lab->shapes[2];
     lab->shapes[0].type = lab->shapes[1].type = PD_SHAPE_CYLINDER;
-    lab->shapes[0].r = *kappa * outer;
-    lab->shapes[1].r = outer;
+    lab->shapes[0].radius = *kappa * outer;
+    lab->shapes[1].radius = outer;
     lab->shapes[2].type = PD_SHAPE_COMPLEMENT;
     lab->shapes[2].child[0] = 1;
-    lab->shapes[2].children = 1;
+    lab->shapes[2].child_count = 1;
     enclosed_fluid(lab, 1.0);
     lab->flow_desc.mu = ANNULUS_NU * lab->flow_desc.rho;
     lab->flow_desc.inlet = annulus_profile;
-    lab->flow_desc.developed = 1; /* side x- */
+    lab->flow_desc.developed_sides = 1; /* side x- */
     lab->flow_desc.inlet_user = kappa;
     lab->steady_desc.tolerance = 1e-9;
     job->out->h = h;

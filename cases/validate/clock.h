@@ -25,7 +25,7 @@ static double clock_rate(const val_lab *lab)
 {
     double sum = 0.0;
     for (int k = 0; k < lab->stencil.count; k++)
-        sum += lab->stencil.lap[k] * (1.0 - cos(2.0 * val_pi * lab->stencil.xi[k * PD_DIM + 1]));
+        sum += lab->stencil.laplacian_weight[k] * (1.0 - cos(2.0 * val_pi * lab->stencil.xi[k * PD_DIM + 1]));
     return CLOCK_NU * sum;
 }
 
@@ -110,7 +110,7 @@ static pd_status clock_unsteady_run(val_job *job)
     pd_weakly_compressible_desc desc;
     memset(&un, 0, sizeof un);
     memset(&desc, 0, sizeof desc);
-    desc.sound = CLOCK_SOUND;
+    desc.sound_speed = CLOCK_SOUND;
     PDI_TRY(clock_build(job, VAL_FLOW));
     clock_field(job, 0, lab->flow.u, 0.0, CLOCK_FAINT, 0.0);
     pd_status status = pd_weakly_compressible_build(job->ctx, &lab->flow, &desc, &un);
@@ -139,7 +139,7 @@ static pd_status clock_gas_run(val_job *job)
     val_lab *lab = job->lab;
     double end = 0.1 / CLOCK_SPEED, decay = 0.0, turn = 0.0;
     lab->gas_desc.gamma = 1.4;
-    lab->gas_desc.order = PD_GAS_FIRST;
+    lab->gas_desc.spatial_order = PD_GAS_FIRST;
     lab->gas_desc.initial = clock_gas_start;
     PDI_TRY(clock_build(job, VAL_GAS));
     for (int step = 0; step < (int)job->level.p; step++) {
@@ -147,7 +147,7 @@ static pd_status clock_gas_run(val_job *job)
         if (status != PD_OK) return status < 0 ? status : PD_ERR_STATE;
     }
     for (int k = 0; k < lab->stencil.count; k++) {
-        double speed = 2.0 * lab->stencil.grad[k * PD_DIM + 1] * CLOCK_SPEED;
+        double speed = 2.0 * lab->stencil.gradient_weight[k * PD_DIM + 1] * CLOCK_SPEED;
         double angle = 2.0 * val_pi * lab->stencil.xi[k * PD_DIM + 1];
         if (!(speed > 0.0)) continue;
         decay += speed * (1.0 - cos(angle));

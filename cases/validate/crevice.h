@@ -203,7 +203,7 @@ static pd_status crevice_run(val_job *job)
     job->out->err[0] = fabs(deepest[1] / deepest[0] - 1.0);
     job->out->err[1] = fabs(place[1] - place[0]) / CREVICE_LENGTH;
     job->out->err[2] = fabs(mean[1] / mean[0] - 1.0);
-    job->out->err[3] = lab->couple.ledger[0].relative;
+    job->out->err[3] = lab->couple.ledger[0].relative_imbalance;
     job->out->steps = (long)lab->couple.steps;
     return PD_OK;
 }

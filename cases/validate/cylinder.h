@@ -71,7 +71,7 @@ static pd_status cylinder_solve(val_job *job, int along, int across)
     lab->grid_desc.solid = &lab->shapes[0];
     lab->shapes[0].type = PD_DIM == 2 ? PD_SHAPE_BALL : PD_SHAPE_CYLINDER;
     lab->shapes[0].axis = 2;
-    lab->shapes[0].r = 0.5 * CYLINDER_D;
+    lab->shapes[0].radius = 0.5 * CYLINDER_D;
     for (int d = 0; d < PD_DIM; d++) {
         lab->shapes[0].a[d] = d ? 0.2 : CYLINDER_X;
         lo[d] = 0.0;
@@ -81,10 +81,10 @@ static pd_status cylinder_solve(val_job *job, int along, int across)
     }
     lab->flow_desc.rho = 1.0;
     lab->flow_desc.mu = 1e-3;
-    lab->flow_desc.speed = CYLINDER_MEAN;
-    lab->flow_desc.length = CYLINDER_D;
+    lab->flow_desc.report_speed = CYLINDER_MEAN;
+    lab->flow_desc.report_length = CYLINDER_D;
     lab->flow_desc.inlet = cylinder_profile;
-    lab->flow_desc.developed = 1; /* side x- */
+    lab->flow_desc.developed_sides = 1; /* side x- */
     lab->steady_desc.tolerance = 1e-6;
     PDI_TRY(lab_build(job->ctx, lab, VAL_FLOW | VAL_STEADY));
     PDI_TRY(flow_solve(job));

@@ -53,14 +53,14 @@ static int rate_slab(val_lab *lab, const int *direction, int n, uint8_t *mask)
     for (int d = 0; d < PD_DIM; d++) {
         lab->grid_desc.side[2 * d] = lab->grid_desc.side[2 * d + 1] = PD_SIDE_PERIODIC;
         lab->shapes[0].b[d] = RATE_EDGE / n;
-        lab->shapes[0].n[d] = direction[d] ? edge : 2;
-        lab->grid_desc.hi[d] = lab->shapes[0].n[d] * (RATE_EDGE / n);
-        cells *= lab->shapes[0].n[d];
+        lab->shapes[0].mask_size[d] = direction[d] ? edge : 2;
+        lab->grid_desc.hi[d] = lab->shapes[0].mask_size[d] * (RATE_EDGE / n);
+        cells *= lab->shapes[0].mask_size[d];
     }
     for (int k = 0; k < cells; k++) {
         int layer = 0;
-        for (int d = 0, rest = k; d < PD_DIM; rest /= lab->shapes[0].n[d++])
-            layer += direction[d] * (rest % lab->shapes[0].n[d]);
+        for (int d = 0, rest = k; d < PD_DIM; rest /= lab->shapes[0].mask_size[d++])
+            layer += direction[d] * (rest % lab->shapes[0].mask_size[d]);
         mask[k] = layer % edge < 3 * edge / 4;
     }
     return edge;
@@ -139,7 +139,7 @@ static const val_case rate_case = {
 static int ledger_watch(void *user, const pd_time_loop *couple)
 {
     double *worst = (double *)user;
-    *worst = fmax(*worst, couple->ledger[0].relative);
+    *worst = fmax(*worst, couple->ledger[0].relative_imbalance);
     return 0;
 }
 

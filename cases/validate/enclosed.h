@@ -6,7 +6,7 @@
 /* Unit density and unit reference speed and length, viscosity nu [m2/s]. */
 static void enclosed_fluid(val_lab *lab, double nu)
 {
-    lab->flow_desc.rho = lab->flow_desc.speed = lab->flow_desc.length = 1.0;
+    lab->flow_desc.rho = lab->flow_desc.report_speed = lab->flow_desc.report_length = 1.0;
     lab->flow_desc.mu = nu;
 }
 
@@ -345,7 +345,7 @@ static pd_status wave_build(val_job *job, const int *cells, wave *w)
     w->across[0] = -w->k[1] / length;
     w->across[1] = w->k[0] / length;
     enclosed_fluid(lab, WAVE_NU);
-    lab->implicit_desc.tolerance = 1e-7;
+    lab->implicit_desc.stage_tolerance = 1e-7;
     PDI_TRY(lab_build(job->ctx, lab, VAL_FLOW | (PD_DIM == 2 ? VAL_STEADY | VAL_IMPLICIT : 0)));
     for (int32_t i = 0; i < lab->grid.total; i++)
         for (int d = 0; d < PD_DIM && lab->grid.kind[i] == PD_FLUID; d++)

@@ -99,7 +99,7 @@ static pd_status graetz_build(val_job *job, const graetz_kind *kind)
     lab->grid_desc.axisymmetric = !kind->walls;
     enclosed_fluid(lab, 1.0);
     lab->flow_desc.inlet = graetz_profile;
-    lab->flow_desc.developed = 1; /* side x- */
+    lab->flow_desc.developed_sides = 1; /* side x- */
     lab->flow_desc.inlet_user = lab->transport_desc.user = (void *)(uintptr_t)kind;
     lab->transport_desc.diffusivity = GRAETZ_D;
     lab->transport_desc.held = graetz_held;

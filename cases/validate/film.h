@@ -86,7 +86,7 @@ static pd_status film_solve(val_job *job, const char *mg, const char *oh, const 
              "[chemistry] activity = ideal\n[species Mg2+] D = %s m2/s\n[species OH-] D = %s m2/s\n"
              FILM_STATES("mg")
              "[run] until = %.17g h  rtol = 1e-3\n", 1.0 / job->level.n, job->level.m, mg, oh, job->level.p);
-    desc.dry = 1;
+    desc.no_files = 1;
     desc.figures = &f;
     PDI_TRY(pd_scene_parse(job->ctx, "case", text, NULL, 0, &setup));
     pd_status status = pd_run(job->ctx, &setup, &desc, &result);
@@ -98,7 +98,7 @@ static pd_status film_solve(val_job *job, const char *mg, const char *oh, const 
         job->out->err[1] = fabs(film_figure(&f, "surface", "theta", "mean") / y[0] - 1.0);
         job->out->err[2] = fabs(film_figure(&f, "surface", "eps", "mean") - y[1]) / 0.55;
         job->out->err[3] = fabs(film_figure(&f, "surface", "l", "mean") / y[2] - 1.0);
-        job->out->err[4] = result.ledger;
+        job->out->err[4] = result.mass_balance_error;
     }
     pd_scalar_outputs_free(job->ctx, &f);
     return status;

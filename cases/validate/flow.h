@@ -28,10 +28,10 @@ static void flow_channel(val_lab *lab, double h, double m, double lo, double hi,
     lab->grid_desc.side[1] = PD_SIDE_OUTLET;
     lab->flow_desc.rho = FLOW_RHO;
     lab->flow_desc.mu = FLOW_MU;
-    lab->flow_desc.speed = *mean;
-    lab->flow_desc.length = 2.0 * FLOW_HALF;
+    lab->flow_desc.report_speed = *mean;
+    lab->flow_desc.report_length = 2.0 * FLOW_HALF;
     lab->flow_desc.inlet = flow_profile;
-    lab->flow_desc.developed = 1; /* side x- */
+    lab->flow_desc.developed_sides = 1; /* side x- */
     lab->flow_desc.inlet_user = mean;
     lab->steady_desc.tolerance = tolerance;
 }
@@ -179,11 +179,11 @@ static pd_status flux_run(val_job *job)
     lab->shapes[0].b[1] = 40.0 * um;
     for (int end = 1; end < 3; end++) {
         lab->shapes[end].type = PD_SHAPE_BALL;
-        lab->shapes[end].r = 40.0 * um;
+        lab->shapes[end].radius = 40.0 * um;
         lab->shapes[end].a[0] = end == 1 ? cap : 400.0 * um - cap;
     }
     lab->shapes[3].type = PD_SHAPE_UNION;
-    lab->shapes[3].children = cap > 0.0 ? 3 : 1;
+    lab->shapes[3].child_count = cap > 0.0 ? 3 : 1;
     for (int k = 0; k < 3; k++) lab->shapes[3].child[k] = k;
     PDI_TRY(lab_build(job->ctx, lab, VAL_FLOW | VAL_STEADY));
     PDI_TRY(flow_solve(job));
@@ -239,9 +239,9 @@ static pd_status hagen_run(val_job *job)
     val_lab *lab = job->lab;
     flow_channel(lab, FLOW_HALF / job->level.n, job->level.m, 0.0, FLOW_HALF, &mean, 1e-8);
     lab->shapes[0].type = PD_SHAPE_CYLINDER;
-    lab->shapes[0].r = FLOW_HALF;
+    lab->shapes[0].radius = FLOW_HALF;
     lab->shapes[1].type = PD_SHAPE_COMPLEMENT;
-    lab->shapes[1].children = 1;
+    lab->shapes[1].child_count = 1;
     lab->grid_desc.wall = &lab->shapes[1];
     PDI_TRY(lab_build(job->ctx, lab, VAL_FLOW | VAL_STEADY));
     PDI_TRY(flow_solve(job));
@@ -282,8 +282,8 @@ static pd_status duct_run_order(val_job *job, int order)
     lab_box(lab, h, job->level.m, 0.0, 1.0);
     lab->grid_desc.hi[0] = 4.0 * h;
     lab->grid_desc.side[0] = lab->grid_desc.side[1] = PD_SIDE_PERIODIC;
-    lab->flow_desc.rho = lab->flow_desc.mu = lab->flow_desc.length = lab->flow_desc.force[0] = 1.0;
-    lab->flow_desc.speed = 0.07; /* the largest is 0.0737 */
+    lab->flow_desc.rho = lab->flow_desc.mu = lab->flow_desc.report_length = lab->flow_desc.force[0] = 1.0;
+    lab->flow_desc.report_speed = 0.07; /* the largest is 0.0737 */
     lab->steady_desc.tolerance = 1e-9;
     PDI_TRY(lab_build(job->ctx, lab, VAL_FLOW | VAL_STEADY));
     PDI_TRY(flow_solve(job));

@@ -10,15 +10,15 @@
 static void crack_local(const pd_crack_desc *crack, const double *x, double *y)
 {
     double a = x[0] - crack->tip[0], b = x[1] - crack->tip[1];
-    y[0] = a * crack->way[0] + b * crack->way[1];
-    y[1] = b * crack->way[0] - a * crack->way[1];
+    y[0] = a * crack->direction[0] + b * crack->direction[1];
+    y[1] = b * crack->direction[0] - a * crack->direction[1];
 }
 
 /* The bonds that cross a crack of this length [m] break. */
 static pd_status crack_cut(val_job *job, const pd_crack_desc *crack, double length)
 {
-    double corners[4] = {crack->tip[0] - length * crack->way[0], crack->tip[1] - length * crack->way[1], crack->tip[0],
-                         crack->tip[1]};
+    double corners[4] = {crack->tip[0] - length * crack->direction[0], crack->tip[1] - length * crack->direction[1],
+                         crack->tip[0], crack->tip[1]};
     pd_precrack cut = {2, corners};
     return pd_body_apply_precracks(job->ctx, &job->lab->solid.body, &cut, 1, NULL);
 }
@@ -58,8 +58,8 @@ static pd_status crack_plate(val_job *job, double angle, int springs, double fur
     s->metal.poisson = 1.0 / 3.0;
     s->metal.plane = s->spring.plane = PD_PLANE_STRESS;
     memset(crack, 0, sizeof *crack);
-    crack->way[0] = cos(angle);
-    crack->way[1] = sin(angle);
+    crack->direction[0] = cos(angle);
+    crack->direction[1] = sin(angle);
     crack->tip[0] = 0.013 * h; /* no bond passes the tip itself */
     crack->tip[1] = 0.007 * h;
     for (int32_t i = 0; i < s->body.count; i++) {
@@ -67,11 +67,11 @@ static pd_status crack_plate(val_job *job, double angle, int springs, double fur
         if (fmax(fabs(x[0]), fabs(x[1])) < 1.0 - 2.0 * job->level.m * h) continue;
         crack_local(crack, x, y);
         elasticity_williams(y, 1.0 / 3.0, PD_PLANE_STRESS, k, v);
-        s->u[i * 2] = v[0] * crack->way[0] - v[1] * crack->way[1];
-        s->u[i * 2 + 1] = v[0] * crack->way[1] + v[1] * crack->way[0];
+        s->u[i * 2] = v[0] * crack->direction[0] - v[1] * crack->direction[1];
+        s->u[i * 2 + 1] = v[0] * crack->direction[1] + v[1] * crack->direction[0];
         s->held[i * 2] = s->held[i * 2 + 1] = 1;
     }
-    for (int d = 0; d < 2; d++) crack->tip[d] += further * h * crack->way[d];
+    for (int d = 0; d < 2; d++) crack->tip[d] += further * h * crack->direction[d];
     PDI_TRY(crack_cut(job, crack, 9.0));
     PDI_TRY(springs ? solid_springs(job->ctx, s) : solid_elastic(job->ctx, s));
     job->out->h = h;
@@ -166,7 +166,7 @@ static pd_status specimen_strip(val_job *job, int cells, double *ratio, double *
     int n[2] = {cells, 3 * cells};
     pd_crack_desc crack;
     memset(&crack, 0, sizeof crack);
-    crack.way[0] = 1.0;
+    crack.direction[0] = 1.0;
     crack.tip[0] = 0.013 * h;
     crack.tip[1] = 0.007 * h;
     solid_free(job->ctx, s);
@@ -177,7 +177,7 @@ static pd_status specimen_strip(val_job *job, int cells, double *ratio, double *
     s->metal.plane = PD_PLANE_STRESS;
     PDI_TRY(solid_elastic(job->ctx, s));
     for (int32_t i = 0; i < s->body.count; i++)
-        if (fabs(s->position[i * 2 + 1]) > 1.0) s->load[i * 2 + 1] = -s->elastic.edge[i * 2 + 1];
+        if (fabs(s->position[i * 2 + 1]) > 1.0) s->load[i * 2 + 1] = -s->elastic.surface_vector[i * 2 + 1];
     PDI_TRY(solid_rest(job->ctx, s));
     PDI_TRY(crack_contours(job, &crack, 2, 0.7, ratio, spread));
     k = elasticity_edge_notch(0.5 + crack.tip[0]);
@@ -193,7 +193,7 @@ static pd_status specimen_compact(val_job *job, int cells, double *ratio, double
     int n[2] = {5 * cells / 4, 6 * cells / 5};
     pd_crack_desc crack;
     memset(&crack, 0, sizeof crack);
-    crack.way[0] = 1.0;
+    crack.direction[0] = 1.0;
     crack.tip[0] = 0.5 + 0.013 * h;
     crack.tip[1] = 0.007 * h;
     solid_free(job->ctx, s);
@@ -333,7 +333,7 @@ static double branching_tip(const val_solid *s, int *branched, val_curve *curve)
         int64_t gone = 0;
         for (pd_bond_iterator b = pdi_body_bonds_begin(&s->body, i); pdi_body_bonds_next(&b);)
             gone += pdi_body_bond_is_broken(&b);
-        if ((double)gone < 0.35 * (double)(s->body.row[i + 1] - s->body.row[i])) continue;
+        if ((double)gone < 0.35 * (double)(s->body.first_bond[i + 1] - s->body.first_bond[i])) continue;
         tip = fmax(tip, x[0]);
         *branched = *branched || (x[0] > 2e-3 && fabs(x[1]) > 4e-3);
         val_add_point(curve, 1e3 * x[0], 1e3 * x[1]);
@@ -351,7 +351,7 @@ static pd_status branching_run(val_job *job)
     int n[2] = {(int)(2.5 * job->level.n + 0.5), job->level.n}, branched = 0;
     pd_crack_desc notch;
     memset(&notch, 0, sizeof notch);
-    notch.way[0] = 1.0;
+    notch.direction[0] = 1.0;
     PDI_TRY(solid_cells(job->ctx, s, n, lo, h, job->level.m, NULL, NULL));
     PDI_TRY(crack_cut(job, &notch, 1.0));
     s->spring.young = 72e9;

@@ -28,14 +28,14 @@ static void front_slab(val_job *job, const int *direction, double h, double *spe
     for (int d = 0; d < PD_DIM; d++) {
         lab->grid_desc.side[2 * d] = lab->grid_desc.side[2 * d + 1] = PD_SIDE_PERIODIC;
         lab->shapes[0].b[d] = h;
-        lab->shapes[0].n[d] = direction[d] ? FRONT_CELLS : 2;
-        lab->grid_desc.hi[d] = lab->shapes[0].n[d] * h;
-        cells *= lab->shapes[0].n[d];
+        lab->shapes[0].mask_size[d] = direction[d] ? FRONT_CELLS : 2;
+        lab->grid_desc.hi[d] = lab->shapes[0].mask_size[d] * h;
+        cells *= lab->shapes[0].mask_size[d];
     }
     for (int k = 0; k < cells; k++) {
         int layer = 0;
-        for (int d = 0, rest = k; d < PD_DIM; rest /= lab->shapes[0].n[d++])
-            layer += direction[d] * (rest % lab->shapes[0].n[d]);
+        for (int d = 0, rest = k; d < PD_DIM; rest /= lab->shapes[0].mask_size[d++])
+            layer += direction[d] * (rest % lab->shapes[0].mask_size[d]);
         mask[k] = layer % FRONT_CELLS < 3 * FRONT_CELLS / 4;
     }
     lab->dissolve_desc.model = PD_METAL_BONDS;

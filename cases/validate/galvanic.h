@@ -11,7 +11,7 @@ static pd_status galvanic_solve(val_job *job, const char *text, pd_scalar_output
     pd_run_desc desc;
     memset(&desc, 0, sizeof desc);
     memset(figures, 0, sizeof *figures);
-    desc.dry = 1;
+    desc.no_files = 1;
     desc.figures = figures;
     PDI_TRY(pd_scene_parse(job->ctx, "case", text, NULL, 0, &setup));
     pd_status status = pd_run(job->ctx, &setup, &desc, result);
@@ -116,7 +116,7 @@ static pd_status galvanic_circle_loss(val_job *job, double conductivity, double 
              "[dissolve] current = 1 A/m2*10^((E + 1.5 V)/(60 mV))\n[run] until = %g s\n", 0.5 / job->level.n,
              job->level.m, conductivity, GALVANIC_TIME);
     pd_status status = galvanic_solve(job, text, &f, &r);
-    if (status >= 0) job->out->err[2] = fmax(job->out->err[2], fmax(r.ledger, r.current_balance));
+    if (status >= 0) job->out->err[2] = fmax(job->out->err[2], fmax(r.mass_balance_error, r.current_balance));
     *loss = r.volume_loss;
     pd_scalar_outputs_free(job->ctx, &f);
     return status;

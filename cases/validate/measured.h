@@ -18,8 +18,8 @@ static void measured_judge(measured_run *m)
     double square = 0.0, over = 0.0;
     int points = 0, at = 0;
     m->largest = 0.0;
-    for (int s = 0; s < m->setup.records; s++) {
-        const pd_setup_measured *r = &m->setup.record[s];
+    for (int s = 0; s < m->setup.measured_count; s++) {
+        const pd_setup_measured *r = &m->setup.measured[s];
         for (int k = 0; k < r->points; k++, at++) {
             double off = (m->computed[at] - r->value[k]) / r->scale;
             if (isnan(off)) continue;
@@ -39,8 +39,8 @@ static pd_status measured_solve(val_job *job, const char *scene, const char *con
     pd_run_desc desc;
     memset(m, 0, sizeof *m);
     memset(&desc, 0, sizeof desc);
-    desc.dry = 1;
-    desc.computed = m->computed;
+    desc.no_files = 1;
+    desc.computed_at_points = m->computed;
     PDI_TRY(pd_scene_read(job->ctx, scene, changes, count, &m->setup));
     pd_status status = pd_run(job->ctx, &m->setup, &desc, &m->result);
     if (status >= 0) measured_judge(m);
@@ -58,7 +58,7 @@ static void measured_hydrogen_curves(val_job *job, const char *name, const measu
     snprintf(points, sizeof points, "%s, measured", name);
     val_curve *found = val_add_curve(job, name, PD_SERIES_STYLE_LINE);
     val_curve *wanted = val_add_curve(job, points, PD_SERIES_STYLE_MARKERS);
-    const pd_setup_measured *r = &m->setup.record[0];
+    const pd_setup_measured *r = &m->setup.measured[0];
     for (int k = 0; k < r->points; k++) {
         val_add_point(found, r->time[k] / 3600.0, 498.0 * m->computed[k]);
         val_add_point(wanted, r->time[k] / 3600.0, 498.0 * r->value[k]);
@@ -129,10 +129,10 @@ static void measured_disc_curves(val_job *job, const char *name, const measured_
 {
     val_curve *found = val_add_curve(job, name, PD_SERIES_STYLE_LINE);
     val_curve *wanted = measured ? val_add_curve(job, "measured", PD_SERIES_STYLE_MARKERS) : NULL;
-    for (int k = 0; k < m->setup.records; k++) {
-        double height = 1e6 * m->setup.probe[k].at[1];
+    for (int k = 0; k < m->setup.measured_count; k++) {
+        double height = 1e6 * m->setup.probe[k].position[1];
         val_add_point(found, height, m->computed[k]);
-        val_add_point(wanted, height, m->setup.record[k].value[0]);
+        val_add_point(wanted, height, m->setup.measured[k].value[0]);
     }
 }
 
@@ -174,7 +174,7 @@ static pd_status measured_wire_run(val_job *job)
     job->out->err[1] = m.rms;
     job->out->err[2] = m.largest;
     job->out->residual = m.result.residual;
-    if (job->profile && status >= 0) wire_curves(&m.setup.record[0], m.computed, job->profile);
+    if (job->profile && status >= 0) wire_curves(&m.setup.measured[0], m.computed, job->profile);
     pd_setup_free(job->ctx, &m.setup);
     return status;
 }

@@ -30,7 +30,7 @@ static void patch_errors(val_job *job, int a, int b, double *err)
     pd_op_gradient(job->ctx, &lab->bonds, f, grad);
     pd_op_laplacian(job->ctx, &lab->bonds, f, lap);
     for (int32_t i = 0; i < grid->total; i++) {
-        if (grid->kind[i] != PD_FLUID || lab->bonds.row[i] >= 0) continue;
+        if (grid->kind[i] != PD_FLUID || lab->bonds.row_of_node[i] >= 0) continue;
         pd_grid_position(grid, i, x);
         patch_monomial(a, b, x, g);
         largest = fmax(largest, pdi_vec_norm(g));
@@ -45,7 +45,7 @@ static void patch_errors(val_job *job, int a, int b, double *err)
         for (int32_t i = 0; i < grid->total; i++) u[(int64_t)axis * grid->total + i] = f[i];
         pd_op_divergence(job->ctx, &lab->bonds, u, lap);
         for (int32_t i = 0; i < grid->total; i++) {
-            if (grid->kind[i] != PD_FLUID || lab->bonds.row[i] >= 0) continue;
+            if (grid->kind[i] != PD_FLUID || lab->bonds.row_of_node[i] >= 0) continue;
             pd_grid_position(grid, i, x);
             patch_monomial(a, b, x, g);
             off[1] = fmax(off[1], fabs(lap[i] - g[axis]));

@@ -161,12 +161,12 @@ static pd_status peer_pit_run(val_job *job)
     desc->rate_user = &speed;
     desc->passive = passive;
     lab->shapes[1].type = PD_SHAPE_BALL;
-    lab->shapes[1].r = 3.4 * h;
+    lab->shapes[1].radius = 3.4 * h;
     lab->shapes[1].a[2] = 4.5 * h;
     lab->shapes[2].type = PD_SHAPE_DIFFERENCE;
     lab->shapes[2].child[0] = 0;
     lab->shapes[2].child[1] = 1;
-    lab->shapes[2].children = 2;
+    lab->shapes[2].child_count = 2;
     PDI_TRY(peer_build(job, h, box, metal, 2));
     for (int32_t i = 0; i < lab->grid.total; i++) {
         double x[PD_DIM];

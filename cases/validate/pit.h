@@ -90,7 +90,7 @@ static pd_status pit_deepen_by(val_job *job, double depth, double solid, double 
              depth + solid, box);
     snprintf(text, sizeof text, "%s" PIT_SCENE "[run] until = %g s  rtol = %g\n", grid, depth, depth + solid, box,
              PD_DIM == 1 ? "" : "[side y-] flow = mirror\n[side y+] flow = mirror\n", seconds, rtol);
-    desc.dry = 1;
+    desc.no_files = 1;
     PDI_TRY(pd_scene_parse(job->ctx, "case", text, NULL, 0, &setup));
     pd_status status = pd_run(job->ctx, &setup, &desc, &result);
     pd_setup_free(job->ctx, &setup);
@@ -101,7 +101,7 @@ static pd_status pit_deepen_by(val_job *job, double depth, double solid, double 
     job->out->h = result.h;
     job->out->steps = (long)result.steps;
     job->out->err[0] = fabs(result.volume_loss * 1e-6 * solid / (fine - depth) - 1.0);
-    job->out->err[1] = result.ledger;
+    job->out->err[1] = result.mass_balance_error;
     return PD_OK;
 }
 

@@ -17,7 +17,7 @@ static pd_status plates_figures(val_job *job, const char *text, const char *name
     pd_run_desc desc;
     memset(&desc, 0, sizeof desc);
     memset(&figures, 0, sizeof figures);
-    desc.dry = 1;
+    desc.no_files = 1;
     desc.figures = &figures;
     PDI_TRY(pd_scene_parse(job->ctx, "case", text, NULL, 0, &setup));
     pd_status status = pd_run(job->ctx, &setup, &desc, &result);
@@ -33,7 +33,7 @@ static pd_status plates_figures(val_job *job, const char *text, const char *name
     PDI_TRY(status);
     job->out->h = result.h;
     job->out->steps = (long)result.steps;
-    job->out->err[2] = result.ledger;
+    job->out->err[2] = result.mass_balance_error;
     job->out->err[3] = result.current_balance;
     job->out->err[4] = result.volume_loss / passed;
     return PD_OK;

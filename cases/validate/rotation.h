@@ -14,7 +14,7 @@ static pd_status rotation_build(val_job *job, rotation_field_fn field, rotation_
     val_lab *lab = job->lab;
     lab_box(lab, 1.0 / job->level.n, job->level.m, 0.0, 1.0);
     for (int side = 0; side < 2 * PD_DIM; side++) lab->grid_desc.side[side] = PD_SIDE_PERIODIC;
-    lab->flow_desc.rho = lab->flow_desc.mu = lab->flow_desc.speed = lab->flow_desc.length = 1.0;
+    lab->flow_desc.rho = lab->flow_desc.mu = lab->flow_desc.report_speed = lab->flow_desc.report_length = 1.0;
     PDI_TRY(lab_build(job->ctx, lab, VAL_FLOW | VAL_TRANSPORT));
     PDI_TRY(lab_fields(job->ctx, lab, 2, 1));
     for (int32_t i = 0; i < lab->grid.total; i++) {

@@ -143,7 +143,7 @@ static pd_status lame_rest(val_job *job, double yield, double pressure, int step
     PDI_TRY(solid_elastic(job->ctx, s));
     for (int k = 1; k <= steps; k++) {
         for (int32_t i = 0; i < s->body.count; i++) {
-            const double *x = s->position + i * 2, *edge = s->elastic.edge + i * 2;
+            const double *x = s->position + i * 2, *edge = s->elastic.surface_vector + i * 2;
             double r = solid_radius(x), push = (x[0] * edge[0] + x[1] * edge[1]) / r;
             for (int d = 0; d < 2; d++) s->load[i * 2 + d] = r < 1.5 ? pressure * k / steps * push * x[d] / r : 0.0;
         }

@@ -75,7 +75,7 @@ static pd_status patch_plane(val_job *job, pd_plane plane)
         for (int q = 0; q < PD_DIM; q++) {
             int a = k % PD_DIM;
             s->u[k] += g[a * PD_DIM + q] * s->position[k - a + q];
-            s->load[k] -= p[a * PD_DIM + q] * s->elastic.edge[k - a + q];
+            s->load[k] -= p[a * PD_DIM + q] * s->elastic.surface_vector[k - a + q];
         }
     pd_correspondence_force(job->ctx, &s->elastic, s->u, s->force);
     for (int32_t k = 0; k < s->body.count * PD_DIM; k++) off = fmax(off, fabs(s->force[k] + s->load[k]));
@@ -145,9 +145,9 @@ static pd_status gutman_loss(val_job *job, double stress, double *loss)
              "[corrode] rate = 0.1 um/s  Csat = 5.1 mol/L  control = activation\n[run] until = 20 s\n",
              10.0 / job->level.n, job->level.m, 20.0 * 3.0 * stress / 200e3);
     PDI_TRY(pd_sim_open(job->ctx, text, NULL, 0, &sim));
-    pd_status status = pd_time_loop_run(job->ctx, &sim.model.couple, 20.0, 0.0, NULL, NULL);
-    *loss = pd_time_loop_volume_loss(&sim.model.couple);
-    job->out->steps += (long)sim.model.couple.steps;
+    pd_status status = pd_time_loop_run(job->ctx, &sim.model.time_loop, 20.0, 0.0, NULL, NULL);
+    *loss = pd_time_loop_volume_loss(&sim.model.time_loop);
+    job->out->steps += (long)sim.model.time_loop.steps;
     pd_sim_close(job->ctx, &sim);
     return status;
 }
@@ -208,7 +208,7 @@ static void cantilever_load(val_job *job, int kind)
     double sum = 0.0;
     for (int32_t i = 0; i < s->body.count; i++) {
         const double *x = s->position + (int64_t)i * PD_DIM;
-        double *load = s->load + (int64_t)i * PD_DIM, edge = s->elastic.edge[(int64_t)i * PD_DIM];
+        double *load = s->load + (int64_t)i * PD_DIM, edge = s->elastic.surface_vector[(int64_t)i * PD_DIM];
         if (x[0] < 4.0 - 2.0 * (job->level.m + 1.0) / job->level.n) continue;
         load[0] = -cantilever_stress(x, kind) * edge;
         load[1] = kind == 1 ? -6.0 * (0.25 - x[1] * x[1]) * edge : 0.0;

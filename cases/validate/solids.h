@@ -97,7 +97,7 @@ static pd_status solid_rest(pd_ctx *ctx, val_solid *s)
     pd_equilibrium_desc desc;
     pd_equilibrium_result result;
     memset(&desc, 0, sizeof desc);
-    desc.held = s->held;
+    desc.prescribed = s->held;
     PDI_TRY(pd_equilibrium_solve(ctx, &s->table, &desc, s->load, s->u, &result));
     s->iterations += result.iterations;
     if (s->table.stress) s->table.stress(ctx, s->table.self, s->u, s->stress);

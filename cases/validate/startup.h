@@ -54,8 +54,8 @@ static void startup_scene(val_job *job, int moving)
 {
     val_lab *lab = job->lab;
     startup_box(lab, 1.0, &job->level, 4);
-    lab->flow_desc.rho = lab->flow_desc.mu = lab->flow_desc.length = 1.0;
-    lab->flow_desc.speed = moving ? 1.0 : 0.125;
+    lab->flow_desc.rho = lab->flow_desc.mu = lab->flow_desc.report_length = 1.0;
+    lab->flow_desc.report_speed = moving ? 1.0 : 0.125;
     lab->flow_desc.force[0] = moving ? 0.0 : 1.0;
     lab->flow_desc.wall = moving ? startup_lid : NULL;
     if (!job->profile) return;
@@ -77,7 +77,7 @@ static double startup_error(const val_lab *lab, int moving, double t)
         error = fmax(error, fabs(lab->flow.u[i] - u));
         error = fmax(error, fabs(lab->flow.u[lab->grid.total + i]));
     }
-    return error / lab->flow_desc.speed;
+    return error / lab->flow_desc.report_speed;
 }
 
 static void startup_curves(val_job *job, int moving, double t)
@@ -145,7 +145,7 @@ static pd_status startup_explicit_run(val_job *job)
     memset(&un, 0, sizeof un);
     memset(&desc, 0, sizeof desc);
     startup_scene(job, 0);
-    desc.sound = 10.0 * lab->flow_desc.speed;
+    desc.sound_speed = 10.0 * lab->flow_desc.report_speed;
     PDI_TRY(lab_build(job->ctx, lab, VAL_FLOW));
     job->out->h = lab->grid.h[0];
     pd_status status = pd_weakly_compressible_build(job->ctx, &lab->flow, &desc, &un);
@@ -186,8 +186,8 @@ static pd_status swing_run(val_job *job)
     val_lab *lab = job->lab;
     swing_clock = 0.0;
     startup_box(lab, 1.0, &job->level, 4);
-    lab->flow_desc.rho = lab->flow_desc.mu = lab->flow_desc.length = 1.0;
-    lab->flow_desc.speed = 1.0 / SWING_RATE;
+    lab->flow_desc.rho = lab->flow_desc.mu = lab->flow_desc.report_length = 1.0;
+    lab->flow_desc.report_speed = 1.0 / SWING_RATE;
     lab->flow_desc.body = swing_force;
     lab->flow_desc.body_user = lab->flow_desc.clock = &swing_clock;
     lab->implicit_desc.rtol = 1e-5;
@@ -352,11 +352,11 @@ static pd_status channel_once(val_job *job, int along, int wide, double sign)
     lab->flow_desc.order = order;
     startup_box(lab, CHANNEL_HEIGHT, &job->level, along);
     lab->grid_desc.hi[2] = wide * lab->stencil_desc.h[2];
-    lab->flow_desc.rho = lab->flow_desc.speed = 1.0;
+    lab->flow_desc.rho = lab->flow_desc.report_speed = 1.0;
     lab->flow_desc.mu = CHANNEL_NU;
-    lab->flow_desc.length = CHANNEL_HEIGHT;
+    lab->flow_desc.report_length = CHANNEL_HEIGHT;
     lab->flow_desc.force[0] = sign * CHANNEL_FORCE;
-    lab->implicit_desc.tolerance = 1e-7;
+    lab->implicit_desc.stage_tolerance = 1e-7;
     lab->implicit_desc.rtol = 1e-4;
     PDI_TRY(lab_build(job->ctx, lab, VAL_FLOW | VAL_STEADY | VAL_IMPLICIT));
     for (int32_t i = 0; i < lab->grid.total; i++)

@@ -430,7 +430,7 @@ static void pulse_velocity(void *user, const double *x, double *u)
 /* Gaussian of peak 1 at the start; its width stands in the desc as reference length of the flow. */
 static double pulse_field(const val_lab *lab, const double *x, double t)
 {
-    double sigma = lab->flow_desc.length, s2 = sigma * sigma + 2.0 * lab->transport_desc.diffusivity * t;
+    double sigma = lab->flow_desc.report_length, s2 = sigma * sigma + 2.0 * lab->transport_desc.diffusivity * t;
     double u[PD_DIM], r2 = 0.0, c = 1.0;
     pulse_velocity(NULL, x, u);
     for (int d = 0; d < PD_DIM; d++) {
@@ -454,8 +454,8 @@ static pd_status pulse_build(val_job *job)
     }
     lab->flow_desc.rho = 1000.0;
     lab->flow_desc.mu = 1e-3;
-    lab->flow_desc.speed = PULSE_SPEED;
-    lab->flow_desc.length = job->level.n * PULSE_H;
+    lab->flow_desc.report_speed = PULSE_SPEED;
+    lab->flow_desc.report_length = job->level.n * PULSE_H;
     lab->flow_desc.inlet = pulse_velocity;
     lab->transport_desc.diffusivity = PULSE_SPEED * PULSE_H / job->level.p;
     PDI_TRY(lab_build(job->ctx, lab, VAL_FLOW | VAL_TRANSPORT));

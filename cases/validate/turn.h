@@ -44,7 +44,7 @@ static pd_status turn_build(val_job *job)
     lab_box(lab, 1.0 / job->level.n, job->level.m, 0.0, 1.0);
     lab->grid_desc.lo[0] = -1.0;
     lab->grid_desc.side[2] = PD_SIDE_INLET;
-    lab->grid_desc.entry = turn_enters;
+    lab->grid_desc.is_inlet = turn_enters;
     enclosed_fluid(lab, 1.0);
     lab->flow_desc.inlet = turn_velocity;
     lab->transport_desc.diffusivity = 1.0 / job->level.p;

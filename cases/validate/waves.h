@@ -16,7 +16,7 @@ static pd_status wave_bar(val_job *job, const int *n, double m, int springs, dou
     s->metal.plane = s->spring.plane = PD_PLANE_STRESS;
     PDI_TRY(springs ? solid_springs(job->ctx, s) : solid_elastic(job->ctx, s));
     s->motion.density = 1.0;
-    s->motion.share = share;
+    s->motion.step_fraction = share;
     return pd_verlet_build(job->ctx, &s->table, &s->motion, &s->verlet);
 }
 
@@ -48,7 +48,7 @@ static pd_status dispersion_wave(val_job *job, int m, double k, int springs, dou
     for (int32_t i = 0; i < s->body.count; i++) s->verlet.u[i] = size * cos(k * s->position[i]);
     PDI_TRY(s->table.force(job->ctx, s->table.self, s->verlet.u, s->force));
     *phase = sqrt(-s->force[middle] / size) / k;
-    double dt = s->verlet.longest, slow = 2.0 / dt * asin(0.5 * dt * sqrt(square));
+    double dt = s->verlet.max_step, slow = 2.0 / dt * asin(0.5 * dt * sqrt(square));
     *off = 0.0;
     for (int step = 1; step <= 80; step++) {
         PDI_TRY(pd_physics_run(job->ctx, pd_verlet_process(&s->verlet), step * dt));
@@ -107,7 +107,7 @@ static pd_status bar_wave_speed(val_job *job, const int *n, int springs, double 
     PDI_TRY(wave_bar(job, n, job->level.m, springs, 0.8));
     for (int32_t i = 0; i < s->body.count; i++)
         s->verlet.v[(int64_t)i * PD_DIM] = 1e-3 * sin(val_pi * s->position[(int64_t)i * PD_DIM] / n[0]);
-    double start = pd_verlet_kinetic(&s->verlet), dt = s->verlet.longest;
+    double start = pd_verlet_kinetic(&s->verlet), dt = s->verlet.max_step;
     for (int k = 0; found < 3 && k * dt < 3.0 * n[0]; k++) {
         PDI_TRY(pd_physics_run(job->ctx, pd_verlet_process(&s->verlet), (k + 1) * dt));
         double now = s->verlet.v[((int64_t)s->body.count - 1) * PD_DIM];

@@ -44,11 +44,11 @@ static pd_status wire_run(val_job *job)
     double computed[VAL_POINTS], square = 0.0;
     int points = 0;
     memset(&desc, 0, sizeof desc);
-    desc.dry = 1;
-    desc.computed = computed;
+    desc.no_files = 1;
+    desc.computed_at_points = computed;
     PDI_TRY(wire_read(job, &setup));
     pd_status status = pd_run(job->ctx, &setup, &desc, &result);
-    const pd_setup_measured *r = &setup.record[0];
+    const pd_setup_measured *r = &setup.measured[0];
     for (int k = 0; k < r->points && status >= 0; k++) {
         double off = 100.0 * fabs(computed[k] - r->value[k]);
         if (isnan(off)) continue;

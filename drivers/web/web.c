@@ -114,11 +114,11 @@ static void web_box(const pd_model *model)
 
 static int web_observe(void *user, pd_ctx *ctx, const pd_snapshot *at)
 {
-    const pd_step_diagnostics *o = at->observables;
+    const pd_step_diagnostics *o = at->diagnostics;
     (void)user;
-    if (at->when == PD_SNAPSHOT_STAGE_START) web_box(at->model);
-    int wish = page_instant((int)at->when, at->time, at->dt, at->until, (double)at->steps, o->volume_loss, o->v_max,
-                            o->c_max, pd_time_loop_imbalance(&at->model->couple));
+    if (at->stage == PD_SNAPSHOT_STAGE_START) web_box(at->model);
+    int wish = page_instant((int)at->stage, at->time, at->dt, at->end_time, (double)at->steps, o->volume_loss, o->v_max,
+                            o->c_max, pd_time_loop_imbalance(&at->model->time_loop));
     if (wish & WEB_FIELDS) web_fields(ctx, at);
     return (wish & WEB_ENDS) != 0;
 }

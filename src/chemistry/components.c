@@ -49,10 +49,10 @@ typedef struct pdi_components_work {
 PDI_FN void pdi_components_compute_totals(const pd_components *s, const double *c, double *total)
 {
     for (int k = 0; k < s->count; k++) {
-        total[k] = c[s->master[k]];
-        for (int n = 0; n < s->live && k < s->joined; n++) {
-            int i = s->member[n];
-            if (i != s->master[k]) total[k] += s->m[k][i] * c[i];
+        total[k] = c[s->component_solute[k]];
+        for (int n = 0; n < s->members && k < s->equilibrium_components; n++) {
+            int i = s->member_solute[n];
+            if (i != s->component_solute[k]) total[k] += s->stoichiometry[k][i] * c[i];
         }
     }
 }
@@ -64,8 +64,8 @@ static double pdi_components_compute_square(int charge) { return (double)(charge
 static double pdi_components_compute_other_strength(const pd_components *s, const double *total)
 {
     double sum = 0.0;
-    for (int k = s->joined; k < s->count; k++)
-        sum += 0.5 * pdi_components_compute_square(s->charge[s->master[k]]) * total[k];
+    for (int k = s->equilibrium_components; k < s->count; k++)
+        sum += 0.5 * pdi_components_compute_square(s->charge[s->component_solute[k]]) * total[k];
     return sum;
 }
 
@@ -80,8 +80,9 @@ PDI_FN double pdi_components_compute_ionic_strength(const pd_components *s, cons
 PDI_FN double pdi_components_compute_davies(const pd_components *s, const double *c, double *slope)
 {
     *slope = 0.0;
-    return s->debye > 0.0 ? pdi_activity_compute_davies(s->debye, pdi_components_compute_ionic_strength(s, c), slope)
-                          : 0.0;
+    return s->debye_hueckel > 0.0
+               ? pdi_activity_compute_davies(s->debye_hueckel, pdi_components_compute_ionic_strength(s, c), slope)
+               : 0.0;
 }
 
 PDI_FN double pdi_components_compute_ln_gamma(const pd_components *s, const double *c)
@@ -95,13 +96,14 @@ PDI_FN double pdi_components_compute_ln_gamma(const pd_components *s, const doub
 static void pdi_components_compute_salt_effect(const pd_components *s, pd_kinetic *kinetic)
 {
     double charge = 0.0;
-    kinetic->salt[0] = kinetic->salt[1] = 0.0;
+    kinetic->salt_exponent[0] = kinetic->salt_exponent[1] = 0.0;
     for (int i = 0; i < s->solutes; i++) {
         if (kinetic->nu[i] < 0.0) charge -= kinetic->nu[i] * s->charge[i];
-        kinetic->salt[kinetic->nu[i] > 0.0] += fabs(kinetic->nu[i]) * pdi_components_compute_square(s->charge[i]);
+        kinetic->salt_exponent[kinetic->nu[i] > 0.0] +=
+            fabs(kinetic->nu[i]) * pdi_components_compute_square(s->charge[i]);
     }
-    kinetic->salt[0] -= charge * charge;
-    kinetic->salt[1] -= charge * charge;
+    kinetic->salt_exponent[0] -= charge * charge;
+    kinetic->salt_exponent[1] -= charge * charge;
 }
 
 /* Chooses the basis, from the most frequent member on, and rewrites (5b.8) in its terms by Gauss-Jordan elimination. */
@@ -116,7 +118,7 @@ static void pdi_components_update_basis(pdi_components_work *w)
     }
     for (int r = 0; r < rows; r++) {
         done[r] = 0;
-        for (int n = 0; n < live; n++) w->m[r][n] = s->m[r][s->member[n]];
+        for (int n = 0; n < live; n++) w->m[r][n] = s->stoichiometry[r][s->member_solute[n]];
         for (int k = 0; k < rows; k++) w->inverse[r][k] = k == r ? 1.0 : 0.0;
     }
     for (int next = 0, found = 0; next < live && found < rows; next++) {
@@ -145,8 +147,8 @@ static void pdi_components_update_basis(pdi_components_work *w)
         found++;
     }
     for (int n = 0; n < live; n++) {
-        w->ln_k[n] = s->ln_k[s->member[n]];
-        for (int r = 0; r < rows; r++) w->ln_k[n] -= w->m[r][n] * s->ln_k[s->member[w->basis[r]]];
+        w->ln_k[n] = s->ln_k[s->member_solute[n]];
+        for (int r = 0; r < rows; r++) w->ln_k[n] -= w->m[r][n] * s->ln_k[s->member_solute[w->basis[r]]];
     }
     for (int r = 0; r < rows; r++) {
         w->balance[r] = w->term_size[r] = 0.0;
@@ -380,13 +382,13 @@ static int pdi_components_has_vanished_members(const pdi_components_work *w)
 static void pdi_components_init_work(const pd_components *s, const double *c, pdi_components_work *w)
 {
     w->system = s;
-    w->rows = s->joined;
-    w->members = s->live;
-    w->debye = s->debye;
+    w->rows = s->equilibrium_components;
+    w->members = s->members;
+    w->debye = s->debye_hueckel;
     w->other_strength = w->ln_gamma = w->ln_gamma_slope = w->strength = 0.0;
-    for (int n = 0; n < s->live; n++) {
-        w->charge[n] = s->charge[s->member[n]];
-        w->c[n] = pdi_max(c[s->member[n]], PDI_COMPONENTS_MIN_CONCENTRATION);
+    for (int n = 0; n < s->members; n++) {
+        w->charge[n] = s->charge[s->member_solute[n]];
+        w->c[n] = pdi_max(c[s->member_solute[n]], PDI_COMPONENTS_MIN_CONCENTRATION);
         w->ln_c[n] = log(w->c[n]);
     }
 }
@@ -418,26 +420,26 @@ PDI_FN pd_status pdi_components_solve(const pd_components *s, const double *tota
     pdi_components_work w;
     double others = 0.0;
     pdi_components_init_work(s, c, &w);
-    for (int k = 0; k < s->joined; k++) w.total[k] = total[k];
+    for (int k = 0; k < s->equilibrium_components; k++) w.total[k] = total[k];
     for (int k = 0; k < s->count; k++)
         if (!(fabs(total[k]) < HUGE_VAL)) return PD_NOT_CONVERGED;
-    for (int k = s->joined; k < s->count; k++)
-        others += 0.5 * pdi_components_compute_square(s->charge[s->master[k]]) * pdi_max(total[k], 0.0);
+    for (int k = s->equilibrium_components; k < s->count; k++)
+        others += 0.5 * pdi_components_compute_square(s->charge[s->component_solute[k]]) * pdi_max(total[k], 0.0);
     w.other_strength = others;
     pdi_components_update_activities(&w);
-    if (s->live && !pdi_components_solve_members(&w)) {
-        if (!(s->debye > 0.0)) return PD_NOT_CONVERGED;
+    if (s->members && !pdi_components_solve_members(&w)) {
+        if (!(s->debye_hueckel > 0.0)) return PD_NOT_CONVERGED;
         pdi_components_init_work(s, c, &w); /* ideal ones are near, and found from anywhere */
         w.debye = 0.0;
         if (!pdi_components_solve_members(&w)) return PD_NOT_CONVERGED;
-        w.debye = s->debye;
+        w.debye = s->debye_hueckel;
         w.other_strength = others;
         pdi_components_update_activities(&w);
         if (!pdi_components_solve_members(&w)) return PD_NOT_CONVERGED;
     }
-    if (s->live && pdi_components_has_vanished_members(&w)) pdi_components_try_equal_amounts(s, &w);
-    for (int n = 0; n < s->live; n++) c[s->member[n]] = w.c[n];
-    for (int k = s->joined; k < s->count; k++) c[s->master[k]] = pdi_max(total[k], 0.0);
+    if (s->members && pdi_components_has_vanished_members(&w)) pdi_components_try_equal_amounts(s, &w);
+    for (int n = 0; n < s->members; n++) c[s->member_solute[n]] = w.c[n];
+    for (int k = s->equilibrium_components; k < s->count; k++) c[s->component_solute[k]] = pdi_max(total[k], 0.0);
     return PD_OK;
 }
 
@@ -447,11 +449,12 @@ PDI_FN void pdi_components_compute_derivatives(const pd_components *s, const dou
     pdi_components_matrix a, b, weight;
     double each[PD_SPECIES_MAX];
     int columns = pdi_components_count_columns(s);
-    if (!s->live) return;
+    if (!s->members) return;
     pdi_components_init_work(s, c, &w);
-    for (int k = 0; k < s->joined; k++) w.total[k] = 0.0;
-    for (int k = s->joined; k < s->count; k++)
-        w.other_strength += 0.5 * pdi_components_compute_square(s->charge[s->master[k]]) * c[s->master[k]];
+    for (int k = 0; k < s->equilibrium_components; k++) w.total[k] = 0.0;
+    for (int k = s->equilibrium_components; k < s->count; k++)
+        w.other_strength +=
+            0.5 * pdi_components_compute_square(s->charge[s->component_solute[k]]) * c[s->component_solute[k]];
     pdi_components_update_activities(&w);
     pdi_components_update_basis(&w);
     pdi_components_compute_member_derivatives(&w, 1, weight, each);
@@ -461,13 +464,13 @@ PDI_FN void pdi_components_compute_derivatives(const pd_components *s, const dou
             for (int n = 0; n < w.members; n++) a[r][k] += w.m[r][n] * weight[k][n];
             b[r][k] = w.inverse[r][k];
         }
-        b[r][s->joined] = 0.0;
-        for (int n = 0; n < w.members; n++) b[r][s->joined] -= w.m[r][n] * each[n] * w.c[n];
+        b[r][s->equilibrium_components] = 0.0;
+        for (int n = 0; n < w.members; n++) b[r][s->equilibrium_components] -= w.m[r][n] * each[n] * w.c[n];
     }
     pdi_components_solve_linear(w.rows, columns, a, b);
     for (int n = 0; n < w.members; n++)
         for (int k = 0; k < columns; k++) {
-            double sum = k < s->joined ? 0.0 : each[n] * w.c[n];
+            double sum = k < s->equilibrium_components ? 0.0 : each[n] * w.c[n];
             for (int r = 0; r < w.rows; r++) sum += weight[r][n] * b[r][k];
             derivatives[n * columns + k] = sum;
         }
@@ -476,7 +479,7 @@ PDI_FN void pdi_components_compute_derivatives(const pd_components *s, const dou
 PDI_FN void pdi_components_compute_derivatives_single(const pd_components *s, const double *c, float *derivatives)
 {
     double exact[PD_COMPONENTS_DERIVATIVES];
-    int count = s->live * pdi_components_count_columns(s);
+    int count = s->members * pdi_components_count_columns(s);
     pdi_components_compute_derivatives(s, c, exact);
     for (int k = 0; k < count; k++) derivatives[k] = (float)exact[k];
 }
@@ -485,14 +488,15 @@ PDI_FN void pdi_components_apply_derivatives(const pd_components *s, const float
                                              double *c)
 {
     int columns = pdi_components_count_columns(s);
-    double others = columns > s->joined ? pdi_components_compute_other_strength(s, total) : 0.0;
-    for (int n = 0; n < s->live; n++) {
-        double sum = columns > s->joined ? (double)derivatives[s->joined] * others : 0.0;
-        for (int k = 0; k < s->joined; k++) sum += (double)derivatives[k] * total[k];
-        c[s->member[n]] = sum;
+    double others = columns > s->equilibrium_components ? pdi_components_compute_other_strength(s, total) : 0.0;
+    for (int n = 0; n < s->members; n++) {
+        double sum =
+            columns > s->equilibrium_components ? (double)derivatives[s->equilibrium_components] * others : 0.0;
+        for (int k = 0; k < s->equilibrium_components; k++) sum += (double)derivatives[k] * total[k];
+        c[s->member_solute[n]] = sum;
         derivatives += columns;
     }
-    for (int k = s->joined; k < s->count; k++) c[s->master[k]] = total[k];
+    for (int k = s->equilibrium_components; k < s->count; k++) c[s->component_solute[k]] = total[k];
 }
 
 /* c^n; *derivative: that by c. */
@@ -513,7 +517,8 @@ PDI_FN double pdi_components_compute_rate(const pd_components *s, const pd_kinet
     double davies = pdi_components_compute_davies(s, c, &davies_slope);
     constant[0] = kinetic->forward;
     constant[1] = kinetic->backward;
-    for (int way = 0; way < 2 && s->debye > 0.0; way++) constant[way] *= exp(kinetic->salt[way] * davies);
+    for (int way = 0; way < 2 && s->debye_hueckel > 0.0; way++)
+        constant[way] *= exp(kinetic->salt_exponent[way] * davies);
     memcpy(product, constant, sizeof product);
     for (int i = 0; i < s->solutes; i++) {
         if (kinetic->nu[i] == 0.0) continue;
@@ -523,7 +528,7 @@ PDI_FN double pdi_components_compute_rate(const pd_components *s, const pd_kinet
     for (int i = 0; i < s->solutes && derivatives; i++) {
         int way = kinetic->nu[i] > 0.0;
         derivatives[i] = 0.5 * pdi_components_compute_square(s->charge[i]) * davies_slope *
-                         (kinetic->salt[0] * product[0] - kinetic->salt[1] * product[1]);
+                         (kinetic->salt_exponent[0] * product[0] - kinetic->salt_exponent[1] * product[1]);
         if (kinetic->nu[i] == 0.0) continue;
         double rest = (way ? -constant[1] : constant[0]) * slope[i];
         for (int j = 0; j < s->solutes; j++)
@@ -559,7 +564,7 @@ PDI_FN pd_status pdi_components_solve_pure_solvent(const pd_components *s, doubl
     for (int i = 0; i < PD_SPECIES_MAX; i++) c[i] = 1.0; /* from nothing no equilibrium is found */
     for (int r = 0; r < s->kinetics; r++) {
         double extent = pdi_components_compute_dissociation(s, &s->kinetic[r]);
-        for (int k = 0; k < s->count; k++) total[k] += s->kinetic[r].gain[k] * extent;
+        for (int k = 0; k < s->count; k++) total[k] += s->kinetic[r].total_change[k] * extent;
     }
     pd_status status = pdi_components_solve(s, total, c);
     if (status != PD_OK) memset(c, 0, PD_SPECIES_MAX * sizeof *c);
@@ -627,12 +632,12 @@ static void pdi_components_compute_name_ranks(const pd_species *species, int cou
 {
     for (int i = 0; i < count; i++) {
         int before = 0;
-        if (s->place[i] < 0) continue;
+        if (s->solute_of_species[i] < 0) continue;
         for (int j = 0; j < count; j++) {
-            int sign = s->place[j] < 0 ? 1 : strcmp(species[j].name, species[i].name);
+            int sign = s->solute_of_species[j] < 0 ? 1 : strcmp(species[j].name, species[i].name);
             before += sign < 0 || (sign == 0 && j < i);
         }
-        rank[s->place[i]] = before;
+        rank[s->solute_of_species[i]] = before;
     }
 }
 
@@ -665,23 +670,23 @@ static void pdi_components_sort_components(const pdi_components_reactions *e, pd
             if (e->product[r] == i) row[i] = r;
             if (e->product[r] >= 0 && e->nu[r][i] != 0.0) joined[i] = 1;
         }
-        if (joined[i]) s->member[s->live++] = i;
+        if (joined[i]) s->member_solute[s->members++] = i;
     }
     for (int first = 1; first >= 0; first--) {
         for (int i = 0; i < s->solutes; i++)
-            if (row[i] < 0 && joined[i] == first) s->master[s->count++] = i;
-        if (first) s->joined = s->count;
+            if (row[i] < 0 && joined[i] == first) s->component_solute[s->count++] = i;
+        if (first) s->equilibrium_components = s->count;
     }
     for (int k = 0; k < s->count; k++)
         for (int i = 0; i < s->solutes; i++) {
-            s->m[k][i] = i == s->master[k] ? 1.0 : 0.0;
-            if (row[i] >= 0) s->m[k][i] = -e->nu[row[i]][s->master[k]];
+            s->stoichiometry[k][i] = i == s->component_solute[k] ? 1.0 : 0.0;
+            if (row[i] >= 0) s->stoichiometry[k][i] = -e->nu[row[i]][s->component_solute[k]];
         }
     for (int i = 0; i < s->solutes; i++) {
         double molar = log(PDI_COMPONENTS_MOLAR);
         if (row[i] < 0) continue;
         s->ln_k[i] = e->ln_k[row[i]] + molar;
-        for (int k = 0; k < s->count; k++) s->ln_k[i] -= s->m[k][i] * molar;
+        for (int k = 0; k < s->count; k++) s->ln_k[i] -= s->stoichiometry[k][i] * molar;
     }
 }
 
@@ -692,7 +697,7 @@ static pd_status pdi_components_add_reaction(pd_ctx *ctx, const pd_species *spec
     double nu[PD_SPECIES_MAX];
     memset(nu, 0, sizeof nu);
     for (int i = 0; i < count; i++)
-        if (s->place[i] >= 0) nu[s->place[i]] = reaction->nu[i];
+        if (s->solute_of_species[i] >= 0) nu[s->solute_of_species[i]] = reaction->nu[i];
     for (int i = 0; i < count; i++)
         if (reaction->nu[i] != 0.0 && species[i].phase > PD_PHASE_SOLVENT)
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "components", "'%s' has %s, expected solutes and water alone",
@@ -725,13 +730,13 @@ static pd_status pdi_components_try_build(pd_ctx *ctx, const pd_species *species
                         "at most %d reactions",
                         count, reaction_count, PD_SPECIES_MAX, PD_REACTION_MAX);
     for (int i = 0; i < count; i++) {
-        s->place[i] = -1;
+        s->solute_of_species[i] = -1;
         if (species[i].phase == PD_PHASE_SOLVENT || species[i].phase == PD_PHASE_SOLID) continue;
         if (species[i].phase != PD_PHASE_SOLUTE)
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "components", "%s is no solute, expected solutes, solids and water",
                             species[i].name);
         s->charge[s->solutes] = species[i].charge;
-        s->place[i] = s->solutes++;
+        s->solute_of_species[i] = s->solutes++;
     }
     if (!s->solutes) return pdi_fail(ctx, PD_ERR_ARGUMENT, "components", "there is no solute");
     for (int r = 0; r < reaction_count; r++)
@@ -748,7 +753,8 @@ static pd_status pdi_components_try_build(pd_ctx *ctx, const pd_species *species
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "components", "'%s' is the sum of others, and its K is not the "
                             "product of theirs: leave one out", e.name[r]);
     pdi_components_sort_components(&e, s);
-    for (int r = 0; r < s->kinetics; r++) pdi_components_compute_totals(s, s->kinetic[r].nu, s->kinetic[r].gain);
+    for (int r = 0; r < s->kinetics; r++)
+        pdi_components_compute_totals(s, s->kinetic[r].nu, s->kinetic[r].total_change);
     return PD_OK;
 }
 
@@ -758,6 +764,6 @@ PDI_FN pd_status pdi_components_build(pd_ctx *ctx, const pd_species *species, in
     memset(s, 0, sizeof *s);
     pd_status status = pdi_components_try_build(ctx, species, count, reactions, reaction_count, s);
     if (status < 0) memset(s, 0, sizeof *s);
-    else if (activity == PD_ACTIVITY_DAVIES) s->debye = pdi_activity_compute_debye_hueckel(temperature);
+    else if (activity == PD_ACTIVITY_DAVIES) s->debye_hueckel = pdi_activity_compute_debye_hueckel(temperature);
     return status;
 }

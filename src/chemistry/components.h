@@ -14,25 +14,26 @@
 /* A kinetic reaction by mass action, with rate constants at infinite dilution (eq. 5b.3). */
 typedef struct pd_kinetic {
     double forward, backward;     /* [unit of a rate: mol/m3/s over concentrations in mol/m3] */
-    double salt[2];               /* [-] exponents of ln gamma for both ways, kinetic salt effect */
+    double salt_exponent[2];      /* [-] exponents of ln gamma for both ways, kinetic salt effect */
     double nu[PD_SPECIES_MAX];    /* [-] stoichiometric numbers of solutes, products positive */
-    double gain[PD_SPECIES_MAX];  /* [-] change of the totals by one unit of the reaction */
+    double total_change[PD_SPECIES_MAX]; /* [-] change of the totals by one unit of the reaction */
 } pd_kinetic;
 
 /* A component system. Solutes are numbered without the solvent. Components that equilibrium reactions join come
  * first. */
 typedef struct pd_components {
     int solutes, count;          /* numbers of solutes and of components */
-    int joined;                  /* components that take part in equilibrium reactions */
-    int place[PD_SPECIES_MAX];   /* solute index of a species; -1: the solvent, a solid */
+    int equilibrium_components;  /* components that take part in equilibrium reactions */
+    int solute_of_species[PD_SPECIES_MAX]; /* solute index of a species; -1: the solvent, a solid */
     int charge[PD_SPECIES_MAX];  /* of solutes */
-    int master[PD_SPECIES_MAX];  /* solute index of a component */
-    double m[PD_SPECIES_MAX][PD_SPECIES_MAX]; /* [-] m_ki of component k and solute i (eq. 5b.8) */
-    int live, member[PD_SPECIES_MAX];         /* number and solute indices of members of equilibrium reactions */
+    int component_solute[PD_SPECIES_MAX];                 /* solute index of a component */
+    double stoichiometry[PD_SPECIES_MAX][PD_SPECIES_MAX]; /* [-] m_ki of component k and solute i (eq. 5b.8) */
+    /* number and solute indices of members of equilibrium reactions */
+    int members, member_solute[PD_SPECIES_MAX];
     double ln_k[PD_SPECIES_MAX];              /* [-] of solutes: ln a = ln_k + sum_k m_k ln a_master, with mol/m3 */
     int kinetics;
     pd_kinetic kinetic[PD_REACTION_MAX];
-    double debye; /* [-] A of Davies' equation, with mol/L; 0: ideal */
+    double debye_hueckel; /* [-] A of Davies' equation, with mol/L; 0: ideal */
 } pd_components;
 
 #ifdef PDI_INTERNAL
@@ -61,7 +62,7 @@ PDI_FN void pdi_components_apply_derivatives(const pd_components *components, co
 /* Number of columns of the derivatives: joined components, and one for the ionic strength when activities are on. */
 static inline int pdi_components_count_columns(const pd_components *components)
 {
-    return components->joined + (components->debye > 0.0);
+    return components->equilibrium_components + (components->debye_hueckel > 0.0);
 }
 /* Rate [mol/m3/s] of a kinetic reaction by mass action with activities (eq. 5b.3). NULL allowed: derivatives [solutes]
  * [1/s] by c; *gross_rate, forward plus backward rate. */

@@ -41,7 +41,7 @@ static double pdi_electrolyte_compute_charge(const pd_electrolyte *e, const doub
 static int pdi_electrolyte_is_in_equilibrium(const pd_electrolyte *e, const pd_reaction *r, const double *c)
 {
     if (!r->has_k) return 0;
-    for (int i = 0; i < e->count && c && !e->precipitates; i++)
+    for (int i = 0; i < e->count && c && !e->all_minerals_form; i++)
         if (r->nu[i] != 0.0 && e->species[i].phase == PD_PHASE_SOLID && !(c[i] > 0.0)) return 0;
     return 1;
 }
@@ -92,12 +92,12 @@ static void pdi_electrolyte_remove_species(pd_electrolyte *e, int k)
         e->recipe[i] = e->recipe[i + 1];
         e->initial[i] = e->initial[i + 1];
         e->inlet[i] = e->inlet[i + 1];
-        e->inside[i] = e->inside[i + 1];
+        e->shape_initial[i] = e->shape_initial[i + 1];
         for (int r = 0; r < e->reactions; r++) e->reaction[r].nu[i] = e->reaction[r].nu[i + 1];
     }
     for (int r = 0; r < e->reactions; r++) e->reaction[r].nu[e->count] = 0.0;
-    if (e->balance > k) e->balance--;
-    if (e->counter > k) e->counter--;
+    if (e->balance_ion > k) e->balance_ion--;
+    if (e->counter_ion > k) e->counter_ion--;
 }
 
 PDI_FN void pdi_electrolyte_remove_undissolved(pd_electrolyte *e, const int *stays)
@@ -148,8 +148,8 @@ static pd_status pdi_electrolyte_compute_ph(pd_ctx *ctx, const pd_electrolyte *e
     double out[PD_SPECIES_MAX];
     memcpy(c, from, (size_t)e->count * sizeof *c);
     c[ion] += fabs(acid);
-    double left = c[e->counter] - acid / e->species[e->counter].charge;
-    c[e->counter] = pdi_max(left, 0.0); /* of rounding at the bound */
+    double left = c[e->counter_ion] - acid / e->species[e->counter_ion].charge;
+    c[e->counter_ion] = pdi_max(left, 0.0); /* of rounding at the bound */
     memcpy(out, c, (size_t)e->count * sizeof *c);
     PDI_TRY(pd_electrolyte_solve(ctx, e, out, &s));
     *ph = s.ph;
@@ -160,7 +160,7 @@ static pd_status pdi_electrolyte_compute_ph(pd_ctx *ctx, const pd_electrolyte *e
 static pd_status pdi_electrolyte_find_acid_bracket(pd_ctx *ctx, const pd_electrolyte *e, double ph, const double *from,
                                                    double *a, double *f)
 {
-    const pd_species *counter = &e->species[e->counter];
+    const pd_species *counter = &e->species[e->counter_ion];
     double c[PD_SPECIES_MAX];
     PDI_TRY(pdi_electrolyte_compute_ph(ctx, e, from, 0.0, c, &f[0]));
     f[0] -= ph;
@@ -170,10 +170,12 @@ static pd_status pdi_electrolyte_find_acid_bracket(pd_ctx *ctx, const pd_electro
                         "[reaction water] H2O = H+ + OH-");
     f[1] = f[0];
     for (double sign = f[0] > 0.0 ? 1.0 : -1.0, size = PDI_ELECTROLYTE_MIN_ACID; f[1] * sign > 0.0; size *= 4.0) {
-        double most = from[e->counter] * counter->charge * sign; /* the ion is used up */
+        double most = from[e->counter_ion] * counter->charge * sign; /* the ion is used up */
         if (a[1] * sign >= PDI_ELECTROLYTE_MAX_ACID || (most > 0.0 && a[1] * sign >= most))
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "electrolyte", "pH %g cannot be reached with %s, of which there are "
-                            "%g mol/m3: name another ion by 'counter'", ph, counter->name, from[e->counter]);
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "electrolyte",
+                            "pH %g cannot be reached with %s, of which there are "
+                            "%g mol/m3: name another ion by 'counter'",
+                            ph, counter->name, from[e->counter_ion]);
         a[0] = a[1];
         f[0] = f[1];
         a[1] = sign * (most > 0.0 ? pdi_min(size, most) : size);
@@ -187,7 +189,7 @@ static pd_status pdi_electrolyte_find_acid_bracket(pd_ctx *ctx, const pd_electro
 static pd_status pdi_electrolyte_solve_ph(pd_ctx *ctx, const pd_electrolyte *e, double ph, double *c)
 {
     double from[PD_SPECIES_MAX], a[2], f[2];
-    if (e->counter < 0)
+    if (e->counter_ion < 0)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "electrolyte", "pH is set, but no ion that comes with the acid or base "
                         "that sets it, expected counter = Cl- or another ion");
     if (pdi_electrolyte_find_species(e, "H+") < 0 || pdi_electrolyte_find_species(e, "OH-") < 0)
@@ -217,19 +219,20 @@ static const char *pdi_electrolyte_find_main_ion(const pd_electrolyte *e, const 
 pd_status pd_electrolyte_neutralise(pd_ctx *ctx, const pd_electrolyte *e, double ph, double *c)
 {
     double strength, charge = pdi_electrolyte_compute_charge(e, c, &strength);
-    if (e->balance < 0 && fabs(charge) > PDI_ELECTROLYTE_NEUTRAL_TOLERANCE * strength)
+    if (e->balance_ion < 0 && fabs(charge) > PDI_ELECTROLYTE_NEUTRAL_TOLERANCE * strength)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "electrolyte",
                         "the charges sum to %+.4g mol/m3, %.3g %% of the ionic "
                         "strength, expected 0: correct a concentration, or name the ion that makes up for it by "
                         "balance = %s",
                         charge, 100.0 * fabs(charge) / strength, pdi_electrolyte_find_main_ion(e, c));
-    if (e->balance >= 0) {
-        double more = -charge / e->species[e->balance].charge;
-        if (c[e->balance] + more < 0.0)
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "electrolyte", "the charges sum to %+.4g mol/m3, which %s cannot "
-                            "make up for: there are %g mol/m3 of it; name another ion by 'balance'", charge,
-                            e->species[e->balance].name, c[e->balance]);
-        c[e->balance] += more;
+    if (e->balance_ion >= 0) {
+        double more = -charge / e->species[e->balance_ion].charge;
+        if (c[e->balance_ion] + more < 0.0)
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "electrolyte",
+                            "the charges sum to %+.4g mol/m3, which %s cannot "
+                            "make up for: there are %g mol/m3 of it; name another ion by 'balance'",
+                            charge, e->species[e->balance_ion].name, c[e->balance_ion]);
+        c[e->balance_ion] += more;
     }
     return isnan(ph) ? PD_OK : pdi_electrolyte_solve_ph(ctx, e, ph, c);
 }

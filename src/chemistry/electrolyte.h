@@ -15,14 +15,15 @@ typedef struct pd_electrolyte {
     double recipe[PD_SPECIES_MAX];    /* [mol/m3] as written, of the start */
     double initial[PD_SPECIES_MAX];   /* [mol/m3] the same, made neutral; a solid per volume of water */
     double inlet[PD_SPECIES_MAX];     /* [mol/m3] at inlets, made neutral */
-    double inside[PD_SPECIES_MAX];    /* [mol/m3] initial concentrations inside of shapes, made neutral */
-    double ph, inlet_ph, inside_ph; /* [-] given pH of the start, of inlets, inside of shapes; NaN: it follows from the
-                                     * amounts */
-    int balance;         /* index of the ion that is adjusted for electroneutrality; -1: none, charges must sum to 0 */
-    int counter;         /* index of the counter ion of the acid or base that sets the pH; -1: none */
+    double shape_initial[PD_SPECIES_MAX]; /* [mol/m3] initial concentrations inside of shapes, made neutral */
+    double ph, inlet_ph, shape_ph; /* [-] given pH of the start, of inlets, inside of shapes; NaN: it follows from the
+                                    * amounts */
+    /* index of the ion that is adjusted for electroneutrality; -1: none, charges must sum to 0 */
+    int balance_ion;
+    int counter_ion; /* index of the counter ion of the acid or base that sets the pH; -1: none */
     pd_activity activity;
     double temperature;  /* [K] */
-    int precipitates;    /* 1: every mineral forms when supersaturated; 0: only those that are present */
+    int all_minerals_form; /* 1: every mineral forms when supersaturated; 0: only those that are present */
 } pd_electrolyte;
 
 /* Equilibrium of a solution. */

@@ -49,16 +49,16 @@ static int pdi_mineral_is_invalid(double value) { return !(value >= 0.0) || !(va
 static void pdi_mineral_set_reaction(const pd_components *c, const pd_species *species, int count, const pd_reaction *r,
                                      pd_minerals *m, int s)
 {
-    double one = -r->nu[m->of[s].species], sum = 0.0;
+    double one = -r->nu[m->mineral[s].species], sum = 0.0;
     for (int i = 0; i < count; i++) {
         double nu = r->nu[i] / one;
-        if (c->place[i] < 0 || nu == 0.0) continue;
-        m->nu[s][c->place[i]] = nu;
-        m->square[s] += nu * species[i].charge * species[i].charge;
+        if (c->solute_of_species[i] < 0 || nu == 0.0) continue;
+        m->nu[s][c->solute_of_species[i]] = nu;
+        m->charge_square[s] += nu * species[i].charge * species[i].charge;
         sum += nu;
     }
     m->ln_k[s] = r->ln_k / one + sum * log(PDI_MINERAL_MOLAR);
-    pdi_components_compute_totals(c, m->nu[s], m->gain[s]);
+    pdi_components_compute_totals(c, m->nu[s], m->total_content[s]);
 }
 
 /* Checks all minerals and finds their reactions. */
@@ -66,15 +66,18 @@ static pd_status pdi_mineral_try_build(pd_ctx *ctx, const pd_components *c, cons
                                        const pd_reaction *reactions, int reaction_count, pd_minerals *m)
 {
     for (int s = 0; s < m->count; s++) {
-        pd_mineral *of = &m->of[s];
+        pd_mineral *of = &m->mineral[s];
         const char *name = species[of->species].name;
         int found = -1, several = 0;
-        if (pdi_mineral_is_invalid(of->rate) || pdi_mineral_is_invalid(of->surface) ||
+        if (pdi_mineral_is_invalid(of->rate) || pdi_mineral_is_invalid(of->surface_rate) ||
             pdi_mineral_is_invalid(of->exponent) || pdi_mineral_is_invalid(of->volume) ||
-            !(fabs(of->nucleation) < 1e100) || !(of->porosity >= 0.0) || !(of->porosity < 1.0))
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "minerals", "%s has the rate %g, surface %g, exponent %g, volume %g, "
+            !(fabs(of->nucleation) < 1e100) || !(of->min_porosity >= 0.0) || !(of->min_porosity < 1.0))
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "minerals",
+                            "%s has the rate %g, surface %g, exponent %g, volume %g, "
                             "nucleation %g and porosity %g, expected finite values of at least 0, and a porosity below "
-                            "1", name, of->rate, of->surface, of->exponent, of->volume, of->nucleation, of->porosity);
+                            "1",
+                            name, of->rate, of->surface_rate, of->exponent, of->volume, of->nucleation,
+                            of->min_porosity);
         if (!(of->exponent > 0.0)) of->exponent = 1.0;
         for (int r = 0; r < reaction_count; r++) {
             if (reactions[r].nu[of->species] == 0.0) continue;
@@ -103,7 +106,7 @@ PDI_FN pd_status pdi_mineral_build(pd_ctx *ctx, const pd_components *c, const pd
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "minerals", "%d minerals, expected at most %d", mineral_count,
                         PD_MINERAL_MAX);
     for (int s = 0; s < mineral_count; s++) {
-        m->of[s] = list[s];
+        m->mineral[s] = list[s];
         if (list[s].species < 0 || list[s].species >= count || species[list[s].species].phase != PD_PHASE_SOLID)
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "minerals", "mineral %d is species %d, which is no solid", s,
                             list[s].species);
@@ -119,7 +122,7 @@ PDI_FN pd_status pdi_mineral_build(pd_ctx *ctx, const pd_components *c, const pd
 static double pdi_mineral_compute_volume(const pd_minerals *m, const double *n)
 {
     double sum = 0.0;
-    for (int s = 0; s < m->count; s++) sum += m->of[s].volume * n[s];
+    for (int s = 0; s < m->count; s++) sum += m->mineral[s].volume * n[s];
     return sum;
 }
 
@@ -130,7 +133,7 @@ PDI_FN double pdi_mineral_compute_volume_fraction(const pd_minerals *m, const do
 
 PDI_FN double pdi_mineral_compute_ln_omega(const pd_components *c, const pd_minerals *m, int s, const double *conc)
 {
-    double sum = m->square[s] * pdi_components_compute_ln_gamma(c, conc) - m->ln_k[s], more = 0.0;
+    double sum = m->charge_square[s] * pdi_components_compute_ln_gamma(c, conc) - m->ln_k[s], more = 0.0;
     int lacks = 0;
     for (int i = 0; i < c->solutes; i++) {
         double size = m->nu[s][i] != 0.0 ? m->nu[s][i] * log(pdi_max(conc[i], PDI_MINERAL_MIN_CONCENTRATION)) : 0.0;
@@ -144,65 +147,66 @@ PDI_FN double pdi_mineral_compute_ln_omega(const pd_components *c, const pd_mine
 PDI_FN void pdi_mineral_begin_step(const pd_components *c, const pd_minerals *m, const double *n, const double *conc,
                                    pd_mineral_start *start)
 {
-    start->limited = 0;
-    start->near_ = NULL;
+    start->has_limits = 0;
+    start->guess = NULL;
     for (int s = 0; s < m->count; s++) {
-        const pd_mineral *of = &m->of[s];
+        const pd_mineral *of = &m->mineral[s];
         start->initial[s] = pdi_max(n[s], 0.0);
-        int free = !(of->rate > 0.0) && !(of->surface > 0.0), bare = !(n[s] > 0.0) && of->nucleation > 0.0;
+        int free = !(of->rate > 0.0) && !(of->surface_rate > 0.0), bare = !(n[s] > 0.0) && of->nucleation > 0.0;
         start->rate[s] = free ? HUGE_VAL : of->rate;
-        start->grow[s] = of->rate > 0.0 || n[s] > 0.0 ? of->surface : 0.0;
+        start->amount_rate[s] = of->rate > 0.0 || n[s] > 0.0 ? of->surface_rate : 0.0;
         if (bare && pdi_mineral_compute_ln_omega(c, m, s, conc) < of->nucleation * log(10.0))
-            start->rate[s] = start->grow[s] = 0.0;
+            start->rate[s] = start->amount_rate[s] = 0.0;
     }
 }
 
 PDI_FN int pdi_mineral_try_resume(pd_mineral_start *start, int s, double first_amount, double step_ratio,
                                   double *amount)
 {
-    if (!(start->grow[s] > 0.0) || start->rate[s] + start->grow[s] * *amount > 0.0) return 0;
+    if (!(start->amount_rate[s] > 0.0) || start->rate[s] + start->amount_rate[s] * *amount > 0.0) return 0;
     *amount = pdi_max(first_amount, 0.0);
     start->rate[s] *= step_ratio;
-    start->grow[s] *= step_ratio;
+    start->amount_rate[s] *= step_ratio;
     return 1;
 }
 
 /* 1: mineral s forms or dissolves in the step. */
 static int pdi_mineral_is_reactive(const pd_mineral_start *start, int s)
 {
-    return start->rate[s] > 0.0 || start->grow[s] > 0.0;
+    return start->rate[s] > 0.0 || start->amount_rate[s] > 0.0;
 }
 
 /* Rate times step [mol/m3] of mineral s at the end amount n: what dissolves far below saturation. */
 static double pdi_mineral_compute_max_extent(const pd_mineral_start *start, int s, double n)
 {
-    return (start->rate[s] + start->grow[s] * n) * start->dt;
+    return (start->rate[s] + start->amount_rate[s] * n) * start->dt;
 }
 
 /* Growth of mineral s in the step [mol/m3] at Omega^p - 1 = excess, of any sign; HUGE_VAL: unbounded. */
 static double pdi_mineral_compute_growth(const pd_mineral_start *start, int s, double excess)
 {
-    double more = start->dt * start->grow[s] * excess;
+    double more = start->dt * start->amount_rate[s] * excess;
     if (!(start->rate[s] < HUGE_VAL) || !(more < 1.0)) return HUGE_VAL;
-    return pdi_mineral_compute_max_extent(start, s, start->start[s]) * excess / (1.0 - more);
+    return pdi_mineral_compute_max_extent(start, s, start->start_amount[s]) * excess / (1.0 - more);
 }
 
 /* Most that dissolves of mineral s in the step by its law [mol/m3]. */
 static double pdi_mineral_compute_max_dissolution(const pd_mineral_start *start, int s)
 {
     double rate = start->rate[s] < HUGE_VAL ? -pdi_mineral_compute_growth(start, s, -1.0) : HUGE_VAL;
-    return start->start[s] - pdi_max(start->start[s] - rate, 0.0);
+    return start->start_amount[s] - pdi_max(start->start_amount[s] - rate, 0.0);
 }
 
 /* Most that mineral s grows in the step [mol/m3], by its law and the free volume. Negative: there is too much of it. */
 static double pdi_mineral_compute_max_growth(const pd_minerals *m, const pd_mineral_start *start, int s)
 {
     double rate = pdi_mineral_compute_growth(start, s, 1.0),
-           room = 1.0 - m->of[s].porosity - m->of[s].volume * start->start[s];
+           room = 1.0 - m->mineral[s].min_porosity - m->mineral[s].volume * start->start_amount[s];
     for (int q = 0; q < m->count; q++)
-        if (q != s) room -= m->of[q].volume * (start->start[q] - pdi_mineral_compute_max_dissolution(start, q));
-    if (!(m->of[s].volume > 0.0)) return rate;
-    return pdi_min(rate, pdi_max(room / m->of[s].volume, start->initial[s] - start->start[s]));
+        if (q != s)
+            room -= m->mineral[q].volume * (start->start_amount[q] - pdi_mineral_compute_max_dissolution(start, q));
+    if (!(m->mineral[s].volume > 0.0)) return rate;
+    return pdi_min(rate, pdi_max(room / m->mineral[s].volume, start->initial[s] - start->start_amount[s]));
 }
 
 PDI_FN int pdi_mineral_is_infeasible(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start,
@@ -211,9 +215,9 @@ PDI_FN int pdi_mineral_is_infeasible(const pd_components *c, const pd_minerals *
     for (int k = 0; k < c->count; k++) {
         double most = total[k];
         int signs = 0;
-        for (int i = 0; i < c->solutes; i++) signs |= c->m[k][i] < 0.0;
+        for (int i = 0; i < c->solutes; i++) signs |= c->stoichiometry[k][i] < 0.0;
         for (int s = 0; s < m->count && !signs; s++) {
-            double gain = m->gain[s][k];
+            double gain = m->total_content[s][k];
             if (gain > 0.0) most += gain * pdi_mineral_compute_max_dissolution(start, s);
             if (gain < 0.0) most -= gain * pdi_mineral_compute_max_growth(m, start, s);
         }
@@ -227,9 +231,9 @@ PDI_FN int pdi_mineral_has_switched(const pd_minerals *m, const double *n_before
     double before = pdi_mineral_compute_volume_fraction(m, n_before),
            now = pdi_mineral_compute_volume_fraction(m, after);
     for (int s = 0; s < m->count; s++) {
-        double full = (1.0 - m->of[s].porosity) * (1.0 - PDI_MINERAL_FULL_TOLERANCE);
+        double full = (1.0 - m->mineral[s].min_porosity) * (1.0 - PDI_MINERAL_FULL_TOLERANCE);
         if (n_before[s] > 0.0 && !(after[s] > 0.0)) return 1;
-        if (m->of[s].volume > 0.0 && before < full && now >= full) return 1;
+        if (m->mineral[s].volume > 0.0 && before < full && now >= full) return 1;
     }
     return 0;
 }
@@ -255,8 +259,9 @@ static double pdi_mineral_compute_law_residual(const pd_components *c, const pd_
                                                double over)
 {
     double rate = pdi_mineral_compute_max_extent(start, s, n), off = pdi_mineral_compute_ln_omega(c, m, s, conc);
-    if (!(rate > 0.0) && start->grow[s] > 0.0) return over < 0.0 ? HUGE_VAL : -HUGE_VAL; /* none has no surface */
-    return rate < HUGE_VAL ? off - log1p(pdi_max(over / rate, -1.0)) / m->of[s].exponent : off;
+    /* none has no surface */
+    if (!(rate > 0.0) && start->amount_rate[s] > 0.0) return over < 0.0 ? HUGE_VAL : -HUGE_VAL;
+    return rate < HUGE_VAL ? off - log1p(pdi_max(over / rate, -1.0)) / m->mineral[s].exponent : off;
 }
 
 /* Sets the growth of mineral s [mol/m3], and its amount. */
@@ -269,7 +274,8 @@ static void pdi_mineral_set_growth(pdi_mineral_work *w, int s, double grown)
 /* Amount of mineral s above that of the start of the step [mol/m3]. */
 static double pdi_mineral_get_excess(const pdi_mineral_work *w, int s)
 {
-    return w->amount[s] > 0.0 ? w->growth[s] + (w->base_amount[s] - w->start->start[s]) : -w->start->start[s];
+    return w->amount[s] > 0.0 ? w->growth[s] + (w->base_amount[s] - w->start->start_amount[s])
+                              : -w->start->start_amount[s];
 }
 
 /* Residual of (5b.16) of mineral s with the concentrations for this growth; it falls with the growth. */
@@ -280,7 +286,7 @@ static double pdi_mineral_compute_growth_residual(pdi_mineral_work *w, int s, do
     pdi_mineral_set_growth(w, s, grown);
     for (int k = 0; k < w->c->count; k++) {
         total[k] = w->total[k];
-        for (int t = 0; t < w->m->count; t++) total[k] -= w->m->gain[t][k] * w->growth[t];
+        for (int t = 0; t < w->m->count; t++) total[k] -= w->m->total_content[t][k] * w->growth[t];
     }
     w->infeasible = pdi_components_solve(w->c, total, w->conc) != PD_OK;
     if (w->infeasible) memcpy(w->conc, w->guess, sizeof w->conc);
@@ -297,32 +303,32 @@ static void pdi_mineral_compute_growth_bounds(const pdi_mineral_work *w, int s, 
     *least = -HUGE_VAL;
     *most = HUGE_VAL;
     for (int k = 0; k < w->c->count; k++) {
-        double there = w->total[k], gain = w->m->gain[s][k];
+        double there = w->total[k], gain = w->m->total_content[s][k];
         int signs = 0;
-        for (int i = 0; i < w->c->solutes; i++) signs |= w->c->m[k][i] < 0.0;
+        for (int i = 0; i < w->c->solutes; i++) signs |= w->c->stoichiometry[k][i] < 0.0;
         if (signs || gain == 0.0) continue;
         for (int t = 0; t < w->m->count; t++) {
-            if (w->m->gain[t][k] * gain < 0.0) signs = 1;
-            if (t != s) there -= w->m->gain[t][k] * w->growth[t];
+            if (w->m->total_content[t][k] * gain < 0.0) signs = 1;
+            if (t != s) there -= w->m->total_content[t][k] * w->growth[t];
         }
         if (!signs && gain > 0.0) *most = pdi_min(*most, there / gain);
         if (!signs && gain < 0.0) *least = pdi_max(*least, there / gain);
     }
     if (!(*least < *most)) *least = -HUGE_VAL;
     for (int t = 0; t < w->m->count; t++)
-        if (t != s) taken += w->m->of[t].volume * w->amount[t];
-    *room = w->start->limited ? w->start->limit[s] - w->base_amount[s] : HUGE_VAL;
-    if (!(w->m->of[s].volume > 0.0) || w->start->limited) return;
-    *room = pdi_max((1.0 - w->m->of[s].porosity - taken) / w->m->of[s].volume, 0.0);
+        if (t != s) taken += w->m->mineral[t].volume * w->amount[t];
+    *room = w->start->has_limits ? w->start->limit[s] - w->base_amount[s] : HUGE_VAL;
+    if (!(w->m->mineral[s].volume > 0.0) || w->start->has_limits) return;
+    *room = pdi_max((1.0 - w->m->mineral[s].min_porosity - taken) / w->m->mineral[s].volume, 0.0);
     *room = pdi_max(*room, w->start->initial[s]) - w->base_amount[s]; /* what is there stays */
 }
 
 /* Brackets the growth of mineral s above x[0], where the residual f[0] is positive. 0: it is positive up to `room`. */
 static int pdi_mineral_find_growth_bracket(pdi_mineral_work *w, int s, double most, double room, double *x, double *f)
 {
-    double index = w->m->of[s].exponent * pdi_mineral_compute_ln_omega(w->c, w->m, s, w->conc), size = 0.0;
-    double law =
-        w->start->start[s] - w->base_amount[s] + pdi_mineral_compute_growth(w->start, s, expm1(pdi_min(index, 700.0)));
+    double index = w->m->mineral[s].exponent * pdi_mineral_compute_ln_omega(w->c, w->m, s, w->conc), size = 0.0;
+    double law = w->start->start_amount[s] - w->base_amount[s] +
+                 pdi_mineral_compute_growth(w->start, s, expm1(pdi_min(index, 700.0)));
     double top = pdi_min(pdi_min(room, most), law > x[0] ? law : HUGE_VAL);
     for (int k = 0; k < w->c->count; k++) size = pdi_max(size, fabs(w->total[k]));
     for (double step = PDI_MINERAL_FIRST_STEP * (size + w->base_amount[s] + x[0]);; step *= 4.0) {
@@ -356,7 +362,7 @@ static double pdi_mineral_interpolate_bracket(const pdi_root_bracket *b, double 
 /* Solves for the amount of mineral s with those of the others fixed. */
 static void pdi_mineral_solve_one(pdi_mineral_work *w, int s)
 {
-    double start = w->start->start[s], least, most, room, x[2], f[2];
+    double start = w->start->start_amount[s], least, most, room, x[2], f[2];
     double rate = w->start->rate[s] < HUGE_VAL ? -pdi_mineral_compute_growth(w->start, s, -1.0) : HUGE_VAL;
     if (!pdi_mineral_is_reactive(w->start, s)) {
         pdi_mineral_set_growth(w, s, pdi_max(start, 0.0) - w->base_amount[s]);
@@ -393,28 +399,30 @@ static void pdi_mineral_compute_omega_gradient(const pd_components *c, const pd_
     double strength = 0.0, davies = 0.0, share[PD_SPECIES_MAX], others = 0.0;
     for (int i = 0; i < c->solutes; i++)
         strength += 0.5 * (double)(c->charge[i] * c->charge[i]) * pdi_max(conc[i], 0.0);
-    if (c->debye > 0.0) pdi_activity_compute_davies(c->debye, strength, &davies);
+    if (c->debye_hueckel > 0.0) pdi_activity_compute_davies(c->debye_hueckel, strength, &davies);
     for (int i = 0; i < c->solutes; i++) {
-        share[i] = m->square[s] * davies * 0.5 * (double)(c->charge[i] * c->charge[i]);
+        share[i] = m->charge_square[s] * davies * 0.5 * (double)(c->charge[i] * c->charge[i]);
         if (m->nu[s][i] != 0.0) share[i] += m->nu[s][i] / pdi_max(conc[i], PDI_MINERAL_MIN_CONCENTRATION);
     }
-    for (int k = 0; k < c->count; k++) slope[k] = k < c->joined ? 0.0 : share[c->master[k]];
-    for (int n = 0; n < c->live; n++) {
-        for (int k = 0; k < c->joined; k++) slope[k] += share[c->member[n]] * table[n * columns + k];
-        if (columns > c->joined) others += share[c->member[n]] * table[n * columns + c->joined];
+    for (int k = 0; k < c->count; k++) slope[k] = k < c->equilibrium_components ? 0.0 : share[c->component_solute[k]];
+    for (int n = 0; n < c->members; n++) {
+        for (int k = 0; k < c->equilibrium_components; k++)
+            slope[k] += share[c->member_solute[n]] * table[n * columns + k];
+        if (columns > c->equilibrium_components)
+            others += share[c->member_solute[n]] * table[n * columns + c->equilibrium_components];
     }
-    for (int k = c->joined; k < c->count; k++)
-        slope[k] += others * 0.5 * (double)(c->charge[c->master[k]] * c->charge[c->master[k]]);
+    for (int k = c->equilibrium_components; k < c->count; k++)
+        slope[k] += others * 0.5 * (double)(c->charge[c->component_solute[k]] * c->charge[c->component_solute[k]]);
 }
 
 /* 1: mineral s would grow and has no free volume. */
 static int pdi_mineral_is_full(const pd_components *c, const pd_minerals *m, const pd_mineral_start *start, int s,
                                const double *conc, const double *n)
 {
-    double full = start->limited ? start->limit[s] : 1.0 - m->of[s].porosity;
-    double found = start->limited ? n[s] : pdi_mineral_compute_volume_fraction(m, n);
-    if (!(m->of[s].volume > 0.0) || found < full * (1.0 - PDI_MINERAL_FULL_TOLERANCE)) return 0;
-    return pdi_mineral_compute_law_residual(c, m, start, s, conc, n[s], n[s] - start->start[s]) >
+    double full = start->has_limits ? start->limit[s] : 1.0 - m->mineral[s].min_porosity;
+    double found = start->has_limits ? n[s] : pdi_mineral_compute_volume_fraction(m, n);
+    if (!(m->mineral[s].volume > 0.0) || found < full * (1.0 - PDI_MINERAL_FULL_TOLERANCE)) return 0;
+    return pdi_mineral_compute_law_residual(c, m, start, s, conc, n[s], n[s] - start->start_amount[s]) >
            PDI_MINERAL_FULL_TOLERANCE;
 }
 
@@ -439,8 +447,8 @@ static double pdi_mineral_compute_law_derivative(const pd_minerals *m, const pd_
 {
     double rate = pdi_mineral_compute_max_extent(start, s, n), slope = 1.0;
     if (!(rate < HUGE_VAL)) return 0.0;
-    if (start->grow[s] > 0.0) slope = pdi_mineral_compute_max_extent(start, s, start->start[s]) / rate;
-    return slope / (m->of[s].exponent * pdi_max(rate + n - start->start[s], DBL_EPSILON * rate));
+    if (start->amount_rate[s] > 0.0) slope = pdi_mineral_compute_max_extent(start, s, start->start_amount[s]) / rate;
+    return slope / (m->mineral[s].exponent * pdi_max(rate + n - start->start_amount[s], DBL_EPSILON * rate));
 }
 
 /* Newton matrix a [count][count] of the active minerals, W + L; slope [count]: d ln Omega/dT (theory 5b.6). */
@@ -455,7 +463,7 @@ static void pdi_mineral_assemble_matrix(const pd_components *c, const pd_mineral
         pdi_mineral_compute_omega_gradient(c, m, s, table, conc, slope[p]);
         for (int q = 0; q < count; q++) {
             a[p][q] = 0.0;
-            for (int k = 0; k < c->count; k++) a[p][q] += slope[p][k] * m->gain[active[q]][k];
+            for (int k = 0; k < c->count; k++) a[p][q] += slope[p][k] * m->total_content[active[q]][k];
         }
         a[p][p] += pdi_mineral_compute_law_derivative(m, start, s, n[s]);
     }
@@ -468,7 +476,7 @@ static int pdi_mineral_is_inert(const pd_components *c, const pd_minerals *m, co
 {
     double rate = pdi_mineral_compute_max_extent(start, s, n);
     if (!(rate < DBL_EPSILON * n)) return 0;
-    return rate * exp(m->of[s].exponent * pdi_mineral_compute_ln_omega(c, m, s, conc)) < DBL_EPSILON * n;
+    return rate * exp(m->mineral[s].exponent * pdi_mineral_compute_ln_omega(c, m, s, conc)) < DBL_EPSILON * n;
 }
 
 /* Finds the minerals that are present and change, into active; returns their number. */
@@ -566,7 +574,7 @@ static int pdi_mineral_is_rounding(const pdi_mineral_work *w, const int *active,
         int s = active[p];
         double least = HUGE_VAL;
         for (int k = 0; k < w->c->count; k++)
-            if (w->m->gain[s][k] != 0.0) least = pdi_min(least, fabs(w->total[k] / w->m->gain[s][k]));
+            if (w->m->total_content[s][k] != 0.0) least = pdi_min(least, fabs(w->total[k] / w->m->total_content[s][k]));
         if (!(fabs(slope[p][0]) <= 0.5 * DBL_EPSILON * pdi_max(fabs(w->growth[s]), least))) return 0;
     }
     return 1;
@@ -652,7 +660,7 @@ static pd_status pdi_mineral_solve_without_sharing(const pd_components *c, const
         size = pdi_max(size, n[s]);
     }
     for (int s = 0; s < m->count; s++) { /* a guess may be more than has room */
-        if (start->near_) pdi_mineral_set_growth(&w, s, pdi_max(start->near_[s], 0.0) - n[s]);
+        if (start->guess) pdi_mineral_set_growth(&w, s, pdi_max(start->guess[s], 0.0) - n[s]);
         double least, most, room;
         pdi_mineral_compute_growth_bounds(&w, s, &least, &most, &room);
         if (room < 0.0) pdi_mineral_set_growth(&w, s, room);
@@ -684,11 +692,12 @@ static int pdi_mineral_has_shared_volume(const pd_components *c, const pd_minera
     double volume = pdi_mineral_compute_volume(m, n);
     int full = 0, moved = 0, count = 0;
     for (int s = 0; s < m->count; s++) {
-        if (!(m->of[s].volume > 0.0) || !pdi_mineral_is_reactive(start, s)) continue;
+        if (!(m->mineral[s].volume > 0.0) || !pdi_mineral_is_reactive(start, s)) continue;
         count++;
-        moved |= fabs(n[s] - start->initial[s]) * m->of[s].volume > PDI_MINERAL_FULL_TOLERANCE * volume;
+        moved |= fabs(n[s] - start->initial[s]) * m->mineral[s].volume > PDI_MINERAL_FULL_TOLERANCE * volume;
         full |= pdi_mineral_is_full(c, m, start, s, conc, n);
-        full |= n[s] > start->initial[s] && volume > (1.0 - m->of[s].porosity) * (1.0 + PDI_MINERAL_FULL_TOLERANCE);
+        full |= n[s] > start->initial[s] &&
+                volume > (1.0 - m->mineral[s].min_porosity) * (1.0 + PDI_MINERAL_FULL_TOLERANCE);
     }
     return full && moved && count > 1;
 }
@@ -746,7 +755,7 @@ static double pdi_mineral_get_min_free_volume(const pdi_mineral_shared_volume *r
 {
     double room = HUGE_VAL;
     for (int s = 0; s < r->m->count; s++)
-        if (r->is_open[s]) room = pdi_min(room, 1.0 - r->m->of[s].porosity);
+        if (r->is_open[s]) room = pdi_min(room, 1.0 - r->m->mineral[s].min_porosity);
     return room;
 }
 
@@ -754,11 +763,11 @@ static double pdi_mineral_get_min_free_volume(const pdi_mineral_shared_volume *r
 static int pdi_mineral_solve_shared_volume(pdi_mineral_shared_volume *r)
 {
     double room;
-    r->start.limited = 1;
+    r->start.has_limits = 1;
     for (int s = 0; s < r->m->count; s++) r->start.limit[s] = HUGE_VAL;
     if (!pdi_mineral_solve_within_limits(r)) return 0;
     for (int s = 0; s < r->m->count; s++) {
-        if (!(r->m->of[s].volume > 0.0)) continue;
+        if (!(r->m->mineral[s].volume > 0.0)) continue;
         r->is_open[s] = r->amount[s] > r->start.initial[s];
         if (!r->is_open[s]) r->start.limit[s] = r->start.initial[s];
     }
@@ -768,7 +777,7 @@ static int pdi_mineral_solve_shared_volume(pdi_mineral_shared_volume *r)
         for (int s = 0; s < r->m->count; s++) r->free_amount[s] = pdi_max(r->amount[s], r->start.initial[s]);
         if (!pdi_mineral_find_filling_growth(r, room, over)) return 0;
         for (int s = 0; s < r->m->count; s++) {
-            if (r->is_open[s]) r->is_open[s] = 1.0 - r->m->of[s].porosity > room;
+            if (r->is_open[s]) r->is_open[s] = 1.0 - r->m->mineral[s].min_porosity > room;
             if (r->is_open[s]) r->start.limit[s] = HUGE_VAL;
         }
         if (pdi_mineral_get_min_free_volume(r) < HUGE_VAL && !pdi_mineral_solve_within_limits(r)) return 0;

@@ -16,32 +16,32 @@
 typedef struct pd_mineral {
     int species;       /* number of the solid */
     double rate;       /* [mol/m3/s] part that does not depend on the amount */
-    double surface;    /* [1/s] part in proportion to the amount, as its surface */
+    double surface_rate; /* [1/s] part in proportion to the amount, as its surface */
     double exponent;   /* [-] of Omega; 0: 1 */
     double nucleation; /* [-] log10 Omega at the start of a step from which an absent mineral forms */
     double volume;     /* [m3/mol] molar volume; 0: it fills no pores */
-    double porosity;   /* [-] left in a cell that is full of it */
+    double min_porosity; /* [-] left in a cell that is full of it */
 } pd_mineral;
 
 typedef struct pd_minerals {
     int count;
-    pd_mineral of[PD_MINERAL_MAX];               /* exponents filled in */
+    pd_mineral mineral[PD_MINERAL_MAX];          /* exponents filled in */
     double nu[PD_MINERAL_MAX][PD_SPECIES_MAX];   /* [-] stoichiometric numbers of solutes in the dissolution */
-    double gain[PD_MINERAL_MAX][PD_SPECIES_MAX]; /* [-] totals g_sk that one unit holds (theory 5b.6) */
+    double total_content[PD_MINERAL_MAX][PD_SPECIES_MAX]; /* [-] totals g_sk that one unit holds (theory 5b.6) */
     double ln_k[PD_MINERAL_MAX];                 /* [-] ln K of the dissolution, with mol/m3 */
-    double square[PD_MINERAL_MAX];               /* [-] sum of nu z^2 */
+    double charge_square[PD_MINERAL_MAX];        /* [-] sum of nu z^2 */
 } pd_minerals;
 
 /* Rate laws and bounds of the minerals of a volume in a step. */
 typedef struct pd_mineral_start {
     double dt;                       /* [s] */
-    const double *start;             /* [count] [mol/m3] amounts n_old of the backward Euler step (eq. 5b.16) */
+    const double *start_amount;      /* [count] [mol/m3] amounts n_old of the backward Euler step (eq. 5b.16) */
     double rate[PD_MINERAL_MAX];     /* [mol/m3/s] rate without amount; HUGE_VAL: in equilibrium */
-    double grow[PD_MINERAL_MAX];     /* [1/s] rate per amount; both 0: it does not form */
+    double amount_rate[PD_MINERAL_MAX]; /* [1/s] rate per amount; both 0: it does not form */
     double initial[PD_MINERAL_MAX];  /* [mol/m3] amounts before the step: they stay even without free volume */
-    int limited;                     /* 1: minerals grow up to `limit`, 0: up to the free volume */
+    int has_limits;                  /* 1: minerals grow up to `limit`, 0: up to the free volume */
     double limit[PD_MINERAL_MAX];    /* [mol/m3] HUGE_VAL: none */
-    const double *near_;             /* [count] [mol/m3] first guess of the amounts; NULL: n of the solve */
+    const double *guess;             /* [count] [mol/m3] first guess of the amounts; NULL: n of the solve */
 } pd_mineral_start;
 
 #ifdef PDI_INTERNAL

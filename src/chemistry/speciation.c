@@ -263,8 +263,8 @@ static double pdi_speciation_compute_residuals(const pdi_speciation_work *w, con
 {
     double slope, worst = 0.0;
     double davies =
-        w->system->debye > 0.0
-            ? pdi_activity_compute_davies(w->system->debye, pdi_speciation_compute_ionic_strength(w), &slope)
+        w->system->debye_hueckel > 0.0
+            ? pdi_activity_compute_davies(w->system->debye_hueckel, pdi_speciation_compute_ionic_strength(w), &slope)
             : 0.0;
     for (int r = 0; r < rows; r++) {
         off[r] = pdi_speciation_compute_ln_ratio(w, list[r], davies);
@@ -325,8 +325,8 @@ static pd_status pdi_speciation_solve_solutes(pdi_speciation_work *w, int *itera
         double worst = pdi_speciation_compute_residuals(w, list, rows, off);
         near = worst <= PDI_SPECIATION_NEAR_RESIDUAL;
         if (!(worst > 0.0)) return PD_OK;
-        if (w->system->debye > 0.0)
-            pdi_activity_compute_davies(w->system->debye, pdi_speciation_compute_ionic_strength(w), &slope);
+        if (w->system->debye_hueckel > 0.0)
+            pdi_activity_compute_davies(w->system->debye_hueckel, pdi_speciation_compute_ionic_strength(w), &slope);
         if (!pdi_speciation_compute_newton_step(w, list, rows, off, slope, dy)) return PD_NOT_CONVERGED;
         memcpy(bounded, dy, sizeof bounded);
         pdi_speciation_limit_changes(w, list, rows, bounded);
@@ -406,8 +406,9 @@ static int pdi_speciation_find_supersaturated(pdi_speciation_work *w, int spared
     double slope, most = PDI_SPECIATION_SUPERSATURATED;
     int best = -1;
     result->strength = pdi_speciation_compute_ionic_strength(w);
-    double davies =
-        w->system->debye > 0.0 ? pdi_activity_compute_davies(w->system->debye, result->strength, &slope) : 0.0;
+    double davies = w->system->debye_hueckel > 0.0
+                        ? pdi_activity_compute_davies(w->system->debye_hueckel, result->strength, &slope)
+                        : 0.0;
     pdi_speciation_update_pivots(w);
     result->residual = 0.0;
     for (int i = 0; i < w->system->species; i++)
@@ -444,7 +445,7 @@ pd_status pd_speciation_solve(const pd_speciation *s, double *c, pd_speciation_r
     }
     pdi_speciation_add_traces(&w);
     pdi_speciation_init_states(&w);
-    for (; result->changes < PDI_SPECIATION_MAX_CHANGES; result->changes++) {
+    for (; result->mineral_changes < PDI_SPECIATION_MAX_CHANGES; result->mineral_changes++) {
         double n0[PD_SPECIES_MAX];
         pdi_speciation_update_pivots(&w);
         int gone = pdi_speciation_try_convert_minerals(&w);
@@ -514,6 +515,6 @@ pd_status pd_speciation_build(pd_ctx *ctx, const pd_species *species, int count,
     memset(s, 0, sizeof *s);
     pd_status status = pdi_speciation_try_build(ctx, species, count, reactions, reaction_count, s);
     if (status < 0) memset(s, 0, sizeof *s);
-    else if (activity == PD_ACTIVITY_DAVIES) s->debye = pdi_activity_compute_debye_hueckel(temperature);
+    else if (activity == PD_ACTIVITY_DAVIES) s->debye_hueckel = pdi_activity_compute_debye_hueckel(temperature);
     return status;
 }

@@ -17,12 +17,12 @@ typedef struct pd_speciation {
     int phase[PD_SPECIES_MAX];                  /* pd_phase */
     double nu[PD_REACTION_MAX][PD_SPECIES_MAX]; /* [-] */
     double ln_k[PD_REACTION_MAX];               /* [-] with mol/L */
-    double debye; /* [-] A of Davies' equation, with mol/L; 0: ideal */
+    double debye_hueckel;                       /* [-] A of Davies' equation, with mol/L; 0: ideal */
 } pd_speciation;
 
 typedef struct pd_speciation_result {
     int iterations;     /* of Newton */
-    int changes;        /* of the minerals that are present */
+    int mineral_changes; /* of the minerals that are present */
     double residual;    /* [-] largest |ln(IAP/K)| of a reaction of the species that are present */
     double strength;    /* [mol/m3] ionic strength */
     double log_activity[PD_SPECIES_MAX]; /* [-] decimal, mol/L; of solids log10(IAP/K); -HUGE_VAL: it cannot be made */

@@ -8,21 +8,21 @@
 typedef struct pd_archive {
     /* Writing: save `count` elements of `size` bytes from data. Reading: load them into data. Items come in the order
      * in which they were written. */
-    pd_status (*item)(pd_ctx *ctx, void *user, const char *name, void *data, size_t size, int64_t count);
+    pd_status (*transfer)(pd_ctx *ctx, void *user, const char *name, void *data, size_t size, int64_t count);
     /* Writing: save a number. Reading: compare it with the saved one; PD_ERR_ARGUMENT: they differ. */
-    pd_status (*check)(pd_ctx *ctx, void *user, const char *name, double value);
+    pd_status (*verify)(pd_ctx *ctx, void *user, const char *name, double value);
     void *user;
-    int reading;      /* 1: a checkpoint is loaded; 0: one is written */
+    int is_reading;   /* 1: a checkpoint is loaded; 0: one is written */
     const char *name; /* for messages */
 } pd_archive;
 
 #ifdef PDI_INTERNAL
 /* PDI_ARCHIVE_ARRAY(ctx, archive, "flow.p", flow->p, n): save or load n elements of *flow->p under a name. */
 #define PDI_ARCHIVE_ARRAY(ctx, archive, item_name, array, count) \
-    (archive)->item((ctx), (archive)->user, (item_name), (array), sizeof *(array), (int64_t)(count))
+    (archive)->transfer((ctx), (archive)->user, (item_name), (array), sizeof *(array), (int64_t)(count))
 /* PDI_ARCHIVE_VERIFY(ctx, archive, "cells", 3): save a number, or check that the checkpoint holds the same one. */
 #define PDI_ARCHIVE_VERIFY(ctx, archive, item_name, value) \
-    (archive)->check((ctx), (archive)->user, (item_name), (double)(value))
+    (archive)->verify((ctx), (archive)->user, (item_name), (double)(value))
 #endif
 
 #endif

@@ -24,9 +24,9 @@ typedef struct pd_arena {
     unsigned char *block; /* [size and an alignment] */
     size_t size;          /* [byte] capacity */
     size_t used;          /* [byte] that are lent, from the front on */
-    void *idle[PD_ARENA_MAX_UNUSED]; /* stack of multigrids that are not in use: the next one in use takes over the
-                                      * memory of the coarse levels of the last of them (multigrid.h). Borrowed */
-    int idles;                 /* multigrids on that stack */
+    void *unused[PD_ARENA_MAX_UNUSED]; /* stack of multigrids that are not in use: the next one in use takes over the
+                                        * memory of the coarse levels of the last of them (multigrid.h). Borrowed */
+    int unused_count;                  /* multigrids on that stack */
 } pd_arena;
 
 #define pd_arena_free PD_NAME(pd_arena_free)

@@ -98,8 +98,8 @@ static void pdi_array_registry_visit_store(pdi_array_visitor *owner, const pdi_a
     void *data = entry->address;
     if (owner->status < 0 || (entry->kind != PDI_ARRAY_KIND_STATE && entry->kind != PDI_ARRAY_KIND_SCALAR)) return;
     if (entry->kind == PDI_ARRAY_KIND_STATE) memcpy(&data, entry->address, sizeof data);
-    owner->status =
-        owner->archive->item(owner->ctx, owner->archive->user, entry->name, data, entry->element_size, entry->count);
+    owner->status = owner->archive->transfer(owner->ctx, owner->archive->user, entry->name, data, entry->element_size,
+                                             entry->count);
 }
 
 PDI_FN pd_status pdi_array_registry_store(pd_ctx *ctx, pdi_array_list_fn list, void *object, pd_archive *archive)

@@ -113,7 +113,7 @@ PDI_FN pd_status pdi_resize(pd_ctx *ctx, const char *where, size_t old_count, si
 
 PDI_FN pd_status pdi_check_cancel(pd_ctx *ctx, const char *doing, int64_t count)
 {
-    if (!ctx->poll || !ctx->poll(ctx->poll_user, doing, count)) return PD_OK;
+    if (!ctx->cancel || !ctx->cancel(ctx->cancel_user, doing, count)) return PD_OK;
     return pdi_fail(ctx, PD_CANCELLED, doing, "stopped by the caller");
 }
 

@@ -56,9 +56,9 @@ typedef struct pd_ctx {
     int threads;   /* 0: all that OpenMP offers */
     size_t in_use; /* [byte] allocated now */
     size_t peak;   /* [byte] most so far */
-    pd_cancel_fn poll; /* NULL: no cancellation */
-    void *poll_user;
-    pd_thread_contention pace; /* detects that the threads are slowed by other programs */
+    pd_cancel_fn cancel; /* NULL: no cancellation */
+    void *cancel_user;
+    pd_thread_contention contention; /* detects that the threads are slowed by other programs */
     pd_status status;
     char message[PD_MESSAGE_SIZE];
 } pd_ctx;

@@ -66,7 +66,7 @@ PDI_FN pd_status pdi_monotone_cubic_build(pd_ctx *ctx, const double *x, const do
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "curve", "point %d: found x = %g, y = %g, %s", k, x[k], y[k], wrong);
     }
     c->count = count;
-    c->strict = strict;
+    c->nan_outside = strict;
     pd_status status = PDI_NEW(ctx, "curve", count, c->x);
     if (status == PD_OK) status = PDI_NEW(ctx, "curve", count, c->y);
     if (status == PD_OK) status = PDI_NEW(ctx, "curve", count, c->slope);
@@ -113,7 +113,7 @@ PDI_FN double pdi_monotone_cubic_evaluate(const pd_monotone_cubic *c, double x)
     double slope;
     if (high < 1 || x != x) return (double)NAN;
     double beyond = PDI_MONOTONE_CUBIC_MARGIN * (c->x[high] - c->x[0]);
-    if (c->strict && (x < c->x[0] - beyond || x > c->x[high] + beyond)) return (double)NAN;
+    if (c->nan_outside && (x < c->x[0] - beyond || x > c->x[high] + beyond)) return (double)NAN;
     if (x <= c->x[0]) return c->y[0];
     if (x >= c->x[high]) return c->y[high];
     return pdi_monotone_cubic_interpolate(c->x, c->y, c->slope, c->count, x, &slope);

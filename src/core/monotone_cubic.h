@@ -16,7 +16,7 @@
 
 typedef struct pd_monotone_cubic {
     int count;      /* points */
-    int strict;     /* 1: NaN outside the range of x; 0: constant end values there */
+    int nan_outside; /* 1: NaN outside the range of x; 0: constant end values there */
     double *x;      /* [count] [-] (unit of the caller) ascending */
     double *y;      /* [count] [-] (unit of the caller) */
     double *slope;  /* [count] [-] (unit of y over that of x) */

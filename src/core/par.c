@@ -35,7 +35,7 @@ PDI_FN int pdi_par_available_threads(const pd_ctx *ctx, int64_t work)
 PDI_FN int pdi_par_threads(const pd_ctx *ctx, int64_t work)
 {
     int offered = pdi_par_available_threads(ctx, work);
-    return offered > 1 && ctx->pace.one ? 1 : offered;
+    return offered > 1 && ctx->contention.single_thread ? 1 : offered;
 }
 
 PDI_FN int pdi_par_begin_timing(const pd_ctx *ctx, int64_t work, int repeats, uint64_t kind, pdi_par_timing *timing)
@@ -46,15 +46,15 @@ PDI_FN int pdi_par_begin_timing(const pd_ctx *ctx, int64_t work, int repeats, ui
                  (uint64_t)timing->threads;
     timing->work = (double)work * repeats;
     timing->start = pdi_par_clock();
-    return ctx->pace.one ? 1 : timing->threads;
+    return ctx->contention.single_thread ? 1 : timing->threads;
 }
 
 /* The cast is safe: a context object is never const, and its detector is a cache. */
 PDI_FN void pdi_par_end_timing(const pd_ctx *ctx, const pdi_par_timing *timing)
 {
     if (timing->threads == 1) return;
-    pdi_thread_contention_record(&((pd_ctx *)ctx)->pace, timing->key, timing->threads, timing->work, timing->start,
-                                 pdi_par_clock());
+    pdi_thread_contention_record(&((pd_ctx *)ctx)->contention, timing->key, timing->threads, timing->work,
+                                 timing->start, pdi_par_clock());
 }
 
 PDI_FN pdi_par_team pdi_par_get_team(void)

@@ -37,10 +37,10 @@ static pd_thread_contention_loop *pdi_thread_contention_find_entry(pd_thread_con
 /* Start a new window at `now` [s] on one thread (1) or all (0); old timings are discounted, or dropped for a trial. */
 static void pdi_thread_contention_begin_window(pd_thread_contention *pace, int one, int trying, double now)
 {
-    pace->one = one;
-    pace->trying = trying;
-    pace->since = now;
-    pace->spent = pace->lost = 0.0;
+    pace->single_thread = one;
+    pace->in_trial = trying;
+    pace->window_start = now;
+    pace->loop_time = pace->lost_time = 0.0;
     for (int k = 0; k < PD_THREAD_CONTENTION_LOOPS; k++) {
         pace->loop[k].sum[one] *= trying ? 0.0 : PDI_THREAD_CONTENTION_MEMORY;
         pace->loop[k].count[one] *= trying ? 0.0 : PDI_THREAD_CONTENTION_MEMORY;
@@ -54,7 +54,7 @@ static double pdi_thread_contention_time_ratio(const pd_thread_contention *pace)
     for (int k = 0; k < PD_THREAD_CONTENTION_LOOPS; k++) {
         const pd_thread_contention_loop *loop = &pace->loop[k];
         if (!(loop->count[0] > 0.0) || !(loop->count[1] > 0.0)) continue;
-        double calls = loop->count[pace->one];
+        double calls = loop->count[pace->single_thread];
         all += calls * loop->sum[0] / loop->count[0];
         alone += calls * loop->sum[1] / loop->count[1];
     }
@@ -66,49 +66,52 @@ static double pdi_thread_contention_time_ratio(const pd_thread_contention *pace)
 static void pdi_thread_contention_end_trial(pd_thread_contention *pace, double now)
 {
     double ratio = pdi_thread_contention_time_ratio(pace),
-           rest = PDI_THREAD_CONTENTION_PAUSE_FACTOR * (now - pace->since);
-    int one = ratio > 0.0 && ratio < 1.0, failed = pace->one && !one;
+           rest = PDI_THREAD_CONTENTION_PAUSE_FACTOR * (now - pace->window_start);
+    int one = ratio > 0.0 && ratio < 1.0, failed = pace->single_thread && !one;
     if (!(ratio > 0.0)) rest *= 0.25;
     else if (failed)
         rest = pace->pause = pace->pause > 0.0 ? pdi_min(2.0 * pace->pause, PDI_THREAD_CONTENTION_MAX_PAUSE) : rest;
     else if (one)
-        rest = pace->pause = pace->one ? PDI_THREAD_CONTENTION_FIRST_PAUSE * rest : pdi_min(2.0 * pace->pause, rest);
+        rest = pace->pause =
+            pace->single_thread ? PDI_THREAD_CONTENTION_FIRST_PAUSE * rest : pdi_min(2.0 * pace->pause, rest);
     else pace->pause = 0.0;
-    pace->until = failed || one ? now + rest : now;
+    pace->next_trial = failed || one ? now + rest : now;
     pdi_thread_contention_begin_window(pace, one, 0, now);
 }
 
 /* End a window without a trial: start a trial of the other choice where it is due, else a new window. */
 static void pdi_thread_contention_end_window(pd_thread_contention *pace, double now)
 {
-    int late = pace->lost > PDI_THREAD_CONTENTION_MAX_LOSS * pace->spent ||
-               now - pace->until > PDI_THREAD_CONTENTION_TRIAL_INTERVAL;
-    if (now < pace->until || (!pace->one && !late)) pdi_thread_contention_begin_window(pace, pace->one, 0, now);
-    else pdi_thread_contention_begin_window(pace, !pace->one, 1, now);
+    int late = pace->lost_time > PDI_THREAD_CONTENTION_MAX_LOSS * pace->loop_time ||
+               now - pace->next_trial > PDI_THREAD_CONTENTION_TRIAL_INTERVAL;
+    if (now < pace->next_trial || (!pace->single_thread && !late))
+        pdi_thread_contention_begin_window(pace, pace->single_thread, 0, now);
+    else pdi_thread_contention_begin_window(pace, !pace->single_thread, 1, now);
 }
 
 PDI_FN void pdi_thread_contention_record(pd_thread_contention *pace, uint64_t key, int threads, double work,
                                          double start, double end)
 {
     double elapsed = end - start, slowest = PDI_THREAD_CONTENTION_MAX_OP_TIME * work;
-    if (pace->since <= 0.0) {
-        pace->until = start;
+    if (pace->window_start <= 0.0) {
+        pace->next_trial = start;
         pdi_thread_contention_begin_window(pace, 0, 0, start);
     }
-    if (elapsed > 0.0 && (!pace->trying || start - pace->since > PDI_THREAD_CONTENTION_SKIP)) {
+    if (elapsed > 0.0 && (!pace->in_trial || start - pace->window_start > PDI_THREAD_CONTENTION_SKIP)) {
         pd_thread_contention_loop *loop = pdi_thread_contention_find_entry(pace, key);
-        loop->sum[pace->one] += elapsed;
-        loop->count[pace->one] += 1.0;
-        if (!pace->one) {
+        loop->sum[pace->single_thread] += elapsed;
+        loop->count[pace->single_thread] += 1.0;
+        if (!pace->single_thread) {
             if (loop->best <= 0.0 || elapsed < loop->best) loop->best = elapsed;
             /* one thread takes at most the smaller of threads * best and slowest */
             if (elapsed > pdi_min(threads * loop->best, slowest))
-                pace->lost += elapsed - pdi_min(loop->best, slowest);
-            pace->spent += elapsed;
+                pace->lost_time += elapsed - pdi_min(loop->best, slowest);
+            pace->loop_time += elapsed;
         }
     }
-    if (end - pace->since < PDI_THREAD_CONTENTION_WINDOW + (pace->trying ? PDI_THREAD_CONTENTION_SKIP : 0.0)) return;
-    if (pace->trying) pdi_thread_contention_end_trial(pace, end);
+    if (end - pace->window_start < PDI_THREAD_CONTENTION_WINDOW + (pace->in_trial ? PDI_THREAD_CONTENTION_SKIP : 0.0))
+        return;
+    if (pace->in_trial) pdi_thread_contention_end_trial(pace, end);
     else pdi_thread_contention_end_window(pace, end);
 }
 

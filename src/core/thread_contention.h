@@ -21,12 +21,13 @@ typedef struct pd_thread_contention_loop {
 
 /* State of the detector. Zero-initialise. */
 typedef struct pd_thread_contention {
-    int one;       /* 1: loops run on one thread */
-    int trying;    /* 1: the present choice is a trial */
-    double since;  /* [s] start of the present window */
-    double until;  /* [s] when the next trial may begin */
+    int single_thread;   /* 1: loops run on one thread */
+    int in_trial;        /* 1: the present choice is a trial */
+    double window_start; /* [s] start of the present window */
+    double next_trial;   /* [s] when the next trial may begin */
     double pause;  /* [s] between unsuccessful trials */
-    double spent, lost; /* [s] in this window, loops on all threads: total time, and excess over the expected time */
+    /* [s] in this window, loops on all threads: total time, and excess over the expected time */
+    double loop_time, lost_time;
     pd_thread_contention_loop loop[PD_THREAD_CONTENTION_LOOPS];
 } pd_thread_contention;
 

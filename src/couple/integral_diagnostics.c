@@ -40,8 +40,8 @@ static void pdi_integral_diagnostics_plane_means(const pd_bonds *bonds, const pd
         pdi_compensated_sum_add(&carried, face * 0.5 * (u[before] + u[node]) * c);
     }
     r->area = faces * bonds->stencil->volume / grid->h[axis];
-    r->mean = pdi_compensated_sum_total(&mean) / faces;
-    r->bulk = pdi_compensated_sum_total(&carried) / pdi_compensated_sum_total(&stream);
+    r->mean_concentration = pdi_compensated_sum_total(&mean) / faces;
+    r->mixed_concentration = pdi_compensated_sum_total(&carried) / pdi_compensated_sum_total(&stream);
     r->pressure = flow ? flow->rho * pdi_compensated_sum_total(&pressure) / faces : 0.0;
 }
 
@@ -51,7 +51,7 @@ void pd_diagnostics_plane(pd_ctx *ctx, const pd_bonds *bonds, pd_flow *flow, pd_
     memset(r, 0, sizeof *r);
     pdi_integral_diagnostics_plane_means(bonds, flow, transport, axis, index, r);
     if (flow) r->flow = pd_flow_integrate_section(ctx, flow, axis, index);
-    if (transport) r->species = pdi_amount_section(ctx, transport, axis, index);
+    if (transport) r->species_flux = pdi_amount_section(ctx, transport, axis, index);
     r->speed = r->flow / r->area;
 }
 
@@ -121,11 +121,12 @@ static double pdi_integral_diagnostics_node_area(const pd_bond_paths *paths, con
             if (s->offset[k * PD_DIM + d] != 0) axis = d;
             steps += abs(s->offset[k * PD_DIM + d]);
         }
-        if (smooth ? steps > 1 : !(s->area[k] > 0.0)) continue;
+        if (smooth ? steps > 1 : !(s->area_weight[k] > 0.0)) continue;
         if (!pdi_integral_diagnostics_is_source(paths, t, dissolve, node, k)) continue;
         if (smooth) sum += pdi_surface_compute_face_area(t->grid, node, axis, s->offset[k * PD_DIM + axis] > 0);
         else
-            sum += s->area[k] * s->volume * pdi_grid_circumference_at(t->grid, node, 0.5 * s->xi[(k + 1) * PD_DIM - 1]);
+            sum += s->area_weight[k] * s->volume *
+                   pdi_grid_circumference_at(t->grid, node, 0.5 * s->xi[(k + 1) * PD_DIM - 1]);
     }
     return sum;
 }
@@ -145,7 +146,7 @@ void pd_diagnostics_surface_flux(pd_ctx *ctx, const pd_bond_paths *paths, const 
         int k = axis < 0 ? 0 : i[axis];
         area[k] += pdi_integral_diagnostics_node_area(paths, t, dissolve, node);
         double gain = t->source[node] - t->absorb[node] * t->c[node];
-        if (t->bonds->row[node] >= 0)
+        if (t->bonds->row_of_node[node] >= 0)
             gain += pdi_diffusion_gain(&t->diffusion, node, t->c[node], t->rest ? t->rest[node] : 0.0);
         flux[k] += gain * paths->stencil->volume * pdi_grid_circumference(grid, node);
     }
@@ -162,7 +163,7 @@ void pd_diagnostics_box(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *g
     (void)ctx;
     memset(r, 0, sizeof *r);
     memset(momentum, 0, sizeof momentum);
-    r->least = r->most = (double)NAN;
+    r->min_concentration = r->max_concentration = (double)NAN;
     for (int32_t i = 0; i < grid->total; i++) {
         int fluid = grid->kind[i] == PD_FLUID;
         if ((!fluid && grid->kind[i] != PD_SOLID) || !pdi_integral_diagnostics_is_inside(grid, i, lo, hi)) continue;
@@ -178,8 +179,8 @@ void pd_diagnostics_box(pd_ctx *ctx, const pd_stencil *stencil, const pd_grid *g
         }
         if (!c) continue;
         pdi_compensated_sum_add(&dissolved, around * c[i]);
-        r->least = pdi_min(r->least, c[i]);
-        r->most = pdi_max(r->most, c[i]);
+        r->min_concentration = pdi_min(r->min_concentration, c[i]);
+        r->max_concentration = pdi_max(r->max_concentration, c[i]);
     }
     r->volume = nodes * volume;
     r->dissolved = pdi_compensated_sum_total(&dissolved) * volume;

@@ -15,9 +15,10 @@ typedef struct pd_diagnostics_plane_result {
     double flow;     /* [m^d/s] volume flux towards + */
     double speed;    /* [m/s] flow over area */
     double pressure; /* [Pa] mean over the area */
-    double mean;     /* [mol/m3] concentration, mean over the area */
-    double bulk;     /* [mol/m3] concentration of the mixed stream, sum u c / sum u over the faces; NaN at rest */
-    double species;  /* [mol/s] metal that is carried and diffuses towards + */
+    double mean_concentration; /* [mol/m3] concentration, mean over the area */
+    /* [mol/m3] concentration of the mixed stream, sum u c / sum u over the faces; NaN at rest */
+    double mixed_concentration;
+    double species_flux; /* [mol/s] metal that is carried and diffuses towards + */
 } pd_diagnostics_plane_result;
 
 typedef struct pd_diagnostics_box_result {
@@ -26,7 +27,8 @@ typedef struct pd_diagnostics_box_result {
     double momentum[PD_DIM]; /* [kg m/s] */
     double dissolved; /* [mol] */
     double solid;    /* [mol] left in the metal */
-    double least, most; /* [mol/m3] smallest and largest concentration of the fluid; NaN without fluid */
+    /* [mol/m3] smallest and largest concentration of the fluid; NaN without fluid */
+    double min_concentration, max_concentration;
 } pd_diagnostics_box_result;
 
 #define pd_diagnostics_plane PD_NAME(pd_diagnostics_plane)

@@ -11,21 +11,21 @@
 /* 1: i is a point whose metal has not dissolved. */
 static int pdi_interpenetration_is_solid(const pd_interpenetration *s, int32_t i)
 {
-    return i >= 0 && s->stiff[i] > 0.0;
+    return i >= 0 && s->stiffness_factor[i] > 0.0;
 }
 
 /* 1: no unbroken bond connects two points. */
 static int pdi_interpenetration_is_unbonded(const pd_interpenetration *s, int32_t i, int32_t j)
 {
     for (pd_bond_iterator f = pdi_body_bonds_begin(s->body, i); pdi_body_bonds_next(&f);)
-        if (f.to == j) return pdi_body_bond_is_broken(&f);
+        if (f.neighbour == j) return pdi_body_bond_is_broken(&f);
     return 1;
 }
 
 /* Component of a point. */
 static int32_t pdi_interpenetration_get_component(const pd_interpenetration *s, int32_t i)
 {
-    return s->part ? s->part[i] : 0;
+    return s->component ? s->component[i] : 0;
 }
 
 /* The adjacent point above point i along axis d; -1: none. */
@@ -57,9 +57,10 @@ static double pdi_interpenetration_initial_gap(const pd_interpenetration *s, con
 static void pdi_interpenetration_record(pd_interpenetration *s, int32_t i, int32_t j, double depth)
 {
     if (pdi_interpenetration_get_component(s, i) == pdi_interpenetration_get_component(s, j)) {
-        if (pdi_body_count_intact(s->body, i) && pdi_body_count_intact(s->body, j)) s->crack = pdi_max(s->crack, depth);
-    } else if (depth > s->pieces) {
-        s->pieces = depth;
+        if (pdi_body_count_intact(s->body, i) && pdi_body_count_intact(s->body, j))
+            s->crack_overlap = pdi_max(s->crack_overlap, depth);
+    } else if (depth > s->component_overlap) {
+        s->component_overlap = depth;
         s->first = i;
         s->other = j;
     }
@@ -139,18 +140,19 @@ static void pdi_interpenetration_check_nearby(pd_interpenetration *s, const doub
 
 PDI_FN void pdi_interpenetration_compute(pd_interpenetration *s, const double *u)
 {
-    s->crack = s->pieces = 0.0;
+    s->crack_overlap = s->component_overlap = 0.0;
     double most = pdi_interpenetration_check_neighbours(s, u, 0, PDI_INTERPENETRATION_ROUNDING);
     pdi_interpenetration_check_neighbours(s, u, 1, most);
     for (int32_t k = 0; k < s->bins; k++) s->bin[k] = -1;
     for (int32_t i = 0; i < s->count && s->bins; i++) { /* points that lack bonds are at a surface */
-        if (!pdi_interpenetration_is_solid(s, i) || pdi_body_count_intact(s->body, i) == s->body->kinds) continue;
+        if (!pdi_interpenetration_is_solid(s, i) || pdi_body_count_intact(s->body, i) == s->body->stencil_bonds)
+            continue;
         pdi_interpenetration_check_nearby(s, u, i, most);
         int32_t own = pdi_interpenetration_hash_cell(s, u, i, NULL);
         s->next[i] = s->bin[own];
         s->bin[own] = i;
     }
-    s->most = pdi_max(s->most, s->crack);
+    s->max_crack_overlap = pdi_max(s->max_crack_overlap, s->crack_overlap);
 }
 
 /* ---- build ---- */
@@ -161,15 +163,15 @@ PDI_FN pd_status pdi_interpenetration_build(pd_ctx *ctx, pd_interpenetration *s)
     uint8_t *seen = NULL;
     pd_status status = PDI_NEW(ctx, "overlap", all, piece);
     if (status == PD_OK) status = PDI_NEW(ctx, "overlap", all, seen);
-    if (status == PD_OK) status = PDI_NEW(ctx, "overlap", s->count, s->part);
+    if (status == PD_OK) status = PDI_NEW(ctx, "overlap", s->count, s->component);
     for (int32_t i = 0; i < s->count && status == PD_OK; i++) {
         if (seen[i]) continue;
         int32_t count = pdi_body_find_component(s->body, i, seen, piece);
         for (int32_t k = 0; k < count; k++)
-            if (piece[k] < s->count) s->part[piece[k]] = s->parts;
-        s->parts++;
+            if (piece[k] < s->count) s->component[piece[k]] = s->components;
+        s->components++;
     }
-    if (s->parts < 2) PDI_DELETE(ctx, s->count, s->part);
+    if (s->components < 2) PDI_DELETE(ctx, s->count, s->component);
     PDI_DELETE(ctx, all, piece);
     PDI_DELETE(ctx, all, seen);
     return status;
@@ -186,7 +188,7 @@ PDI_FN pd_status pdi_interpenetration_prepare(pd_ctx *ctx, pd_interpenetration *
 
 PDI_FN void pdi_interpenetration_free(pd_ctx *ctx, pd_interpenetration *s)
 {
-    PDI_DELETE(ctx, s->count, s->part);
+    PDI_DELETE(ctx, s->count, s->component);
     PDI_DELETE(ctx, s->bins, s->bin);
     PDI_DELETE(ctx, s->count, s->next);
     memset(s, 0, sizeof *s);

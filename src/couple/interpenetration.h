@@ -15,16 +15,17 @@ typedef struct pd_interpenetration {
     const pd_body *body;
     const int32_t *node;  /* [count] of the points */
     const int32_t *point; /* [total] of the nodes; -1: none */
-    const double *stiff;  /* [count] [-] stiffness factor; 0: dissolved */
+    const double *stiffness_factor; /* [count] [-] stiffness factor; 0: dissolved */
     int32_t count;        /* points; further ones of the body are images */
-    int32_t parts;        /* pieces of the body as it was built */
-    int32_t *part;        /* [count] the piece of each point; empty with one piece */
+    int32_t components;   /* pieces of the body as it was built */
+    int32_t *component;   /* [count] the piece of each point; empty with one piece */
     int32_t bins;         /* size of the hash table, a power of two; 0: not prepared */
     int32_t *bin;         /* [bins] the last point that came to it, -1: none */
     int32_t *next;        /* [count with bins] the one before it */
-    double crack;         /* [m] largest overlap within one component (crack faces), at the last check; 0: none */
-    double most;          /* [m] the same of all checks */
-    double pieces;        /* [m] largest overlap of two components that were apart at the start; 0: none */
+    /* [m] largest overlap within one component (crack faces), at the last check; 0: none */
+    double crack_overlap;
+    double max_crack_overlap; /* [m] the same of all checks */
+    double component_overlap; /* [m] largest overlap of two components that were apart at the start; 0: none */
     int32_t first, other; /* points of these */
 } pd_interpenetration;
 

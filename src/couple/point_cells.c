@@ -15,7 +15,7 @@
  * has. */
 static int pdi_point_cells_count_behind(const pd_point_cells *s, int d, int upper)
 {
-    int depth = 3 * (int)floor(s->m + 0.5), n = s->grid->n[d];
+    int depth = 3 * (int)floor(s->horizon_ratio + 0.5), n = s->grid->n[d];
     if (!(s->mirrors >> (2 * d + upper) & 1)) return 0;
     return (s->mirrors >> (2 * d) & 3) == 3 || depth < n ? depth : n;
 }
@@ -42,7 +42,8 @@ static int pdi_point_cells_fold_cell(const pd_point_cells *s, int *at)
 static int32_t pdi_point_cells_find_image(const pd_point_cells *s, int64_t k, int *at, int *flip)
 {
     int folded[PD_DIM];
-    for (int d = 0; d < PD_DIM; d++, k /= s->wide[d - 1]) folded[d] = at[d] = (int)(k % s->wide[d]) - s->below[d];
+    for (int d = 0; d < PD_DIM; d++, k /= s->extended_cells[d - 1])
+        folded[d] = at[d] = (int)(k % s->extended_cells[d]) - s->lower_cells[d];
     int inside = pdi_grid_is_inside(s->grid, at);
     *flip = pdi_point_cells_fold_cell(s, folded);
     if (inside) *flip = -1;
@@ -54,7 +55,7 @@ static int32_t pdi_point_cells_find_image(const pd_point_cells *s, int64_t k, in
 static int64_t pdi_point_cells_count_cells(const pd_point_cells *s)
 {
     int64_t cells = 1;
-    for (int d = 0; d < PD_DIM; d++) cells *= s->wide[d];
+    for (int d = 0; d < PD_DIM; d++) cells *= s->extended_cells[d];
     return cells;
 }
 
@@ -63,8 +64,8 @@ PDI_FN void pdi_point_cells_count_images(pd_point_cells *s)
 {
     int at[PD_DIM], flip;
     for (int d = 0; d < PD_DIM; d++) {
-        s->below[d] = pdi_point_cells_count_behind(s, d, 0);
-        s->wide[d] = s->grid->n[d] + s->below[d] + pdi_point_cells_count_behind(s, d, 1);
+        s->lower_cells[d] = pdi_point_cells_count_behind(s, d, 0);
+        s->extended_cells[d] = s->grid->n[d] + s->lower_cells[d] + pdi_point_cells_count_behind(s, d, 1);
     }
     for (int64_t k = 0; k < pdi_point_cells_count_cells(s) && s->mirrors; k++)
         s->images += pdi_point_cells_find_image(s, k, at, &flip) >= 0 && flip >= 0;
@@ -75,25 +76,25 @@ PDI_FN void pdi_point_cells_add_images(pd_point_cells *s)
 {
     int at[PD_DIM], flip;
     int32_t g = 0;
-    for (int32_t i = 0; i < s->count + s->images && s->images; i++) s->chain[i] = -1;
+    for (int32_t i = 0; i < s->count + s->images && s->images; i++) s->next_image[i] = -1;
     for (int64_t k = 0; k < pdi_point_cells_count_cells(s) && s->images; k++) {
         int32_t node = pdi_point_cells_find_image(s, k, at, &flip);
-        s->chart[k] = node >= 0 ? s->point[node] : -1;
+        s->cell_point[k] = node >= 0 ? s->point[node] : -1;
         if (node < 0 || flip < 0) continue;
-        s->chart[k] = s->count + g;
-        s->of[g] = s->point[node];
-        s->flip[g] = (uint8_t)flip;
+        s->cell_point[k] = s->count + g;
+        s->image_source[g] = s->point[node];
+        s->image_reflection[g] = (uint8_t)flip;
         for (int d = 0; d < PD_DIM; d++) s->cell[g * PD_DIM + d] = at[d];
-        s->chain[s->count + g] = s->chain[s->point[node]];
-        s->chain[s->point[node]] = s->count + g++;
+        s->next_image[s->count + g] = s->next_image[s->point[node]];
+        s->next_image[s->point[node]] = s->count + g++;
     }
-    for (int32_t i = s->count; i < s->count + s->images; i++) s->stiff[i] = 1.0;
+    for (int32_t i = s->count; i < s->count + s->images; i++) s->stiffness_factor[i] = 1.0;
 }
 
 /* The real point that i is or mirrors. */
 static int32_t pdi_point_cells_real_point(const pd_point_cells *s, int32_t i)
 {
-    return i < s->count ? i : s->of[i - s->count];
+    return i < s->count ? i : s->image_source[i - s->count];
 }
 
 /* Cell index of a point or image. */
@@ -117,11 +118,11 @@ static int32_t pdi_point_cells_find_point(const pd_point_cells *s, const int *at
     int64_t k = 0;
     if (!s->images) return pdi_grid_is_inside(s->grid, at) ? s->point[pd_grid_node(s->grid, at)] : -1;
     for (int d = PD_DIM - 1; d >= 0; d--) {
-        int place = at[d] + s->below[d];
-        if (place < 0 || place >= s->wide[d]) return -1;
-        k = k * s->wide[d] + place;
+        int place = at[d] + s->lower_cells[d];
+        if (place < 0 || place >= s->extended_cells[d]) return -1;
+        k = k * s->extended_cells[d] + place;
     }
-    return s->chart[k];
+    return s->cell_point[k];
 }
 
 /* ---- bonds that leave the metal ---- */
@@ -131,7 +132,8 @@ static int pdi_point_cells_is_metal(const void *self, const int *at)
 {
     const pd_point_cells *s = (const pd_point_cells *)self;
     int32_t i = pdi_point_cells_find_point(s, at);
-    return i >= 0 && (s->grid->kind[s->node[pdi_point_cells_real_point(s, i)]] == PD_SOLID || s->stiff[i] > 0.0);
+    return i >= 0 &&
+           (s->grid->kind[s->node[pdi_point_cells_real_point(s, i)]] == PD_SOLID || s->stiffness_factor[i] > 0.0);
 }
 
 /* Offset in cells from point i to point j. */
@@ -225,7 +227,7 @@ PDI_FN void pdi_point_cells_set_joined(pd_ctx *ctx, pd_point_cells *s, pd_body_d
         pd_grid_position(s->grid, s->node[i], x);
         s->depth[i] = -pdi_node_visibility_metal_distance(s->grid, x);
     }
-    for (int32_t g = 0; g < s->images; g++) s->depth[s->count + g] = s->depth[s->of[g]];
+    for (int32_t g = 0; g < s->images; g++) s->depth[s->count + g] = s->depth[s->image_source[g]];
 }
 
 /* ---- metal that goes ---- */
@@ -265,17 +267,17 @@ static int pdi_point_cells_is_crossed(const int *off, const int *step)
  * before, as in a thin part with smooth faces, breaks where its line passes the cell. */
 static void pdi_point_cells_break_through(const pd_point_cells *s, pd_body *body, int32_t gone, int32_t i)
 {
-    double stiff = s->stiff[gone];
+    double stiff = s->stiffness_factor[gone];
     for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
         int off[PD_DIM], step[PD_DIM];
-        if (f.to < i || pdi_body_bond_is_broken(&f)) continue;
+        if (f.neighbour < i || pdi_body_bond_is_broken(&f)) continue;
         pdi_point_cells_cell_offset(s, i, gone, off);
-        pdi_point_cells_cell_offset(s, i, f.to, step);
+        pdi_point_cells_cell_offset(s, i, f.neighbour, step);
         if (!pdi_point_cells_may_cross(off, step)) continue;
         int before = pdi_point_cells_is_connected(s, i, step);
-        s->stiff[gone] = 0.0;
+        s->stiffness_factor[gone] = 0.0;
         int after = pdi_point_cells_is_connected(s, i, step);
-        s->stiff[gone] = stiff;
+        s->stiffness_factor[gone] = stiff;
         if (before ? !after : pdi_point_cells_is_crossed(off, step)) pdi_body_break_bond(body, i, &f);
     }
 }
@@ -283,7 +285,7 @@ static void pdi_point_cells_break_through(const pd_point_cells *s, pd_body *body
 /* Point `gone` has dissolved: breaks its bonds, and those of all points nearby that led through it. */
 static void pdi_point_cells_dissolve_point(const pd_point_cells *s, pd_body *body, int32_t gone)
 {
-    int reach = (int)ceil(s->m + 0.5), wide = 2 * reach + 1, all = pdi_grid_count_cube(reach), cell[PD_DIM];
+    int reach = (int)ceil(s->horizon_ratio + 0.5), wide = 2 * reach + 1, all = pdi_grid_count_cube(reach), cell[PD_DIM];
     pdi_body_break_all_bonds(body, gone);
     pdi_point_cells_get_cell(s, gone, cell);
     for (int k = 0; k < all; k++) {
@@ -292,7 +294,7 @@ static void pdi_point_cells_dissolve_point(const pd_point_cells *s, pd_body *bod
         int32_t i = pdi_point_cells_find_point(s, at);
         if (i >= 0 && i != gone) pdi_point_cells_break_through(s, body, gone, i);
     }
-    s->stiff[gone] = 0.0;
+    s->stiffness_factor[gone] = 0.0;
 }
 
 /* Points and their images, one after another: each sees the others as metal until it is its turn. */
@@ -301,10 +303,10 @@ PDI_FN int pdi_point_cells_dissolve_nodes(const pd_point_cells *s, pd_body *body
     int gone = 0;
     for (int way = 0; way < 2; way++)
         for (int32_t k = 0; k < count; k++)
-            for (int32_t i = s->point[turned[k]]; i >= 0; i = s->images ? s->chain[i] : -1) {
+            for (int32_t i = s->point[turned[k]]; i >= 0; i = s->images ? s->next_image[i] : -1) {
                 gone = 1;
                 if (way) pdi_point_cells_dissolve_point(s, body, i);
-                else s->stiff[i] = pdi_max(s->stiff[i], PDI_POINT_CELLS_PENDING);
+                else s->stiffness_factor[i] = pdi_max(s->stiffness_factor[i], PDI_POINT_CELLS_PENDING);
             }
     return gone;
 }
@@ -314,8 +316,8 @@ PDI_FN void pdi_point_cells_list(pdi_array_visitor *owner, void *object)
     pd_point_cells *sites = (pd_point_cells *)object;
     int64_t all = (int64_t)sites->count + sites->images;
     PDI_ARRAY(owner, sites, cell, sites->images * PD_DIM, "1");
-    PDI_ARRAY(owner, sites, chain, all, "1");
-    PDI_ARRAY(owner, sites, chart, pdi_point_cells_count_cells(sites), "1");
+    PDI_ARRAY(owner, sites, next_image, all, "1");
+    PDI_ARRAY(owner, sites, cell_point, pdi_point_cells_count_cells(sites), "1");
 }
 
 #undef PDI_POINT_CELLS_PENDING

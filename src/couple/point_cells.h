@@ -10,19 +10,19 @@ typedef struct pd_point_cells {
     const pd_grid *grid;  /* borrowed, as all down to flip */
     const int32_t *node;  /* [count] of the points */
     const int32_t *point; /* [total] of the nodes; -1: none */
-    double *stiff;        /* [count + images] [-] stiffness factor; 0: dissolved */
+    double *stiffness_factor; /* [count + images] [-] stiffness factor; 0: dissolved */
     double *depth;        /* [count + images] [m] below the surface, while the body is built */
-    int32_t *of;          /* [images] as of pd_mirror_symmetry */
-    uint8_t *flip;        /* [images] */
-    double m;             /* [-] horizon over the spacing */
+    int32_t *image_source;     /* [images] as of pd_mirror_symmetry */
+    uint8_t *image_reflection; /* [images] */
+    double horizon_ratio;      /* [-] horizon over the spacing */
     int mirrors;          /* bit s: side s of the box is a plane of symmetry */
     int32_t count;        /* points */
     int32_t images;       /* of them, which come last */
     int32_t *cell;        /* [images][PD_DIM] cells of images, in the box as it goes on behind its sides */
-    int32_t *chain;       /* [count + images with images] the next image of the same point, -1: none */
-    int32_t *chart;       /* [wide[0] ..] with images: the point of each cell of the extended box, -1: none */
-    int32_t wide[PD_DIM]; /* cells of the extended box along each axis */
-    int below[PD_DIM];    /* of these below the lower side of the box */
+    int32_t *next_image;  /* [count + images with images] the next image of the same point, -1: none */
+    int32_t *cell_point;  /* [wide[0] ..] with images: the point of each cell of the extended box, -1: none */
+    int32_t extended_cells[PD_DIM]; /* cells of the extended box along each axis */
+    int lower_cells[PD_DIM];        /* of these below the lower side of the box */
 } pd_point_cells;
 
 #ifdef PDI_INTERNAL

@@ -21,16 +21,16 @@ PDI_FN void pdi_solid_coupling_list(pdi_array_visitor *owner, void *object)
     int64_t all = (int64_t)structure->count + structure->sites.images;
     PDI_ARRAY(owner, structure, node, structure->count, "1");
     PDI_ARRAY(owner, structure, point, structure->total, "1");
-    PDI_ARRAY(owner, structure, held, all * PD_DIM, "1");
-    PDI_ARRAY_STATE(owner, structure, stiff, all, "1");
+    PDI_ARRAY(owner, structure, prescribed, all * PD_DIM, "1");
+    PDI_ARRAY_STATE(owner, structure, stiffness_factor, all, "1");
     PDI_ARRAY(owner, structure, stress, all * PDI_SOLID_COUPLING_TENSOR, "Pa");
     PDI_ARRAY(owner, structure, pressure, structure->count, "Pa");
     PDI_ARRAY(owner, structure, mises, structure->count, "Pa");
-    PDI_ARRAY(owner, structure, slip, pdi_solid_coupling_is_plastic(structure) ? all : 0, "1");
-    PDI_ARRAY(owner, structure, across, PD_DIM == 2 ? structure->count : 0, "Pa");
+    PDI_ARRAY(owner, structure, plastic_strain, pdi_solid_coupling_is_plastic(structure) ? all : 0, "1");
+    PDI_ARRAY(owner, structure, out_of_plane_stress, PD_DIM == 2 ? structure->count : 0, "Pa");
     PDI_ARRAY(owner, structure, density, all, "J/m3");
-    PDI_ARRAY(owner, structure, factor, structure->desc.pace ? structure->total : 0, "1");
-    PDI_SCALAR_STATE(owner, structure, overlap.most, "m");
+    PDI_ARRAY(owner, structure, rate_factor, structure->desc.rate_factor ? structure->total : 0, "1");
+    PDI_SCALAR_STATE(owner, structure, overlap.max_crack_overlap, "m");
     if (!pdi_solid_coupling_is_dynamic(structure)) return;
     PDI_ARRAY_STATE(owner, structure, load, all * PD_DIM, "N/m3");
     PDI_ARRAY(owner, structure, target, all * PD_DIM, "m");
@@ -38,7 +38,7 @@ PDI_FN void pdi_solid_coupling_list(pdi_array_visitor *owner, void *object)
 
 PDI_FN double pdi_solid_coupling_damage(const pd_solid_coupling *s, int32_t point)
 {
-    int64_t all = s->body.row[point + 1] - s->body.row[point];
+    int64_t all = s->body.first_bond[point + 1] - s->body.first_bond[point];
     return all ? 1.0 - (double)pdi_body_count_intact(&s->body, point) / (double)all : 0.0;
 }
 
@@ -47,13 +47,13 @@ PDI_FN double pdi_solid_coupling_damage(const pd_solid_coupling *s, int32_t poin
 /* 1: the description has a failure criterion of bonds. */
 static int pdi_solid_coupling_has_failure(const pd_solid_coupling_desc *desc)
 {
-    return desc->breaks.critical > 0.0 || desc->breaks.fracture > 0.0;
+    return desc->bond_failure.critical > 0.0 || desc->bond_failure.fracture > 0.0;
 }
 
 PDI_FN int pdi_solid_coupling_can_interpenetrate(const pd_solid_coupling *s)
 {
-    return s->overlap.parts > 1 || s->body.places > s->body.charted || !pdi_body_is_intact(&s->body) ||
-           pdi_solid_coupling_has_failure(&s->desc) || s->desc.fracture > 0.0;
+    return s->overlap.components > 1 || s->body.table_entries > s->body.lattice_entries ||
+           !pdi_body_is_intact(&s->body) || pdi_solid_coupling_has_failure(&s->desc) || s->desc.fracture > 0.0;
 }
 
 /* Material points at the solid nodes, their mirror images, and the body with its bonds. */
@@ -75,17 +75,17 @@ static pd_status pdi_solid_coupling_build_body(pd_ctx *ctx, pd_solid_coupling *s
         s->node[k] = i;
         s->point[i] = k;
         pd_grid_position(grid, i, position + (int64_t)k * PD_DIM);
-        s->stiff[k] = 1.0;
+        s->stiffness_factor[k] = 1.0;
         volume[k++] = cell;
     }
     s->sites.node = s->node;
     s->sites.point = s->point;
-    s->sites.stiff = s->stiff;
+    s->sites.stiffness_factor = s->stiffness_factor;
     s->sites.depth = s->density;
-    s->sites.of = s->mirrored.of;
-    s->sites.flip = s->mirrored.flip;
+    s->sites.image_source = s->mirrored.image_source;
+    s->sites.image_reflection = s->mirrored.image_reflection;
     if (status == PD_OK) pdi_point_cells_add_images(&s->sites);
-    for (int64_t k = (int64_t)s->count * PD_DIM; k < (int64_t)all * PD_DIM; k++) s->held[k] = 1;
+    for (int64_t k = (int64_t)s->count * PD_DIM; k < (int64_t)all * PD_DIM; k++) s->prescribed[k] = 1;
     for (int32_t i = s->count; i < all && status == PD_OK; i++) {
         pdi_point_cells_position(&s->sites, i, position + (int64_t)i * PD_DIM);
         volume[i] = cell;
@@ -94,12 +94,12 @@ static pd_status pdi_solid_coupling_build_body(pd_ctx *ctx, pd_solid_coupling *s
     desc.position = position;
     desc.volume = volume;
     desc.spacing = grid->h[0];
-    desc.horizon = s->desc.m * grid->h[0];
+    desc.horizon = s->desc.horizon_ratio * grid->h[0];
     if (status == PD_OK) pdi_point_cells_set_joined(ctx, &s->sites, &desc);
     if (status == PD_OK) status = pd_body_build(ctx, &desc, &s->body);
-    s->body.own = s->count;
-    s->body.of = s->mirrored.of;
-    s->body.flip = s->mirrored.flip;
+    s->body.real_count = s->count;
+    s->body.image_source = s->mirrored.image_source;
+    s->body.image_reflection = s->mirrored.image_reflection;
     memset(s->density, 0, (size_t)all * sizeof *s->density);
     PDI_DELETE(ctx, all, volume);
     PDI_DELETE(ctx, (int64_t)all * PD_DIM, position);
@@ -123,7 +123,7 @@ static pd_status pdi_solid_coupling_count_points(pd_ctx *ctx, pd_solid_coupling 
     }
     if (!s->count) return pdi_fail(ctx, PD_ERR_GEOMETRY, "structure", "no metal, expected a solid that bears loads");
     s->sites.grid = grid;
-    s->sites.m = s->desc.m;
+    s->sites.horizon_ratio = s->desc.horizon_ratio;
     s->sites.mirrors = s->desc.mirrors;
     s->sites.count = s->count;
     pdi_point_cells_count_images(&s->sites);
@@ -159,7 +159,7 @@ static pd_status pdi_solid_coupling_init_interpenetration(pd_ctx *ctx, pd_solid_
     s->overlap.body = &s->body;
     s->overlap.node = s->node;
     s->overlap.point = s->point;
-    s->overlap.stiff = s->stiff;
+    s->overlap.stiffness_factor = s->stiffness_factor;
     s->overlap.count = s->count;
     return pdi_node_visibility_is_convex(s->grid) ? PD_OK : pdi_interpenetration_build(ctx, &s->overlap);
 }
@@ -193,9 +193,9 @@ static pd_ordinary_state_desc pdi_solid_coupling_ordinary_desc(const pd_solid_co
     desc.poisson = s->desc.elastic.poisson;
     desc.plane = s->desc.elastic.plane;
     desc.influence = s->desc.elastic.influence;
-    desc.stiff = s->stiff;
+    desc.stiffness_factor = s->stiffness_factor;
     desc.linear = 1;
-    desc.loose = 1;
+    desc.detach_singular = 1;
     return desc;
 }
 
@@ -213,16 +213,16 @@ static pd_finite_strain_desc pdi_solid_coupling_finite_strain_desc(const pd_soli
     desc.law.yield = s->desc.elastic.yield;
     desc.law.hardening = s->desc.elastic.hardening;
     desc.influence = s->desc.elastic.influence;
-    desc.stiff = s->stiff;
-    desc.keep = 1;
-    desc.loose = 1;
+    desc.stiffness_factor = s->stiffness_factor;
+    desc.store_tangent = 1;
+    desc.detach_singular = 1;
     return desc;
 }
 
 PDI_FN void pdi_solid_coupling_attach_material(pd_solid_coupling *s)
 {
     switch (s->desc.material) {
-    case PD_SOLID_COUPLING_BOND_BASED: s->springs.body = &s->body; break;
+    case PD_SOLID_COUPLING_BOND_BASED: s->bond_based.body = &s->body; break;
     case PD_SOLID_COUPLING_ORDINARY_STATE: s->ordinary.body = &s->body; break;
     case PD_SOLID_COUPLING_NEO_HOOKEAN:
     case PD_SOLID_COUPLING_HENCKY:
@@ -238,7 +238,7 @@ PDI_FN void pdi_solid_coupling_attach_material(pd_solid_coupling *s)
 PDI_FN pd_material_interface pdi_solid_coupling_material_interface(pd_solid_coupling *s)
 {
     switch (s->desc.material) {
-    case PD_SOLID_COUPLING_BOND_BASED: return pd_microelastic_material(&s->springs);
+    case PD_SOLID_COUPLING_BOND_BASED: return pd_microelastic_material(&s->bond_based);
     case PD_SOLID_COUPLING_ORDINARY_STATE: return pd_ordinary_state_material(&s->ordinary);
     case PD_SOLID_COUPLING_NEO_HOOKEAN:
     case PD_SOLID_COUPLING_HENCKY: return pd_finite_strain_material(&s->finite);
@@ -254,14 +254,14 @@ static pd_status pdi_solid_coupling_build_material(pd_ctx *ctx, pd_solid_couplin
     pd_ordinary_state_desc ordinary = pdi_solid_coupling_ordinary_desc(s);
     pd_finite_strain_desc finite = pdi_solid_coupling_finite_strain_desc(s);
     switch (s->desc.material) {
-    case PD_SOLID_COUPLING_BOND_BASED: return pd_microelastic_build(ctx, &s->body, &springs, &s->springs);
+    case PD_SOLID_COUPLING_BOND_BASED: return pd_microelastic_build(ctx, &s->body, &springs, &s->bond_based);
     case PD_SOLID_COUPLING_ORDINARY_STATE: return pd_ordinary_state_build(ctx, &s->body, &ordinary, &s->ordinary);
     case PD_SOLID_COUPLING_NEO_HOOKEAN:
     case PD_SOLID_COUPLING_HENCKY: return pd_finite_strain_build(ctx, &s->body, &finite, &s->finite);
     case PD_SOLID_COUPLING_CORRESPONDENCE: break;
     }
-    s->desc.elastic.stiff = s->stiff;
-    s->desc.elastic.loose = 1;
+    s->desc.elastic.stiffness_factor = s->stiffness_factor;
+    s->desc.elastic.detach_singular = 1;
     return pd_correspondence_build(ctx, &s->body, &s->desc.elastic, &s->elastic);
 }
 
@@ -287,15 +287,15 @@ static pd_status pdi_solid_coupling_build_static(pd_ctx *ctx, pd_solid_coupling 
 {
     pd_quasi_static_desc rest;
     memset(&rest, 0, sizeof rest);
-    rest.held = s->held;
+    rest.prescribed = s->prescribed;
     rest.load = s->desc.load;
     rest.user = s->desc.user;
-    rest.criterion = s->desc.breaks;
-    if (s->desc.material == PD_SOLID_COUPLING_BOND_BASED) rest.criterion.critical = s->springs.critical;
+    rest.criterion = s->desc.bond_failure;
+    if (s->desc.material == PD_SOLID_COUPLING_BOND_BASED) rest.criterion.critical = s->bond_based.critical;
     PDI_TRY(pdi_solid_coupling_calibrate_fracture(ctx, s, &rest.criterion));
-    rest.eager = -1.0;
+    rest.break_fraction = -1.0;
     rest.rtol = s->desc.rtol;
-    return pd_quasi_static_build(ctx, &s->solid, &rest, &s->rest);
+    return pd_quasi_static_build(ctx, &s->solid, &rest, &s->static_solver);
 }
 
 /* Builds the Verlet integrator. */
@@ -305,8 +305,8 @@ static pd_status pdi_solid_coupling_build_dynamic(pd_ctx *ctx, pd_solid_coupling
     memset(&motion, 0, sizeof motion);
     motion.density = s->desc.density;
     motion.load = s->load;
-    motion.held = s->held;
-    return pd_verlet_build(ctx, &s->solid, &motion, &s->motion);
+    motion.prescribed = s->prescribed;
+    return pd_verlet_build(ctx, &s->solid, &motion, &s->dynamic_solver);
 }
 
 /* PD_ERR_ARGUMENT: values or combinations of material, failure, plasticity and dynamics that do not exist. */
@@ -319,13 +319,13 @@ static pd_status pdi_solid_coupling_check(pd_ctx *ctx, const pd_solid_coupling_d
                         "material %d, a density of %g kg/m3 and %g J/m2, expected 0 "
                         "to %d and numbers that are not negative",
                         (int)desc->material, desc->density, desc->fracture, (int)PD_SOLID_COUPLING_HENCKY);
-    if (springs && (pdi_solid_coupling_has_failure(desc) || flows || desc->pace))
+    if (springs && (pdi_solid_coupling_has_failure(desc) || flows || desc->rate_factor))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "springs with a criterion, a yield stress or a pace, "
                         "expected an energy of cracks alone");
     if (!springs && (desc->fracture > 0.0 || (desc->density > 0.0 && (pdi_solid_coupling_has_failure(desc) || flows))))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "metal other than springs with an energy of cracks, or that "
                         "breaks or flows in motion, expected a balance with a criterion, or springs");
-    if (desc->breaks.fracture > 0.0 && desc->material != PD_SOLID_COUPLING_CORRESPONDENCE)
+    if (desc->bond_failure.fracture > 0.0 && desc->material != PD_SOLID_COUPLING_CORRESPONDENCE)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "structure", "an energy of cracks of material %d, expected small strains "
                         "by correspondence, springs, or a critical value of bonds", (int)desc->material);
     if (flows && desc->material != PD_SOLID_COUPLING_CORRESPONDENCE && desc->material != PD_SOLID_COUPLING_HENCKY)
@@ -374,7 +374,8 @@ static pd_status pdi_solid_coupling_build_inner(pd_ctx *ctx, const pd_grid *grid
         return pdi_fail(ctx, PD_ERR_GEOMETRY, "structure", "the metal is too thin to bear loads: no node has bonds "
                         "along all directions; choose a smaller h");
     if (pdi_solid_coupling_can_interpenetrate(s)) PDI_TRY(pdi_interpenetration_prepare(ctx, &s->overlap));
-    for (int32_t i = 0; i < s->total && desc->pace; i++) s->factor[i] = desc->factor ? desc->factor[i] : 1.0;
+    for (int32_t i = 0; i < s->total && desc->rate_factor; i++)
+        s->rate_factor[i] = desc->base_rate_factor ? desc->base_rate_factor[i] : 1.0;
     return pdi_solid_coupling_is_dynamic(s) ? pdi_solid_coupling_build_dynamic(ctx, s)
                                             : pdi_solid_coupling_build_static(ctx, s);
 }
@@ -389,11 +390,11 @@ pd_status pd_solid_coupling_build(pd_ctx *ctx, const pd_grid *grid, const pd_sol
 
 void pd_solid_coupling_free(pd_ctx *ctx, pd_solid_coupling *s)
 {
-    pd_verlet_free(ctx, &s->motion);
-    pd_quasi_static_free(ctx, &s->rest);
+    pd_verlet_free(ctx, &s->dynamic_solver);
+    pd_quasi_static_free(ctx, &s->static_solver);
     pd_finite_strain_free(ctx, &s->finite);
     pd_ordinary_state_free(ctx, &s->ordinary);
-    pd_microelastic_free(ctx, &s->springs);
+    pd_microelastic_free(ctx, &s->bond_based);
     pd_correspondence_free(ctx, &s->elastic);
     pdi_interpenetration_free(ctx, &s->overlap);
     pdi_array_registry_free(ctx, pdi_point_cells_list, &s->sites);
@@ -410,17 +411,17 @@ void pd_solid_coupling_free(pd_ctx *ctx, pd_solid_coupling *s)
 static void pdi_solid_coupling_compute_stress(pd_ctx *ctx, pd_solid_coupling *s)
 {
     const pd_material_interface *solid = &s->solid;
-    s->seen = s->rest.solves;
-    if (solid->slip) solid->slip(ctx, solid->self, s->slip);
+    s->stress_solve = s->static_solver.solves;
+    if (solid->plastic_strain) solid->plastic_strain(ctx, solid->self, s->plastic_strain);
     if (!solid->stress) return;
     solid->stress(ctx, solid->self, pdi_solid_coupling_displacements(s), s->stress);
     for (int32_t i = 0; i < s->count; i++) {
         double *p = s->stress + (int64_t)i * PDI_SOLID_COUPLING_TENSOR;
-        double over = s->stiff[i] > 0.0 ? 1.0 / s->stiff[i] : 0.0;
-        double normal = solid->normal ? over * solid->normal(solid->self, i, p) : 0.0;
+        double over = s->stiffness_factor[i] > 0.0 ? 1.0 / s->stiffness_factor[i] : 0.0;
+        double normal = solid->out_of_plane_stress ? over * solid->out_of_plane_stress(solid->self, i, p) : 0.0;
         for (int k = 0; k < PDI_SOLID_COUPLING_TENSOR; k++) p[k] *= over;
         s->mises[i] = pdi_material_interface_von_mises(p, normal, &s->pressure[i]);
-        if (PD_DIM == 2) s->across[i] = normal;
+        if (PD_DIM == 2) s->out_of_plane_stress[i] = normal;
     }
 }
 
@@ -432,11 +433,13 @@ static pd_status pdi_solid_coupling_check_small_strains(pd_ctx *ctx, const pd_so
         return PD_OK;
     for (int32_t i = 0; i < s->count; i++) {
         double strain = pdi_max(s->mises[i], fabs(s->pressure[i])) / young;
-        double slip = s->solid.slip ? s->slip[i] : 0.0;
+        double slip = s->solid.plastic_strain ? s->plastic_strain[i] : 0.0;
         if (strain < PDI_SOLID_COUPLING_MAX_STRAIN && slip < PDI_SOLID_COUPLING_MAX_PLASTIC_STRAIN) continue;
         pd_grid_position(s->grid, s->node[i], x);
-        return pdi_fail(ctx, PD_ERR_STATE, "structure", "the metal at x = %g m has a stress of %g of E and a plastic "
-                        "strain of %g at t = %g s: expected small strains", x[0], strain, slip, s->rest.time);
+        return pdi_fail(ctx, PD_ERR_STATE, "structure",
+                        "the metal at x = %g m has a stress of %g of E and a plastic "
+                        "strain of %g at t = %g s: expected small strains",
+                        x[0], strain, slip, s->static_solver.time);
     }
     return PD_OK;
 }
@@ -448,13 +451,13 @@ static pd_status pdi_solid_coupling_check_interpenetration(pd_ctx *ctx, pd_solid
     char place[2][PDI_GRID_POSITION_LENGTH];
     if (!o->bins) return PD_OK;
     pdi_interpenetration_compute(o, pdi_solid_coupling_displacements(s));
-    if (!(o->pieces > 0.0)) return PD_OK;
+    if (!(o->component_overlap > 0.0)) return PD_OK;
     return pdi_fail(ctx, PD_ERR_STATE, "structure",
                     "two parts of the metal that were apart at the start meet at t = "
                     "%g s: what was at %s m and what was at %s m overlap by %g m; they would pass through each other, "
                     "since contact is not computed",
                     t, pdi_grid_format_position(s->grid, s->node[o->first], place[0]),
-                    pdi_grid_format_position(s->grid, s->node[o->other], place[1]), o->pieces);
+                    pdi_grid_format_position(s->grid, s->node[o->other], place[1]), o->component_overlap);
 }
 
 /* Factors of the dissolution rate at all solid nodes, by stress and plastic strain. PD_ERR_STATE: one is negative or
@@ -462,21 +465,21 @@ static pd_status pdi_solid_coupling_check_interpenetration(pd_ctx *ctx, pd_solid
 static pd_status pdi_solid_coupling_update_rate_factors(pd_ctx *ctx, pd_solid_coupling *s)
 {
     pd_local_stress_state at;
-    for (int32_t i = 0; i < s->count && s->desc.pace; i++) {
+    for (int32_t i = 0; i < s->count && s->desc.rate_factor; i++) {
         int32_t node = s->node[i];
         if (s->grid->kind[node] != PD_SOLID) continue;
         pd_grid_position(s->grid, node, at.x);
-        at.t = s->rest.time;
+        at.t = s->static_solver.time;
         at.pressure = s->pressure[i];
         at.mises = s->mises[i];
-        at.slip = s->solid.slip ? s->slip[i] : 0.0;
-        double pace = s->desc.pace(s->desc.pace_user, &at);
+        at.plastic_strain = s->solid.plastic_strain ? s->plastic_strain[i] : 0.0;
+        double pace = s->desc.rate_factor(s->desc.pace_user, &at);
         if (!(pace >= 0.0) || !(pace < 1e100))
             return pdi_fail(ctx, PD_ERR_STATE, "structure", "the factor of the speed is %g where the mean stress is %g "
                             "Pa, at x = %g m: expected a finite one of at least 0", pace, at.pressure, at.x[0]);
-        s->factor[node] = pace * (s->desc.factor ? s->desc.factor[node] : 1.0);
+        s->rate_factor[node] = pace * (s->desc.base_rate_factor ? s->desc.base_rate_factor[node] : 1.0);
     }
-    if (s->desc.pace && s->dissolve) s->dissolve->reached = 0; /* what it knows of factors */
+    if (s->desc.rate_factor && s->dissolve) s->dissolve->reached = 0; /* what it knows of factors */
     return PD_OK;
 }
 
@@ -500,10 +503,11 @@ static void pdi_solid_coupling_update_stiffness(pd_solid_coupling *s)
     for (int32_t i = 0; i < s->count; i++) {
         if (s->grid->kind[s->node[i]] != PD_SOLID) continue;
         double left = d->transport->c[s->node[i]] / pdi_metal_solid(d, s->node[i]);
-        if (!(fabs(left - s->stiff[i]) > 0.0)) continue;
-        s->stiff[i] = left;
-        for (int32_t g = s->sites.images ? s->sites.chain[i] : -1; g >= 0; g = s->sites.chain[g]) s->stiff[g] = left;
-        s->rest.stale = 1;
+        if (!(fabs(left - s->stiffness_factor[i]) > 0.0)) continue;
+        s->stiffness_factor[i] = left;
+        for (int32_t g = s->sites.images ? s->sites.next_image[i] : -1; g >= 0; g = s->sites.next_image[g])
+            s->stiffness_factor[g] = left;
+        s->static_solver.stale = 1;
     }
 }
 
@@ -511,9 +515,9 @@ static void pdi_solid_coupling_update_stiffness(pd_solid_coupling *s)
 static pd_status pdi_solid_coupling_solve_at(pd_ctx *ctx, pd_solid_coupling *s, double t)
 {
     if (s->dissolve) pdi_solid_coupling_update_stiffness(s);
-    pd_status status = pd_quasi_static_solve_at(ctx, &s->rest, t);
+    pd_status status = pd_quasi_static_solve_at(ctx, &s->static_solver, t);
     if (status < 0) return status;
-    if (s->seen != s->rest.solves) {
+    if (s->stress_solve != s->static_solver.solves) {
         pdi_solid_coupling_compute_stress(ctx, s);
         PDI_TRY(pdi_solid_coupling_check_small_strains(ctx, s));
         PDI_TRY(pdi_solid_coupling_check_interpenetration(ctx, s, t));
@@ -528,7 +532,7 @@ static pd_status pdi_solid_coupling_process_solve_at(pd_ctx *ctx, void *self, do
 {
     pd_solid_coupling *s = (pd_solid_coupling *)self;
     PDI_TRY(pdi_solid_coupling_check_no_dissolution(ctx, s));
-    return s->dissolve && s->rest.known ? PD_OK : pdi_solid_coupling_solve_at(ctx, s, t);
+    return s->dissolve && s->static_solver.solved ? PD_OK : pdi_solid_coupling_solve_at(ctx, s, t);
 }
 
 /* Process callback, statics: equilibrium at the end of a step. */
@@ -542,7 +546,7 @@ static pd_status pdi_solid_coupling_process_changed(pd_ctx *ctx, void *self, con
 {
     pd_solid_coupling *s = (pd_solid_coupling *)self;
     (void)ctx;
-    if (pdi_point_cells_dissolve_nodes(&s->sites, &s->body, turned, count)) s->rest.stale = 1;
+    if (pdi_point_cells_dissolve_nodes(&s->sites, &s->body, turned, count)) s->static_solver.stale = 1;
     return PD_OK;
 }
 
@@ -550,10 +554,10 @@ static pd_status pdi_solid_coupling_process_changed(pd_ctx *ctx, void *self, con
 static pd_status pdi_solid_coupling_process_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     pd_solid_coupling *s = (pd_solid_coupling *)self;
-    pd_physics rest = pd_quasi_static_process(&s->rest);
+    pd_physics rest = pd_quasi_static_process(&s->static_solver);
     PDI_TRY(pdi_array_registry_store(ctx, pdi_solid_coupling_list, s, archive));
-    PDI_TRY(rest.store(ctx, rest.self, archive));
-    if (!archive->reading || !s->rest.known) return PD_OK;
+    PDI_TRY(rest.checkpoint(ctx, rest.self, archive));
+    if (!archive->is_reading || !s->static_solver.solved) return PD_OK;
     pdi_solid_coupling_compute_stress(ctx, s);
     return pdi_solid_coupling_update_rate_factors(ctx, s);
 }
@@ -565,7 +569,7 @@ static pd_status pdi_solid_coupling_set_loads(pd_ctx *ctx, pd_solid_coupling *s,
 {
     int64_t n = (int64_t)s->count * PD_DIM;
     for (int64_t k = 0; k < n; k++) s->load[k] = 0.0;
-    memcpy(s->target, s->motion.u, (size_t)n * sizeof *s->target);
+    memcpy(s->target, s->dynamic_solver.u, (size_t)n * sizeof *s->target);
     return s->desc.load(ctx, s->desc.user, t, s->target, s->load);
 }
 
@@ -575,8 +579,8 @@ static pd_status pdi_solid_coupling_dynamic_start(pd_ctx *ctx, void *self, doubl
     pd_solid_coupling *s = (pd_solid_coupling *)self;
     PDI_TRY(pdi_solid_coupling_check_no_dissolution(ctx, s));
     PDI_TRY(pdi_solid_coupling_set_loads(ctx, s, t));
-    memcpy(s->motion.u, s->target, (size_t)s->count * PD_DIM * sizeof *s->target);
-    s->motion.time = t;
+    memcpy(s->dynamic_solver.u, s->target, (size_t)s->count * PD_DIM * sizeof *s->target);
+    s->dynamic_solver.time = t;
     pdi_solid_coupling_compute_stress(ctx, s);
     return PD_OK;
 }
@@ -586,20 +590,20 @@ static void pdi_solid_coupling_prescribe_velocities(pd_solid_coupling *s, double
 {
     pdi_compensated_sum work = {0.0, 0.0};
     for (int64_t k = 0; k < (int64_t)s->count * PD_DIM; k++) {
-        double *v = &s->motion.v[k], next = (s->target[k] - s->motion.u[k]) / dt;
-        if (!s->held[k]) continue;
+        double *v = &s->dynamic_solver.v[k], next = (s->target[k] - s->dynamic_solver.u[k]) / dt;
+        if (!s->prescribed[k]) continue;
         pdi_compensated_sum_add(&work, 0.5 * s->desc.density * s->body.volume[k / PD_DIM] * (next - *v) * (next + *v));
         *v = next;
     }
-    s->motion.work += pdi_compensated_sum_total(&work);
+    s->dynamic_solver.work += pdi_compensated_sum_total(&work);
 }
 
 /* Process callback, dynamics: one step with the loads of its middle. */
 static pd_status pdi_solid_coupling_dynamic_attempt(pd_ctx *ctx, void *self, pd_step *step)
 {
     pd_solid_coupling *s = (pd_solid_coupling *)self;
-    pd_physics motion = pd_verlet_process(&s->motion);
-    if (s->desc.timed) {
+    pd_physics motion = pd_verlet_process(&s->dynamic_solver);
+    if (s->desc.loads_in_time) {
         PDI_TRY(pdi_solid_coupling_set_loads(ctx, s, step->time + step->dt));
         pdi_solid_coupling_prescribe_velocities(s, step->dt);
         PDI_TRY(pdi_solid_coupling_set_loads(ctx, s, step->time + 0.5 * step->dt));
@@ -610,7 +614,7 @@ static pd_status pdi_solid_coupling_dynamic_attempt(pd_ctx *ctx, void *self, pd_
 /* Process callback, dynamics: stable time step. */
 static pd_status pdi_solid_coupling_dynamic_limit(pd_ctx *ctx, void *self, pd_step *step)
 {
-    pd_physics motion = pd_verlet_process(&((pd_solid_coupling *)self)->motion);
+    pd_physics motion = pd_verlet_process(&((pd_solid_coupling *)self)->dynamic_solver);
     return motion.limit(ctx, motion.self, step);
 }
 
@@ -618,9 +622,9 @@ static pd_status pdi_solid_coupling_dynamic_limit(pd_ctx *ctx, void *self, pd_st
 static pd_status pdi_solid_coupling_dynamic_accept(pd_ctx *ctx, void *self, pd_step *step)
 {
     pd_solid_coupling *s = (pd_solid_coupling *)self;
-    pd_physics motion = pd_verlet_process(&s->motion);
+    pd_physics motion = pd_verlet_process(&s->dynamic_solver);
     PDI_TRY(motion.accept(ctx, motion.self, step));
-    int look = s->overlap.bins && s->motion.steps % PDI_SOLID_COUPLING_CHECK_INTERVAL == 0;
+    int look = s->overlap.bins && s->dynamic_solver.steps % PDI_SOLID_COUPLING_CHECK_INTERVAL == 0;
     return look ? pdi_solid_coupling_check_interpenetration(ctx, s, step->end) : PD_OK;
 }
 
@@ -635,41 +639,41 @@ static pd_status pdi_solid_coupling_dynamic_finish(pd_ctx *ctx, void *self, doub
 static pd_status pdi_solid_coupling_dynamic_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     pd_solid_coupling *s = (pd_solid_coupling *)self;
-    pd_physics motion = pd_verlet_process(&s->motion);
+    pd_physics motion = pd_verlet_process(&s->dynamic_solver);
     PDI_TRY(pdi_array_registry_store(ctx, pdi_solid_coupling_list, s, archive));
-    PDI_TRY(motion.store(ctx, motion.self, archive));
-    if (archive->reading) pdi_solid_coupling_compute_stress(ctx, s);
+    PDI_TRY(motion.checkpoint(ctx, motion.self, archive));
+    if (archive->is_reading) pdi_solid_coupling_compute_stress(ctx, s);
     return PD_OK;
 }
 
 /* The process table of dynamics. */
 static pd_physics pdi_solid_coupling_dynamic_process(pd_solid_coupling *s)
 {
-    pd_physics p = pd_verlet_process(&s->motion);
+    pd_physics p = pd_verlet_process(&s->dynamic_solver);
     p.name = "structure";
     p.self = s;
-    p.inner = 1;
+    p.has_substeps = 1;
     p.start = pdi_solid_coupling_dynamic_start;
     p.limit = pdi_solid_coupling_dynamic_limit;
     p.attempt = pdi_solid_coupling_dynamic_attempt;
     p.accept = pdi_solid_coupling_dynamic_accept;
     p.finish = pdi_solid_coupling_dynamic_finish;
-    p.store = pdi_solid_coupling_dynamic_store;
+    p.checkpoint = pdi_solid_coupling_dynamic_store;
     return p;
 }
 
 pd_physics pd_solid_coupling_process(pd_solid_coupling *s, pd_dissolve *dissolve)
 {
-    pd_physics p = pd_quasi_static_process(&s->rest);
+    pd_physics p = pd_quasi_static_process(&s->static_solver);
     s->dissolve = dissolve;
     if (pdi_solid_coupling_is_dynamic(s)) return pdi_solid_coupling_dynamic_process(s);
     p.name = "structure";
     p.self = s;
     p.start = pdi_solid_coupling_process_solve_at;
-    p.at = pdi_solid_coupling_process_solve_at;
+    p.solve_at = pdi_solid_coupling_process_solve_at;
     p.finish = pdi_solid_coupling_process_finish;
-    p.changed = pdi_solid_coupling_process_changed;
-    p.store = pdi_solid_coupling_process_store;
+    p.nodes_converted = pdi_solid_coupling_process_changed;
+    p.checkpoint = pdi_solid_coupling_process_store;
     return p;
 }
 

@@ -35,7 +35,7 @@ typedef enum pd_solid_coupling_material {
 typedef struct pd_local_stress_state {
     double pressure;  /* [Pa] mean of the normal stresses, tension positive */
     double mises;     /* [Pa] stress of von Mises */
-    double slip;      /* [-] equivalent plastic strain */
+    double plastic_strain; /* [-] equivalent plastic strain */
     double x[PD_DIM]; /* [m] */
     double t;         /* [s] */
 } pd_local_stress_state;
@@ -51,21 +51,21 @@ typedef struct pd_solid_coupling_precrack {
 } pd_solid_coupling_precrack;
 
 typedef struct pd_solid_coupling_desc {
-    double m;                /* [-] horizon over the spacing, which is the same along all axes */
+    double horizon_ratio; /* [-] horizon over the spacing, which is the same along all axes */
     pd_solid_coupling_material material;
     /* `stiff` and `loose` are those of the structure; of springs young, plane, influence */
     pd_correspondence_desc elastic;
-    pd_bond_failure_desc breaks; /* failure criterion of bonds, in statics; zero: none breaks. Not for springs */
+    pd_bond_failure_desc bond_failure; /* failure criterion of bonds, in statics; zero: none breaks. Not for springs */
     double fracture;         /* [J/m2] energy of a crack per area, of springs; 0: nothing breaks */
     double density;          /* [kg/m3] dynamics; 0: statics */
-    int timed;               /* 1: dynamics with loads that depend on time */
+    int loads_in_time;       /* 1: dynamics with loads that depend on time */
     int mirrors;             /* bit s: side s of the box is a plane of symmetry of the metal, too */
     double rtol;             /* [-] as of pd_equilibrium_desc */
     pd_load_fn load;
     void *user;
-    pd_rate_factor_fn pace; /* factor of the dissolution rate; NULL: it does not depend on stress */
+    pd_rate_factor_fn rate_factor; /* factor of the dissolution rate; NULL: it does not depend on stress */
     void *pace_user;
-    const double *factor;    /* [total] [-] of the dissolution rate without stress; NULL: 1. Borrowed */
+    const double *base_rate_factor;         /* [total] [-] of the dissolution rate without stress; NULL: 1. Borrowed */
     const pd_solid_coupling_precrack *cuts; /* [cut_count] read by the build */
     int cut_count;
 } pd_solid_coupling_desc;
@@ -80,26 +80,26 @@ typedef struct pd_solid_coupling {
     int32_t *point;          /* [total] of a node; -1: none */
     pd_body body;
     pd_correspondence elastic;
-    pd_microelastic springs;
+    pd_microelastic bond_based;
     pd_ordinary_state ordinary;
     pd_finite_strain finite;
     pd_mirror_symmetry mirrored; /* behind planes of symmetry */
     pd_point_cells sites;        /* cells of points, and of images behind those planes */
     pd_material_interface solid; /* one of them */
-    pd_quasi_static rest;    /* statics */
-    pd_verlet motion;        /* dynamics */
+    pd_quasi_static static_solver; /* statics */
+    pd_verlet dynamic_solver;      /* dynamics */
     double *load, *target;   /* [count + images][PD_DIM] [N/m3], [m] in dynamics: loads, prescribed displacements */
-    uint8_t *held;           /* [count + images][PD_DIM] 1: prescribed displacement; filled in by the caller after the
+    uint8_t *prescribed;     /* [count + images][PD_DIM] 1: prescribed displacement; filled in by the caller after the
                               * build, except those of images */
-    double *stiff;           /* [count + images] [-] stiffness factor: remaining fraction of the metal */
+    double *stiffness_factor; /* [count + images] [-] stiffness factor: remaining fraction of the metal */
     double *stress;          /* [count + images][PD_DIM^2] [Pa] of the remaining metal, in the last solution */
     double *pressure, *mises; /* [count] [Pa] of that */
-    double *slip;            /* [count + images] [-] equivalent plastic strain, of metal that flows */
-    double *across;          /* [count] [Pa] out-of-plane normal stress in 2D */
+    double *plastic_strain;   /* [count + images] [-] equivalent plastic strain, of metal that flows */
+    double *out_of_plane_stress; /* [count] [Pa] out-of-plane normal stress in 2D */
     double *density;         /* [count + images] [J/m3] energy that is stored, as the field was asked for last */
-    double *factor;          /* [total] [-] of the dissolution rate; empty without `pace` */
+    double *rate_factor;     /* [total] [-] of the dissolution rate; empty without `pace` */
     pd_interpenetration overlap; /* of faces that no bond joins */
-    int64_t seen;            /* number of the solve that the stress belongs to */
+    int64_t stress_solve;        /* number of the solve that the stress belongs to */
 } pd_solid_coupling;
 
 #define pd_solid_coupling_build PD_NAME(pd_solid_coupling_build)
@@ -135,17 +135,17 @@ static inline int pdi_solid_coupling_is_plastic(const pd_solid_coupling *s) { re
 /* [count][PD_DIM] displacements [m] now. */
 static inline const double *pdi_solid_coupling_displacements(const pd_solid_coupling *s)
 {
-    return pdi_solid_coupling_is_dynamic(s) ? s->motion.u : s->rest.u;
+    return pdi_solid_coupling_is_dynamic(s) ? s->dynamic_solver.u : s->static_solver.u;
 }
 /* [count][PD_DIM] internal forces [N/m3] now. */
 static inline const double *pdi_solid_coupling_forces(const pd_solid_coupling *s)
 {
-    return pdi_solid_coupling_is_dynamic(s) ? s->motion.force : s->rest.force;
+    return pdi_solid_coupling_is_dynamic(s) ? s->dynamic_solver.force : s->static_solver.force;
 }
 /* [count][PD_DIM] loads [N/m3] now. */
 static inline const double *pdi_solid_coupling_loads(const pd_solid_coupling *s)
 {
-    return pdi_solid_coupling_is_dynamic(s) ? s->load : s->rest.load;
+    return pdi_solid_coupling_is_dynamic(s) ? s->load : s->static_solver.load;
 }
 #endif
 

@@ -59,14 +59,14 @@ static void pdi_time_loop_sum_amounts(pd_ctx *ctx, pd_time_loop *c)
     for (int n = 0; n < c->count; n++) {
         const pd_physics *p = &c->process[n];
         for (int k = 0; k < p->elements; k++)
-            p->balance(ctx, p->self, k, &sum[pdi_time_loop_find_ledger(c, &p->element[k])]);
+            p->add_amounts(ctx, p->self, k, &sum[pdi_time_loop_find_ledger(c, &p->element[k])]);
     }
     for (int e = 0; e < c->elements; e++) {
         pd_mass_balance *l = &c->ledger[e];
         l->solid = sum[e].solid;
         l->volume = sum[e].volume;
         l->dissolved = sum[e].dissolved;
-        l->carry = sum[e].carry;
+        l->carried_residual = sum[e].undelivered;
         l->out = sum[e].out;
         l->in = sum[e].in;
         if (c->steps) continue;
@@ -79,15 +79,15 @@ static void pdi_time_loop_sum_amounts(pd_ctx *ctx, pd_time_loop *c)
 /* Largest imbalance of processes that keep balances of their own. PD_ERR_BALANCE: above the tolerance. */
 static pd_status pdi_time_loop_check_own_balances(pd_ctx *ctx, pd_time_loop *c)
 {
-    c->apart = 0.0;
+    c->own_imbalance = 0.0;
     for (int n = 0; n < c->count; n++) {
         const pd_physics *p = &c->process[n];
-        if (p->imbalance) c->apart = pdi_max(c->apart, p->imbalance(ctx, p->self));
-        if (c->apart <= c->desc.ledger_tolerance) continue;
+        if (p->imbalance) c->own_imbalance = pdi_max(c->own_imbalance, p->imbalance(ctx, p->self));
+        if (c->own_imbalance <= c->desc.ledger_tolerance) continue;
         return pdi_fail(ctx, PD_ERR_BALANCE, "couple",
                         "at t = %g s the balances of %s miss by %.3g of what they have, "
                         "expected at most %g",
-                        c->time, p->name, c->apart, c->desc.ledger_tolerance);
+                        c->time, p->name, c->own_imbalance, c->desc.ledger_tolerance);
     }
     return PD_OK;
 }
@@ -98,11 +98,11 @@ static pd_status pdi_time_loop_check_balance(pd_ctx *ctx, pd_time_loop *c)
     pdi_time_loop_sum_amounts(ctx, c);
     for (int e = 0; e < c->elements; e++) {
         pd_mass_balance *l = &c->ledger[e];
-        l->imbalance = (l->solid + l->dissolved + l->carry - l->start) + (l->out - l->in);
+        l->imbalance = (l->solid + l->dissolved + l->carried_residual - l->start) + (l->out - l->in);
         /* what has passed may be many times the metal, and its sums are solved to a share of it */
         double scale = pdi_max(l->solid_start > 0.0 ? l->solid_start : l->start, pdi_max(fabs(l->in), fabs(l->out)));
         /* below DBL_MIN numbers have lost their digits */
-        l->relative = fabs(l->imbalance) > DBL_MIN ? fabs(l->imbalance) / scale : 0.0;
+        l->relative_imbalance = fabs(l->imbalance) > DBL_MIN ? fabs(l->imbalance) / scale : 0.0;
         double rounding = DBL_EPSILON * (double)(c->steps + 8) * (fabs(l->in) + fabs(l->out) + fabs(l->dissolved)) +
                           DBL_MIN;
         if (!(fabs(l->imbalance) <= c->desc.ledger_tolerance * scale + rounding))
@@ -131,22 +131,22 @@ static double pdi_time_loop_lost_solid(const pd_time_loop *c, const pd_physics *
 /* Notes that process n is solved at time t [s], for progress messages. */
 static void pdi_time_loop_set_current(pd_time_loop *c, int n, double t)
 {
-    memset(&c->now, 0, sizeof c->now);
-    c->now.name = c->process[n].name;
-    c->now.time = t;
+    memset(&c->current, 0, sizeof c->current);
+    c->current.name = c->process[n].name;
+    c->current.time = t;
 }
 
 /* Solves all quasi-steady processes at time t [s]: the callback pd_step.at. */
 static pd_status pdi_time_loop_solve_quasi_steady(pd_ctx *ctx, void *user, double t)
 {
     pd_time_loop *c = (pd_time_loop *)user;
-    pd_attempt around = c->now;
+    pd_attempt around = c->current;
     for (int n = 0; n < c->count; n++) {
-        if (!c->process[n].at) continue;
+        if (!c->process[n].solve_at) continue;
         pdi_time_loop_set_current(c, n, t);
-        PDI_TRY(c->process[n].at(ctx, c->process[n].self, t));
+        PDI_TRY(c->process[n].solve_at(ctx, c->process[n].self, t));
     }
-    c->now = around;
+    c->current = around;
     return PD_OK;
 }
 
@@ -156,7 +156,7 @@ pd_status pd_time_loop_start(pd_ctx *ctx, pd_time_loop *c)
         pdi_time_loop_set_current(c, n, c->time);
         if (c->process[n].start) PDI_TRY(c->process[n].start(ctx, c->process[n].self, c->time));
     }
-    memset(&c->now, 0, sizeof c->now);
+    memset(&c->current, 0, sizeof c->current);
     c->started = 1;
     return pdi_time_loop_check_balance(ctx, c);
 }
@@ -165,8 +165,8 @@ pd_status pd_time_loop_start(pd_ctx *ctx, pd_time_loop *c)
 static void pdi_time_loop_clear_new_fluid(pd_time_loop *c, int n)
 {
     int left = 0;
-    for (int32_t i = 0; i < c->grid->total && c->freshened; i++) left |= c->fresh[i] &= (uint8_t)~(1 << n);
-    c->freshened = left != 0;
+    for (int32_t i = 0; i < c->grid->total && c->has_new_fluid; i++) left |= c->new_fluid[i] &= (uint8_t) ~(1 << n);
+    c->has_new_fluid = left != 0;
 }
 
 /* Nodes turned [count] have become fluid: updates bond data and all processes. */
@@ -175,11 +175,12 @@ static pd_status pdi_time_loop_update_geometry(pd_ctx *ctx, pd_time_loop *c, con
     if (!count) return PD_OK;
     if (c->bonds) PDI_TRY(pd_bonds_update(ctx, turned, count, c->bonds));
     for (int n = 0; n < c->count; n++)
-        for (int32_t k = 0; k < count && c->fresh && c->process[n].attempt; k++)
-            c->fresh[turned[k]] |= (uint8_t)(1 << n);
-    c->freshened = c->fresh != NULL;
+        for (int32_t k = 0; k < count && c->new_fluid && c->process[n].attempt; k++)
+            c->new_fluid[turned[k]] |= (uint8_t)(1 << n);
+    c->has_new_fluid = c->new_fluid != NULL;
     for (int n = 0; n < c->count; n++)
-        if (c->process[n].changed) PDI_TRY(c->process[n].changed(ctx, c->process[n].self, turned, count));
+        if (c->process[n].nodes_converted)
+            PDI_TRY(c->process[n].nodes_converted(ctx, c->process[n].self, turned, count));
     return PD_OK;
 }
 
@@ -187,20 +188,20 @@ static pd_status pdi_time_loop_update_geometry(pd_ctx *ctx, pd_time_loop *c, con
  * s->limit and s->dt. PD_ERR_STATE: it is below rounding. */
 static pd_status pdi_time_loop_choose_step(pd_ctx *ctx, const pd_time_loop *c, pd_step *s)
 {
-    double left = s->limit - s->time;
+    double left = s->latest_end - s->time;
     s->dt = left;
     for (int n = 0; n < c->count; n++) {
-        if (!c->process[n].longest) continue;
-        s->lost = pdi_time_loop_lost_solid(c, &c->process[n]);
-        PDI_TRY(c->process[n].longest(ctx, c->process[n].self, s));
+        if (!c->process[n].max_run_step) continue;
+        s->dissolved = pdi_time_loop_lost_solid(c, &c->process[n]);
+        PDI_TRY(c->process[n].max_run_step(ctx, c->process[n].self, s));
     }
     if (!(s->dt < left)) return PD_OK;
     s->dt = pdi_physics_equal_steps(left, s->dt);
     if (pdi_is_step_underflow(s->time, left, s->dt))
         return pdi_fail(ctx, PD_ERR_STATE, "couple",
                         "steps of %g s do not lead on from t = %g s to %g s: max_step (%g s) is too small", s->dt,
-                        s->time, s->limit, c->desc.max_step);
-    if (s->dt < left) s->limit = s->time + s->dt;
+                        s->time, s->latest_end, c->desc.max_step);
+    if (s->dt < left) s->latest_end = s->time + s->dt;
     return PD_OK;
 }
 
@@ -210,17 +211,17 @@ static pd_status pdi_time_loop_advance_process(pd_ctx *ctx, pd_time_loop *c, con
 {
     pd_status worst = PD_OK;
     pdi_physics_progress pace = {s->time, 0};
-    double limit = s->limit;
+    double limit = s->latest_end;
     do {
-        s->limit = limit;
+        s->latest_end = limit;
         pd_status status = pdi_physics_step(ctx, p, s);
         if (status < 0) return status;
         if (status > 0) worst = status;
         pdi_time_loop_clear_new_fluid(c, (int)(p - c->process));
-        PDI_TRY(pdi_time_loop_update_geometry(ctx, c, s->turned, s->turned_count));
+        PDI_TRY(pdi_time_loop_update_geometry(ctx, c, s->converted_nodes, s->converted_count));
         s->time = s->end;
         if (!once) PDI_TRY(pdi_physics_check_progress(ctx, p->name, &pace, s->time, limit));
-    } while (!once && !s->ends && s->time < limit);
+    } while (!once && !s->ends_substeps && s->time < limit);
     if (p->finish) PDI_TRY(p->finish(ctx, p->self, s->end));
     return worst;
 }
@@ -236,8 +237,8 @@ static pd_status pdi_time_loop_advance_followers(pd_ctx *ctx, pd_time_loop *c, i
         if (!p->attempt) continue;
         for (;;) {
             s->time = reached;
-            s->limit = end;
-            s->lost = pdi_time_loop_lost_solid(c, p);
+            s->latest_end = end;
+            s->dissolved = pdi_time_loop_lost_solid(c, p);
             pd_status status = pdi_time_loop_advance_process(ctx, c, p, 0, s);
             reached = s->end;
             if (status >= 0 && reached < end) {
@@ -259,25 +260,25 @@ static pd_status pdi_time_loop_advance_all(pd_ctx *ctx, pd_time_loop *c, double 
     pd_step s;
     int n = 0;
     memset(&s, 0, sizeof s);
-    s.fraction = c->desc.fraction;
+    s.max_dissolved_fraction = c->desc.fraction;
     s.rtol = c->desc.rtol;
     s.max_step = c->desc.max_step;
-    s.at = pdi_time_loop_solve_quasi_steady;
-    s.at_user = c;
-    s.until = c->desc.until;
-    s.until_user = c->desc.until_user;
-    s.now = &c->now;
+    s.solve_at = pdi_time_loop_solve_quasi_steady;
+    s.solve_at_user = c;
+    s.time_limit = c->desc.next_event;
+    s.time_limit_user = c->desc.until_user;
+    s.progress = &c->current;
     while (n < c->count && !c->process[n].attempt) n++;
     if (n < c->count) {
         const pd_physics *p = &c->process[n];
         s.time = c->time;
-        s.limit = *end;
-        if (p->inner) PDI_TRY(pdi_time_loop_choose_step(ctx, c, &s));
-        s.lost = pdi_time_loop_lost_solid(c, p);
-        pd_status worst = pdi_time_loop_advance_process(ctx, c, p, !p->inner, &s);
+        s.latest_end = *end;
+        if (p->has_substeps) PDI_TRY(pdi_time_loop_choose_step(ctx, c, &s));
+        s.dissolved = pdi_time_loop_lost_solid(c, p);
+        pd_status worst = pdi_time_loop_advance_process(ctx, c, p, !p->has_substeps, &s);
         if (worst < 0) return worst;
         *end = s.end;
-        *dt = p->inner ? *end - c->time : s.dt;
+        *dt = p->has_substeps ? *end - c->time : s.dt;
         pd_status status = pdi_time_loop_advance_followers(ctx, c, n + 1, c->time, *end, &s);
         return status ? status : worst;
     }
@@ -294,7 +295,7 @@ pd_status pd_time_loop_step(pd_ctx *ctx, pd_time_loop *c, double t_limit)
     if (!(t_limit > c->time))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "couple", "a step from %g s cannot end at %g s", c->time, t_limit);
     pd_status status = pdi_time_loop_advance_all(ctx, c, &end, &dt);
-    memset(&c->now, 0, sizeof c->now);
+    memset(&c->current, 0, sizeof c->current);
     if (status < 0) return status;
     c->unsolved += status > 0;
     c->dt = dt;
@@ -302,7 +303,8 @@ pd_status pd_time_loop_step(pd_ctx *ctx, pd_time_loop *c, double t_limit)
     c->steps++;
     PDI_TRY(pdi_time_loop_check_balance(ctx, c));
     for (int n = 0; n < c->count; n++)
-        if (c->process[n].at && c->process[n].finish) PDI_TRY(c->process[n].finish(ctx, c->process[n].self, c->time));
+        if (c->process[n].solve_at && c->process[n].finish)
+            PDI_TRY(c->process[n].finish(ctx, c->process[n].self, c->time));
     return status;
 }
 
@@ -344,8 +346,8 @@ double pd_time_loop_volume_loss(const pd_time_loop *c)
 
 double pd_time_loop_imbalance(const pd_time_loop *c)
 {
-    double worst = c->apart;
-    for (int e = 0; e < c->elements; e++) worst = pdi_max(worst, c->ledger[e].relative);
+    double worst = c->own_imbalance;
+    for (int e = 0; e < c->elements; e++) worst = pdi_max(worst, c->ledger[e].relative_imbalance);
     return worst;
 }
 
@@ -394,7 +396,7 @@ static pd_status pdi_time_loop_store_kinds(pd_ctx *ctx, pd_time_loop *c, pd_arch
     uint8_t *kind = NULL;
     int32_t *turned = NULL, total = c->grid->total;
     int64_t most = c->solid_nodes_start;
-    if (!archive->reading) return PDI_ARCHIVE_ARRAY(ctx, archive, "grid.kind", c->grid->kind, total);
+    if (!archive->is_reading) return PDI_ARCHIVE_ARRAY(ctx, archive, "grid.kind", c->grid->kind, total);
     pd_status status = PDI_NEW(ctx, "couple", total, kind);
     if (status == PD_OK) status = PDI_NEW(ctx, "couple", most, turned);
     if (status == PD_OK) status = PDI_ARCHIVE_ARRAY(ctx, archive, "grid.kind", kind, total);
@@ -408,16 +410,16 @@ pd_status pd_time_loop_store(pd_ctx *ctx, pd_time_loop *c, pd_archive *archive)
 {
     PDI_TRY(pdi_time_loop_check_compatible(ctx, c, archive));
     PDI_TRY(pdi_time_loop_store_kinds(ctx, c, archive));
-    if (c->fresh) PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "fresh nodes", c->fresh, c->grid->total));
-    if (c->fresh && archive->reading) c->freshened = 1; /* or none: the next step looks */
+    if (c->new_fluid) PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "fresh nodes", c->new_fluid, c->grid->total));
+    if (c->new_fluid && archive->is_reading) c->has_new_fluid = 1; /* or none: the next step looks */
     for (int n = 0; n < c->count; n++)
-        if (c->process[n].store) PDI_TRY(c->process[n].store(ctx, c->process[n].self, archive));
+        if (c->process[n].checkpoint) PDI_TRY(c->process[n].checkpoint(ctx, c->process[n].self, archive));
     PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "time", &c->time, 1));
     PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "dt", &c->dt, 1));
     PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "started", &c->started, 1));
     PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "steps", &c->steps, 1));
     PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "unsolved", &c->unsolved, 1));
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "imbalance apart", &c->apart, 1));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "imbalance apart", &c->own_imbalance, 1));
     return PDI_ARCHIVE_ARRAY(ctx, archive, "ledger", c->ledger, c->elements);
 }
 

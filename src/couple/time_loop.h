@@ -23,17 +23,18 @@ typedef struct pd_mass_balance {
     double volume_start; /* [m3] (m2 in planar 2D, m in 1D) of the solid at the start */
     double volume;      /* [m3] now */
     double dissolved;   /* [unit] now in the fluid */
-    double carry;       /* [unit] residual of the last linear solve and debris: added in the next step */
+    double carried_residual; /* [unit] residual of the last linear solve and debris: added in the next step */
     double out, in;     /* [unit] through outlets and inlets since the start */
     double imbalance;   /* [unit] */
-    double relative;    /* [-] |imbalance| over the largest of the initial solid (start without solid), in and out */
+    /* [-] |imbalance| over the largest of the initial solid (start without solid), in and out */
+    double relative_imbalance;
 } pd_mass_balance;
 
 typedef struct pd_time_loop_desc {
     double fraction;        /* [-] largest share of a node's content lost in one step; 0: 0.1 */
     double rtol;            /* [-] error in time of the metal lost in a step, over all that is lost; 0: fraction/25 */
     double max_step;        /* [s] 0: none */
-    double (*until)(void *user, double t, double end); /* see pd_step; NULL: nothing depends on time */
+    double (*next_event)(void *user, double t, double end); /* see pd_step; NULL: nothing depends on time */
     void *until_user;
     double ledger_tolerance; /* [-] 0: 1e-10: a larger relative imbalance is PD_ERR_BALANCE */
 } pd_time_loop_desc;
@@ -47,17 +48,17 @@ typedef struct pd_time_loop {
     pd_element element[PD_TIME_LOOP_MAX_ELEMENTS];
     pd_mass_balance ledger[PD_TIME_LOOP_MAX_ELEMENTS];
     int elements;
-    double apart;        /* [-] largest relative imbalance of processes with balances of their own */
+    double own_imbalance; /* [-] largest relative imbalance of processes with balances of their own */
     double time;         /* [s] */
     double dt;           /* [s] of the last step; mean where a process counts its own */
-    pd_attempt now;      /* the process and time that are computed at the moment, for progress messages */
+    pd_attempt current;  /* the process and time that are computed at the moment, for progress messages */
     int started;
     int64_t steps;       /* or those that a process counts */
     int64_t unsolved;    /* steps in which a linear solver missed its tolerance */
     int64_t solid_nodes_start;
-    uint8_t *fresh;      /* [nodes of the grid] bit n: the node has become fluid since the last step of process n, which
-                          * has no values there yet; borrowed, all 0 at first. NULL: not used */
-    int freshened;       /* 0: no bit is set */
+    uint8_t *new_fluid; /* [nodes of the grid] bit n: the node has become fluid since the last step of process n, which
+                         * has no values there yet; borrowed, all 0 at first. NULL: not used */
+    int has_new_fluid;  /* 0: no bit is set */
 } pd_time_loop;
 
 /* Called after the start (step 0) and after every step; a non-zero return stops the run. */

@@ -14,15 +14,15 @@
 PDI_FN void pdi_flow_compute_pressure_gradient(const pd_ctx *ctx, const pd_flow *flow, const double *p, double *grad)
 {
     pd_op_gradient(ctx, flow->bonds, p, grad);
-    if (flow->even) pdi_reconstruct_set_gradient(ctx, &flow->slopes, p, grad);
-    if (flow->sharp.bonds) pdi_fourth_order_compute_pressure_gradient(ctx, &flow->sharp, p, grad);
+    if (flow->uses_axis_divergence) pdi_reconstruct_set_gradient(ctx, &flow->wall_fit, p, grad);
+    if (flow->fourth_order.bonds) pdi_fourth_order_compute_pressure_gradient(ctx, &flow->fourth_order, p, grad);
     pd_ghosts_set_vector(&flow->bonds->ghosts, grad);
 }
 
 /* v = K v at `node`, with the tensor K of row r (eq. 4.2b), mirrored along the axes whose bits are set in `odd`. */
 static void pdi_flow_apply_advection_tensor(const pd_flow *flow, int32_t r, int32_t node, int odd, double *v)
 {
-    const double *k = flow->bonds->advecting + (int64_t)r * PD_DIM * PD_DIM;
+    const double *k = flow->bonds->flux_correction + (int64_t)r * PD_DIM * PD_DIM;
     int64_t total = flow->grid->total;
     double old[PD_DIM];
     for (int b = 0; b < PD_DIM; b++) old[b] = v[b * total + node];
@@ -37,7 +37,10 @@ static void pdi_flow_apply_advection_tensor(const pd_flow *flow, int32_t r, int3
 }
 
 /* 1: row r takes the pointwise divergence (4.2c). */
-static int pdi_flow_has_axis_divergence(const pd_flow *flow, int32_t r) { return flow->even && flow->bonds->smooth[r]; }
+static int pdi_flow_has_axis_divergence(const pd_flow *flow, int32_t r)
+{
+    return flow->uses_axis_divergence && flow->bonds->near_smooth_surface[r];
+}
 
 PDI_FN void pdi_flow_compute_advecting_velocity(const pd_ctx *ctx, const pd_flow *flow, const double *v,
                                                 const double *second, double *advecting)
@@ -48,20 +51,23 @@ PDI_FN void pdi_flow_compute_advecting_velocity(const pd_ctx *ctx, const pd_flow
     int nt = pdi_par_threads(ctx, (int64_t)bonds->rows * PD_DIM * PD_DIM);
     (void)nt;
     pdi_par_copy(ctx, PD_DIM * total, v, advecting);
-    if (second) pdi_fourth_order_compute_advecting_velocity(ctx, &flow->sharp, v, second, advecting);
-    if (flow->mirrors) pdi_inflow_set_doubled_velocity(bonds, advecting);
-    if (flow->even && !second) pdi_isotropic_stencil_add_velocity_correction(ctx, &flow->isotropic, v, advecting);
+    if (second) pdi_fourth_order_compute_advecting_velocity(ctx, &flow->fourth_order, v, second, advecting);
+    if (flow->inlets_on_side) pdi_inflow_set_doubled_velocity(bonds, advecting);
+    if (flow->uses_axis_divergence && !second)
+        pdi_isotropic_stencil_add_velocity_correction(ctx, &flow->isotropic_stencil, v, advecting);
     PDI_PARALLEL_FOR(nt)
     for (int32_t r = 0; r < bonds->rows; r++)
         if (!pdi_flow_has_axis_divergence(flow, r))
             pdi_flow_apply_advection_tensor(flow, r, bonds->node[r], 0, advecting);
     /* inlet ghosts lie behind the same walls as the node that they mirror */
-    for (int32_t g = ghosts->count; g < ghosts->listed && !flow->mirrors; g++) {
-        int32_t r = bonds->row[ghosts->source[g]];
+    for (int32_t g = ghosts->outlets_end; g < ghosts->inlets_end && !flow->inlets_on_side; g++) {
+        int32_t r = bonds->row_of_node[ghosts->source[g]];
         if (r >= 0 && !pdi_flow_has_axis_divergence(flow, r))
-            pdi_flow_apply_advection_tensor(flow, r, ghosts->node[g], ghosts->odd[g], advecting);
+            pdi_flow_apply_advection_tensor(flow, r, ghosts->node[g], ghosts->sign_flips[g], advecting);
     }
-    if (flow->mirrors) pdi_inflow_set_advecting_velocity(bonds, flow->sided, flow->entry, flow->even, advecting);
+    if (flow->inlets_on_side)
+        pdi_inflow_set_advecting_velocity(bonds, flow->has_tangential_weight, flow->inlet_speed_ratio,
+                                          flow->uses_axis_divergence, advecting);
     pd_ghosts_set_vector(ghosts, advecting);
 }
 
@@ -80,7 +86,7 @@ static double pdi_flow_compute_divergence_excess(const pd_flow *flow, const doub
     for (int k = 0; k < s->count; k++) {
         if (!pdi_bond_is_open(bonds, r, k)) continue;
         const double *v = advecting + node, *far = v + bonds->paths.shift[k];
-        for (int d = 0; d < PD_DIM; d++) excess -= s->grad[k * PD_DIM + d] * (v[d * total] + far[d * total]);
+        for (int d = 0; d < PD_DIM; d++) excess -= s->gradient_weight[k * PD_DIM + d] * (v[d * total] + far[d * total]);
     }
     return excess;
 }
@@ -89,23 +95,24 @@ PDI_FN void pdi_flow_add_divergence_correction(const pd_ctx *ctx, const pd_flow 
                                                const double *advecting, int is_state, double sign, double *rc)
 {
     const pd_bonds *bonds = flow->bonds;
-    if (!flow->even) return;
+    if (!flow->uses_axis_divergence) return;
     int nt = pdi_par_threads(ctx, (int64_t)bonds->rows * bonds->stencil->count * PD_DIM);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t r = 0; r < bonds->rows; r++)
-        flow->more[r] = flow->patch[r] < 0 ? 0.0 : pdi_flow_compute_divergence_excess(flow, u, advecting, r, is_state);
+        flow->divergence_excess[r] =
+            flow->patch[r] < 0 ? 0.0 : pdi_flow_compute_divergence_excess(flow, u, advecting, r, is_state);
     /* nothing passes the surface of a body in the sum */
-    for (int32_t r = 0; r < 2 * bonds->rows; r++) flow->leak[r] = 0.0;
+    for (int32_t r = 0; r < 2 * bonds->rows; r++) flow->patch_sums[r] = 0.0;
     for (int32_t r = 0; r < bonds->rows; r++) {
         if (flow->patch[r] < 0) continue;
-        flow->leak[2 * flow->patch[r]] += flow->more[r];
-        flow->leak[2 * flow->patch[r] + 1] += 1.0;
+        flow->patch_sums[2 * flow->patch[r]] += flow->divergence_excess[r];
+        flow->patch_sums[2 * flow->patch[r] + 1] += 1.0;
     }
     for (int32_t r = 0; r < bonds->rows; r++) {
         if (flow->patch[r] < 0) continue;
-        const double *leak = flow->leak + 2 * flow->patch[r];
-        rc[bonds->node[r]] += sign * (flow->more[r] - leak[0] / leak[1]);
+        const double *leak = flow->patch_sums + 2 * flow->patch[r];
+        rc[bonds->node[r]] += sign * (flow->divergence_excess[r] - leak[0] / leak[1]);
     }
 }
 
@@ -113,23 +120,25 @@ PDI_FN void pdi_flow_add_fitted_wall(const pd_ctx *ctx, const pd_flow *flow, con
                                      const double *grad, int is_state, double *ru)
 {
     const pd_bonds *bonds = flow->bonds;
-    if (!flow->even) return;
-    int nt = pdi_par_threads(ctx, (int64_t)flow->slopes.count * bonds->stencil->count * PD_DIM);
+    if (!flow->uses_axis_divergence) return;
+    int nt = pdi_par_threads(ctx, (int64_t)flow->wall_fit.count * bonds->stencil->count * PD_DIM);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int32_t q = 0; q < flow->slopes.count; q++) {
-        int32_t r = flow->slopes.row[q], node = bonds->node[r];
-        double wall[PD_DIM], pressure_part[PD_DIM], share = flow->isotropic.bonds ? flow->isotropy : 0.0;
+    for (int32_t q = 0; q < flow->wall_fit.count; q++) {
+        int32_t r = flow->wall_fit.row[q], node = bonds->node[r];
+        double wall[PD_DIM], pressure_part[PD_DIM],
+            share = flow->isotropic_stencil.bonds ? flow->isotropic_blending : 0.0;
         if (!pdi_flow_has_fitted_wall(flow, r)) continue;
-        pdi_reconstruct_apply_wall_laplacian(&flow->slopes, r, u, wall);
-        pdi_reconstruct_compute_viscous_error(&flow->slopes, r, p, pressure_part);
+        pdi_reconstruct_apply_wall_laplacian(&flow->wall_fit, r, u, wall);
+        pdi_reconstruct_compute_viscous_error(&flow->wall_fit, r, p, pressure_part);
         for (int d = 0; d < PD_DIM; d++) {
             int64_t at = (int64_t)d * flow->grid->total + node;
             double force = is_state ? pdi_flow_get_body_force(flow, d, node) : 0.0;
-            wall[d] += bonds->wall_lap[r] * u[at];
+            wall[d] += bonds->wall_laplacian[r] * u[at];
             if (share > 0.0)
-                wall[d] += share * pdi_isotropic_stencil_compute_row_correction(&flow->isotropic, r, u + at - node);
-            ru[at] += bonds->wall_curv[r] * (grad[at] - force) - flow->nu * wall[d] + pressure_part[d];
+                wall[d] +=
+                    share * pdi_isotropic_stencil_compute_row_correction(&flow->isotropic_stencil, r, u + at - node);
+            ru[at] += bonds->wall_curvature[r] * (grad[at] - force) - flow->nu * wall[d] + pressure_part[d];
         }
     }
 }
@@ -143,7 +152,7 @@ static void pdi_flow_merge_patches(pd_flow *flow, int32_t r)
     for (int k = 0; k < bonds->stencil->count; k++) {
         int32_t j = bonds->node[r] + bonds->paths.shift[k];
         if (!pdi_bond_is_open(bonds, r, k) || !pdi_grid_is_open(flow->grid->kind[j])) continue;
-        int32_t other = bonds->row[pdi_grid_find_source(flow->grid, j, NULL)];
+        int32_t other = bonds->row_of_node[pdi_grid_find_source(flow->grid, j, NULL)];
         if (other < 0 || patch[other] < 0) continue;
         pdi_disjoint_sets_merge(patch, r, other);
     }
@@ -153,30 +162,31 @@ static void pdi_flow_merge_patches(pd_flow *flow, int32_t r)
 static void pdi_flow_list_row_arrays(pdi_array_visitor *owner, void *object)
 {
     pd_flow *flow = (pd_flow *)object;
-    PDI_ARRAY(owner, flow, patch, flow->rim, "1");
-    PDI_ARRAY(owner, flow, more, flow->rim, "1/s");
-    PDI_ARRAY(owner, flow, leak, 2 * (int64_t)flow->rim, "1/s");
+    PDI_ARRAY(owner, flow, patch, flow->row_capacity, "1");
+    PDI_ARRAY(owner, flow, divergence_excess, flow->row_capacity, "1/s");
+    PDI_ARRAY(owner, flow, patch_sums, 2 * (int64_t)flow->row_capacity, "1/s");
 }
 
 PDI_FN pd_status pdi_flow_find_surface_patches(pd_ctx *ctx, pd_flow *flow)
 {
     const pd_bonds *bonds = flow->bonds;
-    if (flow->sharp.bonds) pdi_fourth_order_mark_regular_nodes(&flow->sharp);
+    if (flow->fourth_order.bonds) pdi_fourth_order_mark_regular_nodes(&flow->fourth_order);
     int smooth = 0;
-    for (int32_t r = 0; r < bonds->rows; r++) smooth = smooth || bonds->smooth[r];
-    flow->even = smooth && !flow->grid->circumference;
-    flow->patched = 0;
+    for (int32_t r = 0; r < bonds->rows; r++) smooth = smooth || bonds->near_smooth_surface[r];
+    flow->uses_axis_divergence = smooth && !flow->grid->circumference;
+    flow->patch_version = 0;
     if (!smooth) return PD_OK;
-    const double *excess = flow->isotropic.bonds ? flow->isotropic.excess : NULL;
-    if (flow->even) PDI_TRY(pdi_reconstruct_update(ctx, bonds, excess, flow->isotropy, &flow->slopes));
-    if (flow->rim < bonds->capacity)
-        PDI_TRY(pdi_array_registry_rebuild(ctx, pdi_flow_list_row_arrays, flow, &flow->rim, bonds->capacity));
-    for (int32_t r = 0; r < bonds->rows; r++) flow->patch[r] = bonds->smooth[r] ? r : -1;
+    const double *excess = flow->isotropic_stencil.bonds ? flow->isotropic_stencil.weight_excess : NULL;
+    if (flow->uses_axis_divergence)
+        PDI_TRY(pdi_reconstruct_update(ctx, bonds, excess, flow->isotropic_blending, &flow->wall_fit));
+    if (flow->row_capacity < bonds->capacity)
+        PDI_TRY(pdi_array_registry_rebuild(ctx, pdi_flow_list_row_arrays, flow, &flow->row_capacity, bonds->capacity));
+    for (int32_t r = 0; r < bonds->rows; r++) flow->patch[r] = bonds->near_smooth_surface[r] ? r : -1;
     for (int32_t r = 0; r < bonds->rows; r++)
         if (flow->patch[r] >= 0) pdi_flow_merge_patches(flow, r);
     for (int32_t r = 0; r < bonds->rows; r++)
         if (flow->patch[r] >= 0) flow->patch[r] = pdi_disjoint_sets_find_root(flow->patch, r);
-    flow->patched = bonds->version;
+    flow->patch_version = bonds->version;
     return PD_OK;
 }
 PDI_COLD_END
@@ -184,19 +194,19 @@ PDI_COLD_END
 PDI_FN void pdi_flow_update_velocity_ghosts(const pd_flow *flow, int is_state, double *v)
 {
     pd_ghosts_set_vector(&flow->bonds->ghosts, v);
-    if (flow->mirrors && flow->held)
-        pdi_ghosts_set_inlet_velocity(&flow->bonds->ghosts, is_state ? flow->held : NULL, v);
+    if (flow->inlets_on_side && flow->inlet_velocity)
+        pdi_ghosts_set_inlet_velocity(&flow->bonds->ghosts, is_state ? flow->inlet_velocity : NULL, v);
 }
 
 PDI_FN void pdi_flow_update_derived_fields(pd_ctx *ctx, pd_flow *flow)
 {
     pdi_flow_update_velocity_ghosts(flow, 1, flow->u);
     pdi_ghosts_set_pressure(&flow->bonds->ghosts, flow->p_out, flow->p);
-    pdi_flow_compute_pressure_gradient(ctx, flow, flow->p, flow->grad);
-    if (flow->sharp.bonds)
-        pdi_fourth_order_compute_second_differences(ctx, &flow->sharp, flow->wall, flow->wall_user, flow->u,
-                                                    flow->sharp.bend);
-    pdi_flow_compute_advecting_velocity(ctx, flow, flow->u, flow->sharp.bend, flow->advecting);
+    pdi_flow_compute_pressure_gradient(ctx, flow, flow->p, flow->pressure_grad);
+    if (flow->fourth_order.bonds)
+        pdi_fourth_order_compute_second_differences(ctx, &flow->fourth_order, flow->wall, flow->wall_user, flow->u,
+                                                    flow->fourth_order.second);
+    pdi_flow_compute_advecting_velocity(ctx, flow, flow->u, flow->fourth_order.second, flow->advecting);
 }
 
 #define PDI_FLOW_BLOCK PDI_VECTOR_LENGTH /* nodes of a block: their values and sums stay in registers */
@@ -238,7 +248,7 @@ PDI_INLINE void pdi_flow_add_bond(const pd_flow *flow, const pdi_flow_operands *
     const pd_stencil *s = flow->bonds->stencil;
     int64_t total = flow->grid->total, far = (int64_t)i + flow->bonds->paths.shift[k];
     const double *mass = t->advecting + far, *u = t->u + far, *p = t->p + far, *grad = t->grad + far;
-    const double *g = s->grad + k * PD_DIM, *xi = s->xi + k * PD_DIM;
+    const double *g = s->gradient_weight + k * PD_DIM, *xi = s->xi + k * PD_DIM;
     const double *a = pdi_bond_get_laplacian_weights(flow->bonds, i) + k;
     double twice_nu = 2.0 * flow->nu, share = pdi_bond_get_flux_factor(flow->bonds, i, k);
     for (int b = 0; b < count; b++) {
@@ -246,7 +256,9 @@ PDI_INLINE void pdi_flow_add_bond(const pd_flow *flow, const pdi_flow_operands *
         double stabiliser =
             pdi_flow_compute_stabilisation(xi, p[b] - own->p[b], &own->grad[0][b], PDI_FLOW_BLOCK, grad + b, total);
         if (PD_DIM == 2) flux *= share; /* the circumference half way against that at the node; planar: 1 */
-        double gain = flux - twice_nu * (flow->isotropic.bonds ? *a + flow->isotropy * flow->isotropic.excess[k] : *a);
+        double gain = flux - twice_nu * (flow->isotropic_stencil.bonds
+                                             ? *a + flow->isotropic_blending * flow->isotropic_stencil.weight_excess[k]
+                                             : *a);
         stabiliser *= *a;
         if (open) {
             flux *= open[b];
@@ -278,7 +290,8 @@ PDI_INLINE_HOT void pdi_flow_add_open_bonds(const pd_flow *flow, const pdi_flow_
     for (int k = 0; k < bonds->stencil->count; k++) {
         pdi_bond_openness which = pdi_bond_find_nodes_open(bonds, r, k, count, &gate, own->open);
         if (which == PDI_BOND_OPEN_NONE) continue;
-        double pressure = r >= bonds->plain && flow->grid->kind[i + bonds->paths.shift[k]] == PD_INLET ? 0.0 : 1.0;
+        double pressure =
+            r >= bonds->rows_without_inlet && flow->grid->kind[i + bonds->paths.shift[k]] == PD_INLET ? 0.0 : 1.0;
         for (int b = 0; b < count && which == PDI_BOND_OPEN_ALL; b++) own->open[b] = 1.0;
         pdi_flow_add_bond(flow, t, own, i, k, count, own->open, pressure, sums);
     }
@@ -315,8 +328,8 @@ static void pdi_flow_assemble_block(const pd_flow *flow, const pdi_flow_operands
             int64_t at = d * total + i + b;
             double bend = 0.0, lap = turn;
             if (row >= 0) {
-                lap += bonds->wall_lap[row + b];
-                bend = bonds->wall_curv[row + b];
+                lap += bonds->wall_laplacian[row + b];
+                bend = bonds->wall_curvature[row + b];
             }
             ru[at] = 0.5 * sums.momentum[d][b] + (0.5 * sums.flux[b] + flow->nu * lap) * t->u[at] +
                      (1.0 - bend) * (t->grad[at] - force);
@@ -348,7 +361,8 @@ PDI_FN void pdi_flow_assemble_bond_sums(const pd_ctx *ctx, const pd_flow *flow, 
     s.rc = rc;
     int64_t work = flow->grid->fluid_count * flow->bonds->stencil->count * 4;
     pdi_node_loop_by_ranges(ctx, flow->bonds, work, PDI_FLOW_BLOCK, pdi_flow_assemble_range, &s);
-    pdi_isotropic_stencil_add_row_corrections(ctx, &flow->isotropic, flow->isotropy * flow->nu, t->u, ru);
+    pdi_isotropic_stencil_add_row_corrections(ctx, &flow->isotropic_stencil, flow->isotropic_blending * flow->nu, t->u,
+                                              ru);
 }
 
 PDI_FN void pdi_flow_add_body_force(const pd_ctx *ctx, const pd_flow *flow, double *ru)
@@ -357,19 +371,19 @@ PDI_FN void pdi_flow_add_body_force(const pd_ctx *ctx, const pd_flow *flow, doub
     int64_t total = flow->grid->total;
     int nt = pdi_par_threads(ctx, total * PD_DIM);
     (void)nt;
-    if (!flow->body) return;
+    if (!flow->body_force) return;
     PDI_PARALLEL_FOR(nt)
     for (int64_t i = 0; i < total; i++) {
         if (flow->grid->kind[i] != PD_FLUID) continue;
-        double bend = bonds->row[i] >= 0 ? bonds->wall_curv[bonds->row[i]] : 0.0;
-        for (int d = 0; d < PD_DIM; d++) ru[d * total + i] -= (1.0 - bend) * flow->body[d * total + i];
+        double bend = bonds->row_of_node[i] >= 0 ? bonds->wall_curvature[bonds->row_of_node[i]] : 0.0;
+        for (int d = 0; d < PD_DIM; d++) ru[d * total + i] -= (1.0 - bend) * flow->body_force[d * total + i];
     }
 }
 
 PDI_FN void pdi_flow_add_fourth_order(const pd_ctx *ctx, const pd_flow *flow, const double *u, const double *advecting,
                                       const double *grad, double *ru)
 {
-    const pd_fourth_order *sharp = &flow->sharp;
+    const pd_fourth_order *sharp = &flow->fourth_order;
     pdi_fourth_order_field state, step;
     pdi_fourth_order_wall_terms drive;
     memset(&drive, 0, sizeof drive);
@@ -377,10 +391,10 @@ PDI_FN void pdi_flow_add_fourth_order(const pd_ctx *ctx, const pd_flow *flow, co
     drive.grad = grad;
     state.advecting = flow->advecting;
     state.v = flow->u;
-    state.second = sharp->bend;
+    state.second = sharp->second;
     if (u == flow->u) {
         drive.force = flow->force;
-        drive.body = flow->body;
+        drive.body = flow->body_force;
         drive.wall_motion = flow->wall_motion;
         pdi_fourth_order_add_momentum(ctx, sharp, &state, &state, flow->nu, ru);
         pdi_fourth_order_add_wall_friction(ctx, sharp, &state, &drive, flow->nu, ru);
@@ -388,7 +402,7 @@ PDI_FN void pdi_flow_add_fourth_order(const pd_ctx *ctx, const pd_flow *flow, co
     }
     step.advecting = advecting;
     step.v = u;
-    step.second = sharp->bend_step;
+    step.second = sharp->second_increment;
     pdi_fourth_order_add_momentum(ctx, sharp, &state, &step, flow->nu, ru);
     pdi_fourth_order_add_momentum(ctx, sharp, &step, &state, 0.0, ru);
     pdi_fourth_order_add_wall_friction(ctx, sharp, &step, &drive, flow->nu, ru);
@@ -402,15 +416,15 @@ PDI_FN void pdi_flow_assemble_residual(pd_ctx *ctx, pd_flow *flow, double *ru, d
     t.advecting = flow->advecting;
     t.u = flow->u;
     t.p = flow->p;
-    t.grad = flow->grad;
+    t.grad = flow->pressure_grad;
     t.force = flow->force;
     t.wall_motion = flow->wall_motion;
     pdi_flow_assemble_bond_sums(ctx, flow, &t, ru, rc);
-    if (flow->impulse) pdi_par_axpy(ctx, flow->grid->total, 1.0, flow->impulse_flux, rc);
+    if (flow->pressure_impulse) pdi_par_axpy(ctx, flow->grid->total, 1.0, flow->pressure_impulse_flux, rc);
     pdi_flow_add_body_force(ctx, flow, ru);
-    pdi_flow_add_fitted_wall(ctx, flow, flow->u, flow->p, flow->grad, 1, ru);
+    pdi_flow_add_fitted_wall(ctx, flow, flow->u, flow->p, flow->pressure_grad, 1, ru);
     pdi_flow_add_divergence_correction(ctx, flow, flow->u, flow->advecting, 1, 1.0, rc);
-    pdi_flow_add_fourth_order(ctx, flow, flow->u, flow->advecting, flow->grad, ru);
+    pdi_flow_add_fourth_order(ctx, flow, flow->u, flow->advecting, flow->pressure_grad, ru);
     flow->evaluations++;
 }
 
@@ -419,14 +433,15 @@ PDI_FN double pdi_flow_compute_bond_flux(const pd_flow *flow, int32_t i, int k)
     const pd_stencil *s = flow->bonds->stencil;
     int32_t total = flow->grid->total, j = i + flow->bonds->paths.shift[k];
     double share = pdi_bond_get_flux_factor(flow->bonds, i, k), a = pdi_bond_get_laplacian_weights(flow->bonds, i)[k];
-    const double *w = flow->advecting, *g = s->grad + k * PD_DIM;
+    const double *w = flow->advecting, *g = s->gradient_weight + k * PD_DIM;
     double flux = share * pdi_flow_compute_convective_flux(g, w + i, total, w + j, total);
-    if (flow->potential) flux -= a * (flow->potential[j] - flow->potential[i]);
+    if (flow->divergence_potential) flux -= a * (flow->divergence_potential[j] - flow->divergence_potential[i]);
     if (flow->grid->kind[i] == PD_INLET || flow->grid->kind[j] == PD_INLET) return flux;
-    const double *p = flow->impulse ? flow->impulse : flow->p, *grad = flow->impulse ? flow->impulse_grad : flow->grad;
+    const double *p = flow->pressure_impulse ? flow->pressure_impulse : flow->p,
+                 *grad = flow->pressure_impulse ? flow->pressure_impulse_grad : flow->pressure_grad;
     double stabiliser =
         pdi_flow_compute_stabilisation(s->xi + k * PD_DIM, p[j] - p[i], grad + i, total, grad + j, total);
-    return flux - (flow->impulse ? 1.0 : flow->stabilisation) * a * (0.5 * stabiliser);
+    return flux - (flow->pressure_impulse ? 1.0 : flow->stabilisation) * a * (0.5 * stabiliser);
 }
 
 /* Callback: flux of a bond. */
@@ -450,7 +465,7 @@ static double pdi_flow_compute_inlet_face_flux(const pd_flow *flow, int32_t i, i
     int32_t ghost = up ? i + grid->stride[d] : i - grid->stride[d];
     if (grid->kind[ghost] != PD_INLET) return 0.0;
     const double *v = flow->u + (int64_t)d * grid->total;
-    double u = flow->mirrors ? 0.5 * (v[ghost] + v[i]) : v[ghost], half = 0.5 * grid->h[d];
+    double u = flow->inlets_on_side ? 0.5 * (v[ghost] + v[i]) : v[ghost], half = 0.5 * grid->h[d];
     double around = pdi_grid_circumference_at(grid, i, d < PD_DIM - 1 ? 0.0 : up ? half : -half);
     return (up ? -u : u) * around * flow->bonds->stencil->volume / grid->h[d];
 }
@@ -475,15 +490,15 @@ PDI_FN double pdi_flow_integrate_inflow(pd_ctx *ctx, pd_flow *flow, double *net_
     *net_inlet = *gross_inlet = 0.0;
     pdi_flow_update_derived_fields(ctx, flow);
     for (int32_t i = 0; i < grid->total; i++) {
-        int32_t row = bonds->row[i];
-        if (grid->kind[i] != PD_FLUID || row < bonds->plain) continue;
+        int32_t row = bonds->row_of_node[i];
+        if (grid->kind[i] != PD_FLUID || row < bonds->rows_without_inlet) continue;
         double volume = s->volume * pdi_grid_circumference(grid, i);
         for (int k = 0; k < s->count; k++)
             if (grid->kind[i + bonds->paths.shift[k]] == PD_INLET && pdi_bond_is_open(bonds, row, k))
                 entering -= volume * pdi_flow_compute_bond_flux(flow, i, k);
         for (int side = 0; side < 2 * PD_DIM; side++) {
             int faces = side / 2 == PD_DIM - 1 && pdi_inflow_has_radial_balance(bonds);
-            double part = flow->mirrors && flow->developed >> side & 1 && !faces
+            double part = flow->inlets_on_side && flow->developed_sides >> side & 1 && !faces
                               ? pdi_flow_compute_developed_inflow(flow, i, side / 2, side % 2)
                               : pdi_flow_compute_inlet_face_flux(flow, i, side / 2, side % 2);
             *net_inlet += part;
@@ -497,18 +512,18 @@ PDI_FN double pdi_flow_integrate_inflow(pd_ctx *ctx, pd_flow *flow, double *net_
 static void pdi_flow_list_inlet_arrays(pdi_array_visitor *owner, void *object)
 {
     pd_flow *flow = (pd_flow *)object;
-    PDI_ARRAY(owner, flow, held, PD_DIM * (int64_t)flow->inlets, "m/s");
-    PDI_ARRAY(owner, flow, sided, flow->inlets, "1");
-    PDI_ARRAY(owner, flow, entry, flow->inlets, "1");
+    PDI_ARRAY(owner, flow, inlet_velocity, PD_DIM * (int64_t)flow->inlet_ghosts, "m/s");
+    PDI_ARRAY(owner, flow, has_tangential_weight, flow->inlet_ghosts, "1");
+    PDI_ARRAY(owner, flow, inlet_speed_ratio, flow->inlet_ghosts, "1");
 }
 
 /* Reallocates the arrays over inlet ghosts when their number has changed: solid behind an inlet may dissolve. */
 static pd_status pdi_flow_build_inlet_arrays(pd_ctx *ctx, pd_flow *flow)
 {
     const pd_ghosts *ghosts = &flow->bonds->ghosts;
-    int32_t inlets = ghosts->listed - ghosts->count;
-    if (!flow->inlet || inlets == flow->inlets) return PD_OK;
-    return pdi_array_registry_rebuild(ctx, pdi_flow_list_inlet_arrays, flow, &flow->inlets, inlets);
+    int32_t inlets = ghosts->inlets_end - ghosts->outlets_end;
+    if (!flow->inlet || inlets == flow->inlet_ghosts) return PD_OK;
+    return pdi_array_registry_rebuild(ctx, pdi_flow_list_inlet_arrays, flow, &flow->inlet_ghosts, inlets);
 }
 
 /* Evaluates the inlet velocity at all inlet ghosts, images included. *change: raised to the largest change [m/s]. */
@@ -517,15 +532,17 @@ static pd_status pdi_flow_update_inlets(pd_ctx *ctx, pd_flow *flow, double *chan
     const pd_grid *grid = flow->grid;
     const pd_ghosts *ghosts = &flow->bonds->ghosts;
     PDI_TRY(pdi_flow_build_inlet_arrays(ctx, flow));
-    if (flow->mirrors) pdi_inflow_compute_ratios(flow->bonds, flow->developed, flow->sided, flow->entry);
-    for (int32_t k = 0; k < flow->inlets; k++) {
+    if (flow->inlets_on_side)
+        pdi_inflow_compute_ratios(flow->bonds, flow->developed_sides, flow->has_tangential_weight,
+                                  flow->inlet_speed_ratio);
+    for (int32_t k = 0; k < flow->inlet_ghosts; k++) {
         int i[PD_DIM];
         double x[PD_DIM], u[PD_DIM];
-        int32_t node = ghosts->node[ghosts->count + k];
+        int32_t node = ghosts->node[ghosts->outlets_end + k];
         pdi_grid_index(grid, node, i);
         int flip = pdi_grid_fold_index(grid, i);
         pd_grid_position(grid, pd_grid_node(grid, i), x);
-        for (int d = 0; d < PD_DIM && flow->mirrors; d++) {
+        for (int d = 0; d < PD_DIM && flow->inlets_on_side; d++) {
             if (i[d] < 0) x[d] = grid->lo[d] - PDI_FLOW_OUTSIDE_OFFSET * grid->h[d];
             if (i[d] >= grid->n[d]) x[d] = grid->hi[d] + PDI_FLOW_OUTSIDE_OFFSET * grid->h[d];
         }
@@ -533,7 +550,7 @@ static pd_status pdi_flow_update_inlets(pd_ctx *ctx, pd_flow *flow, double *chan
         for (int d = 0; d < PD_DIM; d++) {
             if (!(fabs(u[d]) < 1e100))
                 return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "the inlet velocity at (%g, ...) m is %g m/s", *x, u[d]);
-            double *value = &flow->held[d * flow->inlets + k], fresh = flip >> d & 1 ? -u[d] : u[d];
+            double *value = &flow->inlet_velocity[d * flow->inlet_ghosts + k], fresh = flip >> d & 1 ? -u[d] : u[d];
             *change = pdi_max(*change, fabs(fresh - *value));
             *value = flow->u[(int64_t)d * grid->total + node] = fresh;
         }
@@ -544,7 +561,7 @@ static pd_status pdi_flow_update_inlets(pd_ctx *ctx, pd_flow *flow, double *chan
 PDI_FN pd_status pdi_flow_set_inlets_on_side(pd_ctx *ctx, pd_flow *flow)
 {
     double moved = 0.0;
-    flow->mirrors = flow->inlet != NULL;
+    flow->inlets_on_side = flow->inlet != NULL;
     return pdi_flow_update_inlets(ctx, flow, &moved);
 }
 
@@ -583,28 +600,31 @@ static void pdi_flow_compute_wall_motion(pd_flow *flow, int32_t r, double half_s
 static void pdi_flow_update_stabilisation(pd_flow *flow)
 {
     double rate = 0.0;
-    for (int d = 0; d < PD_DIM; d++) rate += (flow->nu / flow->grid->h[d] + 0.5 * flow->speed) / flow->grid->h[d];
+    for (int d = 0; d < PD_DIM; d++)
+        rate += (flow->nu / flow->grid->h[d] + 0.5 * flow->velocity_scale) / flow->grid->h[d];
     flow->stabilisation = 1.0 / rate;
-    flow->isotropy = pdi_isotropic_stencil_compute_blending(&flow->isotropic, flow->speed / flow->nu);
+    flow->isotropic_blending =
+        pdi_isotropic_stencil_compute_blending(&flow->isotropic_stencil, flow->velocity_scale / flow->nu);
 }
 
 /* Estimates L and U (eq. 4.5b); forces off periodic axes count where nothing else drives. walls: wall speed [m/s]. */
 static void pdi_flow_estimate_scales(pd_flow *flow, double walls)
 {
     double force = 0.0, around = 0.0;
-    flow->length = pdi_flow_scales_compute_length(flow->grid);
+    flow->length_scale = pdi_flow_scales_compute_length(flow->grid);
     for (int d = 0; d < PD_DIM; d++) {
         double largest = fabs(flow->force[d]);
-        for (int32_t node = 0; node < flow->grid->total && flow->body; node++)
+        for (int32_t node = 0; node < flow->grid->total && flow->body_force; node++)
             if (flow->grid->kind[node] == PD_FLUID)
                 largest = pdi_max(largest, fabs(pdi_flow_get_body_force(flow, d, node)));
         force = pdi_max(force, largest);
         if (flow->grid->side[2 * d] == PD_SIDE_PERIODIC) around = pdi_max(around, largest);
     }
-    flow->speed = pdi_max(pdi_max(pdi_flow_scales_compute_inlet_speed(flow->grid, flow->u), walls),
-                          pdi_flow_scales_compute_forced_speed(flow->nu, flow->length, around));
-    if (!(flow->speed > 0.0)) flow->speed = pdi_flow_scales_compute_forced_speed(flow->nu, flow->length, force);
-    if (!(flow->speed > 0.0)) flow->speed = flow->nu / flow->length; /* nothing moves */
+    flow->velocity_scale = pdi_max(pdi_max(pdi_flow_scales_compute_inlet_speed(flow->grid, flow->u), walls),
+                                   pdi_flow_scales_compute_forced_speed(flow->nu, flow->length_scale, around));
+    if (!(flow->velocity_scale > 0.0))
+        flow->velocity_scale = pdi_flow_scales_compute_forced_speed(flow->nu, flow->length_scale, force);
+    if (!(flow->velocity_scale > 0.0)) flow->velocity_scale = flow->nu / flow->length_scale; /* nothing moves */
 }
 
 PDI_FN void pdi_flow_update_speed_scale(pd_flow *flow)
@@ -612,7 +632,8 @@ PDI_FN void pdi_flow_update_speed_scale(pd_flow *flow)
     const pd_grid *grid = flow->grid;
     for (int32_t i = 0; i < grid->total; i++) {
         if (grid->kind[i] != PD_FLUID) continue;
-        for (int64_t d = 0; d < PD_DIM; d++) flow->speed = pdi_max(flow->speed, fabs(flow->u[d * grid->total + i]));
+        for (int64_t d = 0; d < PD_DIM; d++)
+            flow->velocity_scale = pdi_max(flow->velocity_scale, fabs(flow->u[d * grid->total + i]));
     }
     pdi_flow_update_stabilisation(flow);
 }
@@ -635,7 +656,8 @@ static pd_status pdi_flow_update_wall_motion(pd_ctx *ctx, pd_flow *flow, double 
                 return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "the velocity of the wall beside %s m is no finite one",
                                 pdi_grid_format_position(flow->grid, bonds->node[r], place));
             }
-            if (bonds->wall_lap[r] > 0.0) largest = pdi_max(largest, fabs(motion[d] - *value) / bonds->wall_lap[r]);
+            if (bonds->wall_laplacian[r] > 0.0)
+                largest = pdi_max(largest, fabs(motion[d] - *value) / bonds->wall_laplacian[r]);
             *value = motion[d];
         }
     }
@@ -648,13 +670,13 @@ static pd_status pdi_flow_update_wall_motion(pd_ctx *ctx, pd_flow *flow, double 
 static pd_status pdi_flow_update_body_force(pd_ctx *ctx, pd_flow *flow, double *change)
 {
     const pd_grid *grid = flow->grid;
-    for (int32_t node = 0; node < grid->total && flow->body; node++) {
+    for (int32_t node = 0; node < grid->total && flow->body_force; node++) {
         double x[PD_DIM], f[PD_DIM];
         if (grid->kind[node] != PD_FLUID && grid->kind[node] != PD_SOLID) continue;
         pd_grid_position(grid, node, x);
-        flow->push(flow->push_user, x, f);
+        flow->body_force_fn(flow->body_force_user, x, f);
         for (int d = 0; d < PD_DIM; d++) {
-            double *value = &flow->body[(int64_t)d * grid->total + node];
+            double *value = &flow->body_force[(int64_t)d * grid->total + node];
             if (!(fabs(f[d]) < 1e100))
                 return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "the body force at (%g, ...) m is %g m/s2", x[0], f[d]);
             *change = pdi_max(*change, fabs(f[d] - *value));
@@ -675,7 +697,8 @@ static pd_status pdi_flow_update_boundary_data(pd_ctx *ctx, pd_flow *flow, doubl
     PDI_TRY(pdi_flow_update_wall_motion(ctx, flow, half_step, &velocity, walls));
     PDI_TRY(pdi_flow_update_body_force(ctx, flow, &force));
     if (change)
-        *change = pdi_max(velocity / flow->speed, force / pdi_flow_get_momentum_scale(flow, flow->speed, flow->length));
+        *change = pdi_max(velocity / flow->velocity_scale,
+                          force / pdi_flow_get_momentum_scale(flow, flow->velocity_scale, flow->length_scale));
     return PD_OK;
 }
 
@@ -686,8 +709,8 @@ PDI_FN pd_status pdi_flow_set_time(pd_ctx *ctx, pd_flow *flow, double t, double 
     if (!flow->clock) return PD_OK;
     PDI_TRY(pdi_flow_update_boundary_data(ctx, flow, t, half_step, change, &walls));
     double speed = pdi_max(pdi_flow_scales_compute_inlet_speed(flow->grid, flow->u), walls);
-    if (!(speed > flow->speed)) return PD_OK;
-    flow->speed = speed; /* the problem has become a faster one */
+    if (!(speed > flow->velocity_scale)) return PD_OK;
+    flow->velocity_scale = speed; /* the problem has become a faster one */
     pdi_flow_update_stabilisation(flow);
     return PD_OK;
 }
@@ -698,14 +721,14 @@ PDI_FN void pdi_flow_list(pdi_array_visitor *owner, void *object)
     int64_t total = flow->grid ? flow->grid->total : 0;
     PDI_ARRAY_STATE(owner, flow, u, PD_DIM * total, "m/s");
     PDI_ARRAY_STATE(owner, flow, p, total, "m2/s2");
-    PDI_ARRAY(owner, flow, grad, PD_DIM * total, "m/s2");
+    PDI_ARRAY(owner, flow, pressure_grad, PD_DIM * total, "m/s2");
     PDI_ARRAY(owner, flow, advecting, PD_DIM * total, "m/s");
     if (flow->wall) PDI_ARRAY(owner, flow, wall_motion, PD_DIM * total, "1/m/s");
-    if (flow->push) PDI_ARRAY(owner, flow, body, PD_DIM * total, "m/s2");
+    if (flow->body_force_fn) PDI_ARRAY(owner, flow, body_force, PD_DIM * total, "m/s2");
     PDI_SCALAR_STATE(owner, flow, evaluations, "1");
-    PDI_SCALAR_STATE(owner, flow, speed, "m/s");
+    PDI_SCALAR_STATE(owner, flow, velocity_scale, "m/s");
     PDI_SCALAR_STATE(owner, flow, stabilisation, "s");
-    PDI_SCALAR_STATE(owner, flow, isotropy, "1");
+    PDI_SCALAR_STATE(owner, flow, isotropic_blending, "1");
     if (flow->clock) PDI_SCALAR_STATE(owner, flow, time, "s");
 }
 
@@ -714,10 +737,11 @@ static pd_status pdi_flow_try_build(pd_ctx *ctx, const pd_grid *grid, const pd_b
                                     pd_flow *flow)
 {
     memset(flow, 0, sizeof *flow);
-    if (!(desc->rho > 0.0) || !(desc->mu > 0.0) || !(desc->speed >= 0.0) || !(desc->length >= 0.0))
+    if (!(desc->rho > 0.0) || !(desc->mu > 0.0) || !(desc->report_speed >= 0.0) || !(desc->report_length >= 0.0))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow",
                         "rho = %g kg/m3, mu = %g Pa s, speed = %g m/s, length = %g m: expected positive ones, or 0 for "
-                        "the last two", desc->rho, desc->mu, desc->speed, desc->length);
+                        "the last two",
+                        desc->rho, desc->mu, desc->report_speed, desc->report_length);
     if (desc->order != 0 && desc->order != 2 && desc->order != 4 && desc->order != PD_FLOW_ORDER_AUTO)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "flow", "order = %d, expected 2 or 4", desc->order);
     if (bonds->options & PD_BONDS_NO_FLOW)
@@ -729,14 +753,14 @@ static pd_status pdi_flow_try_build(pd_ctx *ctx, const pd_grid *grid, const pd_b
     flow->p_out = desc->p_out / desc->rho;
     flow->inlet = desc->inlet;
     flow->inlet_user = desc->inlet_user;
-    flow->developed = desc->developed;
+    flow->developed_sides = desc->developed_sides;
     flow->wall = desc->wall;
     flow->wall_user = desc->wall_user;
-    flow->push = desc->body;
-    flow->push_user = desc->body_user;
+    flow->body_force_fn = desc->body;
+    flow->body_force_user = desc->body_user;
     flow->clock = desc->clock;
     flow->order = desc->order;
-    if (flow->order != 4) pdi_isotropic_stencil_build(bonds, &flow->isotropic);
+    if (flow->order != 4) pdi_isotropic_stencil_build(bonds, &flow->isotropic_stencil);
     for (int d = 0; d < PD_DIM; d++) flow->force[d] = desc->force[d];
     PDI_TRY(pdi_array_registry_build(ctx, pdi_flow_list, flow));
     for (int32_t node = 0; node < grid->total; node++)
@@ -745,8 +769,8 @@ static pd_status pdi_flow_try_build(pd_ctx *ctx, const pd_grid *grid, const pd_b
     PDI_TRY(pdi_flow_update_boundary_data(ctx, flow, 0.0, 0.0, NULL, &walls));
     pdi_flow_estimate_scales(flow, walls);
     pdi_flow_update_stabilisation(flow);
-    flow->reference_speed = desc->speed > 0.0 ? desc->speed : flow->speed;
-    flow->reference_length = desc->length > 0.0 ? desc->length : flow->length;
+    flow->reference_speed = desc->report_speed > 0.0 ? desc->report_speed : flow->velocity_scale;
+    flow->reference_length = desc->report_length > 0.0 ? desc->report_length : flow->length_scale;
     return PD_OK;
 }
 
@@ -783,8 +807,8 @@ PDI_COLD_BEGIN
 PDI_FN pd_status pdi_flow_store(pd_ctx *ctx, pd_flow *flow, pd_archive *archive)
 {
     PDI_TRY(pdi_array_registry_store(ctx, pdi_flow_list, flow, archive));
-    if (archive->reading) PDI_TRY(pdi_flow_set_time(ctx, flow, flow->time, 0.0, NULL));
-    if (archive->reading) pdi_flow_update_derived_fields(ctx, flow);
+    if (archive->is_reading) PDI_TRY(pdi_flow_set_time(ctx, flow, flow->time, 0.0, NULL));
+    if (archive->is_reading) pdi_flow_update_derived_fields(ctx, flow);
     return PD_OK;
 }
 
@@ -793,8 +817,8 @@ void pd_flow_free(pd_ctx *ctx, pd_flow *flow)
     pdi_array_registry_free(ctx, pdi_flow_list, flow);
     pdi_array_registry_free(ctx, pdi_flow_list_inlet_arrays, flow);
     pdi_array_registry_free(ctx, pdi_flow_list_row_arrays, flow);
-    pdi_reconstruct_free(ctx, &flow->slopes);
-    pdi_fourth_order_free(ctx, &flow->sharp);
+    pdi_reconstruct_free(ctx, &flow->wall_fit);
+    pdi_fourth_order_free(ctx, &flow->fourth_order);
     memset(flow, 0, sizeof *flow);
 }
 PDI_COLD_END

@@ -24,11 +24,11 @@ typedef struct pd_flow_desc {
     double *clock;          /* [s] where inlet, wall and body read the time: it is written there before they are asked.
                              * NULL: they do not depend on time. Borrowed */
     double p_out;           /* [Pa] at outlets */
-    double speed;           /* [m/s] reference U of reported residuals; 0: the scale U of the flow (eq. 4.5b) */
-    double length;          /* [m] reference L of reported residuals; 0: the scale L of the flow (eq. 4.5b) */
+    double report_speed;    /* [m/s] reference U of reported residuals; 0: the scale U of the flow (eq. 4.5b) */
+    double report_length;   /* [m] reference L of reported residuals; 0: the scale L of the flow (eq. 4.5b) */
     pd_velocity_fn inlet;   /* [m/s] velocity at inlets (Dirichlet); NULL: fluid at rest in the inlet ghosts */
     void *inlet_user;
-    int developed;          /* bit s: the inlet on side s has developed flow, constant along its normal */
+    int developed_sides;    /* bit s: the inlet on side s has developed flow, constant along its normal */
     pd_velocity_fn wall;    /* [m/s] tangential velocity of walls and solids at points on them; NULL: no slip at rest */
     void *wall_user;
     int order; /* of steady and implicit flow: 2 or 4; 0: 2. 4 needs m = 1 and a planar lattice.
@@ -42,51 +42,58 @@ typedef struct pd_flow {
     double rho;             /* [kg/m3] */
     double nu;              /* [m2/s] */
     double force[PD_DIM];   /* [m/s2] */
-    pd_velocity_fn push;    /* [m/s2] callback of the position-dependent body force */
-    void *push_user;
-    double *body;           /* [PD_DIM][total] [m/s2] body force by `push` at nodes; NULL: none */
+    pd_velocity_fn body_force_fn; /* [m/s2] callback of the position-dependent body force */
+    void *body_force_user;
+    double *body_force;     /* [PD_DIM][total] [m/s2] body force by `push` at nodes; NULL: none */
     double *clock, time;    /* [s] `time`: of the boundary data and of the body force */
     double p_out;           /* [m2/s2] kinematic */
-    double speed, length;   /* [m/s] [m] scales U and L of the problem (eq. 4.5b), for tolerances and stabilisation */
+    /* [m/s] [m] scales U and L of the problem (eq. 4.5b), for tolerances and stabilisation */
+    double velocity_scale, length_scale;
     double reference_speed, reference_length; /* [m/s] [m] for reports alone */
     double stabilisation;   /* [s] weight tau of the pressure flux (eq. 4.4, 4.5) */
-    double *impulse;        /* [total] [m2/s] pressure impulse, which the pressure flux of implicit flow is made of (eq.
-                             * 4.15c); NULL: it is tau times p. Borrowed from the integrator, as the next two */
-    double *impulse_grad;   /* [PD_DIM][total] [m/s] its gradient */
-    double *impulse_flux;   /* [total] [1/s] divergence of the known part of that pressure flux */
-    double now;             /* [s] weight of the unknown pressure in it while a stage is solved; 0: no stage is */
+    double *pressure_impulse; /* [total] [m2/s] pressure impulse, which the pressure flux of implicit flow is made of
+                               * (eq. 4.15c); NULL: it is tau times p. Borrowed from the integrator, as the next two */
+    double *pressure_impulse_grad; /* [PD_DIM][total] [m/s] its gradient */
+    double *pressure_impulse_flux; /* [total] [1/s] divergence of the known part of that pressure flux */
+    /* [s] weight of the unknown pressure in it while a stage is solved; 0: no stage is */
+    double stage_weight;
     pd_velocity_fn inlet;
     void *inlet_user;
-    int developed;
+    int developed_sides;
     pd_velocity_fn wall;
     void *wall_user;
-    int mirrors;            /* 1: inlet velocities hold on the side of the box, and ghosts are odd about them (eq.
-                             * 4.5c), as the steady solver needs; 0: they hold at the ghosts */
-    int32_t inlets;         /* number of inlet ghosts */
-    double *held;           /* [PD_DIM][inlets] [m/s] prescribed (Dirichlet) velocity, in the order of the ghosts */
-    uint8_t *sided;         /* [inlets] 1: tangential velocity would contribute to the inflow by bonds (eq. 4.5d) */
-    double *entry;          /* [inlets] [-] factor k on the normal velocity (eq. 4.5d); -1: the tensor of the row */
+    int inlets_on_side;   /* 1: inlet velocities hold on the side of the box, and ghosts are odd about them (eq.
+                           * 4.5c), as the steady solver needs; 0: they hold at the ghosts */
+    int32_t inlet_ghosts; /* number of inlet ghosts */
+    /* [PD_DIM][inlets] [m/s] prescribed (Dirichlet) velocity, in the order of the ghosts */
+    double *inlet_velocity;
+    /* [inlets] 1: tangential velocity would contribute to the inflow by bonds (eq. 4.5d) */
+    uint8_t *has_tangential_weight;
+    /* [inlets] [-] factor k on the normal velocity (eq. 4.5d); -1: the tensor of the row */
+    double *inlet_speed_ratio;
     double *wall_motion; /* [PD_DIM][total] [1/m/s] Laplacian terms of moving walls (pdi_bond_sum_wall_velocity), with
                           * their acceleration (eq. 4.17b); NULL: walls at rest */
     double *u;              /* [PD_DIM][total] [m/s] */
     double *p;              /* [total] [m2/s2] kinematic pressure */
-    double *grad;           /* [PD_DIM][total] [m/s2] gradient of p */
+    double *pressure_grad;  /* [PD_DIM][total] [m/s2] gradient of p */
     double *advecting;      /* [PD_DIM][total] [m/s] velocity that makes the bond fluxes (eq. 4.2b) */
-    const double *potential; /* [total] [m2/s] correction potential: its gradient makes the bond fluxes divergence-free
-                             * (eq. 4.10b), without flux through inlets. NULL: none. Borrowed from the solver */
-    int even;               /* 1: rows beside smooth surfaces take the pointwise divergence (4.2c). The steady solver
-                             * sets it, since its potential then makes fluxes for transport free of divergence */
-    int32_t rim;            /* rows that patch, more and leak have room for */
+    const double *
+        divergence_potential; /* [total] [m2/s] correction potential: its gradient makes the bond fluxes divergence-free
+                               * (eq. 4.10b), without flux through inlets. NULL: none. Borrowed from the solver */
+    int uses_axis_divergence; /* 1: rows beside smooth surfaces take the pointwise divergence (4.2c). The steady solver
+                               * sets it, since its potential then makes fluxes for transport free of divergence */
+    int32_t row_capacity;     /* rows that patch, more and leak have room for */
     int32_t *patch;         /* [rim] connected patch of a row beside a smooth surface: its first row; -1: other rows */
-    uint32_t patched;       /* version of the bonds (geometry) that the patches belong to */
+    uint32_t patch_version; /* version of the bonds (geometry) that the patches belong to */
     /* quadratic fits of pressure and velocity beside smooth surfaces (eq. 3.4b, 3.5b) */
-    pd_quadratic_reconstruction slopes;
+    pd_quadratic_reconstruction wall_fit;
     int order;             /* 2 or 4; the steady solver builds `sharp` for 4. PD_FLOW_ORDER_AUTO: it decides which */
-    pd_fourth_order sharp; /* corrections of fourth order; empty: second order */
+    pd_fourth_order fourth_order; /* corrections of fourth order; empty: second order */
     /* isotropic friction weights of second order (eq. 4.1c); empty: those of the Laplacian */
-    pd_isotropic_stencil isotropic;
-    double isotropy;        /* [-] blending factor of these weights (eq. 4.1f) */
-    double *more, *leak;    /* [rim] [1/s] work of (4.2c): excess of a row; [2 rim] sum over a patch, row count */
+    pd_isotropic_stencil isotropic_stencil;
+    double isotropic_blending; /* [-] blending factor of these weights (eq. 4.1f) */
+    /* [rim] [1/s] work of (4.2c): excess of a row; [2 rim] sum over a patch, row count */
+    double *divergence_excess, *patch_sums;
     int64_t evaluations;    /* operator evaluations so far: residuals and linearised products */
 } pd_flow;
 
@@ -157,7 +164,7 @@ PDI_FN void pdi_flow_compute_advecting_velocity(const pd_ctx *ctx, const pd_flow
 /* Weight [s] of the present pressure in the stabilising pressure flux: tau of eq. 4.4, or that of a stage in time. */
 static inline double pdi_flow_get_pressure_flux_weight(const pd_flow *flow)
 {
-    return flow->impulse ? flow->now : flow->stabilisation;
+    return flow->pressure_impulse ? flow->stage_weight : flow->stabilisation;
 }
 /* From here on inlets hold their velocity on the side of the box: ghosts are odd about it (eq. 4.5c). */
 PDI_FN pd_status pdi_flow_set_inlets_on_side(pd_ctx *ctx, pd_flow *flow);
@@ -176,7 +183,7 @@ PDI_FN void pdi_flow_add_body_force(const pd_ctx *ctx, const pd_flow *flow, doub
 /* Body force per mass [m/s2] along axis d at a fluid node: the uniform one and that of the callback. */
 static inline double pdi_flow_get_body_force(const pd_flow *flow, int d, int32_t node)
 {
-    return flow->force[d] + (flow->body ? flow->body[(int64_t)d * flow->grid->total + node] : 0.0);
+    return flow->force[d] + (flow->body_force ? flow->body_force[(int64_t)d * flow->grid->total + node] : 0.0);
 }
 /* Groups the rows (nodes with cut families) beside smooth surfaces into connected patches, over which the divergence
  * (4.2c) is made conservative. Call after the geometry has changed. */
@@ -185,7 +192,7 @@ PDI_FN pd_status pdi_flow_find_surface_patches(pd_ctx *ctx, pd_flow *flow);
  * moving surface keep the parabola. */
 static inline int pdi_flow_has_fitted_wall(const pd_flow *flow, int32_t r)
 {
-    if (!flow->even || !pdi_reconstruct_has_velocity_fit(&flow->slopes, r)) return 0;
+    if (!flow->uses_axis_divergence || !pdi_reconstruct_has_velocity_fit(&flow->wall_fit, r)) return 0;
     for (int d = 0; d < PD_DIM && flow->wall_motion; d++)
         if (fabs(flow->wall_motion[(int64_t)d * flow->grid->total + flow->bonds->node[r]]) > 0.0) return 0;
     return 1;

@@ -44,7 +44,7 @@ static double pdi_force_compute_shape_fraction(const pdi_force_query *q, int32_t
     const pd_bonds *bonds = q->flow->bonds;
     double all = 0.0, owned = 0.0;
     for (int k = 0; k < bonds->stencil->count; k++) {
-        double size = pdi_vec_norm(bonds->stencil->grad + k * PD_DIM);
+        double size = pdi_vec_norm(bonds->stencil->gradient_weight + k * PD_DIM);
         pdi_bond_wall_end end;
         if (pdi_bond_is_open(bonds, r, k)) continue;
         pdi_bond_find_wall_end(bonds, r, k, &end);
@@ -65,11 +65,11 @@ static void pdi_force_compute_row_friction(const pdi_force_query *q, int32_t r, 
     double lap = 0.0, curv = 0.0, motion[PD_DIM], miss[PD_DIM];
     double volume = bonds->stencil->volume * pdi_grid_circumference(flow->grid, node);
     int bends = pdi_flow_has_fitted_wall(flow, r);
-    if (bends || (flow->sharp.bonds &&
-                  pdi_fourth_order_compute_wall_laplacian(&flow->sharp, r, flow->u, flow->sharp.bend, rub))) {
+    if (bends || (flow->fourth_order.bonds && pdi_fourth_order_compute_wall_laplacian(
+                                                  &flow->fourth_order, r, flow->u, flow->fourth_order.second, rub))) {
         double share = pdi_force_compute_shape_fraction(q, r);
-        if (bends) pdi_reconstruct_apply_wall_laplacian(&flow->slopes, r, flow->u, rub);
-        if (bends) pdi_reconstruct_compute_viscous_error(&flow->slopes, r, flow->p, miss);
+        if (bends) pdi_reconstruct_apply_wall_laplacian(&flow->wall_fit, r, flow->u, rub);
+        if (bends) pdi_reconstruct_compute_viscous_error(&flow->wall_fit, r, flow->p, miss);
         for (int d = 0; d < PD_DIM; d++)
             rub[d] = volume * share * ((bends ? miss[d] : 0.0) - flow->nu * rub[d]);
         return;
@@ -77,8 +77,8 @@ static void pdi_force_compute_row_friction(const pdi_force_query *q, int32_t r, 
     for (int d = 0; d < PD_DIM; d++)
         motion[d] = flow->wall_motion && q->shape == PD_FORCE_ALL ? flow->wall_motion[d * total + node] : 0.0;
     if (q->shape == PD_FORCE_ALL) {
-        lap = bonds->wall_lap[r];
-        curv = bonds->wall_curv[r];
+        lap = bonds->wall_laplacian[r];
+        curv = bonds->wall_curvature[r];
     }
     for (int k = 0; k < bonds->stencil->count && q->shape != PD_FORCE_ALL; k++) {
         pdi_bond_wall_end end;
@@ -95,7 +95,7 @@ static void pdi_force_compute_row_friction(const pdi_force_query *q, int32_t r, 
     for (int d = 0; d < PD_DIM; d++) {
         int64_t at = (int64_t)d * total + node;
         rub[d] = volume * (flow->nu * (lap * flow->u[at] - motion[d]) -
-                           curv * (flow->grad[at] - pdi_flow_get_body_force(flow, d, node)));
+                           curv * (flow->pressure_grad[at] - pdi_flow_get_body_force(flow, d, node)));
     }
 }
 
@@ -166,16 +166,19 @@ static int pdi_force_find_coupled_axes(const pdi_force_query *q, int32_t r)
             if (!owned) bars |= 1 << axis;
             continue;
         }
-        int32_t row = bonds->row[pdi_grid_find_source(grid, far, &flip)];
+        int32_t row = bonds->row_of_node[pdi_grid_find_source(grid, far, &flip)];
         if (grid->kind[far] == PD_INLET || grid->kind[far] == PD_OUTLET) return PDI_FORCE_ALL_AXES;
-        if (row >= 0 && !bonds->smooth[row]) bars |= pdi_force_find_flat_axes(q->flow, row);
+        if (row >= 0 && !bonds->near_smooth_surface[row]) bars |= pdi_force_find_flat_axes(q->flow, row);
         bars |= flip;
     }
     return bars;
 }
 
 /* 1: the flow has patches of rows, of the present geometry. */
-static int pdi_force_has_patches(const pd_flow *flow) { return flow->patch && flow->patched == flow->bonds->version; }
+static int pdi_force_has_patches(const pd_flow *flow)
+{
+    return flow->patch && flow->patch_version == flow->bonds->version;
+}
 
 /* Collects for each patch of rows the axes along which it exchanges momentum with other surfaces, as bits in `leak`. */
 static void pdi_force_mark_coupled_axes(const pdi_force_query *q)
@@ -183,24 +186,25 @@ static void pdi_force_mark_coupled_axes(const pdi_force_query *q)
     const pd_flow *flow = q->flow;
     const pd_bonds *bonds = flow->bonds;
     if (!pdi_force_has_patches(flow)) return;
-    for (int32_t r = 0; r < bonds->rows; r++) flow->leak[r] = 0.0;
+    for (int32_t r = 0; r < bonds->rows; r++) flow->patch_sums[r] = 0.0;
     for (int32_t r = 0; r < bonds->rows; r++)
         if (flow->patch[r] >= 0)
-            flow->leak[flow->patch[r]] = (int)flow->leak[flow->patch[r]] | pdi_force_find_coupled_axes(q, r);
+            flow->patch_sums[flow->patch[r]] =
+                (int)flow->patch_sums[flow->patch[r]] | pdi_force_find_coupled_axes(q, r);
 }
 
 /* Bits of the axes along which the body beside row r exchanges no momentum with other surfaces. */
 static int pdi_force_get_isolated_axes(const pd_flow *flow, int32_t r)
 {
     if (!pdi_force_has_patches(flow) || flow->patch[r] < 0) return 0;
-    return PDI_FORCE_ALL_AXES & ~(int)flow->leak[flow->patch[r]];
+    return PDI_FORCE_ALL_AXES & ~(int)flow->patch_sums[flow->patch[r]];
 }
 
 /* 1: the surface beside row r is smooth and has no edge. */
 static int pdi_force_is_smooth_row(const pd_flow *flow, int32_t r)
 {
     const pd_bonds *bonds = flow->bonds;
-    if (!bonds->smooth[r]) return 0;
+    if (!bonds->near_smooth_surface[r]) return 0;
     for (int k = 0; k < bonds->stencil->count; k++) {
         pdi_bond_wall_end end;
         double mean;
@@ -216,8 +220,8 @@ static int pdi_force_is_smooth_row(const pd_flow *flow, int32_t r)
  * the surface pieces give it: rows are right only in the mean over many, and not where a box ends. */
 static int pdi_force_find_friction_axes(const pd_flow *flow, int32_t r)
 {
-    int free = flow->bonds->smooth[r] && !flow->grid->circumference ? pdi_force_get_isolated_axes(flow, r)
-                                                                    : PDI_FORCE_ALL_AXES;
+    int free = flow->bonds->near_smooth_surface[r] && !flow->grid->circumference ? pdi_force_get_isolated_axes(flow, r)
+                                                                                 : PDI_FORCE_ALL_AXES;
     return free == PDI_FORCE_ALL_AXES || !pdi_force_is_smooth_row(flow, r) ? PDI_FORCE_ALL_AXES : free;
 }
 
@@ -225,10 +229,10 @@ static int pdi_force_find_friction_axes(const pd_flow *flow, int32_t r)
 static int32_t pdi_force_find_row(const pd_flow *flow, int32_t node)
 {
     const pd_bonds *bonds = flow->bonds;
-    int32_t row = bonds->row[pdi_grid_find_source(flow->grid, node, NULL)];
+    int32_t row = bonds->row_of_node[pdi_grid_find_source(flow->grid, node, NULL)];
     if (row >= 0) return row;
-    for (int k = 0; k < bonds->stencil->count && (row < 0 || !bonds->smooth[row]); k++)
-        row = bonds->row[pdi_grid_find_source(flow->grid, node + bonds->paths.shift[k], NULL)];
+    for (int k = 0; k < bonds->stencil->count && (row < 0 || !bonds->near_smooth_surface[row]); k++)
+        row = bonds->row_of_node[pdi_grid_find_source(flow->grid, node + bonds->paths.shift[k], NULL)];
     return row;
 }
 
@@ -267,14 +271,14 @@ static void pdi_force_add_row_pressure(pdi_force_query *q, int32_t r)
     int32_t node = bonds->node[r];
     int axes = pdi_force_get_isolated_axes(flow, r);
     double take[PD_DIM];
-    for (int d = 0; d < PD_DIM; d++) take[d] = flow->grad[(int64_t)d * flow->grid->total + node];
+    for (int d = 0; d < PD_DIM; d++) take[d] = flow->pressure_grad[(int64_t)d * flow->grid->total + node];
     for (int k = 0; k < s->count; k++) {
         int axis = -1, open = pdi_bond_is_open(bonds, r, k);
         int32_t far = open ? node + bonds->paths.shift[k] : pdi_force_find_mirror_node(flow, r, k, &axis);
         if (far < 0) continue;
         double p = pdi_bond_get_flux_factor(bonds, node, k) * (flow->p[node] + flow->p[far]);
         for (int d = 0; d < PD_DIM; d++)
-            if (d != axis) take[d] -= p * s->grad[k * PD_DIM + d];
+            if (d != axis) take[d] -= p * s->gradient_weight[k * PD_DIM + d];
     }
     double volume = s->volume * pdi_grid_circumference(flow->grid, node);
     for (int d = 0; d < PD_DIM; d++)
@@ -389,7 +393,7 @@ static void pdi_force_add_group_friction(pdi_force_query *q, const pdi_force_pie
         for (int a = 0; a < PD_DIM; a++) {
             int64_t of = (int64_t)a * grid->total + rubbed->node;
             int32_t image = pdi_grid_find_source(grid, rubbed->node, NULL);
-            double bend = (flow->grad[of] - pdi_flow_get_body_force(flow, a, image)) / flow->nu;
+            double bend = (flow->pressure_grad[of] - pdi_flow_get_body_force(flow, a, image)) / flow->nu;
             slope[a] = (flow->u[of] - wall[a]) / d - 0.5 * d * bend;
             along += slope[a] * into[a];
         }
@@ -413,7 +417,7 @@ static void pdi_force_add_piece(void *user, const pdi_cut_cell_facet *piece)
     if (node < 0) return;
     int32_t row = pdi_force_find_row(flow, node), image = pdi_grid_find_source(grid, node, NULL);
     int asked = pdi_force_is_piece_on_shape(q, piece, into), rows = pdi_force_get_friction_axes(q, row);
-    int free = row < 0 || !flow->bonds->smooth[row] ? 0 : pdi_force_get_isolated_axes(flow, row);
+    int free = row < 0 || !flow->bonds->near_smooth_surface[row] ? 0 : pdi_force_get_isolated_axes(flow, row);
     double p = flow->p[node];
     pd_grid_position(grid, node, x);
     cell->total_area += size;
@@ -421,7 +425,7 @@ static void pdi_force_add_piece(void *user, const pdi_cut_cell_facet *piece)
     if (asked && rows != PDI_FORCE_ALL_AXES)
         pdi_force_add_to_group(cell, piece, node, PDI_FORCE_ALL_AXES & ~rows, size);
     for (int d = 0; d < PD_DIM; d++) {
-        double slope = flow->grad[(int64_t)d * grid->total + node];
+        double slope = flow->pressure_grad[(int64_t)d * grid->total + node];
         p += slope * (piece->centroid[d] - x[d]);
         if (rows >> d & 1) cell->row_friction_drive[d] += size * (slope - pdi_flow_get_body_force(flow, d, image));
         if (free >> d & 1) cell->row_pressure_drive[d] += size * slope;
@@ -463,7 +467,7 @@ static void pdi_force_integrate_cells(pdi_force_query *q)
         pdi_grid_index(grid, node, i);
         if (i[0] <= 0) clear = 0.0;
         if (!pdi_grid_is_inside(grid, i)) continue;
-        int beside = grid->kind[node] == PD_FLUID && q->flow->bonds->row[node] >= 0;
+        int beside = grid->kind[node] == PD_FLUID && q->flow->bonds->row_of_node[node] >= 0;
         if (!(clear > half)) clear = pdi_cut_cell_surface_distance(grid, node);
         if (beside || clear <= half) pdi_force_integrate_cell(q, node);
     }
@@ -483,7 +487,8 @@ void pd_force_surface(pd_ctx *ctx, pd_flow *flow, int shape, const double *lo, c
     pdi_force_mark_coupled_axes(&q);
     for (int32_t r = 0; r < flow->bonds->rows; r++) {
         double rub[PD_DIM], share = pdi_cut_cell_overlap_fraction(flow->grid, flow->bonds->node[r], lo, hi);
-        if (flow->bonds->smooth[r] && pdi_force_get_isolated_axes(flow, r)) pdi_force_add_row_pressure(&q, r);
+        if (flow->bonds->near_smooth_surface[r] && pdi_force_get_isolated_axes(flow, r))
+            pdi_force_add_row_pressure(&q, r);
         int axes = share > 0.0 ? pdi_force_get_friction_axes(&q, r) : 0;
         if (!axes) continue;
         pdi_force_compute_row_friction(&q, r, rub);
@@ -607,8 +612,8 @@ pd_status pd_force_momentum_balance(pd_ctx *ctx, pd_flow *flow, const double *lo
         for (int d = 0; d < PD_DIM; d++) within = within && i[d] >= first[d] && i[d] <= last[d];
         if (within) fluid += pdi_cut_cell_integrate(grid, node, grid->lo, grid->hi, NULL, NULL);
         if (!within || grid->kind[node] != PD_FLUID) continue;
-        for (int d = 0; d < PD_DIM && flow->body; d++)
-            pdi_compensated_sum_add(&sum[d], flow->rho * flow->body[(int64_t)d * grid->total + node] *
+        for (int d = 0; d < PD_DIM && flow->body_force; d++)
+            pdi_compensated_sum_add(&sum[d], flow->rho * flow->body_force[(int64_t)d * grid->total + node] *
                                                  pdi_grid_circumference(grid, node) * flow->bonds->stencil->volume);
     }
     for (int d = 0; d < PD_DIM; d++) force[d] = pdi_compensated_sum_total(&sum[d]) + flow->rho * flow->force[d] * fluid;

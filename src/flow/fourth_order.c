@@ -54,7 +54,7 @@ static double pdi_fourth_order_compute_wall_second_difference(const pd_fourth_or
                                                               int component)
 {
     const pd_grid *grid = sharp->bonds->grid;
-    const double *leg = sharp->bonds->leg + ((int64_t)r * PD_DIM + d) * 2;
+    const double *leg = sharp->bonds->neighbour_distance + ((int64_t)r * PD_DIM + d) * 2;
     int32_t node = sharp->bonds->node[r];
     const double *f = v + (int64_t)component * grid->total + node;
     double place[5], value[5];
@@ -93,9 +93,9 @@ static void pdi_fourth_order_update_ghost_second_differences(const pd_fourth_ord
     int64_t total = sharp->bonds->grid->total;
     pd_ghosts_set_vector(ghosts, second);
     for (int of = 0; of < PD_DIM; of++)
-        for (int32_t g = ghosts->count; g < ghosts->listed; g++) {
-            int odd = ghosts->across[g] >> axis & 1;
-            int turned = (ghosts->odd[g] ^ ghosts->across[g]) >> of & 1;
+        for (int32_t g = ghosts->outlets_end; g < ghosts->inlets_end; g++) {
+            int odd = ghosts->normal_axis[g] >> axis & 1;
+            int turned = (ghosts->sign_flips[g] ^ ghosts->normal_axis[g]) >> of & 1;
             double there = second[of * total + ghosts->source[g]];
             second[of * total + ghosts->node[g]] = odd != turned ? -there : there;
         }
@@ -120,7 +120,7 @@ PDI_FN void pdi_fourth_order_compute_second_differences(const pd_ctx *ctx, const
                 second[(d * PD_DIM + of) * total + i] =
                     between ? f[up] - 2.0 * f[i] + f[down]
                             : pdi_fourth_order_compute_wall_second_difference(sharp, wall, user, v,
-                                                                              sharp->bonds->row[i], d, of);
+                                                                              sharp->bonds->row_of_node[i], d, of);
             }
         }
     }
@@ -161,8 +161,10 @@ static double pdi_fourth_order_compute_velocity_component(const pd_fourth_order 
     for (int b = 0; b < PD_DIM; b++) {
         double bent = pdi_fourth_order_get_second_difference(sharp, second, b, d)[node];
         value += bent / 24.0; /* from the middle of a face to its mean */
-        if (b == d) value -= sharp->third[d][d] / 6.0 * bent;
-        else value -= 0.5 * sharp->third[d][b] * pdi_fourth_order_compute_neighbour_difference(sharp, f, node, b, 0);
+        if (b == d) value -= sharp->third_moments[d][d] / 6.0 * bent;
+        else
+            value -=
+                0.5 * sharp->third_moments[d][b] * pdi_fourth_order_compute_neighbour_difference(sharp, f, node, b, 0);
     }
     return sides * value;
 }
@@ -194,16 +196,16 @@ static void pdi_fourth_order_set_inlet_ghost(const pd_fourth_order *sharp, int32
                there = corrected[d * total + source];
         if (!(sides > 0.0)) continue;
         for (int b = 0; b < PD_DIM; b++) {
-            if (ghosts->across[k] >> b & 1) continue;
+            if (ghosts->normal_axis[k] >> b & 1) continue;
             double bent = pdi_fourth_order_compute_inlet_second_difference(sharp, f, node, b);
             value += bent / 24.0;
-            if (b == d) value -= sharp->third[d][d] / 6.0 * bent;
+            if (b == d) value -= sharp->third_moments[d][d] / 6.0 * bent;
             else
-                value -= 0.5 * sharp->third[d][b] *
+                value -= 0.5 * sharp->third_moments[d][b] *
                          pdi_fourth_order_compute_neighbour_difference(sharp, f, node, b, PD_INLET);
         }
         corrected[d * total + node] =
-            2.0 * sides * value + ((ghosts->odd[k] ^ ghosts->across[k]) >> d & 1 ? there : -there);
+            2.0 * sides * value + ((ghosts->sign_flips[k] ^ ghosts->normal_axis[k]) >> d & 1 ? there : -there);
     }
 }
 
@@ -213,21 +215,21 @@ static void pdi_fourth_order_set_inlet_ghosts(const pd_fourth_order *sharp, cons
     const pd_grid *grid = sharp->bonds->grid;
     const pd_ghosts *ghosts = &sharp->bonds->ghosts;
     int64_t total = grid->total;
-    for (int32_t k = ghosts->count; k < ghosts->listed; k++)
+    for (int32_t k = ghosts->outlets_end; k < ghosts->inlets_end; k++)
         for (int d = 0; d < PD_DIM; d++) {
             double there = v[d * total + ghosts->source[k]], value = v[d * total + ghosts->node[k]];
-            int turned = (ghosts->odd[k] ^ ghosts->across[k]) >> d & 1;
+            int turned = (ghosts->sign_flips[k] ^ ghosts->normal_axis[k]) >> d & 1;
             if (grid->kind[ghosts->source[k]] == PD_FLUID) value = 0.5 * (value + (turned ? -there : there));
             sharp->work[d * total + ghosts->node[k]] = value;
         }
     for (int pass = 0; pass < 2; pass++)
-        for (int32_t k = ghosts->count; k < ghosts->listed; k++) {
+        for (int32_t k = ghosts->outlets_end; k < ghosts->inlets_end; k++) {
             int i[PD_DIM];
             int32_t node = ghosts->node[k];
             pdi_grid_index(grid, node, i);
             int flip = pdi_grid_fold_index(grid, i);
             int32_t first = pd_grid_node(grid, i);
-            if (!sharp->calm[ghosts->source[k]] || pass != (first != node)) continue;
+            if (!sharp->is_regular[ghosts->source[k]] || pass != (first != node)) continue;
             if (!pass) pdi_fourth_order_set_inlet_ghost(sharp, k, corrected);
             for (int d = 0; d < PD_DIM && pass; d++)
                 corrected[d * total + node] = (flip >> d & 1 ? -1.0 : 1.0) * corrected[d * total + first];
@@ -242,7 +244,7 @@ PDI_FN void pdi_fourth_order_compute_advecting_velocity(const pd_ctx *ctx, const
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < grid->total; i++) {
-        if (grid->kind[i] != PD_FLUID || !sharp->calm[i]) continue;
+        if (grid->kind[i] != PD_FLUID || !sharp->is_regular[i]) continue;
         for (int d = 0; d < PD_DIM; d++)
             corrected[(int64_t)d * grid->total + i] =
                 pdi_fourth_order_compute_velocity_component(sharp, v, second, i, d);
@@ -304,7 +306,7 @@ PDI_FN void pdi_fourth_order_compute_pressure_gradient(const pd_ctx *ctx, const 
         pdi_ghosts_set_pressure(ghosts, 0.0, q);
         PDI_PARALLEL_FOR(nt)
         for (int32_t i = 0; i < grid->total; i++)
-            if (grid->kind[i] == PD_FLUID && sharp->calm[i])
+            if (grid->kind[i] == PD_FLUID && sharp->is_regular[i])
                 grad[d * total + i] = pdi_fourth_order_compute_derivative(sharp, p, q, stride, i) / grid->h[d];
     }
 }
@@ -322,12 +324,12 @@ typedef struct pdi_fourth_order_face_flux {
 static int pdi_fourth_order_is_regular_face(const pd_fourth_order *sharp, int32_t i, int32_t j, int d)
 {
     const int32_t *stride = sharp->bonds->grid->stride;
-    if (!sharp->calm[i] || !sharp->calm[j]) return 0;
+    if (!sharp->is_regular[i] || !sharp->is_regular[j]) return 0;
     for (int b = 0; b < PD_DIM; b++)
         for (int side = -1; side <= 1 && b != d; side += 2) {
             int32_t to = side * stride[b];
-            if (pdi_fourth_order_is_open(sharp, i + to) && !sharp->calm[i + to]) return 0;
-            if (pdi_fourth_order_is_open(sharp, j + to) && !sharp->calm[j + to]) return 0;
+            if (pdi_fourth_order_is_open(sharp, i + to) && !sharp->is_regular[i + to]) return 0;
+            if (pdi_fourth_order_is_open(sharp, j + to) && !sharp->is_regular[j + to]) return 0;
         }
     return 1;
 }
@@ -363,12 +365,13 @@ static void pdi_fourth_order_remove_bond(const pd_fourth_order *sharp, int32_t i
     int64_t total = sharp->bonds->grid->total;
     double flux = 0.0;
     for (int d = 0; d < PD_DIM; d++)
-        flux += share * s->grad[k * PD_DIM + d] * (w->advecting[d * total + i] + w->advecting[d * total + j]);
+        flux +=
+            share * s->gradient_weight[k * PD_DIM + d] * (w->advecting[d * total + i] + w->advecting[d * total + j]);
     face->flux -= flux;
     for (int c = 0; c < PD_DIM; c++) {
         const double *f = u->v + c * total;
         face->convective[c] -= 0.5 * flux * (f[i] + f[j]);
-        face->viscous[c] -= share * s->lap[k] * (f[j] - f[i]);
+        face->viscous[c] -= share * s->laplacian_weight[k] * (f[j] - f[i]);
     }
 }
 
@@ -379,7 +382,7 @@ static int pdi_fourth_order_compute_face_excess(const pd_fourth_order *sharp, in
                                                 pdi_fourth_order_face_flux *face)
 {
     const int32_t *stride = sharp->bonds->grid->stride;
-    const int *bond = sharp->facing[d];
+    const int *bond = sharp->face_bonds[d];
     int32_t j = i + stride[d];
     if (!pdi_fourth_order_is_regular_face(sharp, i, j, d)) return 0;
     pdi_fourth_order_compute_face(sharp, i, j, d, w, u, face);
@@ -449,7 +452,7 @@ PDI_FN int pdi_fourth_order_compute_wall_laplacian(const pd_fourth_order *sharp,
     int32_t i = sharp->bonds->node[r];
     int walls = 0;
     for (int c = 0; c < PD_DIM; c++) lap[c] = 0.0;
-    for (int d = 0; d < PD_DIM && sharp->calm[i]; d++) {
+    for (int d = 0; d < PD_DIM && sharp->is_regular[i]; d++) {
         if (!(pdi_fourth_order_compute_open_half_count(sharp, i, d) < 1.0)) continue;
         walls = 1;
         for (int c = 0; c < PD_DIM; c++) {
@@ -482,7 +485,7 @@ PDI_FN void pdi_fourth_order_add_wall_friction(const pd_ctx *ctx, const pd_fourt
             double push = drive->grad[at], motion = drive->wall_motion ? drive->wall_motion[at] : 0.0;
             if (drive->force) push -= drive->force[d];
             if (drive->body) push -= drive->body[at];
-            ru[at] += bonds->wall_curv[r] * push - nu * (lap[d] + bonds->wall_lap[r] * u->v[at] - motion);
+            ru[at] += bonds->wall_curvature[r] * push - nu * (lap[d] + bonds->wall_laplacian[r] * u->v[at] - motion);
         }
     }
 }
@@ -495,9 +498,9 @@ PDI_FN void pdi_fourth_order_list(pdi_array_visitor *owner, void *object)
 {
     pd_fourth_order *sharp = (pd_fourth_order *)object;
     int64_t total = sharp->bonds ? sharp->bonds->grid->total : 0;
-    PDI_ARRAY(owner, sharp, calm, total, "1");
-    PDI_ARRAY(owner, sharp, bend, PD_DIM * PD_DIM * total, "m/s");
-    PDI_ARRAY(owner, sharp, bend_step, PD_DIM * PD_DIM * total, "m/s");
+    PDI_ARRAY(owner, sharp, is_regular, total, "1");
+    PDI_ARRAY(owner, sharp, second, PD_DIM * PD_DIM * total, "m/s");
+    PDI_ARRAY(owner, sharp, second_increment, PD_DIM * PD_DIM * total, "m/s");
     PDI_ARRAY(owner, sharp, work, (PD_DIM + 1) * total, "");
 }
 
@@ -506,10 +509,11 @@ PDI_FN void pdi_fourth_order_mark_regular_nodes(const pd_fourth_order *sharp)
     const pd_bonds *bonds = sharp->bonds;
     const pd_ghosts *ghosts = &bonds->ghosts;
     for (int32_t i = 0; i < bonds->grid->total; i++) {
-        int32_t r = bonds->row[i];
-        sharp->calm[i] = bonds->grid->kind[i] == PD_FLUID && (r < 0 || !bonds->smooth[r]);
+        int32_t r = bonds->row_of_node[i];
+        sharp->is_regular[i] = bonds->grid->kind[i] == PD_FLUID && (r < 0 || !bonds->near_smooth_surface[r]);
     }
-    for (int32_t g = 0; g < ghosts->listed; g++) sharp->calm[ghosts->node[g]] = sharp->calm[ghosts->source[g]];
+    for (int32_t g = 0; g < ghosts->inlets_end; g++)
+        sharp->is_regular[ghosts->node[g]] = sharp->is_regular[ghosts->source[g]];
 }
 
 /* Bond of the stencil with offset 1 along d and `offset` along b; -1: none. */
@@ -582,12 +586,13 @@ PDI_FN pd_status pdi_fourth_order_build(pd_ctx *ctx, const pd_bonds *bonds, pd_f
         for (int b = 0; b < PD_DIM; b++)
             for (int k = 0; k < s->count; k++) {
                 double n = s->offset[k * PD_DIM + b];
-                sharp->third[d][b] += s->grad[k * PD_DIM + d] * s->xi[k * PD_DIM + d] * n * n;
+                sharp->third_moments[d][b] += s->gradient_weight[k * PD_DIM + d] * s->xi[k * PD_DIM + d] * n * n;
             }
-        sharp->facing[d][0] = pdi_fourth_order_find_bond(s, d, d, 1);
+        sharp->face_bonds[d][0] = pdi_fourth_order_find_bond(s, d, d, 1);
         for (int m = 0; m < PD_DIM - 1; m++)
             for (int side = 0; side < 2; side++)
-                sharp->facing[d][1 + 2 * m + side] = pdi_fourth_order_find_bond(s, d, m < d ? m : m + 1, side ? 1 : -1);
+                sharp->face_bonds[d][1 + 2 * m + side] =
+                    pdi_fourth_order_find_bond(s, d, m < d ? m : m + 1, side ? 1 : -1);
     }
     pd_status status = pdi_array_registry_build(ctx, pdi_fourth_order_list, sharp);
     if (status < 0) pdi_fourth_order_free(ctx, sharp);

@@ -9,12 +9,13 @@
 
 typedef struct pd_fourth_order {
     const pd_bonds *bonds;        /* NULL: second order */
-    double third[PD_DIM][PD_DIM]; /* [-] third moments sum g_d xi_d n_b^2 of the gradient */
-    int facing[PD_DIM][2 * PD_DIM - 1]; /* bonds through the upper face along axis d: the one along d, and for each
-                                         * other axis the two diagonals, down and up along it; -1: none */
-    uint8_t *calm;                /* [total] 1: the node is corrected: fluid beside no smooth surface, and its ghosts */
-    double *bend, *bend_step;     /* [PD_DIM axes][PD_DIM][total] [m/s] second differences of the velocity, and of the
-                                   * step of a solver */
+    double third_moments[PD_DIM][PD_DIM];   /* [-] third moments sum g_d xi_d n_b^2 of the gradient */
+    int face_bonds[PD_DIM][2 * PD_DIM - 1]; /* bonds through the upper face along axis d: the one along d, and for each
+                                             * other axis the two diagonals, down and up along it; -1: none */
+    /* [total] 1: the node is corrected: fluid beside no smooth surface, and its ghosts */
+    uint8_t *is_regular;
+    double *second, *second_increment; /* [PD_DIM axes][PD_DIM][total] [m/s] second differences of the velocity, and of
+                                        * the step of a solver */
     double *work;                 /* [PD_DIM+1][total] velocity behind inlets [m/s]; of the pressure [m2/s2]; momentum
                                    * [m/s2] and volume [1/s] of faces */
 } pd_fourth_order;

@@ -102,7 +102,7 @@ PDI_NOINLINE static void pdi_gas_update_ghosts(const pd_gas *gas, int with_slope
 {
     const pd_ghosts *g = &gas->bonds->ghosts;
     int64_t total = gas->grid->total;
-    for (int32_t k = 0; k < g->count; k++) {
+    for (int32_t k = 0; k < g->outlets_end; k++) {
         int32_t to = g->node[k], from = g->source[k];
         int flip, odd;
         pdi_gas_open_boundary_get_ghost_signs(g, k, &flip, &odd);
@@ -111,7 +111,7 @@ PDI_NOINLINE static void pdi_gas_update_ghosts(const pd_gas *gas, int with_slope
             double *q = gas->primitive + c * total;
             if (!with_slopes) q[to] = sign ? -q[from] : q[from];
             for (int d = 0; d < PD_DIM && with_slopes; d++) {
-                double *slope = gas->slope + ((int64_t)c * PD_DIM + d) * total;
+                double *slope = gas->gradient + ((int64_t)c * PD_DIM + d) * total;
                 slope[to] = sign ^ (flip >> d & 1) ? -slope[from] : slope[from];
             }
         }
@@ -127,7 +127,7 @@ static void pdi_gas_limit_gradients_kernel(const pd_gas *gas, int32_t i, int32_t
     int64_t total = gas->grid->total;
     double least[PDI_CHUNK], most[PDI_CHUNK], steep[PDI_CHUNK], along[PDI_CHUNK], open[PDI_CHUNK];
     for (int c = 0; c < PD_GAS_FIELDS; c += PDI_GAS_PRESSURE) {
-        const double *q = gas->primitive + c * total + i, *slope = gas->slope + (int64_t)c * PD_DIM * total + i;
+        const double *q = gas->primitive + c * total + i, *slope = gas->gradient + (int64_t)c * PD_DIM * total + i;
         for (int b = 0; b < count; b++) {
             least[b] = most[b] = q[b];
             steep[b] = 0.0;
@@ -150,7 +150,7 @@ static void pdi_gas_limit_gradients_kernel(const pd_gas *gas, int32_t i, int32_t
         }
         for (int b = 0; b < count; b++) {
             double room = most[b] - q[b] < q[b] - least[b] ? most[b] - q[b] : q[b] - least[b];
-            gas->rate[c * total + i + b] = room < steep[b] ? room / steep[b] : 1.0;
+            gas->time_derivative[c * total + i + b] = room < steep[b] ? room / steep[b] : 1.0;
         }
     }
 }
@@ -163,17 +163,17 @@ static void pdi_gas_compute_gradients(const pd_ctx *ctx, const pd_gas *gas)
     int nt = pdi_par_threads(ctx, total * 8);
     (void)nt;
     pdi_gas_update_ghosts(gas, 0);
-    if (!gas->slope) return;
+    if (!gas->gradient) return;
     pdi_gas_open_boundary_extrapolate_ghosts(gas->bonds, PD_GAS_FIELDS, PDI_GAS_VELOCITY, gas->primitive);
     for (int c = 0; c < PD_GAS_FIELDS; c++)
-        pd_op_gradient(ctx, gas->bonds, gas->primitive + c * total, gas->slope + (int64_t)c * PD_DIM * total);
+        pd_op_gradient(ctx, gas->bonds, gas->primitive + c * total, gas->gradient + (int64_t)c * PD_DIM * total);
     pdi_gas_apply_kernel(ctx, gas, pdi_gas_limit_gradients_kernel);
     pdi_gas_update_ghosts(gas, 0);
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++)
         for (int c = 0; c < PD_GAS_FIELDS && kind[i] == PD_FLUID; c += PDI_GAS_PRESSURE)
             for (int d = 0; d < PD_DIM; d++)
-                gas->slope[((int64_t)c * PD_DIM + d) * total + i] *= gas->rate[c * total + i];
+                gas->gradient[((int64_t)c * PD_DIM + d) * total + i] *= gas->time_derivative[c * total + i];
     pdi_gas_update_ghosts(gas, 1);
 }
 
@@ -194,7 +194,7 @@ static void pdi_gas_interpolate_face(const pd_gas *gas, int32_t i, int k, int co
     int64_t total = gas->grid->total, shift = gas->bonds->paths.shift[k];
     for (int c = 0; c < PD_GAS_FIELDS; c++) {
         const double *near = gas->primitive + c * total + i;
-        const double *slope = gas->slope ? gas->slope + (int64_t)c * PD_DIM * total + i : NULL;
+        const double *slope = gas->gradient ? gas->gradient + (int64_t)c * PD_DIM * total + i : NULL;
         double *left = f->left[c], *right = f->right[c], step[PDI_CHUNK], here[PDI_CHUNK], there[PDI_CHUNK];
         for (int b = 0; b < count; b++) {
             left[b] = near[b];
@@ -294,11 +294,11 @@ static double pdi_gas_compute_slip_wall(const pd_gas *gas, int32_t i, int32_t r,
         n[d] = face[d] / sqrt(square);
         *u += n[d] * gas->primitive[(PDI_GAS_VELOCITY + d) * total + i];
     }
-    if (gas->slope) {
+    if (gas->gradient) {
         for (int c = 0; c < PD_DIM; c++)
             for (int d = 0; d < PD_DIM; d++)
-                slope += n[c] * n[d] * gas->slope[((int64_t)(PDI_GAS_VELOCITY + c) * PD_DIM + d) * total + i];
-        *u += 0.5 * pdi_gas_limit_van_leer(4.0 * gas->wall_gap[place] * slope + 2.0 * *u, -2.0 * *u);
+                slope += n[c] * n[d] * gas->gradient[((int64_t)(PDI_GAS_VELOCITY + c) * PD_DIM + d) * total + i];
+        *u += 0.5 * pdi_gas_limit_van_leer(4.0 * gas->wall_distance[place] * slope + 2.0 * *u, -2.0 * *u);
     }
     return 2.0 * sqrt(square);
 }
@@ -339,7 +339,7 @@ static void pdi_gas_compute_rates_kernel(const pd_gas *gas, int32_t i, int32_t r
         for (int d = 0; d < PD_DIM; d++) sum[PDI_GAS_VELOCITY + d][lane] += weight * push * n[d];
     }
     for (int c = 0; c < PD_GAS_FIELDS; c++)
-        for (int b = 0; b < count; b++) gas->rate[c * total + i + b] = -sum[c][b];
+        for (int b = 0; b < count; b++) gas->time_derivative[c * total + i + b] = -sum[c][b];
 }
 
 /* ---- open sides ---- */
@@ -373,9 +373,9 @@ static void pdi_gas_add_open_side_faces(const pd_gas *gas, int32_t i, const pdi_
         for (int c = 0; c < PD_GAS_FIELDS; c++) {
             face.left[c][0] = gas->primitive[c * total + i];
             face.right[c][0] = gas->primitive[c * total + beyond];
-            for (int d = 0; d < PD_DIM && gas->slope && (PD_DIM > 1 || beyond != i); d++)
+            for (int d = 0; d < PD_DIM && gas->gradient && (PD_DIM > 1 || beyond != i); d++)
                 face.left[c][0] +=
-                    t->half_length[side] / size * n[d] * gas->slope[((int64_t)c * PD_DIM + d) * total + i];
+                    t->half_length[side] / size * n[d] * gas->gradient[((int64_t)c * PD_DIM + d) * total + i];
         }
         pdi_gas_compute_wave_speeds(gas, n, 1, &face);
         pdi_gas_add_hllc_flux(gas, n, 2.0 * size, gas->primitive + PDI_GAS_PRESSURE * total + i, 1, NULL, &face, sum);
@@ -388,14 +388,14 @@ static void pdi_gas_update_open_side_rates(const pd_gas *gas, double *passes)
 {
     int64_t total = gas->grid->total;
     for (int k = 0; k < 4; k++) passes[k] = 0.0;
-    for (int32_t o = 0; o < gas->opens; o++) {
+    for (int32_t o = 0; o < gas->open_side_node_count; o++) {
         double sum[PD_GAS_FIELDS][PDI_CHUNK] = {{0.0}}, bonds[PD_GAS_FIELDS][PDI_CHUNK] = {{0.0}};
-        int32_t i = gas->open[o];
+        int32_t i = gas->open_side_nodes[o];
         pdi_gas_open_boundary_faces t;
         pdi_gas_open_boundary_compute_faces(gas->bonds, i, &t);
         pdi_gas_add_open_side_bonds(gas, i, bonds);
         pdi_gas_add_open_side_faces(gas, i, &t, sum);
-        for (int c = 0; c < PD_GAS_FIELDS; c++) gas->rate[c * total + i] += bonds[c][0] - sum[c][0];
+        for (int c = 0; c < PD_GAS_FIELDS; c++) gas->time_derivative[c * total + i] += bonds[c][0] - sum[c][0];
         for (int k = 0; k < 2; k++) {
             double passing = sum[k ? PDI_GAS_PRESSURE : 0][0] * gas->bonds->stencil->volume;
             passes[passing > 0.0 ? k : 2 + k] += fabs(passing);
@@ -410,7 +410,7 @@ static void pdi_gas_compute_limit_kernel(const pd_gas *gas, int32_t i, int32_t r
     double sum[PDI_CHUNK], open[PDI_CHUNK], n[PD_DIM];
     pd_gas nodes = *gas;
     pdi_gas_face_states face;
-    nodes.slope = NULL;
+    nodes.gradient = NULL;
     for (int b = 0; b < count; b++) sum[b] = 0.0;
     pdi_bond_mask_block gate = {NULL, 0, 0, 0};
     for (int k = 0; k < bonds->stencil->count; k++) {
@@ -429,7 +429,7 @@ static void pdi_gas_compute_limit_kernel(const pd_gas *gas, int32_t i, int32_t r
         double u, weight = pdi_gas_compute_slip_wall(&nodes, i + lane, row + lane, b % PD_DIM, n, &u);
         if (weight > 0.0) sum[lane] -= weight * pdi_gas_compute_slip_wall_wave(gas, i + lane, u);
     }
-    memcpy(gas->rate + i, sum, (size_t)count * sizeof(double));
+    memcpy(gas->time_derivative + i, sum, (size_t)count * sizeof(double));
 }
 
 /* ---- steps ---- */
@@ -454,7 +454,7 @@ pd_status pd_gas_limit(pd_ctx *ctx, pd_gas *gas, double *limit)
     pdi_gas_update_ghosts(gas, 0);
     pdi_gas_apply_kernel(ctx, gas, pdi_gas_compute_limit_kernel);
     for (int32_t i = 0; i < gas->grid->total; i++)
-        if (gas->grid->kind[i] == PD_FLUID) fastest = pdi_max(fastest, gas->rate[i]);
+        if (gas->grid->kind[i] == PD_FLUID) fastest = pdi_max(fastest, gas->time_derivative[i]);
     *limit = fastest > 0.0 ? 1.0 / fastest : HUGE_VAL;
     return PD_OK;
 }
@@ -469,8 +469,8 @@ static void pdi_gas_compute_stage_state(const pd_gas *gas, const pdi_gas_rk_stag
 {
     int64_t total = gas->grid->total;
     for (int c = 0; c < PD_GAS_FIELDS; c++) {
-        double start = gas->start[c * total + i];
-        double change = (gas->state[c * total + i] - start) + g->dt * gas->rate[c * total + i];
+        double start = gas->start_state[c * total + i];
+        double change = (gas->state[c * total + i] - start) + g->dt * gas->time_derivative[c * total + i];
         u[c] = start + (1.0 - g->start_weight) * change;
     }
 }
@@ -490,11 +490,11 @@ static int64_t pdi_gas_mark_inadmissible(const pd_ctx *ctx, pd_gas *gas, const p
         if (kind[i] != PD_FLUID) continue;
         pdi_gas_compute_stage_state(gas, g, i, u);
         int good = pdi_gas_compute_primitive(gas->desc.gamma, u, q);
-        gas->flag[i] = (uint8_t)(gas->flag[i] ? 2 + !good : !good);
+        gas->first_order_flag[i] = (uint8_t)(gas->first_order_flag[i] ? 2 + !good : !good);
     }
     for (int32_t i = 0; i < total; i++) {
-        if (!(gas->flag[i] & 1)) continue;
-        again = again || gas->flag[i] == 3;
+        if (!(gas->first_order_flag[i] & 1)) continue;
+        again = again || gas->first_order_flag[i] == 3;
         found++;
         *last = i;
     }
@@ -509,12 +509,12 @@ static void pdi_gas_set_first_order(pd_gas *gas)
     const pd_grid *grid = gas->grid;
     int64_t total = grid->total;
     for (int32_t i = 0; i < grid->total; i++) {
-        if (gas->flag[i] != 1) continue;
-        gas->lowered++;
+        if (gas->first_order_flag[i] != 1) continue;
+        gas->first_order_count++;
         for (int k = -1; k < bonds->stencil->count; k++) {
             int32_t j = k < 0 ? i : i + bonds->paths.shift[k];
             if (grid->kind[j] == PD_IMAGE || grid->kind[j] == PD_OUTLET) j = pdi_grid_find_source(grid, j, NULL);
-            for (int c = 0; c < PD_GAS_FIELDS * PD_DIM; c++) gas->slope[c * total + j] = 0.0;
+            for (int c = 0; c < PD_GAS_FIELDS * PD_DIM; c++) gas->gradient[c * total + j] = 0.0;
         }
     }
     pdi_gas_update_ghosts(gas, 1);
@@ -529,13 +529,13 @@ static int pdi_gas_try_stage(const pd_ctx *ctx, pd_gas *gas, const pdi_gas_rk_st
     int64_t found;
     int nt = pdi_par_threads(ctx, (int64_t)total * 8);
     (void)nt;
-    memset(gas->flag, 0, (size_t)total);
+    memset(gas->first_order_flag, 0, (size_t)total);
     pdi_gas_compute_gradients(ctx, gas);
     for (int round = 0;; round++) {
         pdi_gas_apply_kernel(ctx, gas, pdi_gas_compute_rates_kernel);
         pdi_gas_update_open_side_rates(gas, passes);
         found = pdi_gas_mark_inadmissible(ctx, gas, g, lost);
-        if (found <= 0 || !gas->slope || round == PDI_GAS_MAX_FALLBACK_ROUNDS) break;
+        if (found <= 0 || !gas->gradient || round == PDI_GAS_MAX_FALLBACK_ROUNDS) break;
         pdi_gas_set_first_order(gas);
     }
     if (found != 0) return 0;
@@ -558,13 +558,13 @@ pd_status pd_gas_step(pd_ctx *ctx, pd_gas *gas, double dt)
     if (!(dt > 0.0)) return pdi_fail(ctx, PD_ERR_ARGUMENT, "gas", "the step is %g s, expected a positive one", dt);
     int32_t bad = pdi_gas_update_primitives(ctx, gas);
     if (bad >= 0) return pdi_gas_fail_inadmissible(ctx, gas, bad);
-    pdi_par_copy(ctx, size, gas->state, gas->start);
+    pdi_par_copy(ctx, size, gas->state, gas->start_state);
     for (int stage = 0; stage < 3; stage++) {
         pdi_gas_rk_stage g;
         g.start_weight = old_share[stage];
         g.dt = dt;
         int done = pdi_gas_try_stage(ctx, gas, &g, &bad, passes[stage]);
-        if (!done) pdi_par_copy(ctx, size, gas->start, gas->state);
+        if (!done) pdi_par_copy(ctx, size, gas->start_state, gas->state);
         pdi_gas_update_primitives(ctx, gas);
         if (done) continue;
         return pdi_fail(ctx, PD_RETRY, "gas", "density or pressure of node %d turns non-positive in a step of %g s at "
@@ -572,8 +572,8 @@ pd_status pd_gas_step(pd_ctx *ctx, pd_gas *gas, double dt)
     }
     for (int stage = 0; stage < 3; stage++)
         for (int k = 0; k < 2; k++) {
-            gas->out[k] += dt * weight[stage] * passes[stage][k];
-            gas->in[k] += dt * weight[stage] * passes[stage][2 + k];
+            gas->outflow[k] += dt * weight[stage] * passes[stage][k];
+            gas->inflow[k] += dt * weight[stage] * passes[stage][2 + k];
         }
     gas->time += dt;
     gas->steps++;
@@ -610,7 +610,7 @@ static pd_status pdi_gas_accept(pd_ctx *ctx, void *self, pd_step *s)
 static pd_status pdi_gas_reject_step(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_gas *gas = (pd_gas *)self;
-    if (s->trial == PDI_GAS_MAX_HALVINGS)
+    if (s->rejected == PDI_GAS_MAX_HALVINGS)
         return pdi_fail(ctx, PD_ERR_STATE, "gas", "steps down to %g s at t = %g s leave the admissible range", s->dt,
                         s->time);
     s->dt *= 0.5;
@@ -624,7 +624,7 @@ static pd_status pdi_gas_fail_step_underflow(pd_ctx *ctx, void *self, const pd_s
     (void)self;
     return pdi_fail(ctx, PD_ERR_STATE, "gas",
                     "steps of %g s do not lead on from t = %g s to %g s: the gas is too fast for this lattice", s->dt,
-                    s->time, s->limit);
+                    s->time, s->latest_end);
 }
 
 /* Process callback: writes or reads the checkpoint. */
@@ -632,7 +632,7 @@ static pd_status pdi_gas_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     pd_gas *gas = (pd_gas *)self;
     PDI_TRY(pdi_array_registry_store(ctx, pdi_gas_list, gas, archive));
-    int32_t bad = archive->reading ? pdi_gas_update_primitives(ctx, gas) : -1;
+    int32_t bad = archive->is_reading ? pdi_gas_update_primitives(ctx, gas) : -1;
     return bad < 0 ? PD_OK : pdi_gas_fail_inadmissible(ctx, gas, bad);
 }
 
@@ -645,8 +645,8 @@ static void pdi_gas_add_balance(pd_ctx *ctx, void *self, int k, pd_amounts *a)
     double stock[PD_GAS_FIELDS];
     pdi_gas_integrate_state(ctx, gas, stock);
     a->dissolved += stock[k ? PDI_GAS_PRESSURE : 0];
-    a->out += gas->out[k];
-    a->in += gas->in[k];
+    a->out += gas->outflow[k];
+    a->in += gas->inflow[k];
 }
 
 pd_physics pd_gas_process(pd_gas *gas)
@@ -658,16 +658,16 @@ pd_physics pd_gas_process(pd_gas *gas)
     p.time = &gas->time;
     p.element = pdi_gas_element;
     p.elements = 2;
-    p.inner = 1;
+    p.has_substeps = 1;
     p.steps = &gas->steps;
-    p.longest = pdi_physics_limit_max_step;
+    p.max_run_step = pdi_physics_limit_max_step;
     p.limit = pdi_gas_limit_step;
     p.attempt = pdi_gas_attempt;
     p.accept = pdi_gas_accept;
     p.reject = pdi_gas_reject_step;
-    p.stuck = pdi_gas_fail_step_underflow;
-    p.store = pdi_gas_store;
-    p.balance = pdi_gas_add_balance;
+    p.report_underflow = pdi_gas_fail_step_underflow;
+    p.checkpoint = pdi_gas_store;
+    p.add_amounts = pdi_gas_add_balance;
     return p;
 }
 
@@ -696,11 +696,11 @@ static pd_status pdi_gas_find_open_side_nodes(pd_ctx *ctx, pd_gas *gas)
             if (gas->grid->kind[i] != PD_FLUID) continue;
             for (int k = 0; k < bonds->stencil->count && !open; k++)
                 open = pdi_gas_open_boundary_is_open_kind(gas->grid->kind[i + bonds->paths.shift[k]]);
-            if (open && fill) gas->open[found] = i;
+            if (open && fill) gas->open_side_nodes[found] = i;
             found += open;
         }
-        gas->opens = found;
-        if (!fill) PDI_TRY(PDI_NEW(ctx, "gas", found, gas->open));
+        gas->open_side_node_count = found;
+        if (!fill) PDI_TRY(PDI_NEW(ctx, "gas", found, gas->open_side_nodes));
     }
     return PD_OK;
 }
@@ -736,19 +736,19 @@ PDI_FN void pdi_gas_list(pdi_array_visitor *owner, void *object)
     int64_t total = gas->grid ? gas->grid->total : 0;
     PDI_ARRAY_STATE(owner, gas, state, PD_GAS_FIELDS * total, "");
     PDI_ARRAY(owner, gas, primitive, PD_GAS_FIELDS * total, "");
-    PDI_ARRAY(owner, gas, start, PD_GAS_FIELDS * total, "");
-    PDI_ARRAY(owner, gas, rate, PD_GAS_FIELDS * total, "");
+    PDI_ARRAY(owner, gas, start_state, PD_GAS_FIELDS * total, "");
+    PDI_ARRAY(owner, gas, time_derivative, PD_GAS_FIELDS * total, "");
     PDI_ARRAY(owner, gas, wall_face, (int64_t)gas->rows * PD_DIM * PD_DIM, "1/m");
-    PDI_ARRAY(owner, gas, wall_gap, (int64_t)gas->rows * PD_DIM, "m");
-    PDI_ARRAY(owner, gas, flag, total, "1");
-    if (gas->desc.order == PD_GAS_SECOND) PDI_ARRAY(owner, gas, slope, PD_GAS_FIELDS * PD_DIM * total, "");
-    PDI_ARRAY_GROWING(owner, gas, open, gas->opens, "1");
-    PDI_SCALAR_STATE(owner, gas, out, "");
-    PDI_SCALAR_STATE(owner, gas, in, "");
+    PDI_ARRAY(owner, gas, wall_distance, (int64_t)gas->rows * PD_DIM, "m");
+    PDI_ARRAY(owner, gas, first_order_flag, total, "1");
+    if (gas->desc.spatial_order == PD_GAS_SECOND) PDI_ARRAY(owner, gas, gradient, PD_GAS_FIELDS * PD_DIM * total, "");
+    PDI_ARRAY_GROWING(owner, gas, open_side_nodes, gas->open_side_node_count, "1");
+    PDI_SCALAR_STATE(owner, gas, outflow, "");
+    PDI_SCALAR_STATE(owner, gas, inflow, "");
     PDI_SCALAR_STATE(owner, gas, time, "s");
     PDI_SCALAR_STATE(owner, gas, steps, "1");
     PDI_SCALAR_STATE(owner, gas, rejected, "1");
-    PDI_SCALAR_STATE(owner, gas, lowered, "1");
+    PDI_SCALAR_STATE(owner, gas, first_order_count, "1");
 }
 
 /* Inner part of the build. The caller frees after an error. */
@@ -760,10 +760,10 @@ static pd_status pdi_gas_try_build(pd_ctx *ctx, const pd_grid *grid, const pd_bo
     gas->desc = *desc;
     if (!(gas->desc.cfl > 0.0)) gas->desc.cfl = 0.8;
     if (!(desc->gamma > 1.0) || !(desc->gamma < 100.0) || !(desc->cfl >= 0.0) || !(desc->cfl < 100.0) ||
-        (desc->order != PD_GAS_SECOND && desc->order != PD_GAS_FIRST))
+        (desc->spatial_order != PD_GAS_SECOND && desc->spatial_order != PD_GAS_FIRST))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "gas",
                         "gamma = %g must be above 1, cfl = %g not negative, both finite, order %d one of pd_gas_order",
-                        desc->gamma, desc->cfl, (int)desc->order);
+                        desc->gamma, desc->cfl, (int)desc->spatial_order);
     if (grid->circumference)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "gas", "found an axisymmetric grid, expected a planar one");
     gas->grid = grid;
@@ -771,7 +771,7 @@ static pd_status pdi_gas_try_build(pd_ctx *ctx, const pd_grid *grid, const pd_bo
     gas->rows = bonds->rows;
     PDI_TRY(pdi_array_registry_build(ctx, pdi_gas_list, gas));
     PDI_TRY(pdi_gas_find_open_side_nodes(ctx, gas));
-    PDI_TRY(pdi_gas_wall_build(ctx, bonds, gas->rows, gas->wall_face, gas->wall_gap));
+    PDI_TRY(pdi_gas_wall_build(ctx, bonds, gas->rows, gas->wall_face, gas->wall_distance));
     for (int32_t node = 0; node < total && desc->initial; node++)
         if (pdi_gas_has_state(grid->kind[node])) PDI_TRY(pdi_gas_init_node(ctx, gas, node));
     return PD_OK;

@@ -26,7 +26,7 @@ typedef enum pd_gas_order {
 
 typedef struct pd_gas_desc {
     double gamma;       /* [-] ratio of the heat capacities, above 1 */
-    pd_gas_order order;
+    pd_gas_order spatial_order;
     double cfl;         /* [-] share of the step limit; 0: 0.8 */
     pd_gas_fn initial;  /* at fluid nodes and at the ghosts of inlets, which keep it; NULL: the caller fills state */
     void *initial_user;
@@ -38,20 +38,23 @@ typedef struct pd_gas {
     const pd_bonds *bonds;
     double *state;       /* [PD_GAS_FIELDS][total] [kg/m3], [kg/m2/s], [J/m3] U at fluid nodes and inlets */
     double *primitive;   /* [PD_GAS_FIELDS][total] [kg/m3], [m/s], [Pa] rho, v, p after build, step, run and limit */
-    double *slope;       /* [PD_GAS_FIELDS][PD_DIM][total] gradients of them [unit of 1/m], work; NULL: first order */
-    double *start;       /* [PD_GAS_FIELDS][total] [unit of state] at the start of the step, work */
-    double *rate;        /* [PD_GAS_FIELDS][total] [unit of state/s] time derivatives, work */
+    /* [PD_GAS_FIELDS][PD_DIM][total] gradients of them [unit of 1/m], work; NULL: first order */
+    double *gradient;
+    double *start_state;     /* [PD_GAS_FIELDS][total] [unit of state] at the start of the step, work */
+    double *time_derivative; /* [PD_GAS_FIELDS][total] [unit of state/s] time derivatives, work */
     double *wall_face;   /* [rows][PD_DIM walls][PD_DIM] [1/m] sum of g over the closed bonds of a row: points into the
                           * wall; in a concave edge or corner the part of each wall */
-    double *wall_gap;    /* [rows][PD_DIM walls] [m] distance of the wall along wall_face */
+    double *wall_distance; /* [rows][PD_DIM walls] [m] distance of the wall along wall_face */
     int32_t rows;        /* of the bonds at build */
-    int32_t *open;       /* [opens] fluid nodes with bonds through inlets and outlets */
-    int32_t opens;
-    uint8_t *flag;       /* [total] the node fell back to first order in this stage, to stay positive; work */
-    double out[2], in[2]; /* [kg], [J] (1D: per m2; 2D: per m) mass and energy through open sides since the build */
+    int32_t *open_side_nodes; /* [opens] fluid nodes with bonds through inlets and outlets */
+    int32_t open_side_node_count;
+    /* [total] the node fell back to first order in this stage, to stay positive; work */
+    uint8_t *first_order_flag;
+    /* [kg], [J] (1D: per m2; 2D: per m) mass and energy through open sides since the build */
+    double outflow[2], inflow[2];
     double time;         /* [s] */
     int64_t steps, rejected; /* steps done; steps that were halved */
-    int64_t lowered;     /* nodes that fell back to first order, summed over stages */
+    int64_t first_order_count; /* nodes that fell back to first order, summed over stages */
 } pd_gas;
 
 /* Allocates and sets the initial state. Grid and bonds are borrowed and must not change. Sides: periodic, mirror, slip

@@ -6,8 +6,8 @@
 PDI_FN void pdi_gas_open_boundary_get_ghost_signs(const pd_ghosts *g, int32_t k, int *flip, int *odd)
 {
     int i[PD_DIM];
-    *flip = *odd = g->odd[k];
-    if (k < g->images) return;
+    *flip = *odd = g->sign_flips[k];
+    if (k < g->images_end) return;
     pdi_grid_index(g->grid, g->node[k], i);
     *odd = pdi_grid_fold_index(g->grid, i);
     (void)pdi_grid_find_source(g->grid, g->node[k], flip);
@@ -31,7 +31,7 @@ PDI_FN void pdi_gas_open_boundary_extrapolate_ghosts(const pd_bonds *bonds, int 
     const pd_ghosts *g = &bonds->ghosts;
     const pd_grid *grid = g->grid;
     int64_t total = grid->total;
-    for (int32_t k = g->images; k < g->count && PD_DIM > 1; k++) {
+    for (int32_t k = g->images_end; k < g->outlets_end && PD_DIM > 1; k++) {
         int index[PD_DIM], side = pdi_gas_open_boundary_find_side(grid, g->node[k]), d = side / 2, flip, odd;
         if (side < 0 || grid->n[d] < 2) continue;
         pdi_grid_index(grid, g->source[k], index);

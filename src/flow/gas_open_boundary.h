@@ -17,7 +17,7 @@ static inline int pdi_gas_open_boundary_is_open_kind(uint8_t kind) { return kind
 /* 1: bond k of node i is open and leads through an open side. */
 static inline int pdi_gas_open_boundary_is_crossed_by_bond(const pd_bonds *bonds, int32_t i, int k)
 {
-    int32_t row = bonds->row[i];
+    int32_t row = bonds->row_of_node[i];
     return pdi_gas_open_boundary_is_open_kind(bonds->paths.grid->kind[i + bonds->paths.shift[k]]) &&
            (row < 0 || pdi_bond_is_open(bonds, row, k));
 }

@@ -173,7 +173,7 @@ static void pdi_gas_wall_build_row(const pd_bonds *bonds, int32_t r, pdi_gas_wal
     for (int k = 0; k < s->count; k++)
         for (int d = 0; d < PD_DIM && !pdi_bond_is_open(bonds, r, k) && pdi_bond_is_open(bonds, r, s->count - 1 - k);
              d++)
-            face[d] += s->grad[k * PD_DIM + d];
+            face[d] += s->gradient_weight[k * PD_DIM + d];
     w->count = 0;
     for (int k = 0; k < s->count && PD_DIM > 1; k++) {
         double x[PD_DIM], n[PD_DIM];

@@ -9,8 +9,8 @@
 /* Weight 2 |g| [1/m] of bond k as a face, and its unit normal n. */
 static inline double pdi_gas_wall_get_bond_face(const pd_stencil *s, int k, double *n)
 {
-    double size = pdi_vec_norm(s->grad + k * PD_DIM);
-    for (int d = 0; d < PD_DIM; d++) n[d] = s->grad[k * PD_DIM + d] / size;
+    double size = pdi_vec_norm(s->gradient_weight + k * PD_DIM);
+    for (int d = 0; d < PD_DIM; d++) n[d] = s->gradient_weight[k * PD_DIM + d] / size;
     return 2.0 * size;
 }
 /* Slip walls of all rows, up to PD_DIM each. face [rows][PD_DIM][PD_DIM] [1/m]: area vectors into the walls, in sum

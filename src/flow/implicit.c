@@ -19,16 +19,16 @@ PDI_FN void pdi_implicit_list(pdi_array_visitor *owner, void *object)
 {
     pd_implicit *implicit = (pd_implicit *)object;
     int64_t total = implicit->flow ? implicit->flow->grid->total : 0;
-    PDI_ARRAY(owner, implicit, start, (PD_DIM + 2) * total, "");
-    PDI_ARRAY_STATE(owner, implicit, target, PD_DIM * total, "m/s");
-    PDI_ARRAY_STATE(owner, implicit, impulse, total, "m2/s");
-    PDI_ARRAY(owner, implicit, impulse_grad, PD_DIM * total, "m/s");
-    PDI_ARRAY(owner, implicit, impulse_flux, total, "1/s");
+    PDI_ARRAY(owner, implicit, start_state, (PD_DIM + 2) * total, "");
+    PDI_ARRAY_STATE(owner, implicit, stage_target, PD_DIM * total, "m/s");
+    PDI_ARRAY_STATE(owner, implicit, pressure_impulse, total, "m2/s");
+    PDI_ARRAY(owner, implicit, pressure_impulse_grad, PD_DIM * total, "m/s");
+    PDI_ARRAY(owner, implicit, pressure_impulse_flux, total, "1/s");
     PDI_SCALAR_STATE(owner, implicit, time, "s");
     PDI_SCALAR_STATE(owner, implicit, dt, "s");
     PDI_SCALAR_STATE(owner, implicit, error, "1");
-    PDI_SCALAR_STATE(owner, implicit, fresh, "1");
-    PDI_SCALAR_STATE(owner, implicit, last, "s");
+    PDI_SCALAR_STATE(owner, implicit, has_new_fluid, "1");
+    PDI_SCALAR_STATE(owner, implicit, last_step, "s");
     PDI_SCALAR_STATE(owner, implicit, steps, "1");
     PDI_SCALAR_STATE(owner, implicit, rejected, "1");
     PDI_SCALAR_STATE(owner, implicit, evaluations, "1");
@@ -39,7 +39,7 @@ static void pdi_implicit_list_work(pdi_array_visitor *owner, void *object)
 {
     pd_implicit *implicit = (pd_implicit *)object;
     int64_t total = implicit->flow ? implicit->flow->grid->total : 0;
-    PDI_ARRAY(owner, implicit, slope, PD_DIM * total, "m/s");
+    PDI_ARRAY(owner, implicit, stage_increment, PD_DIM * total, "m/s");
 }
 
 PDI_FN size_t pdi_implicit_count_work_bytes(pd_implicit *im)
@@ -53,23 +53,24 @@ static pd_status pdi_implicit_try_build(pd_ctx *ctx, pd_flow *flow, pd_steady *s
 {
     memset(im, 0, sizeof *im);
     im->desc = *desc;
-    if (!(desc->tolerance >= 0.0) || !(desc->rtol >= 0.0) || !(desc->first >= 0.0) || !(desc->largest >= 0.0) ||
-        !(desc->tolerance + desc->rtol + desc->first + desc->largest < 1e100))
+    if (!(desc->stage_tolerance >= 0.0) || !(desc->rtol >= 0.0) || !(desc->first_step >= 0.0) ||
+        !(desc->max_step >= 0.0) || !(desc->stage_tolerance + desc->rtol + desc->first_step + desc->max_step < 1e100))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "implicit",
                         "tolerance %g, rtol %g, first %g s, largest %g s: expected finite values of at least 0",
-                        desc->tolerance, desc->rtol, desc->first, desc->largest);
+                        desc->stage_tolerance, desc->rtol, desc->first_step, desc->max_step);
     pdi_flow_update_speed_scale(flow);
     if (!(im->desc.rtol > 0.0)) im->desc.rtol = 1e-4;
-    if (!(im->desc.tolerance > 0.0)) im->desc.tolerance = PDI_IMPLICIT_STAGE_TOLERANCE * im->desc.rtol;
-    if (!(im->desc.first > 0.0))
-        im->desc.first = 1e-3 / (flow->speed / flow->length + flow->nu / (flow->length * flow->length));
+    if (!(im->desc.stage_tolerance > 0.0)) im->desc.stage_tolerance = PDI_IMPLICIT_STAGE_TOLERANCE * im->desc.rtol;
+    if (!(im->desc.first_step > 0.0))
+        im->desc.first_step =
+            1e-3 / (flow->velocity_scale / flow->length_scale + flow->nu / (flow->length_scale * flow->length_scale));
     im->flow = flow;
     im->steady = steady;
     PDI_TRY(pdi_steady_build_stages(ctx, steady, pdi_implicit_count_work_bytes(im)));
     PDI_TRY(pdi_array_registry_build(ctx, pdi_implicit_list, im));
-    flow->impulse = im->impulse;
-    flow->impulse_grad = im->impulse_grad;
-    flow->impulse_flux = im->impulse_flux;
+    flow->pressure_impulse = im->pressure_impulse;
+    flow->pressure_impulse_grad = im->pressure_impulse_grad;
+    flow->pressure_impulse_flux = im->pressure_impulse_flux;
     return PD_OK;
 }
 
@@ -86,18 +87,18 @@ PDI_COLD_END
 static void pdi_implicit_copy_to_start(const pd_ctx *ctx, pd_implicit *im)
 {
     int64_t total = im->flow->grid->total, split = PD_DIM * total;
-    pdi_par_copy(ctx, split, im->flow->u, im->start);
-    pdi_par_copy(ctx, total, im->flow->p, im->start + split);
-    pdi_par_copy(ctx, total, im->impulse, im->start + split + total);
+    pdi_par_copy(ctx, split, im->flow->u, im->start_state);
+    pdi_par_copy(ctx, total, im->flow->p, im->start_state + split);
+    pdi_par_copy(ctx, total, im->pressure_impulse, im->start_state + split + total);
 }
 
 /* Copies velocity, pressure and pressure impulse from `start` back to the flow. */
 static void pdi_implicit_copy_from_start(const pd_ctx *ctx, pd_implicit *im)
 {
     int64_t total = im->flow->grid->total, split = PD_DIM * total;
-    pdi_par_copy(ctx, split, im->start, im->flow->u);
-    pdi_par_copy(ctx, total, im->start + split, im->flow->p);
-    pdi_par_copy(ctx, total, im->start + split + total, im->impulse);
+    pdi_par_copy(ctx, split, im->start_state, im->flow->u);
+    pdi_par_copy(ctx, total, im->start_state + split, im->flow->p);
+    pdi_par_copy(ctx, total, im->start_state + split + total, im->pressure_impulse);
     pdi_pressure_impulse_update_flux(ctx, im->flow, 1.0, 0.0);
 }
 
@@ -109,7 +110,7 @@ static pd_status pdi_implicit_solve_stage_equation(pd_ctx *ctx, pd_implicit *im,
     pd_steady_result result;
     pd_flow *flow = im->flow;
     pdi_pressure_impulse_update_flux(ctx, flow, impulse_factor, pressure_weight);
-    pd_status status = pdi_steady_solve_stage(ctx, im->steady, rate, target, im->desc.tolerance, &result);
+    pd_status status = pdi_steady_solve_stage(ctx, im->steady, rate, target, im->desc.stage_tolerance, &result);
     im->evaluations += result.evaluations;
     if (status == PD_OK) pdi_pressure_impulse_update(flow, impulse_factor, pressure_weight);
     return status;
@@ -136,18 +137,18 @@ static pd_status pdi_implicit_project_start(pd_ctx *ctx, pd_implicit *im)
 {
     pd_flow *flow = im->flow;
     int64_t total = flow->grid->total;
-    double rate = 1.0 / (im->desc.tolerance * flow->stabilisation);
-    if (!im->fresh && (im->steps > 0 || im->projected)) return PD_OK;
+    double rate = 1.0 / (im->desc.stage_tolerance * flow->stabilisation);
+    if (!im->has_new_fluid && (im->steps > 0 || im->projected)) return PD_OK;
     pdi_implicit_copy_to_start(ctx, im);
     pd_status status =
-        pdi_implicit_solve_stage_equation(ctx, im, rate, im->start, 0.0, PDI_IMPLICIT_START_IMPULSE / rate);
+        pdi_implicit_solve_stage_equation(ctx, im, rate, im->start_state, 0.0, PDI_IMPLICIT_START_IMPULSE / rate);
     if (status != PD_OK) {
         pdi_implicit_copy_from_start(ctx, im);
         return status;
     }
-    pdi_par_copy(ctx, total, im->start + PD_DIM * total, flow->p);
+    pdi_par_copy(ctx, total, im->start_state + PD_DIM * total, flow->p);
     im->projected = 1;
-    im->fresh = 0;
+    im->has_new_fluid = 0;
     return status;
 }
 
@@ -161,10 +162,10 @@ static double pdi_implicit_estimate_error(pd_implicit *im)
         if (flow->grid->kind[i] != PD_FLUID) continue;
         for (int d = 0; d < PD_DIM; d++) {
             int64_t at = (int64_t)d * flow->grid->total + i;
-            worst = pdi_max(worst, fabs(im->slope[at] - (flow->u[at] - im->target[at])));
+            worst = pdi_max(worst, fabs(im->stage_increment[at] - (flow->u[at] - im->stage_target[at])));
         }
     }
-    return worst / flow->speed;
+    return worst / flow->velocity_scale;
 }
 
 /* First guess of the first stage: u extrapolated by the time derivative at the end of the last step, (u - u*)/(gamma
@@ -172,10 +173,10 @@ static double pdi_implicit_estimate_error(pd_implicit *im)
 static void pdi_implicit_extrapolate_velocity(const pd_ctx *ctx, pd_implicit *im, double dt)
 {
     int64_t split = PD_DIM * (int64_t)im->flow->grid->total;
-    if (!(im->last > 0.0)) return;
-    pdi_par_axpy(ctx, split, dt / im->last, im->start, im->flow->u);
-    pdi_par_axpy(ctx, split, -dt / im->last, im->target, im->flow->u);
-    im->last = 0.0;
+    if (!(im->last_step > 0.0)) return;
+    pdi_par_axpy(ctx, split, dt / im->last_step, im->start_state, im->flow->u);
+    pdi_par_axpy(ctx, split, -dt / im->last_step, im->stage_target, im->flow->u);
+    im->last_step = 0.0;
 }
 
 /* Both SDIRK stages from the state in `start`, and the error estimate. */
@@ -184,16 +185,16 @@ static pd_status pdi_implicit_solve_stages(pd_ctx *ctx, pd_implicit *im, double 
     pd_flow *flow = im->flow;
     int64_t total = flow->grid->total, split = PD_DIM * total;
     double ratio = (1.0 - PDI_SDIRK_GAMMA) / PDI_SDIRK_GAMMA;
-    pd_status status = pdi_implicit_solve_sdirk_stage(ctx, im, dt, PDI_SDIRK_GAMMA, im->start);
+    pd_status status = pdi_implicit_solve_sdirk_stage(ctx, im, dt, PDI_SDIRK_GAMMA, im->start_state);
     if (status != PD_OK) return status;
-    pdi_par_copy(ctx, split, flow->u, im->slope);
-    pdi_par_axpy(ctx, split, -1.0, im->start, im->slope);
-    pdi_par_copy(ctx, split, im->start, im->target);
-    pdi_par_axpy(ctx, split, ratio, im->slope, im->target);
-    pdi_par_axpy(ctx, split, ratio, im->slope, flow->u); /* a first guess */
-    pdi_par_axpy(ctx, total, ratio - 1.0, im->impulse, im->impulse);
-    pdi_par_axpy(ctx, total, 1.0 - ratio, im->start + split + total, im->impulse);
-    status = pdi_implicit_solve_sdirk_stage(ctx, im, dt, 1.0, im->target);
+    pdi_par_copy(ctx, split, flow->u, im->stage_increment);
+    pdi_par_axpy(ctx, split, -1.0, im->start_state, im->stage_increment);
+    pdi_par_copy(ctx, split, im->start_state, im->stage_target);
+    pdi_par_axpy(ctx, split, ratio, im->stage_increment, im->stage_target);
+    pdi_par_axpy(ctx, split, ratio, im->stage_increment, flow->u); /* a first guess */
+    pdi_par_axpy(ctx, total, ratio - 1.0, im->pressure_impulse, im->pressure_impulse);
+    pdi_par_axpy(ctx, total, 1.0 - ratio, im->start_state + split + total, im->pressure_impulse);
+    status = pdi_implicit_solve_sdirk_stage(ctx, im, dt, 1.0, im->stage_target);
     if (status == PD_OK) im->error = pdi_implicit_estimate_error(im);
     return status;
 }
@@ -226,7 +227,7 @@ pd_status pd_implicit_step(pd_ctx *ctx, pd_implicit *im, double dt)
     if (status == PD_OK) status = pdi_steady_end_solves(ctx, im->steady, pdi_implicit_try_step(ctx, im, dt));
     status = pdi_arena_release(ctx, arena, pdi_implicit_list_work, im, status);
     if (status != PD_OK) return status;
-    im->last = dt;
+    im->last_step = dt;
     im->time += dt;
     im->steps++;
     return PD_OK;
@@ -237,7 +238,7 @@ PDI_COLD_BEGIN
 static void pdi_implicit_undo_step(const pd_ctx *ctx, pd_implicit *im, double dt)
 {
     pdi_implicit_copy_from_start(ctx, im);
-    im->last = 0.0;
+    im->last_step = 0.0;
     im->time -= dt;
     im->steps--;
     im->rejected++;
@@ -254,8 +255,8 @@ static pd_status pdi_implicit_reject_step(pd_ctx *ctx, void *self, pd_step *s)
     if (solved) pdi_implicit_undo_step(ctx, im, dt);
     im->time = s->time;
     im->dt = dt * pdi_max(PDI_IMPLICIT_MIN_SHRINK, pdi_sdirk_step_factor(s->error, PDI_IMPLICIT_MAX_GROWTH));
-    s->dt = pdi_sdirk_limit_step(im->dt, im->desc.largest, s->limit - s->time, &last);
-    if (dt > PDI_IMPLICIT_MIN_STEP * im->desc.first) return PD_OK;
+    s->dt = pdi_sdirk_limit_step(im->dt, im->desc.max_step, s->latest_end - s->time, &last);
+    if (dt > PDI_IMPLICIT_MIN_STEP * im->desc.first_step) return PD_OK;
     if (solved)
         return pdi_fail(ctx, PD_ERR_STATE, "implicit",
                         "the error of a step of %g s at t = %g s is %g and does not fall with the step, expected %g: "
@@ -264,7 +265,8 @@ static pd_status pdi_implicit_reject_step(pd_ctx *ctx, void *self, pd_step *s)
     return pdi_fail(ctx, PD_ERR_STATE, "implicit",
                     "steps down to %g s at t = %g s do not converge, the residual is largest at %s m: loosen rtol (%g),"
                     " refine the lattice or lower the speed",
-                    dt, im->time, pdi_grid_format_position(im->flow->grid, im->steady->worst, place), im->desc.rtol);
+                    dt, im->time, pdi_grid_format_position(im->flow->grid, im->steady->worst_node, place),
+                    im->desc.rtol);
 }
 
 /* ---- the process ---- */
@@ -278,7 +280,7 @@ static pd_status pdi_implicit_begin(pd_ctx *ctx, void *self, double t)
 }
 
 /* Step [s] that is tried next. */
-static double pdi_implicit_get_next_step(const pd_implicit *im) { return im->dt > 0.0 ? im->dt : im->desc.first; }
+static double pdi_implicit_get_next_step(const pd_implicit *im) { return im->dt > 0.0 ? im->dt : im->desc.first_step; }
 
 /* Process callback: longest outer step [s]. Other processes see the flow at the ends of steps as long as its own. */
 static pd_status pdi_implicit_limit_outer_step(pd_ctx *ctx, void *self, pd_step *s)
@@ -294,7 +296,7 @@ static pd_status pdi_implicit_limit(pd_ctx *ctx, void *self, pd_step *s)
     int last;
     (void)ctx;
     im->dt = pdi_implicit_get_next_step(im);
-    s->dt = pdi_sdirk_limit_step(im->dt, im->desc.largest, s->limit - s->time, &last);
+    s->dt = pdi_sdirk_limit_step(im->dt, im->desc.max_step, s->latest_end - s->time, &last);
     return PD_OK;
 }
 
@@ -323,7 +325,8 @@ static pd_status pdi_implicit_fail_step_underflow(pd_ctx *ctx, void *self, const
     const pd_implicit *im = (const pd_implicit *)self;
     return pdi_fail(ctx, PD_ERR_STATE, "implicit",
                     "steps of %g s do not lead on from t = %g s to %g s: loosen rtol (%g) or take a longer largest "
-                    "step (%g s, 0: none)", s->dt, s->time, s->limit, im->desc.rtol, im->desc.largest);
+                    "step (%g s, 0: none)",
+                    s->dt, s->time, s->latest_end, im->desc.rtol, im->desc.max_step);
 }
 
 /* Process callback after the last inner step: makes the fluxes for transport free of divergence. */
@@ -340,7 +343,7 @@ static pd_status pdi_implicit_project_new_fluid(pd_ctx *ctx, pd_implicit *im)
     pd_status status = pdi_implicit_project_start(ctx, im);
     if (status != PD_OK) return status;
     pdi_implicit_copy_to_start(ctx, im);
-    status = pdi_implicit_solve_time_stage(ctx, im, 1.0 / im->desc.first, im->start);
+    status = pdi_implicit_solve_time_stage(ctx, im, 1.0 / im->desc.first_step, im->start_state);
     if (status == PD_OK) pdi_pressure_impulse_update_flux(ctx, im->flow, 1.0, 0.0);
     else pdi_implicit_copy_from_start(ctx, im);
     return status;
@@ -352,8 +355,8 @@ static pd_status pdi_implicit_update_geometry(pd_ctx *ctx, void *self, const int
 {
     pd_implicit *im = (pd_implicit *)self;
     pd_arena *arena = pdi_steady_get_arena(im->steady);
-    im->last = 0.0;
-    im->fresh = 1;
+    im->last_step = 0.0;
+    im->has_new_fluid = 1;
     PDI_TRY(pd_flow_update(ctx, converted, count, im->flow));
     PDI_TRY(pdi_arena_acquire(ctx, arena, pdi_implicit_list_work, im));
     pd_status status = pdi_steady_begin_solves(ctx, im->steady);
@@ -371,7 +374,7 @@ static pd_status pdi_implicit_store(pd_ctx *ctx, void *self, pd_archive *archive
     PDI_TRY(pdi_flow_store(ctx, im->flow, archive));
     PDI_TRY(pdi_steady_store(ctx, im->steady, archive));
     PDI_TRY(pdi_array_registry_store(ctx, pdi_implicit_list, im, archive));
-    if (archive->reading) pdi_pressure_impulse_update_flux(ctx, im->flow, 1.0, 0.0);
+    if (archive->is_reading) pdi_pressure_impulse_update_flux(ctx, im->flow, 1.0, 0.0);
     return PD_OK;
 }
 
@@ -382,24 +385,24 @@ pd_physics pd_implicit_process(pd_implicit *im)
     p.name = "flow in time";
     p.self = im;
     p.time = &im->time;
-    p.inner = 1;
+    p.has_substeps = 1;
     p.steps = &im->steps;
     p.start = pdi_implicit_begin;
-    p.longest = pdi_implicit_limit_outer_step;
+    p.max_run_step = pdi_implicit_limit_outer_step;
     p.limit = pdi_implicit_limit;
     p.attempt = pdi_implicit_attempt;
     p.accept = pdi_implicit_accept;
     p.reject = pdi_implicit_reject_step;
-    p.stuck = pdi_implicit_fail_step_underflow;
+    p.report_underflow = pdi_implicit_fail_step_underflow;
     p.finish = pdi_implicit_end;
-    p.changed = pdi_implicit_update_geometry;
-    p.store = pdi_implicit_store;
+    p.nodes_converted = pdi_implicit_update_geometry;
+    p.checkpoint = pdi_implicit_store;
     return p;
 }
 
 void pd_implicit_free(pd_ctx *ctx, pd_implicit *im)
 {
-    if (im->flow) im->flow->impulse = im->flow->impulse_grad = im->flow->impulse_flux = NULL;
+    if (im->flow) im->flow->pressure_impulse = im->flow->pressure_impulse_grad = im->flow->pressure_impulse_flux = NULL;
     pdi_array_registry_free(ctx, pdi_implicit_list, im);
     memset(im, 0, sizeof *im);
 }

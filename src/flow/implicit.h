@@ -11,27 +11,28 @@
 #include "solve/physics.h"
 
 typedef struct pd_implicit_desc {
-    double tolerance; /* [-] of the stages, against the reference speed; 0: a thousandth of rtol */
+    double stage_tolerance; /* [-] of the stages, against the reference speed; 0: a thousandth of rtol */
     double rtol;      /* [-] error of one step against the reference speed, by the embedded estimate; 0: 1e-4 */
-    double first;     /* [s] first step of a run; 0: 1e-3 / (U/L + nu/L^2) */
-    double largest;   /* [s] largest step of a run; 0: none */
+    double first_step; /* [s] first step of a run; 0: 1e-3 / (U/L + nu/L^2) */
+    double max_step;   /* [s] largest step of a run; 0: none */
 } pd_implicit_desc;
 
 typedef struct pd_implicit {
     pd_implicit_desc desc; /* defaults filled in */
     pd_flow *flow;         /* its u and p are the state */
     pd_steady *steady;     /* solves the stages */
-    double *start;         /* [PD_DIM+2][total] [m/s], [m2/s2], [m2/s] state at the start of the step */
-    double *impulse;       /* [total] [m2/s] which the pressure flux is made of (eq. 4.15c) */
-    double *impulse_grad;  /* [PD_DIM][total] [m/s] and its gradient: the flow borrows both, and the next one */
-    double *impulse_flux;  /* [total] [1/s] */
-    double *target;        /* [PD_DIM][total] [m/s] u* of the second stage, kept for the next step */
-    double *slope;         /* [PD_DIM][total] [m/s] gamma dt du/dt of the first stage; lent for a step */
+    double *start_state;   /* [PD_DIM+2][total] [m/s], [m2/s2], [m2/s] state at the start of the step */
+    double *pressure_impulse; /* [total] [m2/s] which the pressure flux is made of (eq. 4.15c) */
+    /* [PD_DIM][total] [m/s] and its gradient: the flow borrows both, and the next one */
+    double *pressure_impulse_grad;
+    double *pressure_impulse_flux; /* [total] [1/s] */
+    double *stage_target;          /* [PD_DIM][total] [m/s] u* of the second stage, kept for the next step */
+    double *stage_increment;       /* [PD_DIM][total] [m/s] gamma dt du/dt of the first stage; lent for a step */
     double time;           /* [s] */
     double dt;             /* [s] step that is tried next; 0: not known yet */
-    double last;           /* [s] last step, for extrapolation; 0: do not extrapolate */
+    double last_step;      /* [s] last step, for extrapolation; 0: do not extrapolate */
     int projected;         /* 1: the start has been projected onto continuity and the inlets */
-    int64_t fresh;         /* 1: nodes have become fluid, so the next step begins with a projection */
+    int64_t has_new_fluid; /* 1: nodes have become fluid, so the next step begins with a projection */
     double error;          /* [-] estimated error of the last step against the reference speed */
     int64_t steps, rejected, evaluations;
 } pd_implicit;

@@ -14,8 +14,8 @@ static int pdi_inflow_has_tangential_weight(const pd_bonds *bonds, int32_t r, in
         int32_t far = bonds->node[r] + bonds->paths.shift[k];
         if (bonds->grid->kind[far] != PD_INLET || !pdi_bond_is_open(bonds, r, k)) continue;
         for (int d = 0; d < PD_DIM; d++) {
-            sum[d] += s->grad[k * PD_DIM + d];
-            size += fabs(s->grad[k * PD_DIM + d]);
+            sum[d] += s->gradient_weight[k * PD_DIM + d];
+            size += fabs(s->gradient_weight[k * PD_DIM + d]);
         }
     }
     for (int d = 0; d < PD_DIM; d++)
@@ -27,7 +27,7 @@ PDI_FN double pdi_inflow_compute_flux_weight(const pd_bonds *bonds, int32_t i, i
 {
     const pd_stencil *s = bonds->stencil;
     const pd_grid *grid = bonds->grid;
-    int32_t r = bonds->row[i];
+    int32_t r = bonds->row_of_node[i];
     double sum = 0.0;
     if (grid->kind[i] != PD_FLUID || r < 0) return 0.0;
     for (int k = 0; k < s->count; k++) {
@@ -35,7 +35,7 @@ PDI_FN double pdi_inflow_compute_flux_weight(const pd_bonds *bonds, int32_t i, i
         int at = pdi_grid_index_along(grid, far, axis);
         if (grid->kind[far] != PD_INLET || (up ? at < grid->n[axis] : at >= 0) || !pdi_bond_is_open(bonds, r, k))
             continue;
-        sum += fabs(s->grad[k * PD_DIM + axis]) * pdi_bond_get_flux_factor(bonds, i, k);
+        sum += fabs(s->gradient_weight[k * PD_DIM + axis]) * pdi_bond_get_flux_factor(bonds, i, k);
     }
     return sum * s->volume * pdi_grid_circumference(grid, i);
 }
@@ -47,7 +47,7 @@ static double pdi_inflow_compute_speed_ratio(const pd_bonds *bonds, int32_t g)
     const pd_ghosts *ghosts = &bonds->ghosts;
     const pd_grid *grid = bonds->grid;
     int axis = 0, first[PD_DIM];
-    while (!(ghosts->across[g] >> axis & 1)) axis++;
+    while (!(ghosts->normal_axis[g] >> axis & 1)) axis++;
     int up = pdi_grid_index_along(grid, ghosts->node[g], axis) >= grid->n[axis];
     double half = up ? 0.5 * grid->h[axis] : -0.5 * grid->h[axis], have = 0.0;
     pdi_grid_index(grid, ghosts->source[g], first);
@@ -66,7 +66,7 @@ static int pdi_inflow_is_developed(const pd_bonds *bonds, int32_t g, int develop
 {
     const pd_ghosts *ghosts = &bonds->ghosts;
     int axis = 0;
-    while (!(ghosts->across[g] >> axis & 1)) axis++;
+    while (!(ghosts->normal_axis[g] >> axis & 1)) axis++;
     return developed >>
                (2 * axis + (pdi_grid_index_along(bonds->grid, ghosts->node[g], axis) >= bonds->grid->n[axis])) &
            1;
@@ -75,15 +75,15 @@ static int pdi_inflow_is_developed(const pd_bonds *bonds, int32_t g, int develop
 PDI_FN void pdi_inflow_compute_ratios(const pd_bonds *bonds, int developed, uint8_t *sided, double *ratio)
 {
     const pd_ghosts *ghosts = &bonds->ghosts;
-    for (int32_t g = ghosts->count; g < ghosts->listed; g++) {
-        int32_t at = g - ghosts->count, source = ghosts->source[g], r = bonds->row[source];
+    for (int32_t g = ghosts->outlets_end; g < ghosts->inlets_end; g++) {
+        int32_t at = g - ghosts->outlets_end, source = ghosts->source[g], r = bonds->row_of_node[source];
         int fluid = bonds->grid->kind[source] == PD_FLUID && r >= 0;
         /* rings of unequal lengths never balance */
         sided[at] = (uint8_t)(fluid && (bonds->grid->circumference ||
-                                        pdi_inflow_has_tangential_weight(bonds, r, ghosts->across[g])));
+                                        pdi_inflow_has_tangential_weight(bonds, r, ghosts->normal_axis[g])));
         /* developed flow passes bonds through the side as it does further on. Where inlets end beside outlets not all
          * bonds have their mirror image */
-        int whole = fluid && !bonds->grid->ends && !pdi_inflow_is_developed(bonds, g, developed);
+        int whole = fluid && !bonds->grid->mixed_sides && !pdi_inflow_is_developed(bonds, g, developed);
         ratio[at] = whole ? pdi_inflow_compute_speed_ratio(bonds, g) : -1.0;
     }
 }
@@ -92,20 +92,20 @@ PDI_FN void pdi_inflow_compute_ratios(const pd_bonds *bonds, int developed, uint
 static double pdi_inflow_get_source_value(const pd_ghosts *ghosts, int32_t g, int d, const double *v)
 {
     double there = v[d * (int64_t)ghosts->grid->total + ghosts->source[g]];
-    return (ghosts->odd[g] ^ ghosts->across[g]) >> d & 1 ? -there : there;
+    return (ghosts->sign_flips[g] ^ ghosts->normal_axis[g]) >> d & 1 ? -there : there;
 }
 
 /* 1: the source of ghost g is fluid. Other ghosts hold the velocity of the side itself. */
 static int pdi_inflow_has_fluid_source(const pd_bonds *bonds, int32_t g)
 {
     int32_t source = bonds->ghosts.source[g];
-    return bonds->grid->kind[source] == PD_FLUID && bonds->row[source] >= 0;
+    return bonds->grid->kind[source] == PD_FLUID && bonds->row_of_node[source] >= 0;
 }
 
 PDI_FN void pdi_inflow_set_doubled_velocity(const pd_bonds *bonds, double *v)
 {
     const pd_ghosts *ghosts = &bonds->ghosts;
-    for (int32_t g = ghosts->count; g < ghosts->listed; g++)
+    for (int32_t g = ghosts->outlets_end; g < ghosts->inlets_end; g++)
         for (int d = 0; d < PD_DIM && pdi_inflow_has_fluid_source(bonds, g); d++)
             v[d * (int64_t)ghosts->grid->total + ghosts->node[g]] += pdi_inflow_get_source_value(ghosts, g, d, v);
 }
@@ -138,7 +138,7 @@ static double pdi_inflow_integrate_radial_bonds(const pd_bonds *bonds, int up, c
     *weight = 0.0;
     for (int depth = least; depth < (up ? grid->n[axis] : s->reach) && depth < grid->n[axis]; depth++)
         for (int64_t n = 0; n < grid->stride[axis]; n++) {
-            int32_t i = (int32_t)((depth + grid->ghost) * (int64_t)grid->stride[axis] + n), r = bonds->row[i];
+            int32_t i = (int32_t)((depth + grid->ghost) * (int64_t)grid->stride[axis] + n), r = bonds->row_of_node[i];
             if (grid->kind[i] != PD_FLUID || r < 0) continue;
             double around = pdi_grid_circumference(grid, i);
             for (int k = 0; k < s->count; k++) {
@@ -149,8 +149,8 @@ static double pdi_inflow_integrate_radial_bonds(const pd_bonds *bonds, int up, c
                     continue;
                 double share = around * pdi_bond_get_flux_factor(bonds, i, k);
                 for (int d = 0; d < PD_DIM; d++)
-                    sum -= share * s->grad[k * PD_DIM + d] * (v[d * total + i] + v[d * total + far]);
-                *weight -= share * s->grad[k * PD_DIM + axis];
+                    sum -= share * s->gradient_weight[k * PD_DIM + d] * (v[d * total + i] + v[d * total + far]);
+                *weight -= share * s->gradient_weight[k * PD_DIM + axis];
             }
         }
     return sum;
@@ -170,13 +170,13 @@ static void pdi_inflow_update_radial_ghosts(const pd_bonds *bonds, int up, doubl
     const pd_ghosts *ghosts = &bonds->ghosts;
     double weight, carried = pdi_inflow_integrate_radial_bonds(bonds, up, v, &weight);
     double *w = v + (PD_DIM - 1) * (int64_t)bonds->grid->total;
-    for (int32_t g = ghosts->count; g < ghosts->listed && fabs(weight) > 0.0; g++)
+    for (int32_t g = ghosts->outlets_end; g < ghosts->inlets_end && fabs(weight) > 0.0; g++)
         if (pdi_inflow_is_radial_ghost(bonds, g, up)) w[ghosts->node[g]] += (pushed - carried) / weight;
 }
 
 PDI_FN int pdi_inflow_has_radial_balance(const pd_bonds *bonds)
 {
-    return bonds->grid->circumference && !bonds->grid->ends && bonds->stencil->reach > 1;
+    return bonds->grid->circumference && !bonds->grid->mixed_sides && bonds->stencil->reach > 1;
 }
 
 PDI_FN void pdi_inflow_set_advecting_velocity(const pd_bonds *bonds, const uint8_t *sided, const double *ratio,
@@ -187,11 +187,11 @@ PDI_FN void pdi_inflow_set_advecting_velocity(const pd_bonds *bonds, const uint8
     int rings = pdi_inflow_has_radial_balance(bonds);
     double pushed[2] = {0.0, 0.0};
     for (int up = 0; up < 2 && rings; up++) pushed[up] = pdi_inflow_integrate_radial_faces(bonds, up, v);
-    for (int32_t g = ghosts->count; g < ghosts->listed; g++) {
+    for (int32_t g = ghosts->outlets_end; g < ghosts->inlets_end; g++) {
         if (!pdi_inflow_has_fluid_source(bonds, g)) continue;
-        int32_t r = bonds->row[ghosts->source[g]];
-        int turned = ghosts->odd[g] ^ ghosts->across[g], plain = even && bonds->smooth[r];
-        const double *tensor = bonds->advecting + (int64_t)r * PD_DIM * PD_DIM;
+        int32_t r = bonds->row_of_node[ghosts->source[g]];
+        int turned = ghosts->sign_flips[g] ^ ghosts->normal_axis[g], plain = even && bonds->near_smooth_surface[r];
+        const double *tensor = bonds->flux_correction + (int64_t)r * PD_DIM * PD_DIM;
         double twice[PD_DIM];
         for (int d = 0; d < PD_DIM; d++) twice[d] = v[d * total + ghosts->node[g]];
         for (int a = 0; a < PD_DIM; a++) {
@@ -200,7 +200,7 @@ PDI_FN void pdi_inflow_set_advecting_velocity(const pd_bonds *bonds, const uint8
                 double part = plain ? (a == b ? twice[b] : 0.0) : tensor[a * PD_DIM + b] * twice[b];
                 sum += ((turned >> a ^ turned >> b) & 1) ? -part : part;
             }
-            int across = ghosts->across[g] >> a & 1, at = g - ghosts->count;
+            int across = ghosts->normal_axis[g] >> a & 1, at = g - ghosts->outlets_end;
             if (across && ratio[at] >= 0.0) sum = ratio[at] * twice[a];
             v[a * total + ghosts->node[g]] = !across && sided[at] ? front : sum - front;
         }

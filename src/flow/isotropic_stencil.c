@@ -15,13 +15,13 @@ static double pdi_isotropic_stencil_compute_incomplete_square(const pd_bonds *bo
                                                               int32_t r, const double *f)
 {
     int32_t node = bonds->node[r];
-    int across = pdi_bond_is_open(bonds, r, square->across), open[2];
-    double sum = across ? f[node + bonds->paths.shift[square->across]] - f[node] : 0.0;
+    int across = pdi_bond_is_open(bonds, r, square->diagonal), open[2];
+    double sum = across ? f[node + bonds->paths.shift[square->diagonal]] - f[node] : 0.0;
     for (int s = 0; s < 2; s++) {
-        open[s] = pdi_bond_is_open(bonds, r, square->side[s]);
-        if (open[s]) sum -= f[node + bonds->paths.shift[square->side[s]]] - f[node];
+        open[s] = pdi_bond_is_open(bonds, r, square->legs[s]);
+        if (open[s]) sum -= f[node + bonds->paths.shift[square->legs[s]]] - f[node];
     }
-    return across && open[0] && open[1] ? 0.0 : square->more * sum;
+    return across && open[0] && open[1] ? 0.0 : square->weight_excess * sum;
 }
 
 PDI_FN double pdi_isotropic_stencil_compute_row_correction(const pd_isotropic_stencil *isotropic, int32_t r,
@@ -59,14 +59,14 @@ PDI_FN void pdi_isotropic_stencil_add_velocity_correction(const pd_ctx *ctx, con
     (void)nt;
     for (int d = 0; d < PD_DIM; d++) {
         const double *f = v + (int64_t)d * total;
-        double *w = advecting + (int64_t)d * total, bend = isotropic->bend[d];
+        double *w = advecting + (int64_t)d * total, bend = isotropic->third_moment[d];
         int32_t stride = bonds->grid->stride[d];
         PDI_PARALLEL_FOR(nt)
         for (int32_t i = stride; i < total - stride; i++)
             w[i] -= kind[i] == PD_FLUID ? bend * ((f[i + stride] - f[i]) - (f[i] - f[i - stride])) : 0.0;
         PDI_PARALLEL_FOR(nt)
         for (int32_t r = 0; r < bonds->rows; r++) {
-            const double *leg = bonds->leg + ((int64_t)r * PD_DIM + d) * 2;
+            const double *leg = bonds->neighbour_distance + ((int64_t)r * PD_DIM + d) * 2;
             if (leg[0] <= 0.0 || leg[1] <= 0.0) w[bonds->node[r]] = f[bonds->node[r]];
         }
     }
@@ -77,14 +77,15 @@ static int pdi_isotropic_stencil_is_open_behind(const pd_bonds *bonds, int32_t r
 {
     int32_t j = bonds->node[r] + stride;
     if (bonds->grid->kind[j] != PD_FLUID) return 0;
-    return bonds->row[j] < 0 || bonds->leg[((int64_t)bonds->row[j] * PD_DIM + d) * 2 + side] > 0.0;
+    return bonds->row_of_node[j] < 0 ||
+           bonds->neighbour_distance[((int64_t)bonds->row_of_node[j] * PD_DIM + d) * 2 + side] > 0.0;
 }
 
 PDI_FN double pdi_isotropic_stencil_compute_derivative(const pdi_isotropic_stencil_place *place, int d, const double *u)
 {
     const pd_bonds *bonds = place->bonds;
     const pd_grid *grid = bonds->grid;
-    const double *leg = bonds->leg + ((int64_t)place->row * PD_DIM + d) * 2;
+    const double *leg = bonds->neighbour_distance + ((int64_t)place->row * PD_DIM + d) * 2;
     int32_t node = bonds->node[place->row], stride = grid->stride[d];
     const double *v = u + (int64_t)d * grid->total + node;
     double at[2], size[2];
@@ -138,15 +139,15 @@ static int pdi_isotropic_stencil_build_plane(const pd_stencil *s, int a, int b, 
         int n[PD_DIM];
         memset(n, 0, sizeof n);
         n[a] = which & 1 ? 1 : -1;
-        square->side[0] = pdi_isotropic_stencil_find_bond(s, n);
+        square->legs[0] = pdi_isotropic_stencil_find_bond(s, n);
         n[b] = which & 2 ? 1 : -1;
-        square->across = pdi_isotropic_stencil_find_bond(s, n);
+        square->diagonal = pdi_isotropic_stencil_find_bond(s, n);
         n[a] = 0;
-        square->side[1] = pdi_isotropic_stencil_find_bond(s, n);
-        if (square->across < 0) return 0;
-        square->more = wanted - s->lap[square->across];
-        isotropic->excess[square->across] += square->more;
-        for (int side = 0; side < 2; side++) isotropic->excess[square->side[side]] -= square->more;
+        square->legs[1] = pdi_isotropic_stencil_find_bond(s, n);
+        if (square->diagonal < 0) return 0;
+        square->weight_excess = wanted - s->laplacian_weight[square->diagonal];
+        isotropic->weight_excess[square->diagonal] += square->weight_excess;
+        for (int side = 0; side < 2; side++) isotropic->weight_excess[square->legs[side]] -= square->weight_excess;
     }
     return 1;
 }
@@ -158,8 +159,10 @@ static double pdi_isotropic_stencil_compute_third_moment(const pd_stencil *s, in
     for (int k = 0; k < s->count; k++) {
         double n = s->offset[k * PD_DIM + d];
         for (int b = 0; b < PD_DIM; b++)
-            bend += (b == d ? 1.0 / 6.0 : PD_DIM == 3 ? -0.25 : -0.5) * n * n * s->grad[k * PD_DIM + b] *
-                    s->xi[k * PD_DIM + b];
+            bend += (b == d        ? 1.0 / 6.0
+                     : PD_DIM == 3 ? -0.25
+                                   : -0.5) *
+                    n * n * s->gradient_weight[k * PD_DIM + b] * s->xi[k * PD_DIM + b];
     }
     return bend;
 }
@@ -172,7 +175,7 @@ PDI_FN void pdi_isotropic_stencil_build(const pd_bonds *bonds, pd_isotropic_sten
     for (int a = 0; a < PD_DIM; a++)
         for (int b = a + 1; b < PD_DIM; b++)
             if (!pdi_isotropic_stencil_build_plane(s, a, b, isotropic)) return;
-    for (int d = 0; d < PD_DIM; d++) isotropic->bend[d] = pdi_isotropic_stencil_compute_third_moment(s, d);
+    for (int d = 0; d < PD_DIM; d++) isotropic->third_moment[d] = pdi_isotropic_stencil_compute_third_moment(s, d);
     isotropic->bonds = bonds;
 }
 PDI_COLD_END

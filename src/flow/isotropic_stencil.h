@@ -9,16 +9,17 @@
 
 /* A square of four neighbouring nodes in the plane of two axes, seen from one of them. */
 typedef struct pd_isotropic_square {
-    int across, side[2]; /* bonds of the node: the diagonal, and those along both axes */
-    double more;         /* [1/m2] weight c_ab that the diagonal gains and both sides lose (eq. 4.1d) */
+    int diagonal, legs[2]; /* bonds of the node: the diagonal, and those along both axes */
+    double weight_excess;  /* [1/m2] weight c_ab that the diagonal gains and both sides lose (eq. 4.1d) */
 } pd_isotropic_square;
 
 typedef struct pd_isotropic_stencil {
     const pd_bonds *bonds; /* NULL: friction has the weights of the Laplacian */
     int squares;
     pd_isotropic_square square[2 * PD_DIM * PD_DIM];
-    double excess[2 * PD_DIM * PD_DIM]; /* [1/m2] isotropic less Laplacian weight of bonds in complete squares */
-    double bend[PD_DIM]; /* [-] factor on the second difference of each velocity component along its own axis (4.2d) */
+    double weight_excess[2 * PD_DIM * PD_DIM]; /* [1/m2] isotropic less Laplacian weight of bonds in complete squares */
+    /* [-] factor on the second difference of each velocity component along its own axis (4.2d) */
+    double third_moment[PD_DIM];
 } pd_isotropic_stencil;
 
 #ifdef PDI_INTERNAL

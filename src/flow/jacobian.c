@@ -37,9 +37,9 @@ PDI_INLINE pdi_jacobian_arrays pdi_jacobian_get_arrays(const pd_jacobian *q, int
 {
     pdi_jacobian_arrays v;
     v.total = q->flow->grid->total;
-    v.state_advecting = q->frozen + node;
+    v.state_advecting = q->packed_state + node;
     v.state_u = v.state_advecting + PD_DIM * v.total;
-    v.advecting = q->along + node;
+    v.advecting = q->packed_increment + node;
     v.u = v.advecting + PD_DIM * v.total;
     v.grad = v.u + PD_DIM * v.total;
     v.p = v.grad + PD_DIM * v.total;
@@ -125,12 +125,12 @@ PDI_INLINE_HOT void pdi_jacobian_add_bonds(const pd_jacobian *q, int32_t i, int3
     pdi_jacobian_block_values own;
     pdi_bond_mask_block gate = {NULL, 0, 0, 0};
     float open[PDI_JACOBIAN_BLOCK], twice_nu = (float)(2.0 * flow->nu / (q->speed * q->length));
-    const double *lap = bonds->axisym.lap ? pdi_bond_get_laplacian_weights(bonds, i) : NULL;
+    const double *lap = bonds->axisym.laplacian_weight ? pdi_bond_get_laplacian_weights(bonds, i) : NULL;
     pdi_jacobian_copy_block(&at, count, &own);
     for (int b = 0; b < count; b++) open[b] = 1.0f;
     if (row < 0 && !lap) {
         for (int k = 0; k < s->count / 2; k++) {
-            const float *weight = q->weight + k * PDI_JACOBIAN_WEIGHTS;
+            const float *weight = q->bond_weights + k * PDI_JACOBIAN_WEIGHTS;
             pdi_jacobian_arrays far = pdi_jacobian_get_arrays(q, (int64_t)i + bonds->paths.shift[k]);
             pdi_jacobian_arrays back = pdi_jacobian_get_arrays(q, (int64_t)i - bonds->paths.shift[k]);
             pdi_jacobian_add_bond_pair(&own, weight, twice_nu * weight[2 * PD_DIM + 1], &far, &back, count, sums);
@@ -138,13 +138,14 @@ PDI_INLINE_HOT void pdi_jacobian_add_bonds(const pd_jacobian *q, int32_t i, int3
         return;
     }
     for (int k = 0; k < s->count; k++) {
-        const float *weight = q->weight + k * PDI_JACOBIAN_WEIGHTS;
+        const float *weight = q->bond_weights + k * PDI_JACOBIAN_WEIGHTS;
         float pressure = 1.0f, a = lap ? (float)(lap[k] * q->length * q->length) : weight[2 * PD_DIM];
         float rub = lap ? a : weight[2 * PD_DIM + 1];
         if (row >= 0) {
             if (pdi_bond_find_rows_open(bonds, row, k, count, &gate) == PDI_BOND_OPEN_NONE) continue;
             for (int b = 0; b < count; b++) open[b] = (float)pdi_bond_get_open_factor(&gate, k, b);
-            if (row >= bonds->plain && flow->grid->kind[i + bonds->paths.shift[k]] == PD_INLET) pressure = 0.0f;
+            if (row >= bonds->rows_without_inlet && flow->grid->kind[i + bonds->paths.shift[k]] == PD_INLET)
+                pressure = 0.0f;
         }
         pdi_jacobian_arrays far = pdi_jacobian_get_arrays(q, (int64_t)i + bonds->paths.shift[k]);
         pdi_jacobian_add_bond(&own, weight, a, twice_nu * rub,
@@ -188,8 +189,8 @@ static void pdi_jacobian_apply_range(const void *user, int32_t i, int32_t row, i
         double turn = hoop && d == PD_DIM - 1 ? hoop[i / flow->grid->stride[d]] : 0.0;
         for (int b = 0; b < count; b++) {
             int64_t at = (int64_t)d * flow->grid->total + i + b;
-            double bend = row >= 0 ? bonds->wall_curv[row + b] : 0.0;
-            double lap = row >= 0 ? turn + bonds->wall_lap[row + b] : turn;
+            double bend = row >= 0 ? bonds->wall_curvature[row + b] : 0.0;
+            double lap = row >= 0 ? turn + bonds->wall_laplacian[row + b] : turn;
             w->yu[at] = 0.5 * q->speed * rate * (double)sums.momentum[d][b] +
                         (0.5 * q->divergence[i + b] + flow->nu * lap) * w->step->u[at] +
                         (1.0 - bend) * w->step->grad[at];
@@ -212,9 +213,9 @@ static void pdi_jacobian_update_friction_weights(pd_jacobian *q)
     const pd_flow *flow = q->flow;
     const pd_stencil *s = flow->bonds->stencil;
     for (int k = 0; k < s->count; k++) {
-        double rub = s->lap[k];
-        if (flow->isotropic.bonds) rub += flow->isotropy * flow->isotropic.excess[k];
-        q->weight[k * PDI_JACOBIAN_WEIGHTS + 2 * PD_DIM + 1] = (float)(rub * q->length * q->length);
+        double rub = s->laplacian_weight[k];
+        if (flow->isotropic_stencil.bonds) rub += flow->isotropic_blending * flow->isotropic_stencil.weight_excess[k];
+        q->bond_weights[k * PDI_JACOBIAN_WEIGHTS + 2 * PD_DIM + 1] = (float)(rub * q->length * q->length);
     }
 }
 
@@ -222,8 +223,8 @@ PDI_FN void pdi_jacobian_set_state(const pd_ctx *ctx, pd_jacobian *q)
 {
     const pd_flow *flow = q->flow;
     int64_t split = PD_DIM * (int64_t)flow->grid->total;
-    pdi_jacobian_copy_scaled(ctx, flow->advecting, 1.0 / q->speed, split, q->frozen);
-    pdi_jacobian_copy_scaled(ctx, flow->u, 1.0 / q->speed, split, q->frozen + split);
+    pdi_jacobian_copy_scaled(ctx, flow->advecting, 1.0 / q->speed, split, q->packed_state);
+    pdi_jacobian_copy_scaled(ctx, flow->u, 1.0 / q->speed, split, q->packed_state + split);
     pd_op_divergence(ctx, flow->bonds, flow->advecting, q->divergence);
     pdi_jacobian_update_friction_weights(q);
 }
@@ -235,10 +236,10 @@ PDI_FN void pdi_jacobian_apply(const pd_ctx *ctx, const pd_jacobian *q, const pd
     int64_t total = flow->grid->total, split = PD_DIM * total;
     double speed = q->speed;
     pdi_jacobian_sweep_args w;
-    pdi_jacobian_copy_scaled(ctx, step->advecting, 1.0 / speed, split, q->along);
-    pdi_jacobian_copy_scaled(ctx, step->u, 1.0 / speed, split, q->along + split);
-    pdi_jacobian_copy_scaled(ctx, step->grad, q->length / (speed * speed), split, q->along + 2 * split);
-    pdi_jacobian_copy_scaled(ctx, step->p, 1.0 / (speed * speed), total, q->along + 3 * split);
+    pdi_jacobian_copy_scaled(ctx, step->advecting, 1.0 / speed, split, q->packed_increment);
+    pdi_jacobian_copy_scaled(ctx, step->u, 1.0 / speed, split, q->packed_increment + split);
+    pdi_jacobian_copy_scaled(ctx, step->grad, q->length / (speed * speed), split, q->packed_increment + 2 * split);
+    pdi_jacobian_copy_scaled(ctx, step->p, 1.0 / (speed * speed), total, q->packed_increment + 3 * split);
     w.jacobian = q;
     w.step = step;
     w.yu = yu;
@@ -261,15 +262,15 @@ PDI_FN void pdi_jacobian_list(pdi_array_visitor *owner, void *object)
     pd_jacobian *jacobian = (pd_jacobian *)object;
     if (!jacobian->flow) return;
     int64_t count = jacobian->flow->bonds->stencil->count;
-    PDI_ARRAY(owner, jacobian, weight, count * PDI_JACOBIAN_WEIGHTS, "1");
+    PDI_ARRAY(owner, jacobian, bond_weights, count * PDI_JACOBIAN_WEIGHTS, "1");
 }
 
 PDI_FN void pdi_jacobian_list_work(pdi_array_visitor *owner, void *object)
 {
     pd_jacobian *jacobian = (pd_jacobian *)object;
     int64_t total = jacobian->flow ? jacobian->flow->grid->total : 0;
-    PDI_ARRAY_UNINIT(owner, jacobian, frozen, 2 * PD_DIM * total, "1");
-    PDI_ARRAY_UNINIT(owner, jacobian, along, (3 * PD_DIM + 1) * total, "1");
+    PDI_ARRAY_UNINIT(owner, jacobian, packed_state, 2 * PD_DIM * total, "1");
+    PDI_ARRAY_UNINIT(owner, jacobian, packed_increment, (3 * PD_DIM + 1) * total, "1");
     PDI_ARRAY(owner, jacobian, divergence, total, "1/s");
 }
 
@@ -280,16 +281,16 @@ PDI_FN pd_status pdi_jacobian_build(pd_ctx *ctx, const pd_flow *flow, pd_jacobia
     memset(q, 0, sizeof *q);
     q->flow = flow;
     for (int d = 0; d < PD_DIM; d++) longest = pdi_max(longest, flow->grid->h[d]);
-    q->speed = pdi_jacobian_compute_unit(flow->speed);
+    q->speed = pdi_jacobian_compute_unit(flow->velocity_scale);
     q->length = pdi_jacobian_compute_unit(longest);
     PDI_TRY(pdi_array_registry_build(ctx, pdi_jacobian_list, q));
     for (int k = 0; k < s->count; k++) {
-        float *weight = q->weight + k * PDI_JACOBIAN_WEIGHTS;
+        float *weight = q->bond_weights + k * PDI_JACOBIAN_WEIGHTS;
         for (int d = 0; d < PD_DIM; d++) {
-            weight[d] = (float)(s->grad[k * PD_DIM + d] * q->length);
+            weight[d] = (float)(s->gradient_weight[k * PD_DIM + d] * q->length);
             weight[PD_DIM + d] = (float)(s->xi[k * PD_DIM + d] / q->length);
         }
-        weight[2 * PD_DIM] = (float)(s->lap[k] * q->length * q->length);
+        weight[2 * PD_DIM] = (float)(s->laplacian_weight[k] * q->length * q->length);
     }
     pdi_jacobian_update_friction_weights(q);
     return PD_OK;

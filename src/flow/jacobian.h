@@ -11,9 +11,10 @@
 typedef struct pd_jacobian {
     const pd_flow *flow;
     double speed, length; /* [m/s] [m] units of the packed values, powers of two */
-    float *weight;        /* [count][2*PD_DIM+2] [-] grad, xi, lap and friction of the bonds */
-    float *frozen;        /* [2*PD_DIM][total] [-] advecting and node velocity of the state */
-    float *along;         /* [3*PD_DIM+1][total] [-] advecting and node velocity, pressure gradient, pressure of step */
+    float *bond_weights;  /* [count][2*PD_DIM+2] [-] grad, xi, lap and friction of the bonds */
+    float *packed_state;  /* [2*PD_DIM][total] [-] advecting and node velocity of the state */
+    /* [3*PD_DIM+1][total] [-] advecting and node velocity, pressure gradient, pressure of step */
+    float *packed_increment;
     double *divergence;   /* [total] [1/s] divergence of the advecting velocity of the state */
 } pd_jacobian;
 

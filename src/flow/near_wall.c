@@ -50,7 +50,7 @@ static void pdi_near_wall_find_nodes(pdi_near_wall_fit_nodes *sight, int32_t nod
     for (int pass = 0; pass < 2; pass++) {
         int end = sight->count;
         for (int q = start; q < end; q++) {
-            int32_t row = bonds->row[sight->node[q]];
+            int32_t row = bonds->row_of_node[sight->node[q]];
             if (bonds->grid->kind[sight->node[q]] != PD_FLUID) continue;
             for (int k = 0; k < s->count; k++) {
                 int32_t far = sight->node[q] + bonds->paths.shift[k];
@@ -133,7 +133,7 @@ static int pdi_near_wall_compute_pressure_slope(const pdi_near_wall_fit_nodes *s
     *slope = flow->nu * 2.0 * right[0] * unit[0] / (h * h);
     double push[PD_DIM];
     memset(push, 0, sizeof push);
-    if (flow->push) flow->push(flow->push_user, sight->wall_point, push);
+    if (flow->body_force_fn) flow->body_force_fn(flow->body_force_user, sight->wall_point, push);
     for (int d = 0; d < PD_DIM; d++) *slope += sight->normal[d] * (flow->force[d] + push[d]);
     return 1;
 }
@@ -202,7 +202,8 @@ PDI_FN int pdi_near_wall_compute_shear(const pd_flow *flow, int32_t node, const 
         for (int e = 0; e < PD_DIM; e++) {
             int64_t of = (int64_t)e * grid->total + from;
             double bend =
-                (flow->grad[of] - pdi_flow_get_body_force(flow, e, pdi_grid_find_source(grid, from, NULL))) / flow->nu;
+                (flow->pressure_grad[of] - pdi_flow_get_body_force(flow, e, pdi_grid_find_source(grid, from, NULL))) /
+                flow->nu;
             double rest = flow->u[of] - wall[e] - 0.5 * bend * d * d;
             for (int a = 0; a < terms; a++) right[e][a] += term[a] * rest / (square * square);
         }

@@ -27,13 +27,13 @@ static pd_status pdi_quasi_steady_check_inflow(pd_ctx *ctx, const pd_quasi_stead
                         "horizon spans what lies between them and the outlets. Refine the grid, take a smaller m or "
                         "free cells",
                         q->time, taken, pushed);
-    if (!(q->steady->uneven <= q->steady->desc.tolerance * gross) && gross > 0.0)
+    if (!(q->steady->section_difference <= q->steady->desc.tolerance * gross) && gross > 0.0)
         return pdi_fail(ctx, PD_ERR_DIVERGED, "steady",
                         "the fluxes through sections of the flow at t = %g s differ by up to %.3g m3/s (2D: m2/s), "
                         "expected at most %g of the %.3g that enter, most of all at %s m. Loosen the tolerance or "
                         "refine the grid",
-                        q->time, q->steady->uneven, q->steady->desc.tolerance, gross,
-                        pdi_grid_format_position(q->flow->grid, q->steady->worst, place));
+                        q->time, q->steady->section_difference, q->steady->desc.tolerance, gross,
+                        pdi_grid_format_position(q->flow->grid, q->steady->worst_node, place));
     return PD_OK;
 }
 
@@ -59,7 +59,7 @@ static pd_status pdi_quasi_steady_fail_unsteady(pd_ctx *ctx, const pd_quasi_stea
 {
     const pd_steady_result *r = &q->result;
     char place[PDI_GRID_POSITION_LENGTH], accept[64], why[120];
-    double reached = r->excess * q->steady->desc.tolerance;
+    double reached = r->residual_over_tolerance * q->steady->desc.tolerance;
     accept[0] = '\0';
     if (reached < PDI_QUASI_STEADY_PROPOSED_TOLERANCE)
         snprintf(accept, sizeof accept, "; steady = %.1e accepts this one", 1.1 * reached);
@@ -68,19 +68,20 @@ static pd_status pdi_quasi_steady_fail_unsteady(pd_ctx *ctx, const pd_quasi_stea
     else
         snprintf(why, sizeof why,
                  "At Re = %.3g there may be no steady flow: time = implicit in [flow] shows how it moves",
-                 q->flow->speed * q->flow->length / q->flow->nu);
+                 q->flow->velocity_scale * q->flow->length_scale / q->flow->nu);
     return pdi_fail(ctx, PD_ERR_DIVERGED, "steady",
                     "the flow is not steady at t = %g s: after %d Newton steps the residuals are %.3g (momentum) and "
                     "%.3g (continuity), %.3g times what steady = %g allows, largest at %s m, and further steps do not "
                     "lower them. %s%s",
-                    q->time, r->newton, r->momentum, r->continuity, r->excess, q->steady->desc.tolerance,
-                    pdi_grid_format_position(q->flow->grid, q->steady->worst, place), why, accept);
+                    q->time, r->newton, r->momentum, r->continuity, r->residual_over_tolerance,
+                    q->steady->desc.tolerance, pdi_grid_format_position(q->flow->grid, q->steady->worst_node, place),
+                    why, accept);
 }
 
 /* Solves for the steady flow if it is out of date, and checks it. */
 static pd_status pdi_quasi_steady_update_flow(pd_ctx *ctx, pd_quasi_steady *q)
 {
-    if (!q->stale) return PD_OK;
+    if (!q->is_out_of_date) return PD_OK;
     pd_status status = pd_steady_solve(ctx, q->steady, &q->result);
     q->solves++;
     q->krylov += q->result.krylov;
@@ -89,8 +90,8 @@ static pd_status pdi_quasi_steady_update_flow(pd_ctx *ctx, pd_quasi_steady *q)
     if (status < 0) return status;
     if (status != PD_OK) return pdi_quasi_steady_fail_unsteady(ctx, q);
     PDI_TRY(pdi_quasi_steady_check_inflow(ctx, q));
-    q->stale = 0;
-    q->moved = 0.0;
+    q->is_out_of_date = 0;
+    q->boundary_change = 0.0;
     return PD_OK;
 }
 
@@ -102,8 +103,8 @@ static pd_status pdi_quasi_steady_set_time(pd_ctx *ctx, void *self, double t)
     double moved;
     q->time = t;
     PDI_TRY(pdi_flow_set_time(ctx, q->flow, t, 0.0, &moved));
-    q->moved += moved;
-    if (q->moved > q->steady->desc.tolerance) q->stale = 1;
+    q->boundary_change += moved;
+    if (q->boundary_change > q->steady->desc.tolerance) q->is_out_of_date = 1;
     return pdi_quasi_steady_update_flow(ctx, q);
 }
 
@@ -118,7 +119,7 @@ static pd_status pdi_quasi_steady_end(pd_ctx *ctx, void *self, double t)
 static pd_status pdi_quasi_steady_update_geometry(pd_ctx *ctx, void *self, const int32_t *converted, int32_t count)
 {
     pd_quasi_steady *q = (pd_quasi_steady *)self;
-    q->stale = 1;
+    q->is_out_of_date = 1;
     return pd_flow_update(ctx, converted, count, q->flow);
 }
 
@@ -131,8 +132,8 @@ static pd_status pdi_quasi_steady_store(pd_ctx *ctx, void *self, pd_archive *arc
     PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "flow solves", &q->solves, 1));
     PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "krylov of the flow", &q->krylov, 1));
     PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "evaluations of the flow", &q->evaluations, 1));
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "flow stale", &q->stale, 1));
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "flow moved", &q->moved, 1));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "flow stale", &q->is_out_of_date, 1));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "flow moved", &q->boundary_change, 1));
     PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "momentum residual", &q->result.momentum, 1));
     return PDI_ARCHIVE_ARRAY(ctx, archive, "continuity residual", &q->result.continuity, 1);
 }
@@ -144,13 +145,13 @@ pd_physics pd_quasi_steady_process(pd_flow *flow, pd_steady *steady, pd_quasi_st
     memset(q, 0, sizeof *q);
     q->flow = flow;
     q->steady = steady;
-    q->stale = 1;
+    q->is_out_of_date = 1;
     p.name = "steady flow";
     p.self = q;
-    p.start = p.at = pdi_quasi_steady_set_time;
+    p.start = p.solve_at = pdi_quasi_steady_set_time;
     p.finish = pdi_quasi_steady_end;
-    p.changed = pdi_quasi_steady_update_geometry;
-    p.store = pdi_quasi_steady_store;
+    p.nodes_converted = pdi_quasi_steady_update_geometry;
+    p.checkpoint = pdi_quasi_steady_store;
     return p;
 }
 

@@ -11,8 +11,8 @@ typedef struct pd_quasi_steady {
     pd_flow *flow;
     pd_steady *steady;
     pd_steady_result result; /* of the last solve */
-    int stale;               /* 1: geometry or boundary data have changed since: solve again */
-    double moved;            /* [-] accumulated change of the boundary data, see pdi_flow_set_time */
+    int is_out_of_date;      /* 1: geometry or boundary data have changed since: solve again */
+    double boundary_change;  /* [-] accumulated change of the boundary data, see pdi_flow_set_time */
     double time;             /* [s] of the boundary data */
     int64_t solves, krylov, evaluations;
 } pd_quasi_steady;

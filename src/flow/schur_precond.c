@@ -186,7 +186,7 @@ static double pdi_schur_precond_compute_checkerboard_symbol(const pd_stencil *st
     for (int k = 0; k < stencil->count; k++) {
         int parity = 0;
         for (int d = 0; d < PD_DIM; d++) parity += stencil->offset[k * PD_DIM + d];
-        if (parity % 2) sum += 2.0 * stencil->lap[k];
+        if (parity % 2) sum += 2.0 * stencil->laplacian_weight[k];
     }
     return sum;
 }
@@ -206,7 +206,7 @@ static void pdi_schur_precond_add_viscous_part(const pd_ctx *ctx, const pd_flow 
     const pd_grid *grid = flow->grid;
     const double *alternate = precond->grad;
     /* one over the weight of the pressure flux; the shift of a stage, which is part of it, is in q */
-    double rate = 1.0 / pdi_flow_get_pressure_flux_weight(flow) - (flow->now > 0.0 ? precond->shift : 0.0);
+    double rate = 1.0 / pdi_flow_get_pressure_flux_weight(flow) - (flow->stage_weight > 0.0 ? precond->shift : 0.0);
     double smooth = pdi_schur_precond_compute_smooth_viscosity(flow, rate);
     double more = rate / pdi_schur_precond_compute_checkerboard_symbol(flow->bonds->stencil) - smooth;
     int nt = pdi_par_threads(ctx, grid->total * 4);

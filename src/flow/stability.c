@@ -57,10 +57,10 @@ static void pdi_stability_compute_symbols(const pd_stencil *s, const double *k, 
         double phase = 0.0;
         for (int d = 0; d < PD_DIM; d++) phase += k[d] * s->offset[n * PD_DIM + d];
         double sine = sin(phase);
-        *laplacian += 2.0 * s->lap[n] * (1.0 - cos(phase));
+        *laplacian += 2.0 * s->laplacian_weight[n] * (1.0 - cos(phase));
         for (int d = 0; d < PD_DIM; d++) {
-            g[d] += 2.0 * s->grad[n * PD_DIM + d] * sine;
-            flux[d] += s->lap[n] * s->xi[n * PD_DIM + d] * sine;
+            g[d] += 2.0 * s->gradient_weight[n * PD_DIM + d] * sine;
+            flux[d] += s->laplacian_weight[n] * s->xi[n * PD_DIM + d] * sine;
         }
     }
     *diffusion = *laplacian;
@@ -105,8 +105,8 @@ static void pdi_stability_limit_by_streams(const pdi_stability_state *q, const d
 static void pdi_stability_get_wave_vector(const pd_stability *sp, int wave, double *k)
 {
     for (int d = 0; d < PD_DIM; d++) {
-        k[d] = PDI_PI * (wave % sp->along) / (sp->along - 1);
-        wave /= sp->along;
+        k[d] = PDI_PI * (wave % sp->waves_per_axis) / (sp->waves_per_axis - 1);
+        wave /= sp->waves_per_axis;
     }
 }
 
@@ -114,7 +114,7 @@ static void pdi_stability_get_wave_vector(const pd_stability *sp, int wave, doub
 static void pdi_stability_limit_by_refined_waves(const pd_stability *sp, const pdi_stability_state *q, double *k,
                                                  double *dt)
 {
-    double step = PDI_PI / (sp->along - 1), gradient[PD_DIM], laplacian, diffusion;
+    double step = PDI_PI / (sp->waves_per_axis - 1), gradient[PD_DIM], laplacian, diffusion;
     for (int level = 0; level < PDI_STABILITY_MAX_REFINEMENTS; level++) {
         step *= 0.5;
         for (int d = 0; d < PD_DIM; d++)
@@ -134,10 +134,11 @@ static double pdi_stability_limit_by_waves(const pd_stability *sp, const pdi_sta
     double dt, k[PD_DIM];
     int worst = 0;
     /* the region lies within 2.6 of the origin */
-    dt = 2.6 / (q->viscosity * sp->laplacian);
+    dt = 2.6 / (q->viscosity * sp->max_laplacian);
     for (int w = 0; w < sp->waves; w++) {
         double before = dt;
-        pdi_stability_limit_by_streams(q, sp->slope + (int64_t)w * PD_DIM, sp->spread[w], sp->stabilisation[w], &dt);
+        pdi_stability_limit_by_streams(q, sp->gradient_symbol + (int64_t)w * PD_DIM, sp->laplacian_symbol[w],
+                                       sp->diffusion_symbol[w], &dt);
         if (dt < before) worst = w;
     }
     pdi_stability_get_wave_vector(sp, worst, k);
@@ -156,8 +157,9 @@ static double pdi_stability_limit_by_norms(const pd_stability *sp, const pdi_sta
     speed = sqrt(speed);
     for (int a = 0; a <= PDI_STABILITY_ANGLES; a++) {
         double angle = 0.5 * PDI_PI * a / PDI_STABILITY_ANGLES, c = cos(angle), s = sin(angle);
-        double x = c * c * q->stabilisation * sp->laplacian + s * s * q->viscosity * (sp->laplacian + sp->wall);
-        double y = sp->gradient * (2.0 * s * c * q->sound_speed + speed);
+        double x = c * c * q->stabilisation * sp->max_laplacian +
+                   s * s * q->viscosity * (sp->max_laplacian + sp->wall_increase);
+        double y = sp->gradient_norm * (2.0 * s * c * q->sound_speed + speed);
         dt = pdi_min(dt, y > 0.0 ? PDI_STABILITY_IMAGINARY_LIMIT / y : HUGE_VAL);
         if (!(dt < HUGE_VAL)) dt = 2.6 / x;
         pdi_stability_limit_step(-x, y, &dt);
@@ -167,7 +169,8 @@ static double pdi_stability_limit_by_norms(const pd_stability *sp, const pdi_sta
 
 PDI_FN double pdi_stability_compute_limit(const pd_stability *sp, const pdi_stability_state *q)
 {
-    return PDI_STABILITY_SAFETY * (sp->cut ? pdi_stability_limit_by_norms(sp, q) : pdi_stability_limit_by_waves(sp, q));
+    return PDI_STABILITY_SAFETY *
+           (sp->has_cut_families ? pdi_stability_limit_by_norms(sp, q) : pdi_stability_limit_by_waves(sp, q));
 }
 
 /* ---- build ---- */
@@ -188,7 +191,7 @@ static void pdi_stability_apply_acoustic_operator(const pd_ctx *ctx, pdi_stabili
     pd_op_gradient(ctx, bonds, w->now, w->grad);
     for (int32_t r = 0; r < bonds->rows; r++)
         for (int d = 0; d < PD_DIM; d++)
-            w->grad[d * total + bonds->node[r]] *= pdi_max(1.0 - bonds->wall_curv[r], 0.0);
+            w->grad[d * total + bonds->node[r]] *= pdi_max(1.0 - bonds->wall_curvature[r], 0.0);
     pd_ghosts_set_vector(&bonds->ghosts, w->grad);
     pdi_flow_compute_advecting_velocity(ctx, w->flow, w->grad, NULL, w->advecting);
     pd_op_divergence(ctx, bonds, w->advecting, w->after);
@@ -278,7 +281,7 @@ static double pdi_stability_compute_wall_increase(const pd_bonds *bonds)
     double most = 0.0;
     for (int32_t r = 0; r < bonds->rows; r++) {
         const double *lap = pdi_bond_get_laplacian_weights(bonds, bonds->node[r]);
-        double more = bonds->wall_lap[r];
+        double more = bonds->wall_laplacian[r];
         for (int k = 0; k < bonds->stencil->count; k++)
             if (!pdi_bond_is_open(bonds, r, k)) more -= lap[k];
         most = pdi_max(most, more);
@@ -304,9 +307,9 @@ static double pdi_stability_compute_ring_bound(const pd_bonds *bonds)
 static void pdi_stability_list(pdi_array_visitor *owner, void *object)
 {
     pd_stability *spectrum = (pd_stability *)object;
-    PDI_ARRAY(owner, spectrum, slope, (int64_t)spectrum->waves * PD_DIM, "1/m");
-    PDI_ARRAY(owner, spectrum, spread, spectrum->waves, "1/m2");
-    PDI_ARRAY(owner, spectrum, stabilisation, spectrum->waves, "1/m2");
+    PDI_ARRAY(owner, spectrum, gradient_symbol, (int64_t)spectrum->waves * PD_DIM, "1/m");
+    PDI_ARRAY(owner, spectrum, laplacian_symbol, spectrum->waves, "1/m2");
+    PDI_ARRAY(owner, spectrum, diffusion_symbol, spectrum->waves, "1/m2");
 }
 
 PDI_FN pd_status pdi_stability_build(pd_ctx *ctx, const pd_flow *flow, pd_stability *sp)
@@ -314,21 +317,22 @@ PDI_FN pd_status pdi_stability_build(pd_ctx *ctx, const pd_flow *flow, pd_stabil
     const pd_stencil *s = flow->bonds->stencil;
     memset(sp, 0, sizeof *sp);
     sp->stencil = s;
-    sp->along = PDI_STABILITY_WAVES_PER_NODE * (s->reach + 1);
+    sp->waves_per_axis = PDI_STABILITY_WAVES_PER_NODE * (s->reach + 1);
     sp->waves = 1;
-    for (int d = 0; d < PD_DIM; d++) sp->waves *= sp->along;
-    sp->cut = flow->bonds->rows > 0 || flow->bonds->axisym.lap;
+    for (int d = 0; d < PD_DIM; d++) sp->waves *= sp->waves_per_axis;
+    sp->has_cut_families = flow->bonds->rows > 0 || flow->bonds->axisym.laplacian_weight;
     PDI_TRY(pdi_array_registry_build(ctx, pdi_stability_list, sp));
     for (int w = 0; w < sp->waves; w++) {
         double k[PD_DIM];
         pdi_stability_get_wave_vector(sp, w, k);
-        pdi_stability_compute_symbols(s, k, sp->slope + (int64_t)w * PD_DIM, &sp->spread[w], &sp->stabilisation[w]);
-        sp->laplacian = pdi_max(sp->laplacian, sp->spread[w]);
+        pdi_stability_compute_symbols(s, k, sp->gradient_symbol + (int64_t)w * PD_DIM, &sp->laplacian_symbol[w],
+                                      &sp->diffusion_symbol[w]);
+        sp->max_laplacian = pdi_max(sp->max_laplacian, sp->laplacian_symbol[w]);
     }
-    if (!sp->cut) return PD_OK;
-    if (flow->bonds->axisym.lap) sp->laplacian = pdi_stability_compute_ring_bound(flow->bonds);
-    sp->wall = pdi_stability_compute_wall_increase(flow->bonds);
-    return pdi_stability_estimate_gradient_norm(ctx, flow, &sp->gradient);
+    if (!sp->has_cut_families) return PD_OK;
+    if (flow->bonds->axisym.laplacian_weight) sp->max_laplacian = pdi_stability_compute_ring_bound(flow->bonds);
+    sp->wall_increase = pdi_stability_compute_wall_increase(flow->bonds);
+    return pdi_stability_estimate_gradient_norm(ctx, flow, &sp->gradient_norm);
 }
 
 PDI_FN void pdi_stability_free(pd_ctx *ctx, pd_stability *sp)

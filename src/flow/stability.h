@@ -9,14 +9,15 @@
 typedef struct pd_stability {
     const pd_stencil *stencil;
     int waves;        /* sampled wave vectors of the first octant */
-    int along;        /* wave numbers along an axis */
-    double *slope;    /* [waves][PD_DIM] [1/m] size of the symbol of the gradient */
-    double *spread;   /* [waves] [1/m2] symbol of -Laplacian */
-    double *stabilisation; /* [waves] [1/m2] symbol of the pressure flux over its weight (eq. 4.4) */
-    int cut;          /* 1: some families are cut by walls, or the lattice is axisymmetric: norms are used */
-    double laplacian; /* [1/m2] largest eigenvalue of -Laplacian without walls */
-    double wall;      /* [1/m2] by which walls raise it at most */
-    double gradient;  /* [1/m] norm of the gradient; 0: not needed, no cut families */
+    int waves_per_axis;       /* wave numbers along an axis */
+    double *gradient_symbol;  /* [waves][PD_DIM] [1/m] size of the symbol of the gradient */
+    double *laplacian_symbol; /* [waves] [1/m2] symbol of -Laplacian */
+    double *diffusion_symbol; /* [waves] [1/m2] symbol of the pressure flux over its weight (eq. 4.4) */
+    /* 1: some families are cut by walls, or the lattice is axisymmetric: norms are used */
+    int has_cut_families;
+    double max_laplacian; /* [1/m2] largest eigenvalue of -Laplacian without walls */
+    double wall_increase; /* [1/m2] by which walls raise it at most */
+    double gradient_norm; /* [1/m] norm of the gradient; 0: not needed, no cut families */
 } pd_stability;
 
 #ifdef PDI_INTERNAL

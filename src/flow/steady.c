@@ -45,10 +45,11 @@ static int64_t pdi_steady_count_unknowns(const pd_flow *flow) { return (int64_t)
  * of the velocity counts as its size over U in both residuals. */
 static double pdi_steady_get_momentum_scale(const pd_steady *s)
 {
-    return pdi_max(pdi_flow_get_momentum_scale(s->flow, s->flow->speed, s->flow->length), s->flow->speed * s->rate);
+    return pdi_max(pdi_flow_get_momentum_scale(s->flow, s->flow->velocity_scale, s->flow->length_scale),
+                   s->flow->velocity_scale * s->stage_rate);
 }
 /* Scale of the continuity residual, U/L [1/s] (eq. 4.8). */
-static double pdi_steady_get_continuity_scale(const pd_flow *flow) { return flow->speed / flow->length; }
+static double pdi_steady_get_continuity_scale(const pd_flow *flow) { return flow->velocity_scale / flow->length_scale; }
 
 /* Scales x [PD_DIM+1][total]: the momentum rows and the continuity row. */
 static void pdi_steady_apply_scales(const pd_ctx *ctx, const pd_flow *flow, double momentum, double continuity,
@@ -98,32 +99,32 @@ static void pdi_steady_apply_precond(pd_ctx *ctx, pd_steady *s, double *y, doubl
     pd_flow *flow = s->flow;
     int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
     const pd_ghosts *ghosts = &flow->bonds->ghosts;
-    double *dp = y + split, *q = s->boxed ? r : y;
+    double *dp = y + split, *q = s->is_fluid_box ? r : y;
     pdi_schur_precond precond;
     precond.poisson = &s->mg_p;
-    precond.darcy = &s->mg_seep;
-    precond.shift = s->shift;
+    precond.darcy = &s->mg_darcy;
+    precond.shift = s->pseudo_rate;
     precond.grad = s->advecting; /* both are written later */
-    precond.convective = flow->grad;
+    precond.convective = flow->pressure_grad;
     pdi_par_copy(ctx, split + total, y, r);
-    pdi_steady_apply_scales(ctx, flow, pdi_steady_get_momentum_scale(s) / s->weight,
+    pdi_steady_apply_scales(ctx, flow, pdi_steady_get_momentum_scale(s) / s->momentum_weight,
                             pdi_steady_get_continuity_scale(flow), r);
     if (pdi_steady_is_fully_factorised(flow->grid)) {
         pdi_steady_apply_velocity_inverse(ctx, s, r, y);
         pdi_steady_add_divergence(ctx, s, y, dp, r + split);
     }
     pdi_multigrid_cycle(ctx, &s->mg_p, r + split, q);
-    if (s->boxed) { /* du - G q */
+    if (s->is_fluid_box) { /* du - G q */
         pdi_ghosts_set_pressure(ghosts, 0.0, q);
-        pdi_flow_compute_pressure_gradient(ctx, flow, q, flow->grad);
-        pdi_par_axpy(ctx, split, -1.0, flow->grad, y);
+        pdi_flow_compute_pressure_gradient(ctx, flow, q, flow->pressure_grad);
+        pdi_par_axpy(ctx, split, -1.0, flow->pressure_grad, y);
         pdi_ghosts_set_zero(ghosts, PD_DIM, y);
     }
     pdi_schur_precond_apply(ctx, flow, &precond, r + split, q, dp);
     pdi_ghosts_set_pressure(ghosts, 0.0, dp);
-    pdi_flow_compute_pressure_gradient(ctx, flow, dp, flow->grad);
-    if (s->boxed) return;
-    pdi_par_axpy(ctx, split, -1.0, flow->grad, r);
+    pdi_flow_compute_pressure_gradient(ctx, flow, dp, flow->pressure_grad);
+    if (s->is_fluid_box) return;
+    pdi_par_axpy(ctx, split, -1.0, flow->pressure_grad, r);
     pdi_ghosts_set_zero(ghosts, PD_DIM, r); /* no part of the equations */
     pdi_steady_apply_velocity_inverse(ctx, s, r, y);
 }
@@ -136,21 +137,23 @@ static void pdi_steady_apply_jacobian(pd_ctx *ctx, pd_steady *s, double *du, dou
     int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
     pdi_jacobian_increment step;
     pdi_flow_update_velocity_ghosts(flow, 0, du);
-    if (flow->sharp.bonds)
-        pdi_fourth_order_compute_second_differences(ctx, &flow->sharp, NULL, NULL, du, flow->sharp.bend_step);
-    pdi_flow_compute_advecting_velocity(ctx, flow, du, flow->sharp.bend_step, s->advecting);
+    if (flow->fourth_order.bonds)
+        pdi_fourth_order_compute_second_differences(ctx, &flow->fourth_order, NULL, NULL, du,
+                                                    flow->fourth_order.second_increment);
+    pdi_flow_compute_advecting_velocity(ctx, flow, du, flow->fourth_order.second_increment, s->advecting);
     step.advecting = s->advecting;
     step.u = du;
     step.p = du + split;
-    step.grad = flow->grad;
+    step.grad = flow->pressure_grad;
     pdi_jacobian_apply(ctx, &s->jacobian, &step, y, y + split);
-    pdi_flow_add_fitted_wall(ctx, flow, du, du + split, flow->grad, 0, y);
+    pdi_flow_add_fitted_wall(ctx, flow, du, du + split, flow->pressure_grad, 0, y);
     pdi_flow_add_divergence_correction(ctx, flow, du, s->advecting, 0, 1.0, y + split);
-    pdi_flow_add_fourth_order(ctx, flow, du, s->advecting, flow->grad, y);
-    pdi_isotropic_stencil_add_row_corrections(ctx, &flow->isotropic, flow->isotropy * flow->nu, du, y);
-    if (s->shift > 0.0) pdi_par_axpy(ctx, split, s->shift, du, y);
+    pdi_flow_add_fourth_order(ctx, flow, du, s->advecting, flow->pressure_grad, y);
+    pdi_isotropic_stencil_add_row_corrections(ctx, &flow->isotropic_stencil, flow->isotropic_blending * flow->nu, du,
+                                              y);
+    if (s->pseudo_rate > 0.0) pdi_par_axpy(ctx, split, s->pseudo_rate, du, y);
     pdi_ghosts_set_zero(&flow->bonds->ghosts, PD_DIM, y);
-    pdi_steady_apply_scales(ctx, flow, s->weight / pdi_steady_get_momentum_scale(s),
+    pdi_steady_apply_scales(ctx, flow, s->momentum_weight / pdi_steady_get_momentum_scale(s),
                             1.0 / pdi_steady_get_continuity_scale(flow), y);
     flow->evaluations++;
 }
@@ -173,15 +176,15 @@ static pd_status pdi_steady_build_pressure_multigrid(pd_ctx *ctx, pd_steady *s, 
     pd_compact_operator *c = &s->compact;
     resting.numerical_diffusivity = resting.u = NULL;
     pdi_compact_operator_assemble(ctx, 1.0, media, &resting, 0.0, &pressure, c);
-    return pdi_multigrid_setup(ctx, mg, c->active, (const float *const *)c->conduct, NULL, c->wall, c->mass);
+    return pdi_multigrid_setup(ctx, mg, c->active, (const float *const *)c->conductance, NULL, c->dirichlet, c->mass);
 }
 
 /* Sets up the multigrid of the pressure Laplacian, once for each geometry. */
 static pd_status pdi_steady_update_poisson_multigrid(pd_ctx *ctx, pd_steady *s)
 {
-    if (s->poisson == s->flow->bonds->version) return PD_OK;
+    if (s->poisson_version == s->flow->bonds->version) return PD_OK;
     PDI_TRY(pdi_steady_build_pressure_multigrid(ctx, s, NULL, &s->mg_p));
-    s->poisson = s->flow->bonds->version;
+    s->poisson_version = s->flow->bonds->version;
     return PD_OK;
 }
 
@@ -195,13 +198,13 @@ static pd_status pdi_steady_build_multigrids(pd_ctx *ctx, pd_steady *s)
     pd_compact_operator *c = &s->compact;
     pd_bond_diffusivity seep;
     memset(&seep, 0, sizeof seep);
-    seep.at = s->advecting;
-    pdi_schur_precond_compute_mobility(ctx, s->flow, s->shift, seep.at);
-    pd_ghosts_set_scalar(&s->flow->bonds->ghosts, seep.at);
-    PDI_TRY(pdi_steady_build_pressure_multigrid(ctx, s, &seep, &s->mg_seep));
-    pdi_compact_operator_assemble(ctx, s->flow->nu, NULL, &moving, s->shift, &velocity, c);
-    PDI_TRY(pdi_multigrid_setup(ctx, &s->mg_u, c->active, (const float *const *)c->conduct,
-                                (const float *const *)c->flux, c->wall, c->mass));
+    seep.node_value = s->advecting;
+    pdi_schur_precond_compute_mobility(ctx, s->flow, s->pseudo_rate, seep.node_value);
+    pd_ghosts_set_scalar(&s->flow->bonds->ghosts, seep.node_value);
+    PDI_TRY(pdi_steady_build_pressure_multigrid(ctx, s, &seep, &s->mg_darcy));
+    pdi_compact_operator_assemble(ctx, s->flow->nu, NULL, &moving, s->pseudo_rate, &velocity, c);
+    PDI_TRY(pdi_multigrid_setup(ctx, &s->mg_u, c->active, (const float *const *)c->conductance,
+                                (const float *const *)c->flux, c->dirichlet, c->mass));
     return pdi_steady_update_poisson_multigrid(ctx, s);
 }
 
@@ -233,7 +236,7 @@ static pd_status pdi_steady_apply_with_coefficients(pd_ctx *ctx, pd_steady *s,
 /* Sets up the preconditioner for the pseudo time rate shift [1/s]. */
 static pd_status pdi_steady_update_precond(pd_ctx *ctx, pd_steady *s, double shift)
 {
-    s->shift = shift;
+    s->pseudo_rate = shift;
     s->prepared = 0;
     PDI_TRY(pdi_steady_apply_with_coefficients(ctx, s, pdi_steady_try_build_multigrids));
     s->prepared = 1;
@@ -248,7 +251,7 @@ static void pdi_steady_compute_residual_norms(const pd_ctx *ctx, const pd_steady
     int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
     double momentum = pdi_par_max_abs(ctx, split, s->residual);
     double continuity = pdi_par_max_abs(ctx, total, s->residual + split);
-    result->excess = pdi_max(momentum, continuity) / s->desc.tolerance;
+    result->residual_over_tolerance = pdi_max(momentum, continuity) / s->desc.tolerance;
     result->momentum = momentum * (pdi_steady_get_momentum_scale(s) / pdi_flow_get_momentum_scale(flow, speed, length));
     result->continuity = continuity * (pdi_steady_get_continuity_scale(flow) / (speed / length));
 }
@@ -260,16 +263,17 @@ static double pdi_steady_assemble_residual(pd_ctx *ctx, pd_steady *s, pd_steady_
     int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
     double *r = s->residual;
     pdi_flow_assemble_residual(ctx, flow, r, r + split);
-    if (s->rate > 0.0) {
-        pdi_par_axpy(ctx, split, s->rate, flow->u, r);
-        pdi_par_axpy(ctx, split, -s->rate, s->target, r);
+    if (s->stage_rate > 0.0) {
+        pdi_par_axpy(ctx, split, s->stage_rate, flow->u, r);
+        pdi_par_axpy(ctx, split, -s->stage_rate, s->stage_target, r);
         pdi_ghosts_set_zero(&flow->bonds->ghosts, PD_DIM, r); /* inlets hold a velocity, and have no equation */
     }
     pdi_steady_apply_scales(ctx, flow, 1.0 / pdi_steady_get_momentum_scale(s),
                             1.0 / pdi_steady_get_continuity_scale(flow), r);
     pdi_steady_compute_residual_norms(ctx, s, result);
     double continuity = pdi_par_dot(ctx, total, r + split, r + split);
-    return sqrt(s->weight * s->weight * pdi_par_dot(ctx, split, r, r) + continuity); /* not hypot: see krylov.c */
+    /* not hypot: see krylov.c */
+    return sqrt(s->momentum_weight * s->momentum_weight * pdi_par_dot(ctx, split, r, r) + continuity);
 }
 
 /* Largest velocity component of fluid and inlets [m/s]; other ghosts may be out of date. s->step is work. */
@@ -277,13 +281,15 @@ static double pdi_steady_compute_max_speed(const pd_ctx *ctx, const pd_steady *s
 {
     const pd_flow *flow = s->flow;
     const uint8_t *kind = flow->grid->kind;
-    int64_t total = flow->grid->total, held = flow->held ? (int64_t)PD_DIM * flow->inlets : 0;
+    int64_t total = flow->grid->total, held = flow->inlet_velocity ? (int64_t)PD_DIM * flow->inlet_ghosts : 0;
     int nt = pdi_par_threads(ctx, PD_DIM * total);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int64_t i = 0; i < total; i++)
-        for (int d = 0; d < PD_DIM; d++) s->step[d * total + i] = kind[i] == PD_FLUID ? flow->u[d * total + i] : 0.0;
-    return pdi_max(pdi_par_max_abs(ctx, PD_DIM * total, s->step), pdi_par_max_abs(ctx, held, flow->held));
+        for (int d = 0; d < PD_DIM; d++)
+            s->newton_step[d * total + i] = kind[i] == PD_FLUID ? flow->u[d * total + i] : 0.0;
+    return pdi_max(pdi_par_max_abs(ctx, PD_DIM * total, s->newton_step),
+                   pdi_par_max_abs(ctx, held, flow->inlet_velocity));
 }
 
 /* Weight of the momentum residual in norms that keeps both off-diagonal blocks of the preconditioned matrix of one size
@@ -293,16 +299,16 @@ static void pdi_steady_compute_momentum_weight(pd_ctx *ctx, pd_steady *s)
     const pd_flow *flow = s->flow;
     const pd_grid *grid = flow->grid;
     double speed = pdi_steady_compute_max_speed(ctx, s), far = 0.0, near = HUGE_VAL;
-    pdi_schur_precond_compute_mobility(ctx, flow, s->rate, s->advecting);
+    pdi_schur_precond_compute_mobility(ctx, flow, s->stage_rate, s->advecting);
     double mobility = pdi_par_max_abs(ctx, grid->total, s->advecting);
     for (int d = 0; d < PD_DIM; d++) {
         far = pdi_max(far, grid->n[d] * grid->h[d]);
         near = pdi_min(near, grid->h[d]);
     }
-    s->weight = 1.0;
+    s->momentum_weight = 1.0;
     if (!(mobility > 0.0)) return;
     double slow = sqrt((flow->nu / near + far / mobility) / (0.5 * sqrt(mobility / flow->nu)));
-    s->weight = pdi_steady_get_momentum_scale(s) / pdi_steady_get_continuity_scale(flow) / (speed + slow);
+    s->momentum_weight = pdi_steady_get_momentum_scale(s) / pdi_steady_get_continuity_scale(flow) / (speed + slow);
 }
 
 /* Adds factor times the Newton step to velocity and pressure. */
@@ -310,8 +316,8 @@ static void pdi_steady_update_state(const pd_ctx *ctx, pd_steady *s, double fact
 {
     pd_flow *flow = s->flow;
     int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
-    pdi_par_axpy(ctx, split, factor, s->step, flow->u);
-    pdi_par_axpy(ctx, total, factor, s->step + split, flow->p);
+    pdi_par_axpy(ctx, split, factor, s->newton_step, flow->u);
+    pdi_par_axpy(ctx, total, factor, s->newton_step + split, flow->p);
 }
 
 PDI_COLD_BEGIN
@@ -319,8 +325,8 @@ PDI_FN void pdi_steady_list(pdi_array_visitor *owner, void *object)
 {
     pd_steady *steady = (pd_steady *)object;
     int64_t total = steady->flow ? steady->flow->grid->total : 0;
-    PDI_ARRAY_STATE(owner, steady, potential, total, "m2/s");
-    PDI_SCALAR_STATE(owner, steady, norm0, "1");
+    PDI_ARRAY_STATE(owner, steady, divergence_potential, total, "m2/s");
+    PDI_SCALAR_STATE(owner, steady, reference_norm, "1");
 }
 
 /* Lists the scratch arrays of one solve. */
@@ -329,48 +335,48 @@ static void pdi_steady_list_work(pdi_array_visitor *owner, void *object)
     pd_steady *steady = (pd_steady *)object;
     int64_t total = steady->flow->grid->total;
     PDI_ARRAY(owner, steady, residual, (PD_DIM + 1) * total, "1");
-    PDI_ARRAY(owner, steady, step, (PD_DIM + 1) * total, "");
+    PDI_ARRAY(owner, steady, newton_step, (PD_DIM + 1) * total, "");
     if (steady->flow->order == 4) PDI_ARRAY(owner, steady, advecting, PD_DIM * total, "m/s");
     pdi_jacobian_list_work(owner, &steady->jacobian);
     pdi_multigrid_list(owner, &steady->mg_u);
     pdi_multigrid_list(owner, &steady->mg_p);
-    pdi_multigrid_list(owner, &steady->mg_seep);
+    pdi_multigrid_list(owner, &steady->mg_darcy);
 }
 
-PDI_FN pd_arena *pdi_steady_get_arena(pd_steady *s) { return s->desc.arena ? s->desc.arena : &s->own; }
+PDI_FN pd_arena *pdi_steady_get_arena(pd_steady *s) { return s->desc.arena ? s->desc.arena : &s->own_arena; }
 
 /* Options of GMRES for Newton steps. */
 static void pdi_steady_init_newton_krylov(pd_steady *s, pd_krylov_desc *kd)
 {
     memset(kd, 0, sizeof *kd);
-    kd->of = "flow";
+    kd->equations = "flow";
     kd->n = pdi_steady_count_unknowns(s->flow);
-    kd->spans = &s->flow->bonds->spans;
+    kd->spans = &s->flow->bonds->active_ranges;
     kd->components = PD_DIM + 1;
     kd->restart = s->desc.restart;
-    kd->most = s->desc.max_krylov / s->desc.restart * s->desc.restart;
+    kd->max_vectors = s->desc.max_krylov / s->desc.restart * s->desc.restart;
     kd->arena = pdi_steady_get_arena(s);
     kd->max_iterations = s->desc.max_krylov;
-    kd->least = PDI_STEADY_MIN_BASIS;
-    kd->zero_guess = kd->lean = kd->trusting = 1; /* Newton's residual shows what it has come to */
+    kd->initial_vectors = PDI_STEADY_MIN_BASIS;
+    kd->zero_guess = kd->low_memory = kd->skip_true_residual = 1; /* Newton's residual shows what it has come to */
     /* stages ask for four digits, steps for three; on stretched spacings the solver needs all that it can get */
-    kd->compressed =
-        s->timed || pdi_compact_operator_is_stretched(s->flow->grid->h) ? PD_KRYLOV_SINGLE : PD_KRYLOV_INT16;
+    kd->basis_precision =
+        s->solves_stages || pdi_compact_operator_is_stretched(s->flow->grid->h) ? PD_KRYLOV_SINGLE : PD_KRYLOV_INT16;
 }
 
 /* Options of GMRES for the potential. */
 static void pdi_steady_init_potential_krylov(const pd_steady *s, pd_krylov_desc *kd)
 {
     memset(kd, 0, sizeof *kd);
-    kd->of = "flow";
+    kd->equations = "flow";
     kd->n = s->flow->grid->total;
-    kd->spans = &s->flow->bonds->spans;
+    kd->spans = &s->flow->bonds->active_ranges;
     kd->components = 1;
     kd->restart = PDI_STEADY_POTENTIAL_RESTART;
     kd->max_iterations = PDI_STEADY_POTENTIAL_MAX_ITERATIONS;
     kd->rtol = PDI_STEADY_POTENTIAL_RTOL;
-    kd->zero_guess = kd->lean = 1;
-    kd->compressed = PD_KRYLOV_SINGLE;
+    kd->zero_guess = kd->low_memory = 1;
+    kd->basis_precision = PD_KRYLOV_SINGLE;
 }
 
 /* Options of the multigrids. */
@@ -389,17 +395,17 @@ PDI_FN pd_status pdi_steady_plan(pd_ctx *ctx, pd_steady *s)
     pdi_steady_init_newton_krylov(s, &kd);
     pdi_steady_init_multigrid(s, &md);
     pdi_compact_operator_init(s->flow->grid, 1, &s->compact);
-    md.guest = 1;
+    md.caller_fields = 1;
     PDI_TRY(pdi_multigrid_init(ctx, &md, &s->mg_u));
     md.symmetric = 1;
-    md.guest = 0;
+    md.caller_fields = 0;
     md.host = &s->mg_u;
     PDI_TRY(pdi_multigrid_init(ctx, &md, &s->mg_p));
-    PDI_TRY(pdi_multigrid_init(ctx, &md, &s->mg_seep));
+    PDI_TRY(pdi_multigrid_init(ctx, &md, &s->mg_darcy));
     s->jacobian.flow = s->flow;
     PDI_TRY(pdi_krylov_init(ctx, &kd, &s->krylov));
     pdi_steady_init_potential_krylov(s, &kd);
-    return pdi_krylov_init(ctx, &kd, &s->even);
+    return pdi_krylov_init(ctx, &kd, &s->potential_krylov);
 }
 
 PDI_FN size_t pdi_steady_count_work_bytes(pd_steady *s)
@@ -407,7 +413,7 @@ PDI_FN size_t pdi_steady_count_work_bytes(pd_steady *s)
     size_t setup = pdi_arena_count_bytes(pdi_steady_list_coefficients, &s->compact) +
                    pdi_arena_count_bytes(pdi_multigrid_setup_list, &s->mg_u);
     size_t linear = pdi_arena_count_bytes(pdi_krylov_list, &s->krylov),
-           even = pdi_arena_count_bytes(pdi_krylov_list, &s->even);
+           even = pdi_arena_count_bytes(pdi_krylov_list, &s->potential_krylov);
     if (linear < even) linear = even;
     return pdi_arena_count_bytes(pdi_steady_list_work, s) + (setup > linear ? setup : linear);
 }
@@ -416,10 +422,11 @@ PDI_FN size_t pdi_steady_count_work_bytes(pd_steady *s)
 static void pdi_steady_set_order(pd_flow *flow)
 {
     if (flow->order != PD_FLOW_ORDER_AUTO) return;
-    flow->order = pdi_fourth_order_is_efficient(flow->bonds, flow->speed / flow->nu, flow->length) ? 4 : 2;
+    flow->order =
+        pdi_fourth_order_is_efficient(flow->bonds, flow->velocity_scale / flow->nu, flow->length_scale) ? 4 : 2;
     if (flow->order == 2) return;
-    memset(&flow->isotropic, 0, sizeof flow->isotropic);
-    flow->isotropy = 0.0;
+    memset(&flow->isotropic_stencil, 0, sizeof flow->isotropic_stencil);
+    flow->isotropic_blending = 0.0;
 }
 
 /* Inner part of the build: checks desc and prepares the solvers. The caller frees after an error. */
@@ -436,13 +443,14 @@ static pd_status pdi_steady_try_build(pd_ctx *ctx, pd_flow *flow, const pd_stead
     pd_krylov_desc kd;
     PDI_TRY(pdi_flow_set_inlets_on_side(ctx, flow));
     pdi_steady_set_order(flow);
-    s->boxed = pdi_fourth_order_is_fluid_box(flow->grid) && pdi_steady_is_fully_factorised(flow->grid);
-    if (flow->order == 4 && !flow->sharp.bonds) PDI_TRY(pdi_fourth_order_build(ctx, flow->bonds, &flow->sharp));
+    s->is_fluid_box = pdi_fourth_order_is_fluid_box(flow->grid) && pdi_steady_is_fully_factorised(flow->grid);
+    if (flow->order == 4 && !flow->fourth_order.bonds)
+        PDI_TRY(pdi_fourth_order_build(ctx, flow->bonds, &flow->fourth_order));
     PDI_TRY(pdi_steady_plan(ctx, s));
     pdi_steady_init_newton_krylov(s, &kd);
     PDI_TRY(pdi_krylov_build_unallocated(ctx, &kd, &s->krylov));
     pdi_steady_init_potential_krylov(s, &kd);
-    PDI_TRY(pdi_krylov_build_unallocated(ctx, &kd, &s->even));
+    PDI_TRY(pdi_krylov_build_unallocated(ctx, &kd, &s->potential_krylov));
     PDI_TRY(pdi_jacobian_build(ctx, flow, &s->jacobian));
     PDI_TRY(pdi_array_registry_build(ctx, pdi_steady_list, s));
     return pdi_arena_reserve(ctx, pdi_steady_get_arena(s), pdi_steady_count_work_bytes(s));
@@ -459,8 +467,8 @@ PDI_COLD_END
 PDI_FN pd_status pdi_steady_build_stages(pd_ctx *ctx, pd_steady *s, size_t more)
 {
     pd_krylov_desc kd;
-    if (s->timed) return PD_OK;
-    s->timed = 1;
+    if (s->solves_stages) return PD_OK;
+    s->solves_stages = 1;
     pdi_steady_init_newton_krylov(s, &kd);
     pdi_krylov_free(ctx, &s->krylov);
     PDI_TRY(pdi_krylov_build_unallocated(ctx, &kd, &s->krylov));
@@ -470,17 +478,17 @@ PDI_FN pd_status pdi_steady_build_stages(pd_ctx *ctx, pd_steady *s, size_t more)
 /* ---- scratch memory ---- */
 PDI_FN pd_status pdi_steady_begin_solves(pd_ctx *ctx, pd_steady *s)
 {
-    if (!s->held) {
+    if (!s->nesting) {
         PDI_TRY(pdi_arena_acquire(ctx, pdi_steady_get_arena(s), pdi_steady_list_work, s));
         if (s->flow->order != 4) s->advecting = s->flow->advecting;
-        s->mg_u.fields = s->jacobian.along; /* cycles and products take turns */
-        s->poisson = 0;
+        s->mg_u.fields = s->jacobian.packed_increment; /* cycles and products take turns */
+        s->poisson_version = 0;
         s->prepared = 0;
         pdi_multigrid_set_pointers(&s->mg_u);
         pdi_multigrid_set_pointers(&s->mg_p);
-        pdi_multigrid_set_pointers(&s->mg_seep);
+        pdi_multigrid_set_pointers(&s->mg_darcy);
     }
-    s->held++;
+    s->nesting++;
     return PD_OK;
 }
 
@@ -499,9 +507,9 @@ static int32_t pdi_steady_find_worst_node(const pd_steady *s)
 
 PDI_FN pd_status pdi_steady_end_solves(pd_ctx *ctx, pd_steady *s, pd_status status)
 {
-    if (--s->held) return status;
-    s->worst = pdi_steady_find_worst_node(s);
-    pdi_multigrid_clear_pointers(&s->mg_seep);
+    if (--s->nesting) return status;
+    s->worst_node = pdi_steady_find_worst_node(s);
+    pdi_multigrid_clear_pointers(&s->mg_darcy);
     pdi_multigrid_clear_pointers(&s->mg_p);
     pdi_multigrid_clear_pointers(&s->mg_u);
     if (s->flow->order != 4) s->advecting = NULL;
@@ -520,7 +528,8 @@ static pd_status pdi_steady_solve_linear(pd_ctx *ctx, pd_steady *s, pd_krylov *k
     user.ctx = ctx;
     user.steady = s;
     PDI_TRY(pdi_arena_acquire(ctx, arena, pdi_krylov_list, krylov));
-    pd_status status = pdi_krylov_solve(ctx, krylov, apply, precond, &user, s->residual + at, s->step + at, linear);
+    pd_status status =
+        pdi_krylov_solve(ctx, krylov, apply, precond, &user, s->residual + at, s->newton_step + at, linear);
     return pdi_arena_release(ctx, arena, pdi_krylov_list, krylov, status);
 }
 
@@ -530,11 +539,11 @@ static pd_status pdi_steady_solve_newton_step(pd_ctx *ctx, pd_steady *s, double 
                                               int *effort)
 {
     pd_krylov_result linear;
-    pdi_steady_apply_scales(ctx, s->flow, -s->weight, -1.0, s->residual);
+    pdi_steady_apply_scales(ctx, s->flow, -s->momentum_weight, -1.0, s->residual);
     s->krylov.desc.rtol = forcing;
     PDI_TRY(pdi_steady_solve_linear(ctx, s, &s->krylov, 0, pdi_steady_apply_preconditioned_jacobian, NULL, &linear));
-    pdi_steady_apply_precond(ctx, s, s->step, s->residual);
-    pdi_ghosts_set_zero(&s->flow->bonds->ghosts, PD_DIM, s->step); /* the preconditioner leaves its work there */
+    pdi_steady_apply_precond(ctx, s, s->newton_step, s->residual);
+    pdi_ghosts_set_zero(&s->flow->bonds->ghosts, PD_DIM, s->newton_step); /* the preconditioner leaves its work there */
     *effort = linear.converged ? linear.iterations : s->desc.max_krylov + 1;
     result->krylov += linear.iterations;
     result->newton++;
@@ -573,7 +582,7 @@ static double pdi_steady_compute_max_volume(const pd_flow *flow)
 static pd_status pdi_steady_solve_divergence_potential(pd_ctx *ctx, pd_steady *s)
 {
     pd_krylov_result linear;
-    pd_krylov *k = &s->even;
+    pd_krylov *k = &s->potential_krylov;
     pd_flow *flow = s->flow;
     int32_t total = flow->grid->total;
     int64_t split = (int64_t)PD_DIM * total;
@@ -587,19 +596,20 @@ static pd_status pdi_steady_solve_divergence_potential(pd_ctx *ctx, pd_steady *s
     if (status > 0) status = pdi_steady_solve_linear(ctx, s, k, PD_DIM, pdi_steady_apply_laplacian, NULL, &linear);
     if (status < 0) return status;
     pdi_flow_update_derived_fields(ctx, flow); /* its advecting velocity was work */
-    s->uneven = linear.residual * sqrt((double)flow->grid->fluid_count) * pdi_steady_compute_max_volume(flow);
-    pdi_par_copy(ctx, total, s->step + split, s->potential);
-    pdi_ghosts_set_potential(&flow->bonds->ghosts, s->potential);
-    flow->potential = s->potential;
+    s->section_difference =
+        linear.residual * sqrt((double)flow->grid->fluid_count) * pdi_steady_compute_max_volume(flow);
+    pdi_par_copy(ctx, total, s->newton_step + split, s->divergence_potential);
+    pdi_ghosts_set_potential(&flow->bonds->ghosts, s->divergence_potential);
+    flow->divergence_potential = s->divergence_potential;
     return PD_OK;
 }
 
 PDI_FN pd_status pdi_steady_update_divergence_potential(pd_ctx *ctx, pd_steady *s)
 {
     pd_steady_result result;
-    if (!s->flow->even) { /* no smooth surfaces are left: an old potential would be wrong */
-        if (s->flow->potential) pdi_par_zero(ctx, s->flow->grid->total, s->potential);
-        s->flow->potential = NULL;
+    if (!s->flow->uses_axis_divergence) { /* no smooth surfaces are left: an old potential would be wrong */
+        if (s->flow->divergence_potential) pdi_par_zero(ctx, s->flow->grid->total, s->divergence_potential);
+        s->flow->divergence_potential = NULL;
         return PD_OK;
     }
     memset(&result, 0, sizeof result);
@@ -637,12 +647,12 @@ static double pdi_steady_try_shorter_steps(pd_ctx *ctx, pd_steady *s, double nor
 static double pdi_steady_compute_nonlinearity(const pd_ctx *ctx, const pd_steady *s)
 {
     int64_t size = pdi_steady_count_unknowns(s->flow), split = size - s->flow->grid->total;
-    double rate = s->shift / pdi_steady_get_momentum_scale(s);
+    double rate = s->pseudo_rate / pdi_steady_get_momentum_scale(s);
     double momentum = pdi_par_dot(ctx, split, s->residual, s->residual) +
-                      2.0 * rate * pdi_par_dot(ctx, split, s->residual, s->step) +
-                      rate * rate * pdi_par_dot(ctx, split, s->step, s->step);
+                      2.0 * rate * pdi_par_dot(ctx, split, s->residual, s->newton_step) +
+                      rate * rate * pdi_par_dot(ctx, split, s->newton_step, s->newton_step);
     double continuity = pdi_par_dot(ctx, size - split, s->residual + split, s->residual + split);
-    return sqrt(pdi_max(s->weight * s->weight * momentum, 0.0) + continuity);
+    return sqrt(pdi_max(s->momentum_weight * s->momentum_weight * momentum, 0.0) + continuity);
 }
 
 /* One Newton step of pseudo time continuation by switched evolution relaxation: the pseudo time step grows as the
@@ -655,7 +665,7 @@ static pd_status pdi_steady_solve_pseudo_time_step(pd_ctx *ctx, pd_steady *s, pd
     pdi_jacobian_set_state(ctx, &s->jacobian);
     PDI_TRY(pdi_steady_update_precond(ctx, s,
                                       PDI_STEADY_FIRST_RATE * path->boost * pdi_steady_get_continuity_scale(s->flow) *
-                                          sqrt(norm / s->norm0)));
+                                          sqrt(norm / s->reference_norm)));
     PDI_TRY(pdi_steady_solve_newton_step(ctx, s, path->forcing, result, &effort));
     path->residual_norm = pdi_steady_assemble_residual(ctx, s, result);
     double bend = pdi_min(pdi_steady_compute_nonlinearity(ctx, s), path->residual_norm) / norm;
@@ -673,7 +683,7 @@ static pd_status pdi_steady_solve_pseudo_time_step(pd_ctx *ctx, pd_steady *s, pd
     if (!taken) return PD_OK;
     /* the last linear solve need not be better than the tolerance */
     path->forcing = pdi_max(pdi_krylov_forcing(path->residual_norm / norm),
-                            PDI_STEADY_FINAL_FORCING / pdi_max(result->excess, 1.0));
+                            PDI_STEADY_FINAL_FORCING / pdi_max(result->residual_over_tolerance, 1.0));
     path->forcing = pdi_min(PDI_KRYLOV_FORCING_MAX, path->forcing);
     return PD_OK;
 }
@@ -687,10 +697,10 @@ static pd_status pdi_steady_solve_steady_state(pd_ctx *ctx, pd_steady *s, pd_ste
     pdi_steady_compute_momentum_weight(ctx, s);
     memset(&path, 0, sizeof path);
     path.residual_norm = path.best_norm = pdi_steady_assemble_residual(ctx, s, result);
-    path.boost = path.min_boost = s->norm0 > 0.0 ? PDI_STEADY_FIRST_RATE_AGAIN : 1.0;
+    path.boost = path.min_boost = s->reference_norm > 0.0 ? PDI_STEADY_FIRST_RATE_AGAIN : 1.0;
     path.forcing = 0.1;
-    s->norm0 = pdi_max(s->norm0, path.residual_norm);
-    while (status == PD_OK && result->excess > 1.0) {
+    s->reference_norm = pdi_max(s->reference_norm, path.residual_norm);
+    while (status == PD_OK && result->residual_over_tolerance > 1.0) {
         if (path.stalled_steps > PDI_STEADY_MAX_STALLED || path.boost > PDI_STEADY_MAX_BOOST ||
             (s->desc.max_newton > 0 && result->newton >= s->desc.max_newton))
             status = PD_NOT_CONVERGED;
@@ -710,13 +720,13 @@ static pd_status pdi_steady_solve_steady_state(pd_ctx *ctx, pd_steady *s, pd_ste
 pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
 {
     pd_flow *flow = s->flow;
-    double *impulse = flow->impulse;
+    double *impulse = flow->pressure_impulse;
     memset(result, 0, sizeof *result);
     PDI_TRY(pdi_flow_find_surface_patches(ctx, flow));
     PDI_TRY(pdi_steady_begin_solves(ctx, s));
-    flow->impulse = NULL;
+    flow->pressure_impulse = NULL;
     pd_status status = pdi_steady_end_solves(ctx, s, pdi_steady_solve_steady_state(ctx, s, result));
-    flow->impulse = impulse;
+    flow->pressure_impulse = impulse;
     if (!impulse) return status;
     pdi_pressure_impulse_update(flow, 0.0, flow->stabilisation);
     pdi_pressure_impulse_update_flux(ctx, flow, 1.0, 0.0);
@@ -726,7 +736,7 @@ pd_status pd_steady_solve(pd_ctx *ctx, pd_steady *s, pd_steady_result *result)
 /* 1: the preconditioner is set up for the rate of the stage. */
 static int pdi_steady_is_prepared(const pd_steady *s)
 {
-    return s->prepared && !(s->shift < s->rate) && !(s->shift > s->rate);
+    return s->prepared && !(s->pseudo_rate < s->stage_rate) && !(s->pseudo_rate > s->stage_rate);
 }
 
 /* Newton iterations of a stage, with rate and target in s. */
@@ -739,7 +749,7 @@ static pd_status pdi_steady_solve_stage_newton(pd_ctx *ctx, pd_steady *s, double
     pdi_steady_compute_momentum_weight(ctx, s);
     for (;;) {
         double norm = pdi_steady_assemble_residual(ctx, s, result);
-        double excess = result->excess * (s->desc.tolerance / tolerance);
+        double excess = result->residual_over_tolerance * (s->desc.tolerance / tolerance);
         result->evaluations = flow->evaluations - start;
         result->converged = excess <= 1.0;
         if (result->converged || !(norm < before) || result->newton >= PDI_STEADY_STAGE_MAX_NEWTON) break;
@@ -747,7 +757,7 @@ static pd_status pdi_steady_solve_stage_newton(pd_ctx *ctx, pd_steady *s, double
         before = norm;
         double forcing = pdi_min(PDI_STEADY_STAGE_FORCING, pdi_max(1e-4, PDI_STEADY_STAGE_FINAL_FORCING / excess));
         pdi_jacobian_set_state(ctx, &s->jacobian);
-        if (!pdi_steady_is_prepared(s)) status = pdi_steady_update_precond(ctx, s, s->rate);
+        if (!pdi_steady_is_prepared(s)) status = pdi_steady_update_precond(ctx, s, s->stage_rate);
         if (status < 0) break;
         status = pdi_steady_solve_newton_step(ctx, s, forcing, result, &effort);
         if (status < 0) break;
@@ -762,20 +772,20 @@ PDI_FN pd_status pdi_steady_solve_stage(pd_ctx *ctx, pd_steady *s, double rate, 
     memset(result, 0, sizeof *result);
     PDI_TRY(pdi_flow_find_surface_patches(ctx, s->flow));
     PDI_TRY(pdi_steady_begin_solves(ctx, s));
-    s->rate = rate;
-    s->target = target;
+    s->stage_rate = rate;
+    s->stage_target = target;
     pd_status status = pdi_steady_solve_stage_newton(ctx, s, tolerance, result);
-    s->rate = 0.0;
-    s->target = NULL;
+    s->stage_rate = 0.0;
+    s->stage_target = NULL;
     return pdi_steady_end_solves(ctx, s, status);
 }
 
 PDI_COLD_BEGIN
 PDI_FN pd_status pdi_steady_store(pd_ctx *ctx, pd_steady *s, pd_archive *archive)
 {
-    if (archive->reading) s->flow->potential = s->potential;
+    if (archive->is_reading) s->flow->divergence_potential = s->divergence_potential;
     PDI_TRY(pdi_array_registry_store(ctx, pdi_steady_list, s, archive));
-    if (!archive->reading) return PD_OK;
+    if (!archive->is_reading) return PD_OK;
     PDI_TRY(pdi_flow_find_surface_patches(ctx, s->flow));
     pdi_flow_update_derived_fields(ctx, s->flow);
     return PD_OK;
@@ -785,13 +795,13 @@ void pd_steady_free(pd_ctx *ctx, pd_steady *s)
 {
     pdi_multigrid_free(ctx, &s->mg_u);
     pdi_multigrid_free(ctx, &s->mg_p);
-    pdi_multigrid_free(ctx, &s->mg_seep);
+    pdi_multigrid_free(ctx, &s->mg_darcy);
     pdi_krylov_free(ctx, &s->krylov);
-    pdi_krylov_free(ctx, &s->even);
+    pdi_krylov_free(ctx, &s->potential_krylov);
     pdi_jacobian_free(ctx, &s->jacobian);
     pdi_array_registry_free(ctx, pdi_steady_list, s);
-    pd_arena_free(ctx, &s->own);
-    if (s->flow) s->flow->potential = NULL;
+    pd_arena_free(ctx, &s->own_arena);
+    if (s->flow) s->flow->divergence_potential = NULL;
     memset(s, 0, sizeof *s);
 }
 PDI_COLD_END

@@ -24,35 +24,39 @@ typedef struct pd_steady_desc {
 typedef struct pd_steady {
     pd_steady_desc desc;
     pd_flow *flow;
-    pd_arena own;                       /* scratch memory, where desc has none */
-    int held;                           /* nesting of solves that share the scratch arrays, marked `lent` below */
+    pd_arena own_arena;                 /* scratch memory, where desc has none */
+    int nesting;                        /* nesting of solves that share the scratch arrays, marked `lent` below */
     pd_compact_operator compact;        /* nearest-neighbour coefficients, while multigrids are set up */
-    pd_multigrid mg_u, mg_p, mg_seep;   /* for the velocity block, the Laplacian and div(mobility grad); lent */
-    int timed;                          /* 1: ready for stages of steps in time */
-    int boxed;                          /* 1: fluid alone fills a closed box: corrections are projected (eq. 4.9d) */
-    uint32_t poisson;                   /* version of the bonds that mg_p is set up for; 0: none */
+    pd_multigrid mg_u, mg_p, mg_darcy;  /* for the velocity block, the Laplacian and div(mobility grad); lent */
+    int solves_stages;                  /* 1: ready for stages of steps in time */
+    /* 1: fluid alone fills a closed box: corrections are projected (eq. 4.9d) */
+    int is_fluid_box;
+    uint32_t poisson_version;           /* version of the bonds that mg_p is set up for; 0: none */
     pd_krylov krylov;                   /* GMRES of Newton steps */
-    pd_krylov even;                     /* GMRES of the divergence-free correction (eq. 4.10b) */
+    pd_krylov potential_krylov;         /* GMRES of the divergence-free correction (eq. 4.10b) */
     pd_jacobian jacobian;
     double *residual;                   /* [PD_DIM+1][total] [-] scaled momentum and continuity residuals; lent */
-    double *step;                       /* [PD_DIM+1][total] Newton step: velocity [m/s], pressure [m2/s2]; lent */
+    /* [PD_DIM+1][total] Newton step: velocity [m/s], pressure [m2/s2]; lent */
+    double *newton_step;
     double *advecting;                  /* [PD_DIM][total] [m/s] of the linearised velocity, work; lent, or of second
                                          * order that of the flow, which is made anew after the solve */
-    double *potential;                  /* [total] [m2/s] correction potential q (eq. 4.10b), after a solve */
-    int32_t worst;                      /* the node with the largest residual of the last solve */
-    double uneven;                      /* [m^d/s] largest difference of fluxes through sections, after a solve */
+    /* [total] [m2/s] correction potential q (eq. 4.10b), after a solve */
+    double *divergence_potential;
+    int32_t worst_node; /* the node with the largest residual of the last solve */
+    /* [m^d/s] largest difference of fluxes through sections, after a solve */
+    double section_difference;
     int prepared;                       /* 1: the preconditioner is set up for `shift` in the present solve */
-    double shift;                       /* [1/s] 1 over the pseudo time step */
-    double rate;                        /* [1/s] rate (u - target) joins the momentum residual; 0: steady */
-    const double *target;               /* [PD_DIM][total] [m/s] u* of a stage in time */
-    double weight;                      /* [-] of momentum against continuity in norms (eq. 4.9c) */
-    double norm0;                       /* [-] largest initial residual norm of all solves */
+    double pseudo_rate;                 /* [1/s] 1 over the pseudo time step */
+    double stage_rate;                  /* [1/s] rate (u - target) joins the momentum residual; 0: steady */
+    const double *stage_target;         /* [PD_DIM][total] [m/s] u* of a stage in time */
+    double momentum_weight;             /* [-] of momentum against continuity in norms (eq. 4.9c) */
+    double reference_norm;              /* [-] largest initial residual norm of all solves */
 } pd_steady;
 
 typedef struct pd_steady_result {
     double momentum;    /* [-] max |momentum residual| over U^2/L + nu U/L^2 with the reference speed and length */
     double continuity;  /* [-] max |continuity residual| L/U, with the same U and L */
-    double excess;      /* [-] larger residual against the scales of the flow, over the tolerance */
+    double residual_over_tolerance; /* [-] larger residual against the scales of the flow, over the tolerance */
     int newton, krylov; /* steps and iterations of this solve */
     int64_t evaluations;
     int converged;

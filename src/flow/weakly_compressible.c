@@ -9,7 +9,7 @@
 /* Kinematic pressure p/rho0 [m2/s2] of rho/rho0 by the equation of state (eq. 4.11). */
 static double pdi_weakly_compressible_compute_pressure(const pd_weakly_compressible_desc *d, double density)
 {
-    double c2 = d->sound * d->sound;
+    double c2 = d->sound_speed * d->sound_speed;
     if (d->eos == PD_EOS_LINEAR) return c2 * (density - 1.0);
     return c2 / d->gamma * (pow(density, d->gamma) - 1.0);
 }
@@ -17,7 +17,7 @@ static double pdi_weakly_compressible_compute_pressure(const pd_weakly_compressi
 /* Density rho/rho0 [-] of a kinematic pressure [m2/s2] by the equation of state. */
 static double pdi_weakly_compressible_compute_density(const pd_weakly_compressible_desc *d, double pressure)
 {
-    double c2 = d->sound * d->sound;
+    double c2 = d->sound_speed * d->sound_speed;
     if (d->eos == PD_EOS_LINEAR) return 1.0 + pressure / c2;
     return pow(1.0 + d->gamma * pressure / c2, 1.0 / d->gamma);
 }
@@ -28,9 +28,9 @@ PDI_FN void pdi_weakly_compressible_list(pdi_array_visitor *owner, void *object)
     pd_weakly_compressible *unsteady = (pd_weakly_compressible *)object;
     int64_t total = unsteady->flow ? unsteady->flow->grid->total : 0;
     PDI_ARRAY_STATE(owner, unsteady, density, total, "1");
-    PDI_ARRAY(owner, unsteady, mass, PD_DIM * total, "m/s");
-    PDI_ARRAY(owner, unsteady, start, (PD_DIM + 1) * total, "");
-    PDI_ARRAY(owner, unsteady, rate, (PD_DIM + 1) * total, "");
+    PDI_ARRAY(owner, unsteady, momentum, PD_DIM * total, "m/s");
+    PDI_ARRAY(owner, unsteady, start_state, (PD_DIM + 1) * total, "");
+    PDI_ARRAY(owner, unsteady, time_derivative, (PD_DIM + 1) * total, "");
     PDI_SCALAR_STATE(owner, unsteady, time, "s");
     PDI_SCALAR_STATE(owner, unsteady, steps, "1");
 }
@@ -45,22 +45,23 @@ static pd_status pdi_weakly_compressible_try_build(pd_ctx *ctx, pd_flow *flow, c
     memset(un, 0, sizeof *un);
     un->desc = *desc;
     if (!(un->desc.gamma > 0.0)) un->desc.gamma = 7.0;
-    if (!(un->desc.diffusion > 0.0)) un->desc.diffusion = 0.1;
+    if (!(un->desc.density_diffusion > 0.0)) un->desc.density_diffusion = 0.1;
     if (!(un->desc.cfl > 0.0)) un->desc.cfl = 0.8;
-    if (!(desc->sound > 0.0) || !(desc->sound < 1e100) || un->desc.gamma < 1.0 || !(desc->gamma >= 0.0) ||
-        !(desc->diffusion >= 0.0) || !(desc->cfl >= 0.0))
+    if (!(desc->sound_speed > 0.0) || !(desc->sound_speed < 1e100) || un->desc.gamma < 1.0 || !(desc->gamma >= 0.0) ||
+        !(desc->density_diffusion >= 0.0) || !(desc->cfl >= 0.0))
         return pdi_fail(
             ctx, PD_ERR_ARGUMENT, "unsteady",
             "sound = %g m/s must be positive, gamma = %g at least 1, diffusion = %g and cfl = %g not negative",
-            desc->sound, desc->gamma, desc->diffusion, desc->cfl);
+            desc->sound_speed, desc->gamma, desc->density_diffusion, desc->cfl);
     if (flow->order == 4)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "unsteady", "order 4 is one of steady and implicit flow, expected 2");
     un->flow = flow;
-    memset(&flow->isotropic, 0, sizeof flow->isotropic); /* the limit is that of the weights of the Laplacian */
+    /* the limit is that of the weights of the Laplacian */
+    memset(&flow->isotropic_stencil, 0, sizeof flow->isotropic_stencil);
     double spacing = grid->h[0];
     for (int d = 1; d < PD_DIM; d++) spacing = pdi_min(spacing, grid->h[d]);
     /* eta c0 delta lap rho, written for the pressure: d rho = rho0 dp/(rho0 c0^2) */
-    flow->stabilisation = un->desc.diffusion * s->m * spacing / un->desc.sound;
+    flow->stabilisation = un->desc.density_diffusion * s->m * spacing / un->desc.sound_speed;
     PDI_TRY(pdi_array_registry_build(ctx, pdi_weakly_compressible_list, un));
     for (int32_t i = 0; i < grid->total; i++) {
         un->density[i] = 1.0;
@@ -69,7 +70,7 @@ static pd_status pdi_weakly_compressible_try_build(pd_ctx *ctx, pd_flow *flow, c
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "unsteady", "the pressure %g Pa of node %d has no density",
                             flow->p[i] * flow->rho, (int)i);
     }
-    return pdi_stability_build(ctx, flow, &un->spectrum);
+    return pdi_stability_build(ctx, flow, &un->stability);
 }
 
 pd_status pd_weakly_compressible_build(pd_ctx *ctx, pd_flow *flow, const pd_weakly_compressible_desc *desc,
@@ -100,9 +101,9 @@ static void pdi_weakly_compressible_update_derived_fields(const pd_ctx *ctx, pd_
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < total; i++)
         for (int d = 0; d < PD_DIM; d++)
-            un->mass[(int64_t)d * total + i] = un->density[i] * flow->u[(int64_t)d * total + i];
-    pdi_flow_compute_advecting_velocity(ctx, flow, un->mass, NULL, flow->advecting);
-    pdi_flow_compute_pressure_gradient(ctx, flow, flow->p, flow->grad);
+            un->momentum[(int64_t)d * total + i] = un->density[i] * flow->u[(int64_t)d * total + i];
+    pdi_flow_compute_advecting_velocity(ctx, flow, un->momentum, NULL, flow->advecting);
+    pdi_flow_compute_pressure_gradient(ctx, flow, flow->p, flow->pressure_grad);
 }
 
 /* Time derivatives of velocity [m/s2] and density [1/s] (eq. 4.12, 4.13). The bond sums give half of div(rho v v); half
@@ -112,14 +113,14 @@ static void pdi_weakly_compressible_compute_rates(const pd_ctx *ctx, pd_weakly_c
     pd_flow *flow = un->flow;
     const uint8_t *kind = flow->grid->kind;
     int32_t total = flow->grid->total;
-    double *ru = un->rate, *rc = un->rate + (int64_t)PD_DIM * total;
+    double *ru = un->time_derivative, *rc = un->time_derivative + (int64_t)PD_DIM * total;
     pdi_flow_operands t;
     memset(&t, 0, sizeof t);
     pdi_weakly_compressible_update_derived_fields(ctx, un);
     t.advecting = flow->advecting;
     t.u = flow->u;
     t.p = flow->p;
-    t.grad = flow->grad;
+    t.grad = flow->pressure_grad;
     t.force = flow->force;
     t.wall_motion = flow->wall_motion;
     pdi_flow_assemble_bond_sums(ctx, flow, &t, ru, rc);
@@ -155,7 +156,7 @@ static int pdi_weakly_compressible_step_stage(const pd_ctx *ctx, pd_weakly_compr
         for (int d = 0; d <= PD_DIM; d++) {
             int64_t at = (int64_t)d * total + i;
             double *x = d < PD_DIM ? &flow->u[at] : &un->density[i];
-            *x = start_weight * un->start[at] + (1.0 - start_weight) * (*x + dt * un->rate[at]);
+            *x = start_weight * un->start_state[at] + (1.0 - start_weight) * (*x + dt * un->time_derivative[at]);
         }
     }
     for (int32_t i = 0; i < total && good; i++) {
@@ -172,13 +173,13 @@ pd_status pd_weakly_compressible_step(pd_ctx *ctx, pd_weakly_compressible *un, d
     pd_flow *flow = un->flow;
     int64_t total = flow->grid->total, split = (int64_t)PD_DIM * total;
     if (!(dt > 0.0)) return pdi_fail(ctx, PD_ERR_ARGUMENT, "unsteady", "the step is %g s, expected a positive one", dt);
-    pdi_par_copy(ctx, split, flow->u, un->start);
-    pdi_par_copy(ctx, total, un->density, un->start + split);
+    pdi_par_copy(ctx, split, flow->u, un->start_state);
+    pdi_par_copy(ctx, total, un->density, un->start_state + split);
     for (int stage = 0; stage < 3; stage++) {
         PDI_TRY(pdi_flow_set_time(ctx, flow, un->time + instant[stage] * dt, 0.5 * dt, NULL));
         if (pdi_weakly_compressible_step_stage(ctx, un, old_share[stage], dt)) continue;
-        pdi_par_copy(ctx, split, un->start, flow->u);
-        pdi_par_copy(ctx, total, un->start + split, un->density);
+        pdi_par_copy(ctx, split, un->start_state, flow->u);
+        pdi_par_copy(ctx, total, un->start_state + split, un->density);
         pdi_weakly_compressible_update_derived_fields(ctx, un);
         return pdi_fail(ctx, PD_RETRY, "unsteady", "a density or velocity left its range in a step of %g s at t = %g s",
                         dt, un->time);
@@ -208,7 +209,7 @@ static void pdi_weakly_compressible_compute_bounds(const pd_weakly_compressible 
         high = pdi_max(high, un->density[i]);
         low = pdi_min(low, un->density[i]);
     }
-    for (int d = 0; d < PD_DIM; d++) key[d] = pdi_weakly_compressible_round_up(key[d] / un->desc.sound);
+    for (int d = 0; d < PD_DIM; d++) key[d] = pdi_weakly_compressible_round_up(key[d] / un->desc.sound_speed);
     key[PD_DIM] =
         un->desc.eos == PD_EOS_TAIT ? pdi_weakly_compressible_round_up(pow(high, 0.5 * (un->desc.gamma - 1.0))) : 1.0;
     key[PD_DIM + 1] = pdi_weakly_compressible_round_up(1.0 / low);
@@ -216,19 +217,20 @@ static void pdi_weakly_compressible_compute_bounds(const pd_weakly_compressible 
 
 double pd_weakly_compressible_limit(pd_ctx *ctx, pd_weakly_compressible *un)
 {
-    double key[PD_DIM + 2], c = un->desc.sound;
+    double key[PD_DIM + 2], c = un->desc.sound_speed;
     int same = un->limit > 0.0;
     (void)ctx;
     pdi_weakly_compressible_compute_bounds(un, key);
-    for (int k = 0; k < PD_DIM + 2; k++) same = same && !(key[k] < un->key[k]) && !(key[k] > un->key[k]);
+    for (int k = 0; k < PD_DIM + 2; k++)
+        same = same && !(key[k] < un->limit_state[k]) && !(key[k] > un->limit_state[k]);
     if (same) return un->limit;
     pdi_stability_state q;
     q.sound_speed = c * key[PD_DIM];
     q.viscosity = un->flow->nu * key[PD_DIM + 1];
     q.stabilisation = un->flow->stabilisation * q.sound_speed * q.sound_speed;
     for (int d = 0; d < PD_DIM; d++) q.max_velocity[d] = c * key[d];
-    memcpy(un->key, key, sizeof key);
-    un->limit = pdi_stability_compute_limit(&un->spectrum, &q);
+    memcpy(un->limit_state, key, sizeof key);
+    un->limit = pdi_stability_compute_limit(&un->stability, &q);
     return un->limit;
 }
 
@@ -270,7 +272,7 @@ static pd_status pdi_weakly_compressible_reject_step(pd_ctx *ctx, void *self, pd
 {
     (void)self;
     s->dt *= 0.5;
-    if (s->trial < PDI_WEAKLY_COMPRESSIBLE_MAX_HALVINGS) return PD_OK;
+    if (s->rejected < PDI_WEAKLY_COMPRESSIBLE_MAX_HALVINGS) return PD_OK;
     return pdi_fail(ctx, PD_ERR_STATE, "unsteady", "steps down to %g s at t = %g s leave the admissible range", s->dt,
                     s->time);
 }
@@ -281,7 +283,8 @@ static pd_status pdi_weakly_compressible_fail_step_underflow(pd_ctx *ctx, void *
     const pd_weakly_compressible *un = (const pd_weakly_compressible *)self;
     return pdi_fail(ctx, PD_ERR_STATE, "unsteady",
                     "steps of %g s do not lead on from t = %g s to %g s: the speed of sound (%g m/s) or the viscosity "
-                    "(%g m2/s) asks for them on this lattice", s->dt, s->time, s->limit, un->desc.sound, un->flow->nu);
+                    "(%g m2/s) asks for them on this lattice",
+                    s->dt, s->time, s->latest_end, un->desc.sound_speed, un->flow->nu);
 }
 
 /* Process callback: nodes `converted` have become fluid. They get the density of their pressure; the stability limit is
@@ -294,8 +297,8 @@ static pd_status pdi_weakly_compressible_update_geometry(pd_ctx *ctx, void *self
     for (int32_t n = 0; n < count; n++)
         un->density[converted[n]] = pdi_weakly_compressible_compute_density(&un->desc, un->flow->p[converted[n]]);
     un->limit = 0.0;
-    pdi_stability_free(ctx, &un->spectrum);
-    return pdi_stability_build(ctx, un->flow, &un->spectrum);
+    pdi_stability_free(ctx, &un->stability);
+    return pdi_stability_build(ctx, un->flow, &un->stability);
 }
 
 /* Process callback: writes or reads the checkpoint. */
@@ -304,7 +307,7 @@ static pd_status pdi_weakly_compressible_store(pd_ctx *ctx, void *self, pd_archi
     pd_weakly_compressible *un = (pd_weakly_compressible *)self;
     PDI_TRY(pdi_flow_store(ctx, un->flow, archive));
     PDI_TRY(pdi_array_registry_store(ctx, pdi_weakly_compressible_list, un, archive));
-    if (archive->reading) pdi_weakly_compressible_update_derived_fields(ctx, un);
+    if (archive->is_reading) pdi_weakly_compressible_update_derived_fields(ctx, un);
     return PD_OK;
 }
 
@@ -315,24 +318,24 @@ pd_physics pd_weakly_compressible_process(pd_weakly_compressible *un)
     p.name = "explicit flow";
     p.self = un;
     p.time = &un->time;
-    p.inner = 1;
+    p.has_substeps = 1;
     p.steps = &un->steps;
     p.start = pdi_weakly_compressible_begin;
-    p.longest = pdi_physics_limit_max_step;
+    p.max_run_step = pdi_physics_limit_max_step;
     p.limit = pdi_weakly_compressible_limit_step;
     p.attempt = pdi_weakly_compressible_attempt;
     p.accept = pdi_weakly_compressible_accept;
     p.reject = pdi_weakly_compressible_reject_step;
-    p.stuck = pdi_weakly_compressible_fail_step_underflow;
-    p.changed = pdi_weakly_compressible_update_geometry;
-    p.store = pdi_weakly_compressible_store;
+    p.report_underflow = pdi_weakly_compressible_fail_step_underflow;
+    p.nodes_converted = pdi_weakly_compressible_update_geometry;
+    p.checkpoint = pdi_weakly_compressible_store;
     return p;
 }
 
 void pd_weakly_compressible_free(pd_ctx *ctx, pd_weakly_compressible *un)
 {
     pdi_array_registry_free(ctx, pdi_weakly_compressible_list, un);
-    pdi_stability_free(ctx, &un->spectrum);
+    pdi_stability_free(ctx, &un->stability);
     memset(un, 0, sizeof *un);
 }
 PDI_COLD_END

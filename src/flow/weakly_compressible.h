@@ -16,9 +16,9 @@ typedef enum pd_eos {
 
 typedef struct pd_weakly_compressible_desc {
     pd_eos eos;
-    double sound;     /* [m/s] c0, positive; about ten times the largest speed or more */
+    double sound_speed; /* [m/s] c0, positive; about ten times the largest speed or more */
     double gamma;     /* [-] of Tait; 0: 7 */
-    double diffusion; /* [-] eta of the density diffusion eta c0 delta; 0: 0.1 */
+    double density_diffusion; /* [-] eta of the density diffusion eta c0 delta; 0: 0.1 */
     double cfl;       /* [-] share of the stability limit; 0: 0.8 */
 } pd_weakly_compressible_desc;
 
@@ -26,11 +26,12 @@ typedef struct pd_weakly_compressible {
     pd_weakly_compressible_desc desc; /* defaults filled in */
     pd_flow *flow;         /* its u and p are the state; its tau becomes that of the density diffusion */
     double *density;       /* [total] [-] rho/rho0 */
-    double *mass;          /* [PD_DIM][total] [m/s] rho v/rho0, work */
-    double *start;         /* [PD_DIM+1][total] [m/s], [-] state at the start of the step: v, then density */
-    double *rate;          /* [PD_DIM+1][total] [m/s2], [1/s] time derivatives of the stage */
-    pd_stability spectrum; /* of the linear flow, for the limit */
-    double key[PD_DIM + 2], limit; /* [-] [s] the last stability limit, and the rounded state that it belongs to */
+    double *momentum;      /* [PD_DIM][total] [m/s] rho v/rho0, work */
+    double *start_state;   /* [PD_DIM+1][total] [m/s], [-] state at the start of the step: v, then density */
+    double *time_derivative; /* [PD_DIM+1][total] [m/s2], [1/s] time derivatives of the stage */
+    pd_stability stability;  /* of the linear flow, for the limit */
+    /* [-] [s] the last stability limit, and the rounded state that it belongs to */
+    double limit_state[PD_DIM + 2], limit;
     double time;           /* [s] */
     int64_t steps;
 } pd_weakly_compressible;

@@ -175,13 +175,13 @@ static pd_status pdi_archive_file_check_file(pd_ctx *ctx, pd_archive_file *s)
 /* Append bytes to the file or to its copy in memory. */
 static pd_status pdi_archive_file_write_bytes(pd_ctx *ctx, pd_archive_file *s, const void *data, size_t size)
 {
-    if (!s->kept) return pdi_file_write(ctx, &s->file, data, size);
+    if (!s->in_memory) return pdi_file_write(ctx, &s->file, data, size);
     if (size > s->capacity - s->length) {
         size_t wanted = s->length + size + (s->length + size) / 8;
-        PDI_TRY(PDI_GROW(ctx, "store", s->capacity, wanted, s->image));
+        PDI_TRY(PDI_GROW(ctx, "store", s->capacity, wanted, s->memory));
         s->capacity = wanted;
     }
-    if (size) memcpy(s->image + s->length, data, size); /* an empty array may have no address */
+    if (size) memcpy(s->memory + s->length, data, size); /* an empty array may have no address */
     s->length += size;
     return PD_OK;
 }
@@ -202,7 +202,7 @@ static pd_status pdi_archive_file_write_item(pd_ctx *ctx, pd_archive_file *s, co
     memcpy(head + PDI_ARCHIVE_FILE_OFFSET_COUNT, &number, sizeof number);
     pdi_archive_file_put_u32(head + PDI_ARCHIVE_FILE_OFFSET_SIZE, (uint32_t)size);
     pdi_archive_file_set_checksum(head, sizeof head);
-    pdi_archive_file_put_u32(tail, s->kept ? 0 : pdi_zlib_crc32(0, (const uint8_t *)data, bytes));
+    pdi_archive_file_put_u32(tail, s->in_memory ? 0 : pdi_zlib_crc32(0, (const uint8_t *)data, bytes));
     PDI_TRY(pdi_archive_file_write_bytes(ctx, s, head, sizeof head));
     PDI_TRY(pdi_archive_file_write_bytes(ctx, s, data, bytes));
     return pdi_archive_file_write_bytes(ctx, s, tail, sizeof tail);
@@ -235,9 +235,9 @@ static pd_status pdi_archive_file_item_callback(pd_ctx *ctx, void *user, const c
                                                 int64_t count)
 {
     pd_archive_file *s = (pd_archive_file *)user;
-    s->items++;
-    return s->archive.reading ? pdi_archive_file_read_item(ctx, s, name, data, size, count)
-                              : pdi_archive_file_write_item(ctx, s, name, data, size, count);
+    s->item_count++;
+    return s->archive.is_reading ? pdi_archive_file_read_item(ctx, s, name, data, size, count)
+                                 : pdi_archive_file_write_item(ctx, s, name, data, size, count);
 }
 
 /* Callback of the archive: write a number, or check that the file holds the same one. PD_ERR_ARGUMENT: it differs. */
@@ -260,10 +260,10 @@ static pd_status pdi_archive_file_check_callback(pd_ctx *ctx, void *user, const 
 /* Set the callbacks of the archive. reading 1: they read. */
 static void pdi_archive_file_set_callbacks(pd_archive_file *s, int reading)
 {
-    s->archive.item = pdi_archive_file_item_callback;
-    s->archive.check = pdi_archive_file_check_callback;
+    s->archive.transfer = pdi_archive_file_item_callback;
+    s->archive.verify = pdi_archive_file_check_callback;
     s->archive.user = s;
-    s->archive.reading = reading;
+    s->archive.is_reading = reading;
     s->archive.name = s->file.path;
 }
 
@@ -273,9 +273,9 @@ PDI_FN pd_status pdi_archive_file_begin_in_memory(pd_ctx *ctx, pd_archive_file *
 {
     uint8_t head[PDI_ARCHIVE_FILE_HEADER_SIZE];
     pdi_archive_file_set_callbacks(s, 0);
-    s->kept = 1;
+    s->in_memory = 1;
     s->length = 0;
-    s->items = 0;
+    s->item_count = 0;
     pdi_archive_file_init_header(head);
     return pdi_archive_file_write_bytes(ctx, s, head, sizeof head);
 }
@@ -284,7 +284,7 @@ PDI_FN pd_status pdi_archive_file_begin_in_memory(pd_ctx *ctx, pd_archive_file *
 static void pdi_archive_file_compute_checksums(pd_archive_file *s)
 {
     uint64_t count;
-    for (uint8_t *item = s->image + PDI_ARCHIVE_FILE_HEADER_SIZE;
+    for (uint8_t *item = s->memory + PDI_ARCHIVE_FILE_HEADER_SIZE;
          strcmp((const char *)item, PDI_ARCHIVE_FILE_END_NAME) != 0;) {
         memcpy(&count, item + PDI_ARCHIVE_FILE_OFFSET_COUNT, sizeof count);
         size_t size = (size_t)count * pdi_archive_file_get_u32(item + PDI_ARCHIVE_FILE_OFFSET_SIZE);
@@ -298,7 +298,7 @@ PDI_FN pd_status pdi_archive_file_write_memory(pd_ctx *ctx, pd_archive_file *s, 
 {
     pdi_archive_file_compute_checksums(s);
     PDI_TRY(pdi_file_create(ctx, path, &s->file));
-    pd_status status = pdi_file_write(ctx, &s->file, s->image, s->length);
+    pd_status status = pdi_file_write(ctx, &s->file, s->memory, s->length);
     if (status == PD_OK) status = pdi_file_commit(ctx, &s->file);
     pdi_file_abandon(&s->file);
     return status;
@@ -306,7 +306,7 @@ PDI_FN pd_status pdi_archive_file_write_memory(pd_ctx *ctx, pd_archive_file *s, 
 
 PDI_FN void pdi_archive_file_free_memory(pd_ctx *ctx, pd_archive_file *s)
 {
-    PDI_DELETE(ctx, s->capacity, s->image);
+    PDI_DELETE(ctx, s->capacity, s->memory);
     memset(s, 0, sizeof *s);
 }
 
@@ -344,7 +344,7 @@ static pd_status pdi_archive_file_end(pd_ctx *ctx, pd_archive_file *s)
 {
     pdi_archive_file_item item;
     uint8_t head[PDI_ARCHIVE_FILE_ITEM_HEADER_SIZE];
-    if (s->archive.reading) {
+    if (s->archive.is_reading) {
         PDI_TRY(pdi_archive_file_read_item_header(ctx, s, "last", &item));
         if (strcmp(item.name, PDI_ARCHIVE_FILE_END_NAME) != 0)
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "store", "'%s' holds '%s', expected its end: it is of another run",
@@ -353,10 +353,10 @@ static pd_status pdi_archive_file_end(pd_ctx *ctx, pd_archive_file *s)
     }
     memset(head, 0, sizeof head);
     memcpy(head, PDI_ARCHIVE_FILE_END_NAME, sizeof PDI_ARCHIVE_FILE_END_NAME);
-    memcpy(head + PDI_ARCHIVE_FILE_OFFSET_COUNT, &s->items, sizeof s->items);
+    memcpy(head + PDI_ARCHIVE_FILE_OFFSET_COUNT, &s->item_count, sizeof s->item_count);
     pdi_archive_file_set_checksum(head, sizeof head);
     PDI_TRY(pdi_archive_file_write_bytes(ctx, s, head, sizeof head));
-    return s->kept ? PD_OK : pdi_file_commit(ctx, &s->file);
+    return s->in_memory ? PD_OK : pdi_file_commit(ctx, &s->file);
 }
 
 pd_status pd_archive_file_close(pd_ctx *ctx, pd_archive_file *s)

@@ -20,9 +20,9 @@
 typedef struct pd_archive_file {
     pd_archive archive; /* the interface that objects write to and read from */
     pd_file file;
-    uint64_t items; /* number of items so far */
-    int kept;       /* 1: the file is written to memory, not to disk */
-    uint8_t *image; /* [capacity] bytes of the file in memory */
+    uint64_t item_count;     /* number of items so far */
+    int in_memory;           /* 1: the file is written to memory, not to disk */
+    uint8_t *memory;         /* [capacity] bytes of the file in memory */
     size_t length, capacity; /* [byte] */
 } pd_archive_file;
 

@@ -295,7 +295,7 @@ static void pdi_boundary_faces_distribute_area(const pdi_boundary_faces_face *fa
     if (s.cells) pdi_boundary_faces_compute_weights(normal, &s);
     for (int k = 0; k < s.cells; k++)
         for (int d = 0; d < PD_DIM; d++)
-            points->surface[(int64_t)s.cell[k] * PD_DIM + d] += s.weight[k] * size * area_vector[d];
+            points->boundary_area[(int64_t)s.cell[k] * PD_DIM + d] += s.weight[k] * size * area_vector[d];
 }
 
 /* Move the faces that belong to one cell only to the front. Returns their number. */
@@ -374,7 +374,7 @@ static int64_t pdi_boundary_faces_mark_coincident(const pdi_boundary_faces *s,
         for (int64_t m = k; m < next; m++) {
             const pdi_boundary_faces_face *face = &s->face[place[m].face];
             shared[place[m].face] = (uint8_t)parts;
-            points->seams += !parts;
+            points->coincident_faces += !parts;
             for (int c = 0; c < face->corners && !parts; c++) {
                 nodes[n] = face->node[c];
                 nodes[4 * count + n++] = place[m].vertex[c];
@@ -410,7 +410,7 @@ static pd_status pdi_boundary_faces_match_pieces(pd_ctx *ctx, const pdi_boundary
     if (status == PD_OK) {
         qsort(place, (size_t)count, sizeof *place, pdi_boundary_faces_compare_merged);
         int64_t n = pdi_boundary_faces_mark_coincident(s, place, count, shared, nodes, points);
-        points->twins =
+        points->coincident_nodes =
             pdi_boundary_faces_count_distinct(nodes, n) - pdi_boundary_faces_count_distinct(nodes + 4 * count, n);
     }
     PDI_DELETE(ctx, 8 * count, nodes);
@@ -429,7 +429,7 @@ static pd_status pdi_boundary_faces_store_simplices(pd_ctx *ctx, const pdi_bound
     int64_t faces = 0;
     for (int64_t k = 0; k < count; k++) faces += shared[k] ? 0 : s->face[k].corners == 4 ? 2 : 1;
     PDI_TRY(pdi_points_reserve_faces(ctx, points, faces));
-    double *to = points->face;
+    double *to = points->face_corner;
     for (int64_t k = 0; k < count; k++)
         for (int t = 0; t < (shared[k] ? 0 : s->face[k].corners == 4 ? 2 : 1); t++)
             for (int c = 0; c < PD_DIM; c++)

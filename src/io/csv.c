@@ -85,9 +85,9 @@ PDI_FN pd_status pdi_csv_create(pd_ctx *ctx, const char *path, const char *const
 PDI_FN pd_status pdi_csv_store(pd_ctx *ctx, pd_archive *archive, const char *path, int columns, pd_csv *csv)
 {
     int64_t length = 0;
-    if (!archive->reading) PDI_TRY(pdi_file_get_length(ctx, &csv->file, &length));
+    if (!archive->is_reading) PDI_TRY(pdi_file_get_length(ctx, &csv->file, &length));
     PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "length of a table", &length, 1));
-    if (!archive->reading) return PD_OK;
+    if (!archive->is_reading) return PD_OK;
     memset(csv, 0, sizeof *csv);
     PDI_TRY(pdi_file_resume(ctx, path, length, &csv->file));
     csv->columns = columns;
@@ -127,10 +127,10 @@ static pd_status pdi_csv_add_field(pd_ctx *ctx, pdi_csv_reader *r, size_t offset
     pd_table *t = r->table;
     if (r->field_count == t->capacity) {
         size_t capacity = 2 * t->capacity + 64;
-        PDI_TRY(PDI_GROW(ctx, "csv", t->capacity, capacity, t->field));
+        PDI_TRY(PDI_GROW(ctx, "csv", t->capacity, capacity, t->field_offset));
         t->capacity = capacity;
     }
-    t->field[r->field_count++] = offset;
+    t->field_offset[r->field_count++] = offset;
     return PD_OK;
 }
 
@@ -211,10 +211,10 @@ static pd_status pdi_csv_add_row(pd_ctx *ctx, pdi_csv_reader *r, int fields)
                         r->line, fields, t->columns);
     if ((size_t)t->rows == t->line_capacity) {
         size_t capacity = 2 * t->line_capacity + 64;
-        PDI_TRY(PDI_GROW(ctx, "csv", t->line_capacity, capacity, t->line));
+        PDI_TRY(PDI_GROW(ctx, "csv", t->line_capacity, capacity, t->row_line));
         t->line_capacity = capacity;
     }
-    t->line[t->rows++] = r->line;
+    t->row_line[t->rows++] = r->line;
     return PD_OK;
 }
 
@@ -259,14 +259,14 @@ PDI_FN pd_status pdi_table_read(pd_ctx *ctx, const char *path, pd_table *table)
 PDI_FN void pdi_table_free(pd_ctx *ctx, pd_table *table)
 {
     PDI_DELETE(ctx, table->text_size, table->text);
-    PDI_DELETE(ctx, table->capacity, table->field);
-    PDI_DELETE(ctx, table->line_capacity, table->line);
+    PDI_DELETE(ctx, table->capacity, table->field_offset);
+    PDI_DELETE(ctx, table->line_capacity, table->row_line);
     memset(table, 0, sizeof *table);
 }
 
 PDI_FN const char *pdi_table_get_text(const pd_table *table, int row, int column)
 {
-    return table->text + table->field[(size_t)(row + 1) * (size_t)table->columns + (size_t)column];
+    return table->text + table->field_offset[(size_t)(row + 1) * (size_t)table->columns + (size_t)column];
 }
 
 PDI_FN int pdi_table_find_column(const pd_table *table, const char *name)
@@ -291,7 +291,7 @@ PDI_FN pd_status pdi_table_parse_column(pd_ctx *ctx, const pd_table *table, cons
         const char *text = pdi_table_get_text(table, r, column);
         if (!pdi_file_parse_number(text, strlen(text), &values[r]))
             return pdi_fail(ctx, PD_ERR_PARSE, "csv", "%s:%d: column '%s': '%.40s' is not a number", table->path,
-                            table->line[r], name, text);
+                            table->row_line[r], name, text);
     }
     return PD_OK;
 }

@@ -24,9 +24,9 @@ typedef struct pd_table {
     int columns, rows;
     char *text;      /* [text_size] content of the file, each field terminated by 0 */
     size_t text_size;
-    size_t *field;   /* [capacity] offset of each field in text; the names come first */
+    size_t *field_offset; /* [capacity] offset of each field in text; the names come first */
     size_t capacity;
-    int *line;       /* [line_capacity] line of the file of each row, counted from 1 */
+    int *row_line; /* [line_capacity] line of the file of each row, counted from 1 */
     size_t line_capacity;
 } pd_table;
 

@@ -101,7 +101,7 @@ static void pdi_deformed_plot_draw_undisplaced(const pdi_deformed_plot *w, pdi_d
             size_t cell = (size_t)row * (size_t)p->nx + (size_t)column;
             if (!isnan(w->displacement[cell])) continue;
             raster->value[to] = p->values[cell];
-            raster->paint[to] = p->paint ? p->paint[cell] : (uint8_t)PD_PAINT_FIELD;
+            raster->paint[to] = p->cell_paint ? p->cell_paint[cell] : (uint8_t)PD_PAINT_FIELD;
         }
 }
 
@@ -144,7 +144,7 @@ static void pdi_deformed_plot_draw_cell(const pdi_deformed_plot *w, int cell, pd
                 !pdi_deformed_plot_is_in_triangle(at[0], at[2], at[3], middle))
                 continue;
             raster->value[to] = w->undeformed->values[cell];
-            raster->paint[to] = w->undeformed->paint ? w->undeformed->paint[cell] : (uint8_t)PD_PAINT_FIELD;
+            raster->paint[to] = w->undeformed->cell_paint ? w->undeformed->cell_paint[cell] : (uint8_t)PD_PAINT_FIELD;
         }
 }
 
@@ -162,7 +162,7 @@ static pd_status pdi_deformed_plot_draw_raster(pd_ctx *ctx, const pdi_deformed_p
     picture.nx = raster->n[0];
     picture.ny = raster->n[1];
     picture.values = raster->value;
-    picture.paint = raster->paint;
+    picture.cell_paint = raster->paint;
     picture.magnification = 1;
     picture.smooth = 0;
     for (int d = 0; d < 2; d++) {

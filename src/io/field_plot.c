@@ -78,7 +78,7 @@ static pd_status pdi_field_plot_check(pd_ctx *ctx, const pd_field_plot *p)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture", "%d contours, expected 0 to %d, and none of labels",
                         p->contour_count, PD_FIELD_PLOT_MAX_CONTOURS);
     for (int k = 0; k < 2; k++) {
-        int across = k ? p->vectors : p->streamlines;
+        int across = k ? p->arrows : p->streamlines;
         if (across && (across < PD_FIELD_PLOT_MIN_DENSITY || across > PD_FIELD_PLOT_MAX_DENSITY || !p->velocity))
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture",
                             "%d %s side by side, expected 0 or %d to %d, with "
@@ -86,17 +86,17 @@ static pd_status pdi_field_plot_check(pd_ctx *ctx, const pd_field_plot *p)
                             across, k ? "vectors" : "streamlines", PD_FIELD_PLOT_MIN_DENSITY,
                             PD_FIELD_PLOT_MAX_DENSITY);
     }
-    for (int64_t k = 0; p->paint && k < (int64_t)p->nx * p->ny; k++)
-        if (p->paint[k] > PD_PAINT_OUTSIDE)
+    for (int64_t k = 0; p->cell_paint && k < (int64_t)p->nx * p->ny; k++)
+        if (p->cell_paint[k] > PD_PAINT_OUTSIDE)
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "picture", "cell %ld has paint %d, expected 0 to %d", (long)k,
-                            p->paint[k], PD_PAINT_OUTSIDE);
+                            p->cell_paint[k], PD_PAINT_OUTSIDE);
     return PD_OK;
 }
 
 /* What a cell shows; without a paint array all cells show the field. */
 static pd_paint pdi_field_plot_get_paint(const pd_field_plot *p, size_t cell)
 {
-    return p->paint ? (pd_paint)p->paint[cell] : PD_PAINT_FIELD;
+    return p->cell_paint ? (pd_paint)p->cell_paint[cell] : PD_PAINT_FIELD;
 }
 
 PDI_FN void pdi_field_plot_adjust_range(pd_colour_map map, int log_scale, double *lo, double *hi)
@@ -236,17 +236,17 @@ static pdi_streamline_field pdi_field_plot_velocity_field(const pd_field_plot *p
         f.cell_size[d] = (p->hi[d] - p->lo[d]) / scale[d]->cells;
     }
     f.spacing = p->streamlines ? (double)(p->width ? p->width : PD_FIELD_PLOT_WIDTH) / p->streamlines : 0.0;
-    memcpy(f.side_closed, p->closed, sizeof f.side_closed);
+    memcpy(f.side_closed, p->side_closed, sizeof f.side_closed);
     return f;
 }
 
 /* Length of the longest arrow and of the reference arrow. */
 static void pdi_field_plot_compute_arrow_scale(const pd_field_plot *p, pdi_field_plot_layout *l)
 {
-    if (!p->vectors) return;
+    if (!p->arrows) return;
     pdi_streamline_field f = pdi_field_plot_velocity_field(p, l);
-    l->max_arrow = (double)(p->width ? p->width : PD_FIELD_PLOT_WIDTH) / p->vectors;
-    l->max_speed = p->fastest > 0 ? p->fastest : pdi_streamline_compute_max_speed(&f);
+    l->max_arrow = (double)(p->width ? p->width : PD_FIELD_PLOT_WIDTH) / p->arrows;
+    l->max_speed = p->max_speed > 0 ? p->max_speed : pdi_streamline_compute_max_speed(&f);
     if (!(l->max_speed > 0)) return;
     /* a stretched axis has longer arrows: those along x are explained */
     l->reference_length =
@@ -274,7 +274,7 @@ static void pdi_field_plot_format_x_label(const pd_field_plot *p, pdi_field_plot
 static void pdi_field_plot_compute_layout(const pd_field_plot *p, pdi_field_plot_layout *l)
 {
     int title = p->title ? pdi_canvas_compute_text_width(p->title) + 1 : 0;
-    const char *widest = p->widest ? p->widest : p->stamp;
+    const char *widest = p->widest_stamp ? p->widest_stamp : p->stamp;
     int stamp = p->stamp ? pdi_canvas_compute_text_width(widest) : 0;
     l->y_label_left = 14;
     l->left = l->y_label_left + PDI_CANVAS_CAPITAL_HEIGHT + 14 + pdi_colour_bar_label_width(&l->axis_y) + 12;

@@ -24,7 +24,7 @@ typedef enum pd_paint {
 typedef struct pd_field_plot {
     int nx, ny;
     const double *values;  /* [nx * ny] [-] in the unit of the label; NaN is shown in magenta */
-    const uint8_t *paint;  /* [nx * ny] pd_paint; NULL: the field everywhere */
+    const uint8_t *cell_paint; /* [nx * ny] pd_paint; NULL: the field everywhere */
     double lo[2], hi[2];   /* [m] the rectangle that the cells fill */
     double range_lo, range_hi; /* [-] range of colours; equal: that of the shown values (diverging: symmetric to 0) */
     pd_colour_map map;
@@ -35,7 +35,7 @@ typedef struct pd_field_plot {
     int smooth;            /* 1: bilinear interpolation between cell centres; 0: a cell has one colour */
     const char *axes[2];   /* "r"; NULL: x, y */
     int mirrored;          /* 1: the picture is mirrored at 0 of the second axis, whose ticks have no sign */
-    const char *widest;    /* longest stamp of a series, so that all its pictures have one size; NULL: stamp */
+    const char *widest_stamp; /* longest stamp of a series, so that all its pictures have one size; NULL: stamp */
     const char *const *names; /* [name_count] legend of the labels 0, 1, ...; NULL: their numbers */
     const uint32_t *colours;  /* [name_count] 0xRRGGBB of these labels; NULL: one for each number */
     int name_count;
@@ -44,10 +44,10 @@ typedef struct pd_field_plot {
     const double *contours;   /* [contour_count] [-] their values; NULL: evenly spaced over the range of colours */
     int streamlines;          /* density of evenly spaced streamlines: how many fit side by side into `width`, 4 to 100;
                                * 0: none are drawn */
-    int vectors;              /* density of arrows on a regular grid, in the same way */
+    int arrows;               /* density of arrows on a regular grid, in the same way */
     const double *velocity;   /* [2][nx * ny] [m/s] components along both axes; NaN: no fluid */
-    double fastest;           /* [m/s] speed of the longest arrow; 0: the largest speed of the field */
-    int closed[4];            /* 1: nothing flows through the side x-, x+, y-, y+ */
+    double max_speed;         /* [m/s] speed of the longest arrow; 0: the largest speed of the field */
+    int side_closed[4];       /* 1: nothing flows through the side x-, x+, y-, y+ */
 } pd_field_plot;
 
 #define pd_field_plot_write PD_NAME(pd_field_plot_write)

@@ -437,15 +437,16 @@ PDI_FN pd_status pdi_file_create(pd_ctx *ctx, const char *path, pd_file *file)
     memset(file, 0, sizeof *file);
     PDI_TRY(pdi_file_check_path(ctx, path));
     strcpy(file->path, path);
-    snprintf(file->part, sizeof file->part, "%s.part", path);
+    snprintf(file->temporary_path, sizeof file->temporary_path, "%s.part", path);
     int error = EEXIST;
     for (int k = 0; k < PDI_FILE_CREATE_ATTEMPTS && error == EEXIST; k++) {
-        if (pdi_file_is_link(file->part) || !pdi_file_is_directory(file->part)) pdi_file_remove_path(file->part);
-        file->stream = pdi_file_create_stream(file->part, &error);
+        if (pdi_file_is_link(file->temporary_path) || !pdi_file_is_directory(file->temporary_path))
+            pdi_file_remove_path(file->temporary_path);
+        file->stream = pdi_file_create_stream(file->temporary_path, &error);
     }
     if (file->stream) return PD_OK;
-    pd_status status = pdi_file_fail(ctx, "create", file->part, error);
-    file->part[0] = 0; /* it belongs to another program */
+    pd_status status = pdi_file_fail(ctx, "create", file->temporary_path, error);
+    file->temporary_path[0] = 0; /* it belongs to another program */
     return status;
 }
 
@@ -467,7 +468,10 @@ PDI_FN pd_status pdi_file_open_append(pd_ctx *ctx, const char *path, pd_file *fi
 }
 
 /* Name under which the file is open now: the temporary or the final one. */
-static const char *pdi_file_current_name(const pd_file *file) { return file->part[0] ? file->part : file->path; }
+static const char *pdi_file_current_name(const pd_file *file)
+{
+    return file->temporary_path[0] ? file->temporary_path : file->path;
+}
 
 PDI_FN pd_status pdi_file_write(pd_ctx *ctx, pd_file *file, const void *data, size_t size)
 {
@@ -515,12 +519,12 @@ PDI_FN pd_status pdi_file_commit(pd_ctx *ctx, pd_file *file)
     int closed = fclose((FILE *)file->stream);
     file->stream = NULL;
     if (broken || closed != 0) status = pdi_file_fail(ctx, "write", pdi_file_current_name(file), errno);
-    if (status == PD_OK && file->part[0]) {
-        int error = pdi_file_rename(file->part, file->path);
+    if (status == PD_OK && file->temporary_path[0]) {
+        int error = pdi_file_rename(file->temporary_path, file->path);
         if (error) status = pdi_file_fail(ctx, "put the finished file in place as", file->path, error);
     }
     if (status != PD_OK) pdi_file_abandon(file);
-    file->part[0] = 0;
+    file->temporary_path[0] = 0;
     return status;
 }
 
@@ -528,8 +532,8 @@ PDI_FN void pdi_file_abandon(pd_file *file)
 {
     if (file->stream) fclose((FILE *)file->stream);
     file->stream = NULL;
-    if (file->part[0]) pdi_file_remove_path(file->part);
-    file->part[0] = 0;
+    if (file->temporary_path[0]) pdi_file_remove_path(file->temporary_path);
+    file->temporary_path[0] = 0;
 }
 
 PDI_FN void pdi_file_remove(const char *path)

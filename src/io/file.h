@@ -20,7 +20,8 @@
 typedef struct pd_file {
     void *stream;                    /* FILE, NULL: closed */
     char path[PD_PATH_SIZE];         /* final name */
-    char part[PD_PATH_SIZE + 8];     /* name of the temporary file; empty: the file itself is read or appended to */
+    /* name of the temporary file; empty: the file itself is read or appended to */
+    char temporary_path[PD_PATH_SIZE + 8];
 } pd_file;
 
 #define pd_file_make_directory PD_NAME(pd_file_make_directory)

@@ -169,15 +169,15 @@ static pd_status pdi_output_folder_acquire_lock(pd_ctx *ctx, pd_output_folder *f
     pdi_output_folder_lock_state state = PDI_OUTPUT_FOLDER_LOCK_MISSING;
     PDI_TRY(pd_file_join(ctx, f->path, PD_OUTPUT_FOLDER_LOCK, path));
     for (int k = 0; k < PDI_OUTPUT_FOLDER_LOCK_ATTEMPTS && state == PDI_OUTPUT_FOLDER_LOCK_MISSING; k++)
-        state = pdi_output_folder_try_lock(path, 1, &f->lock);
+        state = pdi_output_folder_try_lock(path, 1, &f->lock_descriptor);
     if (state == PDI_OUTPUT_FOLDER_LOCK_ERROR)
         return pdi_fail(ctx, PD_ERR_FILE, "folder", "cannot create '%.300s': %s", path, strerror(errno));
     if (state == PDI_OUTPUT_FOLDER_LOCK_FOREIGN) return pdi_output_folder_fail_not_lock(ctx, path);
     if (state != PDI_OUTPUT_FOLDER_LOCK_OURS) return pdi_output_folder_fail_in_use(ctx, f->path, path);
-    f->held = 1;
+    f->lock_held = 1;
     /* over that of a run that was killed */
     snprintf(number, sizeof number, "%-20ld\n", pdi_output_folder_process_id());
-    pdi_output_folder_write_lock(f->lock, number);
+    pdi_output_folder_write_lock(f->lock_descriptor, number);
     return PD_OK;
 }
 
@@ -231,7 +231,7 @@ static void pdi_output_folder_remove_listed(pd_ctx *ctx, pd_output_folder *f, pd
     char name[PD_PATH_SIZE], path[PD_PATH_SIZE];
     while (pdi_output_folder_read_line(file, name)) {
         if (!pdi_output_folder_is_output_name(name) || pd_file_join(ctx, f->path, name, path) < 0) continue;
-        f->removed += pdi_file_exists(path);
+        f->removed_count += pdi_file_exists(path);
         pdi_file_remove(path);
     }
 }
@@ -253,14 +253,14 @@ static pd_status pdi_output_folder_begin_list(pd_ctx *ctx, pd_output_folder *f)
     pd_file former;
     int listed;
     PDI_TRY(pdi_output_folder_open_list(ctx, f->path, &former, found, &listed));
-    pd_status status = listed ? pdi_output_folder_check_run_name(ctx, f->path, f->run, found) : PD_OK;
+    pd_status status = listed ? pdi_output_folder_check_run_name(ctx, f->path, f->run_name, found) : PD_OK;
     if (listed && status == PD_OK) pdi_output_folder_remove_listed(ctx, f, &former);
     pdi_file_abandon(&former);
     PDI_TRY(status);
     PDI_TRY(pd_file_join(ctx, f->path, PD_OUTPUT_FOLDER_LIST, path));
     PDI_TRY(pdi_file_create(ctx, path, &f->list));
     status = pdi_file_write_text(ctx, &f->list, PDI_OUTPUT_FOLDER_LIST_HEADER "run ");
-    if (status == PD_OK) status = pdi_file_write_text(ctx, &f->list, f->run);
+    if (status == PD_OK) status = pdi_file_write_text(ctx, &f->list, f->run_name);
     if (status == PD_OK) status = pdi_file_write_text(ctx, &f->list, "\n");
     if (status == PD_OK) status = pdi_file_commit(ctx, &f->list);
     else pdi_file_abandon(&f->list);
@@ -276,8 +276,8 @@ static pd_status pdi_output_folder_init(pd_ctx *ctx, const char *path, const cha
     if (strlen(path) >= PD_PATH_SIZE || strlen(run_name) >= PD_PATH_SIZE - 8)
         return pdi_fail(ctx, PD_ERR_SIZE, "folder", "the path '%.60s...' is too long", path);
     memcpy(f->path, path, strlen(path) + 1);
-    memcpy(f->run, run_name, strlen(run_name) + 1);
-    for (char *c = f->run; *c; c++)
+    memcpy(f->run_name, run_name, strlen(run_name) + 1);
+    for (char *c = f->run_name; *c; c++)
         if (*c == '\n' || *c == '\r') *c = '_';
     return PD_OK;
 }
@@ -301,14 +301,14 @@ PDI_FN pd_status pdi_output_folder_check(pd_ctx *ctx, const char *path, const ch
     PDI_TRY(pdi_output_folder_init(ctx, path, run_name, &f));
     PDI_TRY(pdi_file_check_writable(ctx, path));
     PDI_TRY(pd_file_join(ctx, path, PD_OUTPUT_FOLDER_LOCK, lock));
-    pdi_output_folder_lock_state state = pdi_output_folder_try_lock(lock, 0, &f.lock);
+    pdi_output_folder_lock_state state = pdi_output_folder_try_lock(lock, 0, &f.lock_descriptor);
     if (state == PDI_OUTPUT_FOLDER_LOCK_BUSY) return pdi_output_folder_fail_in_use(ctx, path, lock);
     if (state == PDI_OUTPUT_FOLDER_LOCK_FOREIGN) return pdi_output_folder_fail_not_lock(ctx, lock);
     /* of a run that was killed */
-    if (state == PDI_OUTPUT_FOLDER_LOCK_OURS) pdi_output_folder_release_lock(lock, f.lock);
+    if (state == PDI_OUTPUT_FOLDER_LOCK_OURS) pdi_output_folder_release_lock(lock, f.lock_descriptor);
     PDI_TRY(pdi_output_folder_open_list(ctx, path, &list, found, &listed));
     pdi_file_abandon(&list);
-    return listed ? pdi_output_folder_check_run_name(ctx, path, f.run, found) : PD_OK;
+    return listed ? pdi_output_folder_check_run_name(ctx, path, f.run_name, found) : PD_OK;
 }
 
 PDI_FN pd_status pdi_output_folder_lock_existing(pd_ctx *ctx, const char *path, const char *run_name,
@@ -333,8 +333,8 @@ PDI_FN pd_status pdi_output_folder_add_file(pd_ctx *ctx, pd_output_folder *f, co
 
 PDI_FN pd_status pdi_output_folder_store(pd_ctx *ctx, pd_output_folder *f, pd_archive *archive)
 {
-    if (!archive->reading) PDI_TRY(pdi_file_get_length(ctx, &f->list, &f->length));
-    return PDI_ARCHIVE_ARRAY(ctx, archive, "length of the list", &f->length, 1);
+    if (!archive->is_reading) PDI_TRY(pdi_file_get_length(ctx, &f->list, &f->list_length));
+    return PDI_ARCHIVE_ARRAY(ctx, archive, "length of the list", &f->list_length, 1);
 }
 
 PDI_FN pd_status pdi_output_folder_resume_list(pd_ctx *ctx, pd_output_folder *f)
@@ -344,14 +344,14 @@ PDI_FN pd_status pdi_output_folder_resume_list(pd_ctx *ctx, pd_output_folder *f)
     int listed;
     PDI_TRY(pd_file_join(ctx, f->path, PD_OUTPUT_FOLDER_LIST, path));
     PDI_TRY(pdi_output_folder_open_list(ctx, f->path, &former, found, &listed));
-    pd_status status = listed ? pdi_output_folder_check_run_name(ctx, f->path, f->run, found)
+    pd_status status = listed ? pdi_output_folder_check_run_name(ctx, f->path, f->run_name, found)
                               : pdi_fail(ctx, PD_ERR_FILE, "folder",
                                          "'%.300s' is missing, expected the list of the run that goes on", path);
-    if (status == PD_OK && fseek((FILE *)former.stream, (long)f->length, SEEK_SET) == 0)
+    if (status == PD_OK && fseek((FILE *)former.stream, (long)f->list_length, SEEK_SET) == 0)
         pdi_output_folder_remove_listed(ctx, f, &former);
     pdi_file_abandon(&former);
-    f->removed = 0;
-    return status == PD_OK ? pdi_file_resume(ctx, path, f->length, &f->list) : status;
+    f->removed_count = 0;
+    return status == PD_OK ? pdi_file_resume(ctx, path, f->list_length, &f->list) : status;
 }
 
 PDI_FN void pdi_output_folder_close(pd_output_folder *f)
@@ -360,9 +360,9 @@ PDI_FN void pdi_output_folder_close(pd_output_folder *f)
     pd_ctx quiet;
     pd_ctx_init(&quiet);
     pdi_file_abandon(&f->list);
-    if (f->held && pd_file_join(&quiet, f->path, PD_OUTPUT_FOLDER_LOCK, path) == PD_OK)
-        pdi_output_folder_release_lock(path, f->lock);
-    f->held = 0;
+    if (f->lock_held && pd_file_join(&quiet, f->path, PD_OUTPUT_FOLDER_LOCK, path) == PD_OK)
+        pdi_output_folder_release_lock(path, f->lock_descriptor);
+    f->lock_held = 0;
 }
 
 #undef PDI_OUTPUT_FOLDER_LIST_HEADER

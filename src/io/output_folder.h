@@ -19,12 +19,12 @@
 /* Zero-initialise. */
 typedef struct pd_output_folder {
     char path[PD_PATH_SIZE];
-    char run[PD_PATH_SIZE]; /* name of the run */
+    char run_name[PD_PATH_SIZE]; /* name of the run */
     pd_file list;           /* list of output files, open to append */
-    int64_t length;         /* [byte] length of the list when the checkpoint was written */
-    int held;               /* 1: this run holds the lock */
-    int lock;               /* descriptor of the lock file */
-    int removed;            /* number of deleted files of the previous run */
+    int64_t list_length;    /* [byte] length of the list when the checkpoint was written */
+    int lock_held;          /* 1: this run holds the lock */
+    int lock_descriptor;    /* descriptor of the lock file */
+    int removed_count;      /* number of deleted files of the previous run */
 } pd_output_folder;
 
 #ifdef PDI_INTERNAL

@@ -36,7 +36,7 @@ static int pdi_plot_is_shown(const pd_plot *plot, const pd_series *s, int i)
 /* Lower (side -1) or upper (side 1) end of the error bar of point i; the point itself where the axis cannot show it. */
 static double pdi_plot_error_bar_end(const pd_plot *plot, const pd_series *s, int i, int side)
 {
-    double end = s->spread ? s->y[i] + side * s->spread[i] : s->y[i];
+    double end = s->error_bar ? s->y[i] + side * s->error_bar[i] : s->y[i];
     return pdi_plot_is_drawable(end, plot->y_log) ? end : s->y[i];
 }
 
@@ -257,8 +257,8 @@ static void pdi_plot_draw_error_bars(const pd_plot *plot, const pdi_plot_layout 
 {
     const pd_series *s = &plot->series[k];
     uint32_t colour = pdi_colour_get_series_colour(k);
-    for (int i = 0; s->spread && i < s->count; i++) {
-        if (!pdi_plot_is_shown(plot, s, i) || !(s->spread[i] > 0)) continue;
+    for (int i = 0; s->error_bar && i < s->count; i++) {
+        if (!pdi_plot_is_shown(plot, s, i) || !(s->error_bar[i] > 0)) continue;
         double x = pdi_plot_x_to_pixel(l, s->x[i]),
                low = pdi_plot_y_to_pixel(l, pdi_plot_error_bar_end(plot, s, i, -1));
         double high = pdi_plot_y_to_pixel(l, pdi_plot_error_bar_end(plot, s, i, 1));

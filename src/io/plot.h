@@ -20,7 +20,8 @@ typedef struct pd_series {
                           * axis) leave a gap */
     int count;
     pd_series_style stroke;
-    const double *spread; /* [count] [-] half the length of the error bar of a point; 0: no bar. NULL: none has one */
+    /* [count] [-] half the length of the error bar of a point; 0: no bar. NULL: none has one */
+    const double *error_bar;
 } pd_series;
 
 /* Zero-initialise, then fill in. */

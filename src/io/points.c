@@ -12,11 +12,11 @@ enum { PDI_POINTS_BOX_CORNERS = 1 << PD_DIM }; /* corners of a line, a quad, a h
 
 void pd_points_free(pd_ctx *ctx, pd_points *p)
 {
-    PDI_DELETE(ctx, (int64_t)p->room * PD_DIM, p->position);
-    PDI_DELETE(ctx, p->room, p->volume);
-    PDI_DELETE(ctx, p->room, p->tag);
-    PDI_DELETE(ctx, (int64_t)p->room * PD_DIM, p->surface);
-    PDI_DELETE(ctx, p->faces * PD_DIM * PD_DIM, p->face);
+    PDI_DELETE(ctx, (int64_t)p->capacity * PD_DIM, p->position);
+    PDI_DELETE(ctx, p->capacity, p->volume);
+    PDI_DELETE(ctx, p->capacity, p->tag);
+    PDI_DELETE(ctx, (int64_t)p->capacity * PD_DIM, p->boundary_area);
+    PDI_DELETE(ctx, p->face_count * PD_DIM * PD_DIM, p->face_corner);
     memset(p, 0, sizeof *p);
 }
 
@@ -25,12 +25,12 @@ static pd_status pdi_points_resize(pd_ctx *ctx, pd_points *p, int32_t capacity)
 {
     pd_points larger;
     memset(&larger, 0, sizeof larger);
-    larger.room = capacity;
+    larger.capacity = capacity;
     larger.count = p->count;
     pd_status status = PDI_NEW(ctx, "points", (int64_t)capacity * PD_DIM, larger.position);
     if (status == PD_OK) status = PDI_NEW(ctx, "points", capacity, larger.volume);
     if (status == PD_OK) status = PDI_NEW(ctx, "points", capacity, larger.tag);
-    if (status == PD_OK) status = PDI_NEW(ctx, "points", (int64_t)capacity * PD_DIM, larger.surface);
+    if (status == PD_OK) status = PDI_NEW(ctx, "points", (int64_t)capacity * PD_DIM, larger.boundary_area);
     if (status != PD_OK) {
         pd_points_free(ctx, &larger);
         return status;
@@ -39,13 +39,13 @@ static pd_status pdi_points_resize(pd_ctx *ctx, pd_points *p, int32_t capacity)
         memcpy(larger.position, p->position, (size_t)p->count * PD_DIM * sizeof *p->position);
         memcpy(larger.volume, p->volume, (size_t)p->count * sizeof *p->volume);
         memcpy(larger.tag, p->tag, (size_t)p->count * sizeof *p->tag);
-        memcpy(larger.surface, p->surface, (size_t)p->count * PD_DIM * sizeof *p->surface);
+        memcpy(larger.boundary_area, p->boundary_area, (size_t)p->count * PD_DIM * sizeof *p->boundary_area);
     }
-    larger.faces = p->faces;
-    larger.face = p->face;
-    larger.seams = p->seams;
-    larger.twins = p->twins;
-    p->face = NULL;
+    larger.face_count = p->face_count;
+    larger.face_corner = p->face_corner;
+    larger.coincident_faces = p->coincident_faces;
+    larger.coincident_nodes = p->coincident_nodes;
+    p->face_corner = NULL;
     pd_points_free(ctx, p);
     *p = larger;
     return PD_OK;
@@ -53,16 +53,17 @@ static pd_status pdi_points_resize(pd_ctx *ctx, pd_points *p, int32_t capacity)
 
 PDI_FN pd_status pdi_points_reserve_faces(pd_ctx *ctx, pd_points *p, int64_t faces)
 {
-    PDI_TRY(PDI_NEW(ctx, "points", faces * PD_DIM * PD_DIM, p->face));
-    p->faces = faces;
+    PDI_TRY(PDI_NEW(ctx, "points", faces * PD_DIM * PD_DIM, p->face_corner));
+    p->face_count = faces;
     return PD_OK;
 }
 
 PDI_FN pd_status pdi_points_add(pd_ctx *ctx, pd_points *p, const double *position, double volume, int32_t tag)
 {
-    if (p->count == p->room) {
-        if (p->room > INT32_MAX / 2 - 64) return pdi_fail(ctx, PD_ERR_SIZE, "points", "more than %d points", p->room);
-        PDI_TRY(pdi_points_resize(ctx, p, 2 * p->room + 64));
+    if (p->count == p->capacity) {
+        if (p->capacity > INT32_MAX / 2 - 64)
+            return pdi_fail(ctx, PD_ERR_SIZE, "points", "more than %d points", p->capacity);
+        PDI_TRY(pdi_points_resize(ctx, p, 2 * p->capacity + 64));
     }
     for (int d = 0; d < PD_DIM; d++) p->position[(int64_t)p->count * PD_DIM + d] = position[d];
     p->volume[p->count] = volume;

@@ -10,19 +10,19 @@
 /* Material points of a body, and its surface. */
 typedef struct pd_points {
     int32_t count;    /* number of points */
-    int32_t room;     /* capacity of the arrays */
+    int32_t capacity; /* capacity of the arrays */
     double *position; /* [count][PD_DIM] [m] */
     double *volume;   /* [count] [m^d] */
     int32_t *tag;     /* [count] region; 0: none */
-    double *surface;  /* [count][PD_DIM] [m^(d-1)] outward area vector of the boundary faces of a point: those of its
-                       * cell, distributed to the cells at their nodes so that a pressure has the same moment as on the
-                       * faces; points of tables: 0. A boundary stress P gives a point the body force P surface/volume
-                       * [N/m3], a pressure p -p surface/volume */
-    int64_t faces;    /* number of boundary faces: points, segments, triangles (two a quadrilateral); tables: 0 */
-    double *face;     /* [faces][PD_DIM][PD_DIM] [m] their corners, as of pd_body_desc */
-    int64_t seams;    /* number of boundary faces that coincide with one of another cell but have other nodes: parts
-                       * that touch there are not connected */
-    int64_t twins;    /* number of boundary nodes that coincide with another one */
+    double *boundary_area; /* [count][PD_DIM] [m^(d-1)] outward area vector of the boundary faces of a point: those of
+                            * its cell, distributed to the cells at their nodes so that a pressure has the same moment
+                            * as on the faces; points of tables: 0. A boundary stress P gives a point the body force P
+                            * surface/volume [N/m3], a pressure p -p surface/volume */
+    int64_t face_count;    /* number of boundary faces: points, segments, triangles (two a quadrilateral); tables: 0 */
+    double *face_corner;   /* [faces][PD_DIM][PD_DIM] [m] their corners, as of pd_body_desc */
+    int64_t coincident_faces; /* number of boundary faces that coincide with one of another cell but have other nodes:
+                               * parts that touch there are not connected */
+    int64_t coincident_nodes; /* number of boundary nodes that coincide with another one */
 } pd_points;
 
 #define pd_points_free PD_NAME(pd_points_free)

@@ -67,11 +67,11 @@ PDI_FN void pdi_renderer_init_view(const double *lo, const double *hi, const dou
         }
     }
     double room = 2.0 * PDI_RENDERER_MARGIN;
-    s->size =
+    s->pixel_size =
         pdi_max((most[0] - least[0]) / (width - room), (most[1] - least[1]) / (PDI_RENDERER_MAX_ASPECT * width - room));
-    s->width = (int)ceil((most[0] - least[0]) / s->size + room - 1e-6);
-    s->height = (int)ceil((most[1] - least[1]) / s->size + room - 1e-6);
-    for (int d = 0; d < 2; d++) s->corner[d] = least[d] - PDI_RENDERER_MARGIN * s->size;
+    s->width = (int)ceil((most[0] - least[0]) / s->pixel_size + room - 1e-6);
+    s->height = (int)ceil((most[1] - least[1]) / s->pixel_size + room - 1e-6);
+    for (int d = 0; d < 2; d++) s->corner[d] = least[d] - PDI_RENDERER_MARGIN * s->pixel_size;
 }
 
 PDI_FN pd_status pdi_renderer_build(pd_ctx *ctx, const double *lo, const double *hi, const double *direction, int width,
@@ -80,8 +80,8 @@ PDI_FN pd_status pdi_renderer_build(pd_ctx *ctx, const double *lo, const double 
     pdi_renderer_init_view(lo, hi, direction, width, s);
     int64_t pixels = (int64_t)s->width * s->height;
     PDI_TRY(PDI_NEW(ctx, "shade", pixels, s->value));
-    PDI_TRY(PDI_NEW(ctx, "shade", pixels, s->light));
-    PDI_TRY(PDI_NEW(ctx, "shade", pixels, s->cover));
+    PDI_TRY(PDI_NEW(ctx, "shade", pixels, s->brightness));
+    PDI_TRY(PDI_NEW(ctx, "shade", pixels, s->coverage));
     return PDI_NEW(ctx, "shade", pixels, s->edge);
 }
 
@@ -89,16 +89,16 @@ PDI_FN void pdi_renderer_free(pd_ctx *ctx, pd_rendering *s)
 {
     int64_t pixels = (int64_t)s->width * s->height;
     PDI_DELETE(ctx, pixels, s->value);
-    PDI_DELETE(ctx, pixels, s->light);
-    PDI_DELETE(ctx, pixels, s->cover);
+    PDI_DELETE(ctx, pixels, s->brightness);
+    PDI_DELETE(ctx, pixels, s->coverage);
     PDI_DELETE(ctx, pixels, s->edge);
     memset(s, 0, sizeof *s);
 }
 
 PDI_FN void pdi_renderer_project_point(const pd_rendering *s, const double *x, double *position)
 {
-    position[0] = (pdi_renderer_dot(x, s->right) - s->corner[0]) / s->size;
-    position[1] = s->height - (pdi_renderer_dot(x, s->up) - s->corner[1]) / s->size;
+    position[0] = (pdi_renderer_dot(x, s->right) - s->corner[0]) / s->pixel_size;
+    position[1] = s->height - (pdi_renderer_dot(x, s->up) - s->corner[1]) / s->pixel_size;
     position[2] = pdi_renderer_dot(x, s->eye) - pdi_renderer_dot(s->lo, s->eye);
 }
 
@@ -147,13 +147,13 @@ static void pdi_renderer_draw_triangle(const pd_rendering *s, const pdi_renderer
             if (!in) continue;
             for (int k = 0; k < 3; k++) depth += weight[k] * c[k]->position[2];
             size_t to = (size_t)y * (size_t)s->width + (size_t)x;
-            if (!((float)(depth / s->size) > p->depth[to])) continue;
+            if (!((float)(depth / s->pixel_size) > p->depth[to])) continue;
             for (int k = 0; k < 3; k++) {
                 for (int d = 0; d < 3; d++) normal[d] += weight[k] * c[k]->normal[d];
                 mean += weight[k] * c[k]->value;
             }
             pdi_renderer_normalise(normal);
-            p->depth[to] = (float)(depth / s->size);
+            p->depth[to] = (float)(depth / s->pixel_size);
             p->value[to] = (float)(flat ? value : mean);
             p->light[to] = (uint8_t)(255.0 * pdi_renderer_compute_brightness(s, normal) + 0.5);
         }
@@ -215,7 +215,7 @@ static void pdi_renderer_draw_edge(pd_rendering *s, const pdi_renderer_zbuffer *
             double along_edge = pdi_min(1.0, pdi_max(0.0, (px * dx + py * dy) / square));
             if (pdi_canvas_hypot(px - along_edge * dx, py - along_edge * dy) > 0.5 * PDI_RENDERER_EDGE_WIDTH) continue;
             size_t to = (size_t)y * (size_t)s->width + (size_t)x;
-            double depth = (a[2] + along_edge * (b[2] - a[2])) / s->size + PDI_RENDERER_EDGE_DEPTH_OFFSET;
+            double depth = (a[2] + along_edge * (b[2] - a[2])) / s->pixel_size + PDI_RENDERER_EDGE_DEPTH_OFFSET;
             if (depth > (double)p->depth[to] &&
                 s->edge[to] < PDI_RENDERER_SAMPLES_PER_SIDE * PDI_RENDERER_SAMPLES_PER_SIDE)
                 s->edge[to]++;
@@ -250,7 +250,7 @@ static void pdi_renderer_add_sample(pd_rendering *s, const pdi_renderer_zbuffer 
 {
     for (size_t k = 0; k < (size_t)s->width * (size_t)s->height; k++) {
         if (!(p->depth[k] > -FLT_MAX)) continue;
-        s->cover[k]++;
+        s->coverage[k]++;
         sums->light[k] = (uint16_t)(sums->light[k] + p->light[k]);
         if (isnan(p->value[k]) || (labels && sums->value_count[k])) continue;
         sums->value[k] += (double)p->value[k];
@@ -263,7 +263,7 @@ static void pdi_renderer_draw_samples(pd_rendering *s, const pdi_surface_nets_me
                                       pdi_renderer_zbuffer *p, pdi_renderer_sums *sums)
 {
     size_t pixels = (size_t)s->width * (size_t)s->height;
-    memset(s->cover, 0, pixels);
+    memset(s->coverage, 0, pixels);
     memset(s->edge, 0, pixels);
     for (int n = 0; n < PDI_RENDERER_SAMPLES_PER_SIDE * PDI_RENDERER_SAMPLES_PER_SIDE; n++) {
         p->offset[0] = (n % PDI_RENDERER_SAMPLES_PER_SIDE + 0.5) / PDI_RENDERER_SAMPLES_PER_SIDE;
@@ -274,8 +274,8 @@ static void pdi_renderer_draw_samples(pd_rendering *s, const pdi_surface_nets_me
         pdi_renderer_add_sample(s, p, labels, sums);
     }
     for (size_t k = 0; k < pixels; k++) {
-        unsigned cover = s->cover[k];
-        s->light[k] = (uint8_t)(cover ? (sums->light[k] + cover / 2) / cover : 0u);
+        unsigned cover = s->coverage[k];
+        s->brightness[k] = (uint8_t)(cover ? (sums->light[k] + cover / 2) / cover : 0u);
         s->value[k] = sums->value_count[k] ? (float)(sums->value[k] / sums->value_count[k]) : (float)NAN;
     }
 }

@@ -11,13 +11,13 @@
 /* A view and the image rendered in it. */
 typedef struct pd_rendering {
     int width, height;          /* [pixel] */
-    double size;                /* [m] size of a pixel */
+    double pixel_size;          /* [m] size of a pixel */
     double right[3], up[3], eye[3]; /* [-] unit vectors of the view: right, up, and towards the eye */
     double corner[2];           /* [m] lower left corner of the image, along right and up */
     double lo[3], hi[3];        /* [m] bounding box */
     float *value;               /* [width * height] mean value of the samples that have one; NaN: none; row 0 on top */
-    uint8_t *light;             /* [width * height] brightness of the surface, 1/255 of full light */
-    uint8_t *cover;             /* [width * height] number of samples that the body covers */
+    uint8_t *brightness;        /* [width * height] brightness of the surface, 1/255 of full light */
+    uint8_t *coverage;          /* [width * height] number of samples that the body covers */
     uint8_t *edge;              /* [width * height] number of samples on visible edges of the box */
 } pd_rendering;
 

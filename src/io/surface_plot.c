@@ -32,12 +32,12 @@ static void pdi_surface_plot_compute_scale_bar(const pd_rendering *s, pdi_surfac
 {
     static const char *const units[] = {"nm", "\xC2\xB5m", "mm", "m"};
     static const double sizes[] = {1e-9, 1e-6, 1e-3, 1.0};
-    double most = PDI_SURFACE_PLOT_MAX_SCALE_FRACTION * s->width * s->size, power = pow(10.0, floor(log10(most)));
+    double most = PDI_SURFACE_PLOT_MAX_SCALE_FRACTION * s->width * s->pixel_size, power = pow(10.0, floor(log10(most)));
     double length = (most >= 5.0 * power ? 5.0 : most >= 2.0 * power ? 2.0 : 1.0) * power;
     int unit = 0;
     while (unit < 3 && length * (1.0 + 1e-9) >= sizes[unit + 1]) unit++;
     snprintf(l->scale_label, sizeof l->scale_label, "%.3g %s", length / sizes[unit], units[unit]);
-    l->scale_bar_length = length / s->size;
+    l->scale_bar_length = length / s->pixel_size;
 }
 
 /* Set up the legend with the labels that are visible. */
@@ -50,7 +50,7 @@ static void pdi_surface_plot_init_legend(const pdi_surface_plot *r, pdi_surface_
     l->legend.lo = r->lo;
     l->legend.hi = r->hi;
     for (size_t k = 0; k < (size_t)s->width * (size_t)s->height; k++)
-        if (s->cover[k]) pdi_legend_mark_shown(&l->legend, (double)s->value[k]);
+        if (s->coverage[k]) pdi_legend_mark_shown(&l->legend, (double)s->value[k]);
 }
 
 /* Positions of all parts and the size of the picture. */
@@ -101,15 +101,16 @@ static uint32_t pdi_surface_plot_get_unshaded_colour(const pdi_surface_plot *r, 
 static uint32_t pdi_surface_plot_get_pixel_colour(const pdi_surface_plot *r, const pdi_surface_plot_layout *l, size_t k)
 {
     const pd_rendering *s = r->rendering;
-    double samples = PDI_RENDERER_SAMPLES_PER_SIDE * PDI_RENDERER_SAMPLES_PER_SIDE, cover = s->cover[k] / samples,
+    double samples = PDI_RENDERER_SAMPLES_PER_SIDE * PDI_RENDERER_SAMPLES_PER_SIDE, cover = s->coverage[k] / samples,
            edge = s->edge[k] / samples;
-    uint32_t base =
-                 s->cover[k] ? pdi_surface_plot_get_unshaded_colour(r, l, (double)s->value[k]) : PDI_CANVAS_BACKGROUND,
+    uint32_t base = s->coverage[k] ? pdi_surface_plot_get_unshaded_colour(r, l, (double)s->value[k])
+                                   : PDI_CANVAS_BACKGROUND,
              colour = 0;
     for (int c = 16; c >= 0; c -= 8) {
         double background = (double)(PDI_CANVAS_BACKGROUND >> c & 255),
                edge_colour = (double)(PDI_SURFACE_PLOT_EDGE_COLOUR >> c & 255);
-        double body = (double)(base >> c & 255) * s->light[k] / 255.0, mixed = background + cover * (body - background);
+        double body = (double)(base >> c & 255) * s->brightness[k] / 255.0,
+               mixed = background + cover * (body - background);
         mixed += edge * (edge_colour - mixed);
         colour |= (uint32_t)(mixed + 0.5) << c;
     }

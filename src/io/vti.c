@@ -150,10 +150,10 @@ static pd_status pdi_vti_write_value_names(pd_ctx *ctx, pd_file *file, const pd_
     pdi_vti_escape_xml(f->name, name, sizeof name);
     snprintf(text, sizeof text,
              "      <Array type=\"String\" Name=\"%s_names\" NumberOfTuples=\"%d\" format=\"ascii\">", name,
-             f->code_count);
+             f->value_name_count);
     PDI_TRY(pdi_file_write_text(ctx, file, text));
-    for (int k = 0; k < f->code_count; k++) {
-        for (const char *c = f->codes[k]; *c; c++) {
+    for (int k = 0; k < f->value_name_count; k++) {
+        for (const char *c = f->value_names[k]; *c; c++) {
             snprintf(text, sizeof text, "%d ", (int)(unsigned char)*c);
             PDI_TRY(pdi_file_write_text(ctx, file, text));
         }
@@ -169,7 +169,7 @@ static pd_status pdi_vti_begin_cell_data(pd_ctx *ctx, pd_file *file, const pd_gr
     char text[PDI_VTI_TEXT_SIZE], name[256], active[2][256] = {"", ""};
     int n[3] = {1, 1, 1};
     for (int k = 0; k < count; k++) {
-        if (fields[k].codes) PDI_TRY(pdi_vti_write_value_names(ctx, file, &fields[k]));
+        if (fields[k].value_names) PDI_TRY(pdi_vti_write_value_names(ctx, file, &fields[k]));
         int vector = fields[k].vector != 0;
         pdi_vti_escape_xml(fields[k].name, name, sizeof name);
         if (!active[vector][0]) memcpy(active[vector], name, sizeof name);
@@ -286,9 +286,9 @@ PDI_FN pd_status pdi_pvd_add_file(pd_ctx *ctx, pd_pvd *pvd, double time, const c
     char line[PDI_VTI_TEXT_SIZE + 128], name[PDI_VTI_TEXT_SIZE], stamp[PDI_FILE_NUMBER_SIZE];
     if (!pvd->path[0]) return pdi_fail(ctx, PD_ERR_ARGUMENT, "pvd", "the collection was not started by pdi_pvd_init");
     if (isnan(time) || isinf(time)) return pdi_fail(ctx, PD_ERR_ARGUMENT, "pvd", "%s: the time is %g", file, time);
-    if (pvd->count && !(time > pvd->last))
+    if (pvd->count && !(time > pvd->last_time))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "pvd", "%s: time %.17g s does not follow %.17g s, times must increase",
-                        file, time, pvd->last);
+                        file, time, pvd->last_time);
     if (!pdi_vti_escape_xml(pdi_vti_relative_path(pvd, file), name, sizeof name))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "pvd", "the file name '%.80s' cannot be listed", file);
     pdi_file_format_number(time, stamp);
@@ -306,7 +306,7 @@ PDI_FN pd_status pdi_pvd_add_file(pd_ctx *ctx, pd_pvd *pvd, double time, const c
         pvd->size -= length; /* the collection stays as it is on disk */
         return status;
     }
-    pvd->last = time;
+    pvd->last_time = time;
     pvd->count++;
     return PD_OK;
 }
@@ -314,7 +314,7 @@ PDI_FN pd_status pdi_pvd_add_file(pd_ctx *ctx, pd_pvd *pvd, double time, const c
 PDI_FN pd_status pdi_pvd_store(pd_ctx *ctx, pd_pvd *pvd, pd_archive *archive)
 {
     int64_t size = (int64_t)pvd->size;
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "collection.last", &pvd->last, 1));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "collection.last", &pvd->last_time, 1));
     PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "collection.count", &pvd->count, 1));
     PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "collection.size", &size, 1));
     if (size > (int64_t)pvd->capacity) {

@@ -27,9 +27,9 @@ typedef struct pd_vti_field {
     int vector;       /* 0: a scalar, data[node]; 1: PD_DIM components, data[d * total + node], padded to 3 by zeros */
     const void *data; /* over the padded lattice: total or PD_DIM * total elements */
     const char *unit; /* "mol/m3", which VTK knows as UNITS_LABEL; NULL: none */
-    const char *const *codes; /* [code_count] names of the values 0, 1, ..., written as the array NAME_names of the
-                               * field data; NULL: none */
-    int code_count;
+    const char *const *value_names; /* [code_count] names of the values 0, 1, ..., written as the array NAME_names of
+                                     * the field data; NULL: none */
+    int value_name_count;
 } pd_vti_field;
 
 /* A time series of files. Zero-initialise. */
@@ -37,7 +37,7 @@ typedef struct pd_pvd {
     char path[PD_PATH_SIZE];
     char *entries;   /* [capacity] XML lines of the files so far */
     size_t size, capacity; /* [byte] length of the lines, and of the buffer */
-    double last;     /* [s] time of the last file */
+    double last_time;      /* [s] time of the last file */
     int count;       /* number of files */
 } pd_pvd;
 

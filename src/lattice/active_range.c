@@ -13,8 +13,8 @@ static int pdi_active_range_is_active(const pd_grid *grid, int32_t node)
 /* Counts the ranges and their nodes; with `list` also stores them. */
 static void pdi_active_range_find(const pd_grid *grid, pd_active_ranges *s, int list)
 {
-    int32_t line = grid->np[0];
-    s->count = s->nodes = 0;
+    int32_t line = grid->padded[0];
+    s->count = s->packed_length = 0;
     for (int32_t node = 0; node < grid->total; node += line) {
         int32_t low = 0, high = line;
         while (low < high && !pdi_active_range_is_active(grid, node + low)) low++;
@@ -22,11 +22,11 @@ static void pdi_active_range_find(const pd_grid *grid, pd_active_ranges *s, int 
         if (low == high) continue;
         if (list) {
             s->first[s->count] = node + low;
-            s->start[s->count] = s->nodes;
+            s->packed_start[s->count] = s->packed_length;
             s->length[s->count] = high - low;
         }
         s->count++;
-        s->nodes += high - low;
+        s->packed_length += high - low;
     }
 }
 
@@ -35,7 +35,7 @@ static void pdi_active_range_list_arrays(pdi_array_visitor *owner, void *object)
 {
     pd_active_ranges *spans = (pd_active_ranges *)object;
     PDI_ARRAY(owner, spans, first, spans->capacity, "1");
-    PDI_ARRAY(owner, spans, start, spans->capacity, "1");
+    PDI_ARRAY(owner, spans, packed_start, spans->capacity, "1");
     PDI_ARRAY(owner, spans, length, spans->capacity, "1");
 }
 
@@ -72,7 +72,8 @@ static void pdi_active_range_copy_ranges(const pd_active_ranges *s, int componen
     PDI_FOR_NOWAIT
     for (int32_t k = 0; k < components * s->count; k++) {
         int32_t span = k % s->count;
-        int64_t c = k / s->count, full = c * s->total + s->first[span], packed = c * s->nodes + s->start[span];
+        int64_t c = k / s->count, full = c * s->total + s->first[span],
+                packed = c * s->packed_length + s->packed_start[span];
         memcpy(to + (pack ? packed : full), from + (pack ? full : packed), (size_t)s->length[span] * sizeof *to);
         if (!pack) pdi_active_range_set_gaps_zero(s, span, to + c * s->total);
     }
@@ -82,7 +83,7 @@ static void pdi_active_range_copy_ranges(const pd_active_ranges *s, int componen
 static void pdi_active_range_copy(const pd_ctx *ctx, const pd_active_ranges *s, int components, const double *from,
                                   double *to, int pack)
 {
-    int nt = pdi_par_threads(ctx, (int64_t)components * s->nodes);
+    int nt = pdi_par_threads(ctx, (int64_t)components * s->packed_length);
     PDI_PARALLEL_CALL(nt, pdi_active_range_copy_ranges(s, components, from, to, pack));
 }
 

@@ -9,8 +9,8 @@
 
 typedef struct pd_active_ranges {
     int32_t count, capacity;
-    int32_t *first, *start, *length; /* [count] first node, its index in a packed vector, number of nodes */
-    int32_t nodes;                   /* length of a packed vector */
+    int32_t *first, *packed_start, *length; /* [count] first node, its index in a packed vector, number of nodes */
+    int32_t packed_length;                  /* length of a packed vector */
     int32_t total;                   /* nodes of the grid, ghosts included */
 } pd_active_ranges;
 

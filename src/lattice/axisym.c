@@ -221,7 +221,7 @@ static pd_status pdi_axisym_compute_table(pd_ctx *ctx, pdi_axisym_fit *fit, cons
                                        pdi_axisym_count_fitted_rows(fit)));
     fit->radius_far = unit ? pdi_axisym_find_far_radius(fit, grid) : HUGE_VAL;
     PDI_TRY(pdi_axisym_solve_multipliers(ctx, fit));
-    for (int row = 0; row < grid->np[PD_DIM - 1]; row++)
+    for (int row = 0; row < grid->padded[PD_DIM - 1]; row++)
         for (int k = 0; k < s->count; k++) {
             double rho = fit->first_radius + (row - grid->ghost),
                    c = pdi_axisym_compute_conductance(fit, row - grid->ghost, k);
@@ -237,7 +237,7 @@ static void pdi_axisym_compute_hoop(const pd_stencil *s, const pdi_axisym_fit *f
     for (int row = 0; row < axisym->rows; row++) {
         double rho = fit->first_radius + (row - grid->ghost), sum = 0.0;
         for (int k = 0; k < s->count; k++)
-            sum += axisym->lap[(int64_t)row * s->count + k] * pdi_axisym_get_offset(s, k, 1);
+            sum += axisym->laplacian_weight[(int64_t)row * s->count + k] * pdi_axisym_get_offset(s, k, 1);
         axisym->hoop[row] = rho > 0.0 ? sum / rho : 0.0;
     }
 }
@@ -246,8 +246,8 @@ static void pdi_axisym_compute_hoop(const pd_stencil *s, const pdi_axisym_fit *f
 static void pdi_axisym_list_arrays(pdi_array_visitor *owner, void *object)
 {
     pd_axisym *ring = (pd_axisym *)object;
-    PDI_ARRAY(owner, ring, lap, (int64_t)ring->rows * ring->count, "1/m2");
-    PDI_ARRAY(owner, ring, flux, (int64_t)ring->rows * ring->count, "1");
+    PDI_ARRAY(owner, ring, laplacian_weight, (int64_t)ring->rows * ring->count, "1/m2");
+    PDI_ARRAY(owner, ring, flux_factor, (int64_t)ring->rows * ring->count, "1");
     PDI_ARRAY(owner, ring, hoop, ring->rows, "1/m2");
 }
 
@@ -256,8 +256,9 @@ static pd_status pdi_axisym_compute_weights(pd_ctx *ctx, const pd_stencil *s, co
                                             pd_axisym *axisym)
 {
     PDI_TRY(pdi_array_registry_build(ctx, pdi_axisym_list_arrays, axisym));
-    PDI_TRY(pdi_axisym_compute_table(ctx, fit, grid, s->lap, s->lap, axisym->lap));
-    PDI_TRY(pdi_axisym_compute_table(ctx, fit, grid, s->base, NULL, axisym->flux));
+    PDI_TRY(
+        pdi_axisym_compute_table(ctx, fit, grid, s->laplacian_weight, s->laplacian_weight, axisym->laplacian_weight));
+    PDI_TRY(pdi_axisym_compute_table(ctx, fit, grid, s->base_weight, NULL, axisym->flux_factor));
     pdi_axisym_compute_hoop(s, fit, grid, axisym);
     return PD_OK;
 }
@@ -269,7 +270,7 @@ static pd_status pdi_axisym_build_inner(pd_ctx *ctx, const pd_stencil *stencil, 
     memset(axisym, 0, sizeof *axisym);
     memset(&fit, 0, sizeof fit);
     if (PD_DIM != 2 || !grid->circumference) return PD_OK;
-    axisym->rows = grid->np[PD_DIM - 1];
+    axisym->rows = grid->padded[PD_DIM - 1];
     axisym->count = stencil->count;
     fit.stencil = stencil;
     fit.first_radius = grid->circumference[grid->ghost] / (2.0 * PDI_PI * grid->h[PD_DIM - 1]);

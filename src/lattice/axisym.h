@@ -12,8 +12,8 @@
 
 typedef struct pd_axisym {
     int rows, count; /* rows of nodes along r, ghosts included; bonds of a family */
-    double *lap;     /* [rows][count] [1/m2] of the Laplacian: c_ij / r_i; 0 across the axis */
-    double *flux;    /* [rows][count] [-] factor on g(n) in the divergence; 0 across the axis */
+    double *laplacian_weight; /* [rows][count] [1/m2] of the Laplacian: c_ij / r_i; 0 across the axis */
+    double *flux_factor;      /* [rows][count] [-] factor on g(n) in the divergence; 0 across the axis */
     double *hoop;    /* [rows] [1/m2] the 1/r^2 of the vector Laplacian: lap u_r - hoop u_r is exact for u_r = r */
 } pd_axisym;
 

@@ -370,12 +370,12 @@ static void pdi_bond_sum_wall_closure(pd_bonds *bonds, int32_t r, double *closur
         if (pdi_bond_is_open(bonds, r, k)) continue;
         pdi_bond_find_intersection(&bonds->paths, node, k, pdi_bond_path_find_closed_group(&bonds->paths, node, k),
                                    &cut);
-        double factor = 2.0 * s->base[k] * pdi_max(1.0 - cut.fraction, 0.0) * pdi_vec_dot(xi, cut.normal);
+        double factor = 2.0 * s->base_weight[k] * pdi_max(1.0 - cut.fraction, 0.0) * pdi_vec_dot(xi, cut.normal);
         for (int i = 0; i < PD_DIM * PD_DIM; i++) closure[i] += factor * xi[i / PD_DIM] * cut.normal[i % PD_DIM];
         if (bonds->options & PD_BONDS_NO_FLOW) continue;
-        pdi_bond_add_wall_terms(bonds, node, k, &cut, &bonds->wall_lap[r], &bonds->wall_curv[r]);
-        if (cut.is_smooth) bonds->smooth[r] = 1;
-        if (neighbour >= 0) bonds->leg[(int64_t)r * 2 * PD_DIM + neighbour] = -cut.fraction;
+        pdi_bond_add_wall_terms(bonds, node, k, &cut, &bonds->wall_laplacian[r], &bonds->wall_curvature[r]);
+        if (cut.is_smooth) bonds->near_smooth_surface[r] = 1;
+        if (neighbour >= 0) bonds->neighbour_distance[(int64_t)r * 2 * PD_DIM + neighbour] = -cut.fraction;
     }
 }
 
@@ -393,9 +393,9 @@ static void pdi_bond_invert_moment_closed(const double *norm, const double *mome
 static void pdi_bond_invert_moment_no_flow(pd_bonds *bonds, int32_t r, const double *moment, double *inverse)
 {
     double closure[PD_DIM * PD_DIM];
-    if (pdi_bond_invert_moment(bonds->norm, moment, NULL, PDI_BOND_MIN_PIVOT, inverse)) return;
+    if (pdi_bond_invert_moment(bonds->full_moment, moment, NULL, PDI_BOND_MIN_PIVOT, inverse)) return;
     pdi_bond_sum_wall_closure(bonds, r, closure);
-    pdi_bond_invert_moment_closed(bonds->norm, moment, closure, inverse);
+    pdi_bond_invert_moment_closed(bonds->full_moment, moment, closure, inverse);
 }
 
 PDI_FN const double *pdi_bond_get_inverse_moment(const pd_bonds *bonds, int32_t r, double *buffer)
@@ -404,13 +404,13 @@ PDI_FN const double *pdi_bond_get_inverse_moment(const pd_bonds *bonds, int32_t 
     const pd_stencil *s = bonds->stencil;
     pd_bonds rest = *bonds; /* what is written to rows is of flows only */
     double moment[N];
-    if (bonds->moment) return bonds->moment + (int64_t)r * N;
+    if (bonds->inverse_moment) return bonds->inverse_moment + (int64_t)r * N;
     memset(moment, 0, sizeof moment);
     for (int k = 0; k < s->count; k++) {
         const double *xi = s->xi + k * PD_DIM;
         int inlet = bonds->grid->kind[bonds->node[r] + bonds->paths.shift[k]] == PD_INLET;
         if (inlet || !pdi_bond_is_open(bonds, r, k)) continue;
-        for (int i = 0; i < N; i++) moment[i] += s->base[k] * xi[i / PD_DIM] * xi[i % PD_DIM];
+        for (int i = 0; i < N; i++) moment[i] += s->base_weight[k] * xi[i / PD_DIM] * xi[i % PD_DIM];
     }
     pdi_bond_invert_moment_no_flow(&rest, r, moment, buffer);
     return buffer;
@@ -430,30 +430,31 @@ static void pdi_bond_compute_row(pd_bonds *bonds, int32_t r)
     memset(inner, 0, sizeof inner);
     memset(entry, 0, sizeof entry);
     memset(norm, 0, sizeof norm);
-    for (int w = 0; w < bonds->paths.words; w++) bonds->mask[(int64_t)w * bonds->capacity + r] = 0;
-    bonds->inlet[r] = 0;
+    for (int w = 0; w < bonds->paths.words; w++) bonds->open_mask[(int64_t)w * bonds->capacity + r] = 0;
+    bonds->has_inlet[r] = 0;
     for (int k = 0; k < s->count; k++) {
         const double *xi = s->xi + k * PD_DIM;
-        double flux = s->base[k] * pdi_bond_get_flux_factor(bonds, node, k);
+        double flux = s->base_weight[k] * pdi_bond_get_flux_factor(bonds, node, k);
         for (int d = 0; d < PD_DIM; d++) norm[d] += flux * xi[d] * xi[d];
         if (pdi_bond_path_find_closed_group(&bonds->paths, node, k) >= 0) continue;
-        bonds->mask[(int64_t)(k >> 5) * bonds->capacity + r] |= 1u << (k & 31);
+        bonds->open_mask[(int64_t)(k >> 5) * bonds->capacity + r] |= 1u << (k & 31);
         int inlet = grid->kind[node + bonds->paths.shift[k]] == PD_INLET;
-        if (inlet) bonds->inlet[r] = 1;
+        if (inlet) bonds->has_inlet[r] = 1;
         for (int i = 0; i < N; i++) {
-            if (!inlet) moment[i] += s->base[k] * xi[i / PD_DIM] * xi[i % PD_DIM];
+            if (!inlet) moment[i] += s->base_weight[k] * xi[i / PD_DIM] * xi[i % PD_DIM];
             (inlet ? entry : inner)[i] += flux * xi[i / PD_DIM] * xi[i % PD_DIM];
         }
     }
     if (at_rest) {
-        if (bonds->moment) pdi_bond_invert_moment_no_flow(bonds, r, moment, bonds->moment + (int64_t)r * N);
+        if (bonds->inverse_moment)
+            pdi_bond_invert_moment_no_flow(bonds, r, moment, bonds->inverse_moment + (int64_t)r * N);
         return;
     }
-    for (int i = 0; i < 2 * PD_DIM; i++) bonds->leg[(int64_t)r * 2 * PD_DIM + i] = 1.0;
-    bonds->wall_lap[r] = bonds->wall_curv[r] = bonds->smooth[r] = 0;
+    for (int i = 0; i < 2 * PD_DIM; i++) bonds->neighbour_distance[(int64_t)r * 2 * PD_DIM + i] = 1.0;
+    bonds->wall_laplacian[r] = bonds->wall_curvature[r] = bonds->near_smooth_surface[r] = 0;
     pdi_bond_sum_wall_closure(bonds, r, closure);
-    pdi_bond_invert_moment_closed(bonds->norm, moment, closure, bonds->moment + (int64_t)r * N);
-    double *advecting = bonds->advecting + (int64_t)r * N;
+    pdi_bond_invert_moment_closed(bonds->full_moment, moment, closure, bonds->inverse_moment + (int64_t)r * N);
+    double *advecting = bonds->flux_correction + (int64_t)r * N;
     for (int i = 0; i < N; i++) entry[i] += inner[i];
     pdi_bond_invert_moment_closed(norm, entry, closure, advecting);
     pdi_bond_compute_flux_correction(norm, advecting);
@@ -465,29 +466,29 @@ PDI_FN void pdi_bond_list_row_arrays(pdi_array_visitor *owner, void *object)
     pd_bonds *bonds = (pd_bonds *)object;
     int64_t rows = bonds->capacity;
     PDI_ARRAY(owner, bonds, node, rows, "1");
-    PDI_ARRAY(owner, bonds, mask, rows * bonds->paths.words, "1");
-    PDI_ARRAY(owner, bonds, inlet, rows, "1");
+    PDI_ARRAY(owner, bonds, open_mask, rows * bonds->paths.words, "1");
+    PDI_ARRAY(owner, bonds, has_inlet, rows, "1");
     if (bonds->options & PD_BONDS_LOW_MEMORY) return;
-    PDI_ARRAY(owner, bonds, moment, rows * PD_DIM * PD_DIM, "1");
+    PDI_ARRAY(owner, bonds, inverse_moment, rows * PD_DIM * PD_DIM, "1");
     if (bonds->options & PD_BONDS_NO_FLOW) return;
-    PDI_ARRAY(owner, bonds, smooth, rows, "1");
-    PDI_ARRAY(owner, bonds, leg, rows * 2 * PD_DIM, "1");
-    PDI_ARRAY(owner, bonds, wall_lap, rows, "1/m2");
-    PDI_ARRAY(owner, bonds, wall_curv, rows, "1");
-    PDI_ARRAY(owner, bonds, advecting, rows * PD_DIM * PD_DIM, "1");
+    PDI_ARRAY(owner, bonds, near_smooth_surface, rows, "1");
+    PDI_ARRAY(owner, bonds, neighbour_distance, rows * 2 * PD_DIM, "1");
+    PDI_ARRAY(owner, bonds, wall_laplacian, rows, "1/m2");
+    PDI_ARRAY(owner, bonds, wall_curvature, rows, "1");
+    PDI_ARRAY(owner, bonds, flux_correction, rows * PD_DIM * PD_DIM, "1");
 }
 
 /* Copies moments and wall terms of the first `rows` rows. */
 static void pdi_bond_copy_row_data(const pd_bonds *from, size_t rows, pd_bonds *to)
 {
     if (from->options & PD_BONDS_LOW_MEMORY) return;
-    memcpy(to->moment, from->moment, rows * PD_DIM * PD_DIM * sizeof *from->moment);
+    memcpy(to->inverse_moment, from->inverse_moment, rows * PD_DIM * PD_DIM * sizeof *from->inverse_moment);
     if (from->options & PD_BONDS_NO_FLOW) return;
-    memcpy(to->smooth, from->smooth, rows * sizeof *from->smooth);
-    memcpy(to->leg, from->leg, rows * 2 * PD_DIM * sizeof *from->leg);
-    memcpy(to->wall_lap, from->wall_lap, rows * sizeof *from->wall_lap);
-    memcpy(to->wall_curv, from->wall_curv, rows * sizeof *from->wall_curv);
-    memcpy(to->advecting, from->advecting, rows * PD_DIM * PD_DIM * sizeof *from->advecting);
+    memcpy(to->near_smooth_surface, from->near_smooth_surface, rows * sizeof *from->near_smooth_surface);
+    memcpy(to->neighbour_distance, from->neighbour_distance, rows * 2 * PD_DIM * sizeof *from->neighbour_distance);
+    memcpy(to->wall_laplacian, from->wall_laplacian, rows * sizeof *from->wall_laplacian);
+    memcpy(to->wall_curvature, from->wall_curvature, rows * sizeof *from->wall_curvature);
+    memcpy(to->flux_correction, from->flux_correction, rows * PD_DIM * PD_DIM * sizeof *from->flux_correction);
 }
 
 /* Grows the arrays of rows to hold `rows` rows. All arrays keep one common capacity, also when memory runs out. */
@@ -503,9 +504,9 @@ static pd_status pdi_bond_reserve(pd_ctx *ctx, int32_t rows, pd_bonds *b)
         if (used) {
             memcpy(grown.node, b->node, used * sizeof *b->node);
             for (int w = 0; w < b->paths.words; w++)
-                memcpy(grown.mask + (int64_t)w * grown.capacity, b->mask + (int64_t)w * b->capacity,
-                       used * sizeof *b->mask);
-            memcpy(grown.inlet, b->inlet, used * sizeof *b->inlet);
+                memcpy(grown.open_mask + (int64_t)w * grown.capacity, b->open_mask + (int64_t)w * b->capacity,
+                       used * sizeof *b->open_mask);
+            memcpy(grown.has_inlet, b->has_inlet, used * sizeof *b->has_inlet);
             pdi_bond_copy_row_data(b, used, &grown);
         }
         *b = grown;
@@ -538,23 +539,23 @@ static void pdi_bond_swap_rows(pd_bonds *b, int32_t r, int32_t q)
 {
     int32_t node = b->node[r];
     for (int w = 0; w < b->paths.words; w++) {
-        uint32_t *mask = b->mask + (int64_t)w * b->capacity, keep = mask[r];
+        uint32_t *mask = b->open_mask + (int64_t)w * b->capacity, keep = mask[r];
         mask[r] = mask[q];
         mask[q] = keep;
     }
     b->node[r] = b->node[q];
     b->node[q] = node;
-    b->row[b->node[r]] = r;
-    b->row[b->node[q]] = q;
-    pdi_bond_swap_bytes(b->inlet, r, q);
+    b->row_of_node[b->node[r]] = r;
+    b->row_of_node[b->node[q]] = q;
+    pdi_bond_swap_bytes(b->has_inlet, r, q);
     if (b->options & PD_BONDS_LOW_MEMORY) return;
-    pdi_bond_swap_doubles(b->moment, PD_DIM * PD_DIM, r, q);
+    pdi_bond_swap_doubles(b->inverse_moment, PD_DIM * PD_DIM, r, q);
     if (b->options & PD_BONDS_NO_FLOW) return;
-    pdi_bond_swap_bytes(b->smooth, r, q);
-    pdi_bond_swap_doubles(b->wall_lap, 1, r, q);
-    pdi_bond_swap_doubles(b->wall_curv, 1, r, q);
-    pdi_bond_swap_doubles(b->leg, 2 * PD_DIM, r, q);
-    pdi_bond_swap_doubles(b->advecting, PD_DIM * PD_DIM, r, q);
+    pdi_bond_swap_bytes(b->near_smooth_surface, r, q);
+    pdi_bond_swap_doubles(b->wall_laplacian, 1, r, q);
+    pdi_bond_swap_doubles(b->wall_curvature, 1, r, q);
+    pdi_bond_swap_doubles(b->neighbour_distance, 2 * PD_DIM, r, q);
+    pdi_bond_swap_doubles(b->flux_correction, PD_DIM * PD_DIM, r, q);
 }
 PDI_COLD_END
 
@@ -564,12 +565,12 @@ static void pdi_bond_sort_rows(pd_bonds *b)
     int32_t next = 0;
     for (int inlet = 0; inlet < 2; inlet++) {
         for (int32_t node = 0; node < b->grid->total && next < b->rows; node++) {
-            int32_t r = b->row[node];
-            if (r < 0 || b->inlet[r] != inlet) continue;
+            int32_t r = b->row_of_node[node];
+            if (r < 0 || b->has_inlet[r] != inlet) continue;
             if (r != next) pdi_bond_swap_rows(b, r, next);
             next++;
         }
-        if (!inlet) b->plain = next;
+        if (!inlet) b->rows_without_inlet = next;
     }
 }
 
@@ -587,9 +588,9 @@ static int32_t pdi_bond_find_ranges(const pd_bonds *b, int cut, pd_node_ranges *
 {
     int32_t count = 0, length = 0;
     for (int32_t node = 0; node <= b->grid->total; node++) {
-        int32_t row = node < b->grid->total ? b->row[node] : -1;
+        int32_t row = node < b->grid->total ? b->row_of_node[node] : -1;
         int fluid = node < b->grid->total && b->grid->kind[node] == PD_FLUID;
-        if (fluid && (cut ? row >= 0 && row < b->plain : row < 0)) {
+        if (fluid && (cut ? row >= 0 && row < b->rows_without_inlet : row < 0)) {
             length++;
             continue;
         }
@@ -622,8 +623,8 @@ static pd_status pdi_bond_update_ranges(pd_ctx *ctx, const pd_bonds *b, int cut,
 static pd_status pdi_bond_update_order(pd_ctx *ctx, pd_bonds *b)
 {
     pdi_bond_sort_rows(b);
-    PDI_TRY(pdi_bond_update_ranges(ctx, b, 0, &b->whole));
-    return pdi_bond_update_ranges(ctx, b, 1, &b->cut);
+    PDI_TRY(pdi_bond_update_ranges(ctx, b, 0, &b->full_ranges));
+    return pdi_bond_update_ranges(ctx, b, 1, &b->truncated_ranges);
 }
 
 /* Updates the row of a node: adds one where its family is truncated, computes it, or removes it where it is not
@@ -632,10 +633,10 @@ static pd_status pdi_bond_update_node(pd_ctx *ctx, int32_t node, pd_bonds *b)
 {
     int needed =
         b->grid->kind[node] == PD_FLUID && ((b->options & PD_BONDS_ALL_ROWS) || !pdi_bond_is_family_full(b, node));
-    int32_t r = b->row[node];
+    int32_t r = b->row_of_node[node];
     if (needed && r < 0) {
         PDI_TRY(pdi_bond_reserve(ctx, b->rows + 1, b));
-        r = b->row[node] = b->rows++;
+        r = b->row_of_node[node] = b->rows++;
         b->node[r] = node;
     }
     if (needed) {
@@ -646,7 +647,7 @@ static pd_status pdi_bond_update_node(pd_ctx *ctx, int32_t node, pd_bonds *b)
     /* the last row takes the free place */
     int32_t last = b->rows - 1;
     if (r != last) pdi_bond_swap_rows(b, r, last);
-    b->row[node] = -1;
+    b->row_of_node[node] = -1;
     b->rows--;
     return PD_OK;
 }
@@ -661,9 +662,9 @@ static void pdi_bond_list_node_arrays(pdi_array_visitor *owner, void *object)
     pd_bonds *bonds = (pd_bonds *)object;
     const pd_stencil *stencil = bonds->stencil;
     if (!stencil) return;
-    PDI_ARRAY(owner, bonds, line_shift, stencil->line_first[stencil->kinds], "1");
-    PDI_ARRAY(owner, bonds, row, bonds->grid->total, "1");
-    PDI_ARRAY(owner, bonds, renewed, bonds->grid->total, "1");
+    PDI_ARRAY(owner, bonds, line_shift, stencil->line_first[stencil->line_kinds], "1");
+    PDI_ARRAY(owner, bonds, row_of_node, bonds->grid->total, "1");
+    PDI_ARRAY(owner, bonds, node_version, bonds->grid->total, "1");
 }
 
 /* Inner part of pd_bonds_build: what it leaves behind on failure is freed by the caller. */
@@ -679,16 +680,17 @@ static pd_status pdi_bond_build_inner(pd_ctx *ctx, const pd_stencil *stencil, co
     bonds->version = 1;
     for (int k = 0; k < stencil->count; k++)
         for (int d = 0; d < PD_DIM; d++)
-            bonds->norm[d] += stencil->base[k] * stencil->xi[k * PD_DIM + d] * stencil->xi[k * PD_DIM + d];
+            bonds->full_moment[d] +=
+                stencil->base_weight[k] * stencil->xi[k * PD_DIM + d] * stencil->xi[k * PD_DIM + d];
     PDI_TRY(pdi_bond_path_build(ctx, stencil, grid, &bonds->paths));
     PDI_TRY(pdi_array_registry_build(ctx, pdi_bond_list_node_arrays, bonds));
     PDI_TRY(pdi_ghosts_build(ctx, grid, &bonds->ghosts));
-    PDI_TRY(pdi_active_range_build(ctx, grid, &bonds->spans));
+    PDI_TRY(pdi_active_range_build(ctx, grid, &bonds->active_ranges));
     PDI_TRY(pdi_axisym_build(ctx, stencil, grid, &bonds->axisym));
     pdi_grid_compute_line_shifts(grid, stencil, bonds->line_shift);
     int32_t rows = 0;
     for (int32_t node = 0; node < grid->total; node++) {
-        bonds->row[node] = -1;
+        bonds->row_of_node[node] = -1;
         if (node % PDI_BOND_POLL_INTERVAL == 0) PDI_TRY(pdi_check_cancel(ctx, "bonds: rows", node));
         if (grid->kind[node] == PD_FLUID)
             rows += (options & PD_BONDS_ALL_ROWS) || !pdi_bond_is_family_full(bonds, node);
@@ -717,18 +719,18 @@ pd_status pd_bonds_update(pd_ctx *ctx, const int32_t *changed, int32_t count, pd
     if (count > 0) bonds->version++;
     for (int32_t c = 0; c < count; c++) {
         int i[PD_DIM], j[PD_DIM];
-        bonds->renewed[changed[c]] = bonds->version;
+        bonds->node_version[changed[c]] = bonds->version;
         pdi_grid_index(grid, changed[c], i);
         for (int k = 0; k < s->count; k++) {
             /* who has an image of the node in its family */
             for (int d = 0; d < PD_DIM; d++) j[d] = i[d] + s->offset[k * PD_DIM + d];
             pdi_grid_fold_index(grid, j);
             int32_t node = pd_grid_node(grid, j);
-            if (grid->kind[node] == PD_FLUID) bonds->renewed[node] = bonds->version;
+            if (grid->kind[node] == PD_FLUID) bonds->node_version[node] = bonds->version;
         }
     }
     for (int32_t node = 0; node < grid->total && count > 0; node++)
-        if (bonds->renewed[node] == bonds->version) PDI_TRY(pdi_bond_update_node(ctx, node, bonds));
+        if (bonds->node_version[node] == bonds->version) PDI_TRY(pdi_bond_update_node(ctx, node, bonds));
     return pdi_bond_update_order(ctx, bonds);
 }
 
@@ -736,15 +738,16 @@ PDI_COLD_BEGIN
 pd_status pd_bonds_validate(pd_ctx *ctx, const pd_bonds *b)
 {
     const pd_stencil *s = b->stencil;
-    int64_t covered = b->rows - b->plain;
-    for (int32_t k = 0; k < b->whole.count; k++) covered += b->whole.length[k];
-    for (int32_t k = 0; k < b->cut.count; k++) covered += b->cut.length[k];
+    int64_t covered = b->rows - b->rows_without_inlet;
+    for (int32_t k = 0; k < b->full_ranges.count; k++) covered += b->full_ranges.length[k];
+    for (int32_t k = 0; k < b->truncated_ranges.count; k++) covered += b->truncated_ranges.length[k];
     if (covered != pdi_grid_count_kind(b->grid, PD_FLUID))
         return pdi_fail(ctx, PD_ERR_INTERNAL, "bond", "rows and runs cover %.0f of %.0f fluid nodes", (double)covered,
                         (double)pdi_grid_count_kind(b->grid, PD_FLUID));
     for (int32_t r = 0; r < b->rows; r++) {
-        int plain = r < b->plain, ordered = r == 0 || r == b->plain || b->node[r - 1] < b->node[r];
-        if (b->row[b->node[r]] != r || b->inlet[r] == plain || !ordered)
+        int plain = r < b->rows_without_inlet,
+            ordered = r == 0 || r == b->rows_without_inlet || b->node[r - 1] < b->node[r];
+        if (b->row_of_node[b->node[r]] != r || b->has_inlet[r] == plain || !ordered)
             return pdi_fail(ctx, PD_ERR_INTERNAL, "bond", "row %d of node %d stands out of order", (int)r,
                             (int)b->node[r]);
         for (int k = 0; k < s->count; k++) {
@@ -763,10 +766,10 @@ void pd_bonds_free(pd_ctx *ctx, pd_bonds *b)
 {
     pdi_array_registry_free(ctx, pdi_bond_list_node_arrays, b);
     pdi_array_registry_free(ctx, pdi_bond_list_row_arrays, b);
-    pdi_array_registry_free(ctx, pdi_bond_list_range_arrays, &b->whole);
-    pdi_array_registry_free(ctx, pdi_bond_list_range_arrays, &b->cut);
+    pdi_array_registry_free(ctx, pdi_bond_list_range_arrays, &b->full_ranges);
+    pdi_array_registry_free(ctx, pdi_bond_list_range_arrays, &b->truncated_ranges);
     pdi_ghosts_free(ctx, &b->ghosts);
-    pdi_active_range_free(ctx, &b->spans);
+    pdi_active_range_free(ctx, &b->active_ranges);
     pdi_axisym_free(ctx, &b->axisym);
     pdi_bond_path_free(ctx, &b->paths);
     memset(b, 0, sizeof *b);

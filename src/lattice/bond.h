@@ -36,32 +36,36 @@ typedef struct pd_bonds {
     const pd_stencil *stencil;
     const pd_grid *grid;
     pd_ghosts ghosts;    /* of the grid: to set the values at far ends of bonds */
-    pd_active_ranges spans; /* of the grid */
+    pd_active_ranges active_ranges; /* of the grid */
     int options;         /* pd_bonds_options */
     pd_bond_paths paths; /* of the stencil on the grid */
     int32_t *line_shift; /* [lines of the stencil] node id on a grid line minus that of the node at its middle */
-    double norm[PD_DIM]; /* [unit of base m2] sum w xi_a^2 over a full family */
+    double full_moment[PD_DIM]; /* [unit of base m2] sum w xi_a^2 over a full family */
     pd_axisym axisym;      /* weights of an axisymmetric grid; empty: planar */
-    int32_t *row;        /* [total] row of a node; -1: full family, or not fluid */
+    int32_t *row_of_node;  /* [total] row of a node; -1: full family, or not fluid */
     uint32_t version;    /* grows with each update; starts at 1 */
-    uint32_t *renewed;   /* [total] version in which the kind of the node or its bonds last changed; 0: never */
+    uint32_t *node_version; /* [total] version in which the kind of the node or its bonds last changed; 0: never */
     int32_t rows, capacity;
-    int32_t plain;       /* rows [0, plain) have no bond to an inlet, in the order of nodes; those with one follow */
+    /* rows [0, plain) have no bond to an inlet, in the order of nodes; those with one follow */
+    int32_t rows_without_inlet;
     int32_t *node;       /* [capacity] node of a row */
-    uint32_t *mask;      /* [words of the paths][capacity] bit k % 32 of word k / 32: bond k is open */
-    uint8_t *inlet;      /* [capacity] 1: an open bond ends on an inlet ghost */
-    double *moment;      /* [capacity][PD_DIM][PD_DIM] [unit of 1/(base m2)] inverse of sum w xi xi^T over open bonds
-                          * (eq. 3.5); NULL: lean */
+    uint32_t *open_mask; /* [words of the paths][capacity] bit k % 32 of word k / 32: bond k is open */
+    uint8_t *has_inlet;  /* [capacity] 1: an open bond ends on an inlet ghost */
+    double *inverse_moment; /* [capacity][PD_DIM][PD_DIM] [unit of 1/(base m2)] inverse of sum w xi xi^T over open bonds
+                             * (eq. 3.5); NULL: lean */
     /* NULL with PD_BONDS_NO_FLOW: */
-    uint8_t *smooth;     /* [capacity] 1: a closed bond ends on a shape that is curved or inclined there */
-    double *leg;         /* [capacity][2 PD_DIM] [-] distance to the neighbour x-, x+, y-, ... in spacings: 1, or minus
-                          * the fraction of it up to the surface when the neighbour is closed */
-    double *wall_lap;    /* [capacity] [1/m2] sum over cut bonds of a/t (eq. 3.3), with the curvature of the surface */
-    double *wall_curv;   /* [capacity] [-] sum over cut bonds of a (xi.N)^2 (1-t)/2 (eq. 3.4), with the curvature */
-    double *advecting;   /* [capacity][PD_DIM][PD_DIM] [-] correction of bond fluxes of a truncated family (eq. 4.2b):
-                          * the transpose of the correction of g in eq. 3.5, inlets included */
-    pd_node_ranges whole; /* nodes with full families */
-    pd_node_ranges cut;   /* nodes of plain rows; the rows of a range are consecutive, too */
+    uint8_t *near_smooth_surface; /* [capacity] 1: a closed bond ends on a shape that is curved or inclined there */
+    double *neighbour_distance; /* [capacity][2 PD_DIM] [-] distance to the neighbour x-, x+, y-, ... in spacings: 1, or
+                                 * minus the fraction of it up to the surface when the neighbour is closed */
+    /* [capacity] [1/m2] sum over cut bonds of a/t (eq. 3.3), with the curvature of the surface */
+    double *wall_laplacian;
+    /* [capacity] [-] sum over cut bonds of a (xi.N)^2 (1-t)/2 (eq. 3.4), with the curvature */
+    double *wall_curvature;
+    /* [capacity][PD_DIM][PD_DIM] [-] correction of bond fluxes of a truncated family (eq. 4.2b): the transpose of the
+     * correction of g in eq. 3.5, inlets included */
+    double *flux_correction;
+    pd_node_ranges full_ranges;      /* nodes with full families */
+    pd_node_ranges truncated_ranges; /* nodes of plain rows; the rows of a range are consecutive, too */
 } pd_bonds;
 
 #define pd_bonds_build PD_NAME(pd_bonds_build)
@@ -90,19 +94,21 @@ PDI_FN const double *pdi_bond_get_inverse_moment(const pd_bonds *bonds, int32_t 
 static inline const double *pdi_bond_get_laplacian_weights(const pd_bonds *bonds, int32_t node)
 {
     const pd_axisym *axisym = &bonds->axisym;
-    if (!axisym->lap) return bonds->stencil->lap;
-    return axisym->lap + (int64_t)(node / bonds->grid->stride[PD_DIM - 1]) * axisym->count;
+    if (!axisym->laplacian_weight) return bonds->stencil->laplacian_weight;
+    return axisym->laplacian_weight + (int64_t)(node / bonds->grid->stride[PD_DIM - 1]) * axisym->count;
 }
 /* Factor [-] on the gradient weight g(n) in the flux along bond k of `node`: 1 on a planar grid, else of pd_axisym. */
 static inline double pdi_bond_get_flux_factor(const pd_bonds *bonds, int32_t node, int k)
 {
     const pd_axisym *axisym = &bonds->axisym;
-    return axisym->flux ? axisym->flux[(int64_t)(node / bonds->grid->stride[PD_DIM - 1]) * axisym->count + k] : 1.0;
+    return axisym->flux_factor
+               ? axisym->flux_factor[(int64_t)(node / bonds->grid->stride[PD_DIM - 1]) * axisym->count + k]
+               : 1.0;
 }
 /* 1: bond k of a row is open. */
 static inline int pdi_bond_is_open(const pd_bonds *bonds, int32_t row, int k)
 {
-    return (int)(bonds->mask[(int64_t)(k >> 5) * bonds->capacity + row] >> (k & 31) & 1u);
+    return (int)(bonds->open_mask[(int64_t)(k >> 5) * bonds->capacity + row] >> (k & 31) & 1u);
 }
 /* Which of a block of rows have a bond open. */
 typedef enum pdi_bond_openness { PDI_BOND_OPEN_NONE, PDI_BOND_OPEN_ALL, PDI_BOND_OPEN_SOME } pdi_bond_openness;
@@ -115,7 +121,7 @@ typedef struct pdi_bond_mask_block {
 /* Mask words, from `row` on, of the 32 bonds that bond k is one of. */
 static inline const uint32_t *pdi_bond_get_mask_words(const pd_bonds *bonds, int32_t row, int k)
 {
-    return bonds->mask + (int64_t)(k >> 5) * bonds->capacity + row;
+    return bonds->open_mask + (int64_t)(k >> 5) * bonds->capacity + row;
 }
 /* Loads the masks of the 32 bonds that bond k is one of, for the rows row .. row+count-1. */
 static inline void pdi_bond_update_mask_block(const pd_bonds *bonds, int32_t row, int k, int count,

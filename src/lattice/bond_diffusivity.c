@@ -36,7 +36,7 @@ static double pdi_bond_diffusivity_evaluate(const pdi_bond_diffusivity_segment *
 /* Signed distance [m] from the surface at a fraction of the segment. */
 static double pdi_bond_diffusivity_distance(const pdi_bond_diffusivity_segment *w, double fraction)
 {
-    return pdi_bond_diffusivity_evaluate(w, w->media->level, fraction);
+    return pdi_bond_diffusivity_evaluate(w, w->media->surface_distance, fraction);
 }
 
 /* Side of the surface at a fraction of the segment, where its signed distance is `level` [m]: -1, 1, or 0 on it. */
@@ -66,7 +66,7 @@ static double pdi_bond_diffusivity_find_surface(const pdi_bond_diffusivity_segme
 static double pdi_bond_diffusivity_mean_in_surface(const pdi_bond_diffusivity_segment *w, double end)
 {
     const pd_bond_diffusivity *m = w->media;
-    double normal[PD_DIM], eps = PDI_BOND_DIFFUSIVITY_SIDE_OFFSET * m->smallest, sum = 0.0;
+    double normal[PD_DIM], eps = PDI_BOND_DIFFUSIVITY_SIDE_OFFSET * m->min_spacing, sum = 0.0;
     pdi_bond_diffusivity_segment across = *w;
     for (int d = 0; d < PD_DIM; d++) across.x[d] += 0.5 * end * w->xi[d];
     for (int d = 0; d < PD_DIM; d++) {
@@ -74,9 +74,10 @@ static double pdi_bond_diffusivity_mean_in_surface(const pdi_bond_diffusivity_se
         normal[d] = pdi_bond_diffusivity_distance(&across, 1.0) - pdi_bond_diffusivity_distance(&across, -1.0);
     }
     double length = pdi_vec_norm(normal);
-    if (!(length > PDI_BOND_DIFFUSIVITY_TOLERANCE * eps)) return pdi_bond_diffusivity_evaluate(w, m->field, 0.5 * end);
+    if (!(length > PDI_BOND_DIFFUSIVITY_TOLERANCE * eps))
+        return pdi_bond_diffusivity_evaluate(w, m->diffusivity, 0.5 * end);
     for (int d = 0; d < PD_DIM; d++) across.xi[d] = eps * normal[d] / length;
-    for (int up = -1; up < 2; up += 2) sum += 0.5 * pdi_bond_diffusivity_evaluate(&across, m->field, up);
+    for (int up = -1; up < 2; up += 2) sum += 0.5 * pdi_bond_diffusivity_evaluate(&across, m->diffusivity, up);
     return sum;
 }
 
@@ -89,7 +90,7 @@ static double pdi_bond_diffusivity_resistance(const pdi_bond_diffusivity_segment
     if (near >= 0.0 && far >= 0.0) d = pdi_bond_diffusivity_harmonic_mean(near, far);
     else if (near >= 0.0) d = near;
     else if (far >= 0.0) d = far;
-    else d = pdi_bond_diffusivity_evaluate(w, w->media->field, 0.5 * (w->material_begin + to));
+    else d = pdi_bond_diffusivity_evaluate(w, w->media->diffusivity, 0.5 * (w->material_begin + to));
     return d > 0.0 ? (to - w->material_begin) / d : HUGE_VAL;
 }
 
@@ -111,7 +112,7 @@ static void pdi_bond_diffusivity_add_material(pdi_bond_diffusivity_integral *sta
     pdi_bond_diffusivity_segment *w = state->segment;
     if (state->in_parallel)
         state->integral += (to - w->material_begin) *
-                           pdi_bond_diffusivity_evaluate(w, w->media->field, 0.5 * (w->material_begin + to));
+                           pdi_bond_diffusivity_evaluate(w, w->media->diffusivity, 0.5 * (w->material_begin + to));
     else state->integral += pdi_bond_diffusivity_resistance(w, to, state->end);
     w->material_begin = to;
 }
@@ -137,7 +138,7 @@ static void pdi_bond_diffusivity_bisect(pdi_bond_diffusivity_integral *state, do
     const pd_bond_diffusivity *m = state->segment->media;
     double from = state->last_fraction,
            part = (to - from) * state->segment->length * (1.0 - PDI_BOND_DIFFUSIVITY_TOLERANCE);
-    if (part > fabs(state->last_distance) + fabs(level) && part > PDI_BOND_DIFFUSIVITY_MIN_LAYER * m->smallest) {
+    if (part > fabs(state->last_distance) + fabs(level) && part > PDI_BOND_DIFFUSIVITY_MIN_LAYER * m->min_spacing) {
         double middle = 0.5 * (from + to);
         pdi_bond_diffusivity_bisect(state, middle, pdi_bond_diffusivity_distance(state->segment, middle));
         pdi_bond_diffusivity_bisect(state, to, level);
@@ -175,16 +176,16 @@ static void pdi_bond_diffusivity_init_segment(const pd_bond_diffusivity *m, int3
     memcpy(w->xi, m->stencil->xi + k * PD_DIM, sizeof w->xi);
     w->length = pdi_vec_norm(w->xi);
     w->material_begin = 0.0;
-    w->near_diffusivity = m->at[i];
+    w->near_diffusivity = m->node_value[i];
     w->far_diffusivity = (double)NAN;
 }
 
 PDI_FN double pdi_bond_diffusivity_get_part(const pd_bond_diffusivity *m, int32_t i, int k, double end)
 {
     pdi_bond_diffusivity_segment w;
-    if (!m->along) return m->at[i];
+    if (!m->bond_value) return m->node_value[i];
     pdi_bond_diffusivity_init_segment(m, i, k, &w);
-    return fabs(pdi_bond_diffusivity_distance(&w, 0.0)) > end * w.length ? m->at[i]
+    return fabs(pdi_bond_diffusivity_distance(&w, 0.0)) > end * w.length ? m->node_value[i]
                                                                          : pdi_bond_diffusivity_mean_in_series(&w, end);
 }
 
@@ -226,15 +227,15 @@ static int32_t pdi_bond_diffusivity_find_far_node(const pd_bond_diffusivity *m, 
 static void pdi_bond_diffusivity_compute_row(pd_bond_diffusivity *m, int32_t i)
 {
     int count = m->stencil->count;
-    double *row = m->along + (int64_t)m->near[i] * count;
+    double *row = m->bond_value + (int64_t)m->row_of_node[i] * count;
     for (int k = 0; k < count; k++) {
         pdi_bond_diffusivity_segment w;
         int32_t j = pdi_bond_diffusivity_find_far_node(m, i, k);
-        if (j < 0 || (k >= count / 2 && m->near[j] >= 0)) continue;
+        if (j < 0 || (k >= count / 2 && m->row_of_node[j] >= 0)) continue;
         pdi_bond_diffusivity_init_segment(m, i, k, &w);
-        w.far_diffusivity = m->at[j];
+        w.far_diffusivity = m->node_value[j];
         row[k] = pdi_bond_diffusivity_mean_in_series(&w, 1.0);
-        if (m->near[j] >= 0) m->along[(int64_t)m->near[j] * count + count - 1 - k] = row[k];
+        if (m->row_of_node[j] >= 0) m->bond_value[(int64_t)m->row_of_node[j] * count + count - 1 - k] = row[k];
     }
 }
 
@@ -294,10 +295,10 @@ static double pdi_bond_diffusivity_cell_mean(const pd_bond_diffusivity *m, int32
 static double pdi_bond_diffusivity_cell_surplus(const pd_bond_diffusivity *m, int32_t i, int axis)
 {
     pdi_bond_diffusivity_segment w;
-    if (m->near[i] < 0) return 0.0;
-    pdi_bond_diffusivity_init_segment(m, i, m->unit[axis], &w);
+    if (m->row_of_node[i] < 0) return 0.0;
+    pdi_bond_diffusivity_init_segment(m, i, m->unit_bond[axis], &w);
     if (pdi_bond_diffusivity_find_side(&w, 0.0, pdi_bond_diffusivity_distance(&w, 0.0)) == 0) return 0.0;
-    return pdi_max(pdi_bond_diffusivity_cell_mean(m, i, axis) - m->at[i], 0.0);
+    return pdi_max(pdi_bond_diffusivity_cell_mean(m, i, axis) - m->node_value[i], 0.0);
 }
 
 /* Mean diffusivity [m2/s] of the layer of cells of node i: of its cell, without its surplus and with that of
@@ -306,10 +307,10 @@ static double pdi_bond_diffusivity_layer_mean(const pd_bond_diffusivity *m, int3
 {
     double mean = pdi_bond_diffusivity_cell_mean(m, i, axis) - pdi_bond_diffusivity_cell_surplus(m, i, axis);
     for (int side = -1; side < 2; side += 2) {
-        int32_t j = pdi_bond_diffusivity_find_node(m, i, m->unit[axis], side);
-        int32_t beyond = pdi_bond_diffusivity_find_node(m, i, m->unit[axis], 2 * side);
-        if (j < 0 || !(m->at[i] > m->at[j])) continue;
-        int better = beyond >= 0 && m->at[beyond] > m->at[j];
+        int32_t j = pdi_bond_diffusivity_find_node(m, i, m->unit_bond[axis], side);
+        int32_t beyond = pdi_bond_diffusivity_find_node(m, i, m->unit_bond[axis], 2 * side);
+        if (j < 0 || !(m->node_value[i] > m->node_value[j])) continue;
+        int better = beyond >= 0 && m->node_value[beyond] > m->node_value[j];
         mean += pdi_bond_diffusivity_cell_surplus(m, j, axis) / (better ? 2.0 : 1.0);
     }
     return mean;
@@ -339,7 +340,7 @@ static int pdi_bond_diffusivity_count_reflections(const pd_stencil *s, int n, in
 static double pdi_bond_diffusivity_get_mirrored(const pd_bond_diffusivity *m, int32_t i, int k, int axis)
 {
     const pd_stencil *s = m->stencil;
-    const double *row = m->along + (int64_t)m->near[i] * s->count;
+    const double *row = m->bond_value + (int64_t)m->row_of_node[i] * s->count;
     double sum = 0.0;
     int fewest = 2 * PD_DIM, found = 0;
     if (pdi_bond_diffusivity_find_far_node(m, i, k) >= 0) return row[k];
@@ -351,7 +352,7 @@ static double pdi_bond_diffusivity_get_mirrored(const pd_bond_diffusivity *m, in
         sum += row[n];
         found++;
     }
-    return found ? sum / found : m->at[i];
+    return found ? sum / found : m->node_value[i];
 }
 
 /* Computes the correction of node i (eq. 5.14). Bonds across the surface are resistances in series, and conduct less
@@ -376,9 +377,9 @@ static void pdi_bond_diffusivity_compute_correction(const pd_bond_diffusivity *m
         double along = pdi_bond_diffusivity_get_mirrored(m, i, k, lift->axis);
         for (int a = 0; a < PD_DIM; a++) {
             if (a == lift->axis) continue;
-            deficit[a] -= 0.5 * s->lap[k] * along * xi[a] * xi[a];
+            deficit[a] -= 0.5 * s->laplacian_weight[k] * along * xi[a] * xi[a];
             for (int b = 0; b < PD_DIM && pdi_bond_diffusivity_is_bond_parallel(m, k, lift->axis); b++)
-                matrix[a * PD_DIM + b] += 0.5 * s->lap[k] * xi[a] * xi[a] * xi[b] * xi[b] / square;
+                matrix[a * PD_DIM + b] += 0.5 * s->laplacian_weight[k] * xi[a] * xi[a] * xi[b] * xi[b] / square;
         }
     }
     if (!(pdi_vec_invert(matrix, inverse) > 0.0)) return;
@@ -394,15 +395,16 @@ static void pdi_bond_diffusivity_add_correction(const pd_bond_diffusivity *m,
     const pd_stencil *s = m->stencil;
     const double *xi = s->xi + k * PD_DIM;
     int32_t j = pdi_bond_diffusivity_find_far_node(m, i, k), back = s->count - 1 - k;
-    double *here = m->along + (int64_t)m->near[i] * s->count + k, more = 0.0;
-    int32_t mine = m->near[pdi_grid_find_source(m->grid, i, NULL)];
-    int32_t theirs = j < 0 || m->near[j] < 0 || k > back ? -1 : m->near[pdi_grid_find_source(m->grid, j, NULL)];
+    double *here = m->bond_value + (int64_t)m->row_of_node[i] * s->count + k, more = 0.0;
+    int32_t mine = m->row_of_node[pdi_grid_find_source(m->grid, i, NULL)];
+    int32_t theirs =
+        j < 0 || m->row_of_node[j] < 0 || k > back ? -1 : m->row_of_node[pdi_grid_find_source(m->grid, j, NULL)];
     if (mine < 0 || theirs < 0) return;
     const pdi_bond_diffusivity_correction *own = lift + mine, *other = lift + theirs;
     if (!pdi_bond_diffusivity_is_bond_parallel(m, k, own->axis) || own->axis != other->axis) return;
     for (int a = 0; a < PD_DIM; a++) more += 0.5 * (own->x[a] + other->x[a]) * xi[a] * xi[a] / pdi_vec_dot(xi, xi);
     *here = pdi_max(*here + more, 0.25 * *here);
-    m->along[(int64_t)m->near[j] * s->count + back] = *here;
+    m->bond_value[(int64_t)m->row_of_node[j] * s->count + back] = *here;
 }
 
 /* Computes the corrections of all nodes near the surface, and adds them to their bonds. */
@@ -411,10 +413,10 @@ static pd_status pdi_bond_diffusivity_correct_bonds(pd_ctx *ctx, pd_bond_diffusi
     pdi_bond_diffusivity_correction *lift = NULL;
     PDI_TRY(PDI_NEW(ctx, "media", m->rows, lift));
     for (int32_t i = 0; i < m->grid->total; i++)
-        if (m->near[i] >= 0 && pdi_grid_find_source(m->grid, i, NULL) == i)
-            pdi_bond_diffusivity_compute_correction(m, i, lift + m->near[i]);
+        if (m->row_of_node[i] >= 0 && pdi_grid_find_source(m->grid, i, NULL) == i)
+            pdi_bond_diffusivity_compute_correction(m, i, lift + m->row_of_node[i]);
     for (int32_t i = 0; i < m->grid->total; i++)
-        for (int k = 0; k < m->stencil->count && m->near[i] >= 0; k++)
+        for (int k = 0; k < m->stencil->count && m->row_of_node[i] >= 0; k++)
             pdi_bond_diffusivity_add_correction(m, lift, i, k);
     PDI_DELETE(ctx, m->rows, lift);
     return PD_OK;
@@ -425,14 +427,14 @@ PDI_FN void pdi_bond_diffusivity_list_node_arrays(pdi_array_visitor *owner, void
 {
     pd_bond_diffusivity *media = (pd_bond_diffusivity *)object;
     int32_t total = media->grid ? media->grid->total : 0;
-    PDI_ARRAY(owner, media, at, total, "m2/s");
-    if (media->level) PDI_ARRAY(owner, media, near, total, "1");
+    PDI_ARRAY(owner, media, node_value, total, "m2/s");
+    if (media->surface_distance) PDI_ARRAY(owner, media, row_of_node, total, "1");
 }
 
 PDI_FN void pdi_bond_diffusivity_list_row_arrays(pdi_array_visitor *owner, void *object)
 {
     pd_bond_diffusivity *media = (pd_bond_diffusivity *)object;
-    PDI_ARRAY(owner, media, along, media->rows ? (int64_t)media->rows * media->stencil->count : 0, "m2/s");
+    PDI_ARRAY(owner, media, bond_value, media->rows ? (int64_t)media->rows * media->stencil->count : 0, "m2/s");
 }
 
 /* Numbers the nodes within one bond of the surface and computes the diffusivities of their bonds. The tolerance
@@ -443,16 +445,17 @@ static pd_status pdi_bond_diffusivity_build_rows(pd_ctx *ctx, pd_bond_diffusivit
     for (int k = 0; k < m->stencil->count; k++) longest = pdi_max(longest, pdi_vec_norm(m->stencil->xi + k * PD_DIM));
     for (int32_t i = 0; i < m->grid->total; i++) {
         double x[PD_DIM];
-        m->near[i] = -1;
+        m->row_of_node[i] = -1;
         if (!pdi_bond_diffusivity_is_member(m->grid, i)) continue;
         pd_grid_position(m->grid, i, x);
         pdi_grid_fold_position(m->grid, x);
-        if (fabs(m->level(m->user, x)) <= longest + 2.0 * pdi_shape_tolerance(m->grid->h, x)) m->near[i] = m->rows++;
+        if (fabs(m->surface_distance(m->user, x)) <= longest + 2.0 * pdi_shape_tolerance(m->grid->h, x))
+            m->row_of_node[i] = m->rows++;
     }
     if (m->rows == 0) return PD_OK;
     PDI_TRY(pdi_array_registry_build(ctx, pdi_bond_diffusivity_list_row_arrays, m));
     for (int32_t i = 0; i < m->grid->total; i++)
-        if (m->near[i] >= 0) pdi_bond_diffusivity_compute_row(m, i);
+        if (m->row_of_node[i] >= 0) pdi_bond_diffusivity_compute_row(m, i);
 #if PD_DIM > 1
     return pdi_bond_diffusivity_correct_bonds(ctx, m);
 #else
@@ -466,27 +469,27 @@ PDI_FN pd_status pdi_bond_diffusivity_build(pd_ctx *ctx, const pd_stencil *stenc
     memset(m, 0, sizeof *m);
     m->stencil = stencil;
     m->grid = grid;
-    m->field = field;
-    m->level = level;
+    m->diffusivity = field;
+    m->surface_distance = level;
     m->user = user;
-    m->smallest = pdi_vec_min(grid->h);
+    m->min_spacing = pdi_vec_min(grid->h);
     PDI_TRY(pdi_array_registry_build(ctx, pdi_bond_diffusivity_list_node_arrays, m));
     for (int k = 0; k < stencil->count; k++)
         for (int d = 0; d < PD_DIM; d++) {
             int unit = 1;
             for (int a = 0; a < PD_DIM; a++) unit = unit && stencil->offset[k * PD_DIM + a] == (a == d);
-            if (unit) m->unit[d] = k;
+            if (unit) m->unit_bond[d] = k;
         }
     for (int32_t i = 0; i < grid->total; i++) {
         double x[PD_DIM];
         if (grid->kind[i] == PD_INACTIVE) continue;
         pd_grid_position(grid, i, x);
         pdi_grid_fold_position(grid, x);
-        m->at[i] = field(user, x);
-        if (!(m->at[i] >= 0.0) || !(m->at[i] < 1e100))
+        m->node_value[i] = field(user, x);
+        if (!(m->node_value[i] >= 0.0) || !(m->node_value[i] < 1e100))
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "media",
                             "the diffusivity at x = %g m is %g m2/s, expected a finite value of at least 0", x[0],
-                            m->at[i]);
+                            m->node_value[i]);
     }
     return level ? pdi_bond_diffusivity_build_rows(ctx, m) : PD_OK;
 }

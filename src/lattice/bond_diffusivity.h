@@ -17,15 +17,16 @@ typedef double (*pd_point_fn)(void *user, const double *x);
 typedef struct pd_bond_diffusivity {
     const pd_stencil *stencil;
     const pd_grid *grid;
-    pd_point_fn field;  /* [m2/s] diffusivity */
-    pd_point_fn level;  /* [m] signed distance from the surface where `field` jumps, Lipschitz constant 1; NULL: none */
+    pd_point_fn diffusivity; /* [m2/s] diffusivity */
+    /* [m] signed distance from the surface where `field` jumps, Lipschitz constant 1; NULL: none */
+    pd_point_fn surface_distance;
     void *user;         /* of both */
-    double smallest;    /* [m] smallest spacing */
-    double *at;         /* [total] [m2/s] diffusivity at nodes, ghosts included */
-    int32_t *near;      /* [total] row of a node within one bond of the surface; -1: farther away */
-    double *along;      /* [rows][count] [m2/s] mean diffusivity of the bonds of these nodes; NULL: no surface */
+    double min_spacing; /* [m] smallest spacing */
+    double *node_value; /* [total] [m2/s] diffusivity at nodes, ghosts included */
+    int32_t *row_of_node; /* [total] row of a node within one bond of the surface; -1: farther away */
+    double *bond_value;   /* [rows][count] [m2/s] mean diffusivity of the bonds of these nodes; NULL: no surface */
     int32_t rows;       /* nodes within one bond of the surface */
-    int unit[PD_DIM];   /* index of the bond of one cell in the positive direction of an axis */
+    int unit_bond[PD_DIM]; /* index of the bond of one cell in the positive direction of an axis */
 } pd_bond_diffusivity;
 
 #ifdef PDI_INTERNAL
@@ -50,9 +51,9 @@ static inline double pdi_bond_diffusivity_harmonic_mean(double a, double b)
 /* Diffusivity [m2/s] of bond k from node i to j. */
 static inline double pdi_bond_diffusivity_get(const pd_bond_diffusivity *media, int32_t i, int32_t j, int k)
 {
-    int32_t row = media->along ? media->near[i] : -1;
-    if (row >= 0) return media->along[(int64_t)row * media->stencil->count + k];
-    return pdi_bond_diffusivity_harmonic_mean(media->at[i], media->at[j]);
+    int32_t row = media->bond_value ? media->row_of_node[i] : -1;
+    if (row >= 0) return media->bond_value[(int64_t)row * media->stencil->count + k];
+    return pdi_bond_diffusivity_harmonic_mean(media->node_value[i], media->node_value[j]);
 }
 #endif
 

@@ -40,7 +40,7 @@ static pd_status pdi_csr_check_input(pd_ctx *ctx, const pd_bonds *bonds, const p
 static void pdi_csr_add_entry(pdi_csr_work *w, int32_t far, double weight)
 {
     int32_t node = w->source[far], at = w->size;
-    int32_t column = w->csr->index[node] >= 0 ? w->csr->index[node] : -1 - node;
+    int32_t column = w->csr->row_of_node[node] >= 0 ? w->csr->row_of_node[node] : -1 - node;
     if (w->sign[far] < 0) weight = -weight;
     while (at > 0 && w->column[at - 1] > column) at--;
     if (at > 0 && w->column[at - 1] == column) {
@@ -60,7 +60,7 @@ static double pdi_csr_compute_weight(const pdi_csr_work *w, int32_t i, int k, do
 {
     const pd_bonds *b = w->bonds;
     const pd_stencil *s = b->stencil;
-    int32_t r = b->row[i];
+    int32_t r = b->row_of_node[i];
     double weight = 0.0, buffer[PD_DIM * PD_DIM];
     const double *inverse = NULL;
     int axis = w->desc->axis;
@@ -74,13 +74,13 @@ static double pdi_csr_compute_weight(const pdi_csr_work *w, int32_t i, int k, do
         break;
     }
     case PD_CSR_GRADIENT: /* eq. 2.4; at truncated families eq. 3.5 */
-        weight = r < 0 ? s->grad[k * PD_DIM + axis] : 0.0;
+        weight = r < 0 ? s->gradient_weight[k * PD_DIM + axis] : 0.0;
         if (r >= 0 && b->grid->kind[i + b->paths.shift[k]] == PD_INLET) break;
         if (r >= 0) inverse = pdi_bond_get_inverse_moment(b, r, buffer) + axis * PD_DIM;
-        for (int e = 0; e < PD_DIM && inverse; e++) weight += inverse[e] * s->base[k] * s->xi[k * PD_DIM + e];
+        for (int e = 0; e < PD_DIM && inverse; e++) weight += inverse[e] * s->base_weight[k] * s->xi[k * PD_DIM + e];
         break;
     case PD_CSR_DIVERGENCE: /* eq. 4.2 */
-        weight = s->grad[k * PD_DIM + axis] * pdi_bond_get_flux_factor(b, i, k);
+        weight = s->gradient_weight[k * PD_DIM + axis] * pdi_bond_get_flux_factor(b, i, k);
         *diagonal = weight;
         return weight;
     }
@@ -92,7 +92,7 @@ static double pdi_csr_compute_weight(const pdi_csr_work *w, int32_t i, int k, do
 static void pdi_csr_assemble_row(pdi_csr_work *w, int32_t i)
 {
     const pd_bonds *b = w->bonds;
-    int32_t r = b->row[i];
+    int32_t r = b->row_of_node[i];
     double sum = 0.0, diagonal;
     w->size = 0;
     for (int k = 0; k < b->stencil->count; k++) {
@@ -102,7 +102,8 @@ static void pdi_csr_assemble_row(pdi_csr_work *w, int32_t i)
         if (weight != 0.0) pdi_csr_add_entry(w, i + b->paths.shift[k], weight);
     }
     /* the opposite bonds of a full family cancel to the last bit in op.h */
-    if (r < 0 && (w->desc->op == PD_CSR_GRADIENT || (w->desc->op == PD_CSR_DIVERGENCE && !b->axisym.flux))) sum = 0.0;
+    if (r < 0 && (w->desc->op == PD_CSR_GRADIENT || (w->desc->op == PD_CSR_DIVERGENCE && !b->axisym.flux_factor)))
+        sum = 0.0;
     pdi_csr_add_entry(w, i, sum);
 }
 
@@ -115,16 +116,16 @@ static void pdi_csr_assemble_rows(pdi_csr_work *w, int count)
         pdi_csr_assemble_row(w, c->node[r]);
         while (given < w->size && w->column[given] < 0) given++;
         if (count) {
-            c->given_row[r + 1] = c->given_row[r] + given;
-            c->row[r + 1] = c->row[r] + w->size - given;
+            c->prescribed_begin[r + 1] = c->prescribed_begin[r] + given;
+            c->row_begin[r + 1] = c->row_begin[r] + w->size - given;
             continue;
         }
         for (int32_t k = 0; k < given; k++) {
-            c->given[c->given_row[r] + k] = -1 - w->column[k];
-            c->given_weight[c->given_row[r] + k] = w->weight[k];
+            c->prescribed[c->prescribed_begin[r] + k] = -1 - w->column[k];
+            c->prescribed_weight[c->prescribed_begin[r] + k] = w->weight[k];
         }
-        memcpy(c->column + c->row[r], w->column + given, (size_t)(w->size - given) * sizeof *c->column);
-        memcpy(c->weight + c->row[r], w->weight + given, (size_t)(w->size - given) * sizeof *c->weight);
+        memcpy(c->column + c->row_begin[r], w->column + given, (size_t)(w->size - given) * sizeof *c->column);
+        memcpy(c->weight + c->row_begin[r], w->weight + given, (size_t)(w->size - given) * sizeof *c->weight);
     }
 }
 
@@ -141,12 +142,12 @@ static pd_status pdi_csr_set_unknowns(pd_ctx *ctx, const pd_bonds *bonds, const 
     for (int32_t i = 0; i < csr->total; i++) csr->rows += pdi_csr_is_unknown(bonds, desc, i);
     if (!csr->rows) return pdi_fail(ctx, PD_ERR_GEOMETRY, "csr", "no fluid node is of the set");
     PDI_TRY(PDI_NEW(ctx, "csr", csr->rows, csr->node));
-    PDI_TRY(PDI_NEW(ctx, "csr", csr->total, csr->index));
-    PDI_TRY(PDI_NEW(ctx, "csr", csr->rows + 1, csr->row));
-    PDI_TRY(PDI_NEW(ctx, "csr", csr->rows + 1, csr->given_row));
+    PDI_TRY(PDI_NEW(ctx, "csr", csr->total, csr->row_of_node));
+    PDI_TRY(PDI_NEW(ctx, "csr", csr->rows + 1, csr->row_begin));
+    PDI_TRY(PDI_NEW(ctx, "csr", csr->rows + 1, csr->prescribed_begin));
     for (int32_t i = 0, r = 0; i < csr->total; i++) {
-        csr->index[i] = pdi_csr_is_unknown(bonds, desc, i) ? r : -1;
-        if (csr->index[i] >= 0) csr->node[r++] = i;
+        csr->row_of_node[i] = pdi_csr_is_unknown(bonds, desc, i) ? r : -1;
+        if (csr->row_of_node[i] >= 0) csr->node[r++] = i;
     }
     return PD_OK;
 }
@@ -162,16 +163,16 @@ static pd_status pdi_csr_build_inner(pd_ctx *ctx, pdi_csr_work *w)
     PDI_TRY(PDI_NEW(ctx, "csr", w->capacity, w->column));
     PDI_TRY(PDI_NEW(ctx, "csr", w->capacity, w->weight));
     for (int32_t i = 0; i < c->total; i++) w->source[i] = i;
-    for (int32_t k = 0; k < g->images; k++) {
-        int odd = w->desc->op == PD_CSR_DIVERGENCE && (g->odd[k] >> w->desc->axis & 1);
+    for (int32_t k = 0; k < g->images_end; k++) {
+        int odd = w->desc->op == PD_CSR_DIVERGENCE && (g->sign_flips[k] >> w->desc->axis & 1);
         w->source[g->node[k]] = g->source[k];
         w->sign[g->node[k]] = (int8_t)(odd ? -1 : 1);
     }
     pdi_csr_assemble_rows(w, 1);
-    PDI_TRY(PDI_NEW(ctx, "csr", c->row[c->rows], c->column));
-    PDI_TRY(PDI_NEW(ctx, "csr", c->row[c->rows], c->weight));
-    PDI_TRY(PDI_NEW(ctx, "csr", c->given_row[c->rows], c->given));
-    PDI_TRY(PDI_NEW(ctx, "csr", c->given_row[c->rows], c->given_weight));
+    PDI_TRY(PDI_NEW(ctx, "csr", c->row_begin[c->rows], c->column));
+    PDI_TRY(PDI_NEW(ctx, "csr", c->row_begin[c->rows], c->weight));
+    PDI_TRY(PDI_NEW(ctx, "csr", c->prescribed_begin[c->rows], c->prescribed));
+    PDI_TRY(PDI_NEW(ctx, "csr", c->prescribed_begin[c->rows], c->prescribed_weight));
     pdi_csr_assemble_rows(w, 0);
     return PD_OK;
 }
@@ -199,23 +200,24 @@ void pd_csr_apply(const pd_csr *csr, const double *x, const double *f, double *y
 {
     for (int32_t r = 0; r < csr->rows; r++) {
         double sum = 0.0;
-        for (int64_t k = csr->row[r]; k < csr->row[r + 1]; k++) sum += csr->weight[k] * x[csr->column[k]];
-        for (int64_t k = csr->given_row[r]; k < csr->given_row[r + 1] && f; k++)
-            sum += csr->given_weight[k] * f[csr->given[k]];
+        for (int64_t k = csr->row_begin[r]; k < csr->row_begin[r + 1]; k++) sum += csr->weight[k] * x[csr->column[k]];
+        for (int64_t k = csr->prescribed_begin[r]; k < csr->prescribed_begin[r + 1] && f; k++)
+            sum += csr->prescribed_weight[k] * f[csr->prescribed[k]];
         y[r] = sum;
     }
 }
 
 void pd_csr_free(pd_ctx *ctx, pd_csr *csr)
 {
-    int64_t entries = csr->row ? csr->row[csr->rows] : 0, given = csr->given_row ? csr->given_row[csr->rows] : 0;
+    int64_t entries = csr->row_begin ? csr->row_begin[csr->rows] : 0,
+            given = csr->prescribed_begin ? csr->prescribed_begin[csr->rows] : 0;
     PDI_DELETE(ctx, entries, csr->column);
     PDI_DELETE(ctx, entries, csr->weight);
-    PDI_DELETE(ctx, given, csr->given);
-    PDI_DELETE(ctx, given, csr->given_weight);
+    PDI_DELETE(ctx, given, csr->prescribed);
+    PDI_DELETE(ctx, given, csr->prescribed_weight);
     PDI_DELETE(ctx, csr->rows, csr->node);
-    PDI_DELETE(ctx, csr->total, csr->index);
-    PDI_DELETE(ctx, csr->rows + 1, csr->row);
-    PDI_DELETE(ctx, csr->rows + 1, csr->given_row);
+    PDI_DELETE(ctx, csr->total, csr->row_of_node);
+    PDI_DELETE(ctx, csr->rows + 1, csr->row_begin);
+    PDI_DELETE(ctx, csr->rows + 1, csr->prescribed_begin);
     memset(csr, 0, sizeof *csr);
 }

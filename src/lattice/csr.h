@@ -29,13 +29,13 @@ typedef struct pd_csr_desc {
 typedef struct pd_csr {
     int32_t rows;
     int32_t *node;        /* [rows] node of the lattice */
-    int32_t *index;       /* [total] row of a node; -1: not in the set */
-    int64_t *row;         /* [rows + 1] begin of each row in column and weight */
+    int32_t *row_of_node; /* [total] row of a node; -1: not in the set */
+    int64_t *row_begin;   /* [rows + 1] begin of each row in column and weight */
     int32_t *column;      /* [row[rows]] */
     double *weight;       /* [row[rows]] [unit of the operator] */
-    int64_t *given_row;   /* [rows + 1] */
-    int32_t *given;       /* [given_row[rows]] nodes of the lattice */
-    double *given_weight; /* [given_row[rows]] [unit of the operator] */
+    int64_t *prescribed_begin; /* [rows + 1] */
+    int32_t *prescribed;       /* [given_row[rows]] nodes of the lattice */
+    double *prescribed_weight; /* [given_row[rows]] [unit of the operator] */
     int32_t total;        /* nodes of the lattice */
 } pd_csr;
 

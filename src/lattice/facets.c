@@ -36,11 +36,11 @@ static void pdi_facets_list_arrays(pdi_array_visitor *owner, void *object)
     pd_facets *facets = (pd_facets *)object;
     PDI_ARRAY(owner, facets, corner, (int64_t)facets->count * 9, "m");
     PDI_ARRAY(owner, facets, box, (int64_t)facets->count * 6, "m");
-    PDI_ARRAY(owner, facets, first, facets->count, "1");
-    PDI_ARRAY(owner, facets, size, facets->count, "1");
-    PDI_ARRAY(owner, facets, second, facets->count, "1");
+    PDI_ARRAY(owner, facets, first_triangle, facets->count, "1");
+    PDI_ARRAY(owner, facets, triangle_count, facets->count, "1");
+    PDI_ARRAY(owner, facets, second_child, facets->count, "1");
     PDI_ARRAY(owner, facets, root, facets->shells, "1");
-    PDI_ARRAY(owner, facets, sense, facets->shells, "1");
+    PDI_ARRAY(owner, facets, orientation, facets->shells, "1");
 }
 
 PDI_FN int64_t pdi_facets_bytes(const pd_facets *facets)
@@ -247,12 +247,12 @@ static int pdi_facets_compare_keys(const void *a, const void *b)
 static void pdi_facets_build_subtree(pd_facets *f, const double *corner, pdi_facets_centroid_key *key, int32_t first,
                                      int32_t size)
 {
-    int32_t index = f->boxes++;
+    int32_t index = f->tree_nodes++;
     double *box = f->box + 6 * (int64_t)index;
     int axis = 0;
-    f->first[index] = first;
-    f->size[index] = size;
-    f->second[index] = 0;
+    f->first_triangle[index] = first;
+    f->triangle_count[index] = size;
+    f->second_child[index] = 0;
     for (int d = 0; d < 3; d++) {
         box[d] = HUGE_VAL;
         box[3 + d] = -HUGE_VAL;
@@ -271,7 +271,7 @@ static void pdi_facets_build_subtree(pd_facets *f, const double *corner, pdi_fac
     }
     qsort(key + first, (size_t)size, sizeof *key, pdi_facets_compare_keys);
     pdi_facets_build_subtree(f, corner, key, first, size / 2);
-    f->second[index] = f->boxes;
+    f->second_child[index] = f->tree_nodes;
     pdi_facets_build_subtree(f, corner, key, first + size / 2, size - size / 2);
 }
 
@@ -351,7 +351,7 @@ static double pdi_facets_square_distance_tree(const pd_facets *f, int32_t root, 
     stack[0] = root;
     bound[0] = 0.0;
     while (depth) {
-        int32_t index = stack[--depth], second = f->second[index];
+        int32_t index = stack[--depth], second = f->second_child[index];
         if (bound[depth] >= best) continue;
         if (second) {
             double left = pdi_facets_square_distance_box(f, index + 1, x),
@@ -363,7 +363,7 @@ static double pdi_facets_square_distance_tree(const pd_facets *f, int32_t root, 
             bound[depth++] = swap ? left : right;
             continue;
         }
-        for (int32_t k = f->first[index]; k < f->first[index] + f->size[index]; k++) {
+        for (int32_t k = f->first_triangle[index]; k < f->first_triangle[index] + f->triangle_count[index]; k++) {
             double square = k == skip ? best : pdi_facets_square_distance_triangle(f->corner + 9 * (int64_t)k, x);
             best = square < best ? square : best;
         }
@@ -413,12 +413,12 @@ static int pdi_facets_winding_number(const pd_facets *f, int32_t root, int32_t s
         int32_t index = stack[--depth];
         const double *box = f->box + 6 * (int64_t)index;
         if (x[0] >= box[3] || x[1] < box[1] || x[1] >= box[4] || x[2] < box[2] || x[2] >= box[5]) continue;
-        if (f->second[index]) {
+        if (f->second_child[index]) {
             stack[depth++] = index + 1;
-            stack[depth++] = f->second[index];
+            stack[depth++] = f->second_child[index];
             continue;
         }
-        for (int32_t k = f->first[index]; k < f->first[index] + f->size[index]; k++)
+        for (int32_t k = f->first_triangle[index]; k < f->first_triangle[index] + f->triangle_count[index]; k++)
             if (k != skip) sum += pdi_facets_ray_crossing_sign(f->corner + 9 * (int64_t)k, x);
     }
     return sum;
@@ -427,7 +427,7 @@ static int pdi_facets_winding_number(const pd_facets *f, int32_t root, int32_t s
 /* 1: x lies in the region that shell s encloses, whatever the direction of its normals. */
 static int pdi_facets_is_inside_shell(const pd_facets *f, int32_t s, const double *x)
 {
-    return f->sense[s] * pdi_facets_winding_number(f, f->root[s], -1, x) > 0;
+    return f->orientation[s] * pdi_facets_winding_number(f, f->root[s], -1, x) > 0;
 }
 
 /* Unsigned distance [m] to the surface of a union of several shells; *inside: 1 when x is in the body. Offsetting
@@ -437,14 +437,14 @@ static double pdi_facets_distance_to_union(const pd_facets *f, const double *x, 
 {
     double nearest[PDI_FACETS_MAX_OVERLAP];
     int depth = 0, found = 0;
-    for (int32_t s = 0; s < f->shells; s++) depth += f->sense[s] * pdi_facets_is_inside_shell(f, s, x);
+    for (int32_t s = 0; s < f->shells; s++) depth += f->orientation[s] * pdi_facets_is_inside_shell(f, s, x);
     *inside = depth > 0;
     int wanted = *inside ? depth : 1 - depth;
     if (wanted > PDI_FACETS_MAX_OVERLAP) wanted = PDI_FACETS_MAX_OVERLAP;
     for (int32_t s = 0; s < f->shells; s++) {
         double bound = found < wanted ? HUGE_VAL : nearest[wanted - 1];
         if (pdi_facets_square_distance_box(f, f->root[s], x) >= bound) continue;
-        if ((f->sense[s] > 0) != (pdi_facets_is_inside_shell(f, s, x) == *inside)) continue;
+        if ((f->orientation[s] > 0) != (pdi_facets_is_inside_shell(f, s, x) == *inside)) continue;
         double square = pdi_facets_square_distance_tree(f, f->root[s], -1, x, bound);
         if (!(square < bound)) continue;
         int k = found < wanted ? found++ : wanted - 1;
@@ -503,7 +503,7 @@ static pd_status pdi_facets_check_orientation(pd_ctx *ctx, const pd_facets *f)
     int32_t tested = 0, wrong = 0, first = 0, step = 1 + f->count / PDI_FACETS_ORIENTATION_SAMPLES;
     double place[3] = {0.0, 0.0, 0.0};
     for (int32_t s = 0; s < f->shells; s++) {
-        int32_t size = f->size[f->root[s]], stride = step < 1 + size / 8 ? step : 1 + size / 8;
+        int32_t size = f->triangle_count[f->root[s]], stride = step < 1 + size / 8 ? step : 1 + size / 8;
         for (int32_t k = first; k < first + size; k += stride) {
             double normal_x, middle[3];
             if (!pdi_facets_is_orientation_testable(f, k, &normal_x, middle)) continue;
@@ -543,8 +543,8 @@ static void pdi_facets_sort_by_shell(const pdi_facets_work *w, pd_facets *f, dou
         count++;
     }
     double volume = pdi_facets_compute_six_volumes(corner, count, corner);
-    f->turned = volume < 0.0;
-    for (int64_t k = 0; k < count && f->turned; k++)
+    f->flipped = volume < 0.0;
+    for (int64_t k = 0; k < count && f->flipped; k++)
         for (int d = 0; d < 3; d++) {
             double second = corner[9 * k + 3 + d];
             corner[9 * k + 3 + d] = corner[9 * k + 6 + d];
@@ -560,14 +560,14 @@ static void pdi_facets_build_trees(pd_facets *f, const double *corner, pdi_facet
     int32_t first = 0;
     for (int32_t k = 0; k < f->count; k++) key[k].triangle = k;
     if (f->shells > 1) {
-        f->boxes = 1;
-        f->size[0] = f->count;
+        f->tree_nodes = 1;
+        f->triangle_count[0] = f->count;
         for (int d = 0; d < 6; d++) f->box[d] = d < 3 ? HUGE_VAL : -HUGE_VAL;
     }
     for (int32_t s = 0; s < f->shells; s++) {
         const double *shell = corner + 9 * (int64_t)first;
-        f->sense[s] = pdi_facets_compute_six_volumes(shell, size[s], shell) < 0.0 ? -1 : 1;
-        f->root[s] = f->boxes;
+        f->orientation[s] = pdi_facets_compute_six_volumes(shell, size[s], shell) < 0.0 ? -1 : 1;
+        f->root[s] = f->tree_nodes;
         pdi_facets_build_subtree(f, corner, key, first, size[s]);
         const double *box = f->box + 6 * (int64_t)f->root[s];
         for (int d = 0; d < 3 && f->shells > 1; d++) {
@@ -590,7 +590,7 @@ static pd_status pdi_facets_build_shells(pd_ctx *ctx, const pdi_facets_work *w, 
         f->count += w->shell[k] >= 0;
         f->shells += w->shell[k] == k;
     }
-    f->joined = w->merged;
+    f->merged = w->merged;
     if (f->count < 4)
         return pdi_fail(ctx, PD_ERR_GEOMETRY, "facets", "the surface of %d triangles has no volume", (int)w->count);
     PDI_TRY(pdi_array_registry_build(ctx, pdi_facets_list_arrays, f));
@@ -693,12 +693,12 @@ PDI_FN double pdi_facets_find_crossing(const pd_facets *f, const double *x, cons
     while (depth) {
         int32_t index = stack[--depth];
         if (!pdi_facets_is_box_hit(f->box + 6 * (int64_t)index, x, xi, PDI_FACETS_EDGE_TOLERANCE * largest)) continue;
-        if (f->second[index]) {
+        if (f->second_child[index]) {
             stack[depth++] = index + 1;
-            stack[depth++] = f->second[index];
+            stack[depth++] = f->second_child[index];
             continue;
         }
-        for (int32_t k = f->first[index]; k < f->first[index] + f->size[index]; k++) {
+        for (int32_t k = f->first_triangle[index]; k < f->first_triangle[index] + f->triangle_count[index]; k++) {
             double t = pdi_facets_find_triangle_crossing(f->corner + 9 * (int64_t)k, x, xi);
             if (t > after && t < best) best = t;
         }

@@ -16,17 +16,17 @@
 
 typedef struct pd_facets {
     int32_t count;   /* triangles */
-    int32_t boxes;   /* nodes of the trees; box 0 holds all; the first child of box k is k + 1 */
+    int32_t tree_nodes; /* nodes of the trees; box 0 holds all; the first child of box k is k + 1 */
     double *corner;  /* [count][3][3] [m] triangles; those of a box are contiguous */
     double *box;     /* [count][6] [m] low corner, high corner */
-    int32_t *first;  /* [count] first triangle of a box */
-    int32_t *size;   /* [count] number of triangles of a box */
-    int32_t *second; /* [count] second child of a box; 0: a leaf */
+    int32_t *first_triangle; /* [count] first triangle of a box */
+    int32_t *triangle_count; /* [count] number of triangles of a box */
+    int32_t *second_child;   /* [count] second child of a box; 0: a leaf */
     int32_t shells;  /* connected surfaces */
     int32_t *root;   /* [shells] root box of each tree */
-    int8_t *sense;   /* [shells] 1: normals point outward, -1: the shell bounds a cavity */
-    int turned;      /* 1: the input was inside out, its triangles were flipped */
-    int32_t joined;  /* corners of the input that were merged with others nearby */
+    int8_t *orientation; /* [shells] 1: normals point outward, -1: the shell bounds a cavity */
+    int flipped;         /* 1: the input was inside out, its triangles were flipped */
+    int32_t merged;      /* corners of the input that were merged with others nearby */
 } pd_facets;
 
 #define pd_facets_build PD_NAME(pd_facets_build)

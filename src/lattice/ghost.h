@@ -12,10 +12,12 @@
 
 typedef struct pd_ghosts {
     const pd_grid *grid;
-    int32_t images, count, listed, capacity; /* images come first, then outlets up to count, then inlets up to listed */
+    /* images come first, then outlets up to count, then inlets up to listed */
+    int32_t images_end, outlets_end, inlets_end, capacity;
     int32_t *node, *source; /* [capacity] the ghost, and the node of the box that it takes its value from */
-    uint8_t *odd;           /* [capacity] bit d: component d of a vector changes its sign; inlets: axis d is mirrored */
-    uint8_t *across;        /* [capacity] bit d: the inlet or outlet is normal to axis d */
+    /* [capacity] bit d: component d of a vector changes its sign; inlets: axis d is mirrored */
+    uint8_t *sign_flips;
+    uint8_t *normal_axis; /* [capacity] bit d: the inlet or outlet is normal to axis d */
 } pd_ghosts;
 
 #define pd_ghosts_set_scalar PD_NAME(pd_ghosts_set_scalar)

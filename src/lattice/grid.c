@@ -16,8 +16,8 @@
 PDI_FN void pdi_grid_index(const pd_grid *grid, int32_t node, int *i)
 {
     for (int d = 0; d < PD_DIM; d++) {
-        i[d] = (int)(node % grid->np[d]) - grid->ghost;
-        node /= grid->np[d];
+        i[d] = (int)(node % grid->padded[d]) - grid->ghost;
+        node /= grid->padded[d];
     }
 }
 
@@ -139,7 +139,7 @@ static int pdi_grid_fold_axis(const pd_grid *grid, int d, int all, int *i)
 
 PDI_FN int32_t pdi_grid_find_source(const pd_grid *grid, int32_t node, int *flip)
 {
-    if (grid->home && !flip) return grid->home[node];
+    if (grid->source_node && !flip) return grid->source_node[node];
     int i[PD_DIM], flipped = 0;
     pdi_grid_index(grid, node, i);
     for (int d = 0; d < PD_DIM; d++) flipped |= pdi_grid_fold_axis(grid, d, 1, &i[d]);
@@ -333,10 +333,10 @@ PDI_FN double pdi_grid_find_shape_entry(const pd_grid *grid, int shape, const do
 static int pdi_grid_is_inlet_ghost(const pd_grid *grid, const int *i, int side)
 {
     double x[PD_DIM];
-    if (!grid->entry) return grid->side[side] == PD_SIDE_INLET;
+    if (!grid->is_inlet) return grid->side[side] == PD_SIDE_INLET;
     for (int d = 0; d < PD_DIM; d++) x[d] = grid->lo[d] + ((double)i[d] + 0.5) * grid->h[d];
     x[side / 2] = side % 2 ? grid->hi[side / 2] : grid->lo[side / 2];
-    return grid->entry(grid->entry_user, side, x);
+    return grid->is_inlet(grid->is_inlet_user, side, x);
 }
 
 /* Kind of a ghost. Behind inlets and outlets it is open only in front of fluid; elsewhere it continues the wall.
@@ -368,7 +368,7 @@ static void pdi_grid_set_ghost_kinds(pd_grid *grid)
 static void pdi_grid_mark_mixed_sides(pd_grid *grid)
 {
     int seen[2] = {0, 0};
-    for (int32_t node = 0; node < grid->total && grid->entry; node++) {
+    for (int32_t node = 0; node < grid->total && grid->is_inlet; node++) {
         int i[PD_DIM];
         pdi_grid_index(grid, node, i);
         pdi_grid_fold_index(grid, i);
@@ -376,7 +376,7 @@ static void pdi_grid_mark_mixed_sides(pd_grid *grid)
         if (side >= 0 && pdi_grid_is_inlet_or_outlet(grid->side[side]))
             seen[pdi_grid_is_inlet_ghost(grid, i, side) ? 1 : 0] |= 1 << side;
     }
-    grid->ends = (uint8_t)(seen[0] & seen[1]);
+    grid->mixed_sides = (uint8_t)(seen[0] & seen[1]);
 }
 
 /* Marks walls out of reach of every fluid and solid node as PD_INACTIVE. */
@@ -408,11 +408,11 @@ static void pdi_grid_compute_bounds(const pd_shape *shapes, int index, double *l
             lo[d] = s->a[d];
             hi[d] = s->b[d];
         } else if (s->type == PD_SHAPE_BALL || (s->type == PD_SHAPE_CYLINDER && (PD_DIM == 1 || d != s->axis))) {
-            lo[d] = s->a[d] - s->r;
-            hi[d] = s->a[d] + s->r;
+            lo[d] = s->a[d] - s->radius;
+            hi[d] = s->a[d] + s->radius;
         } else if (s->type == PD_SHAPE_VOXELS) {
             lo[d] = s->a[d];
-            hi[d] = s->a[d] + (double)s->n[d] * s->b[d];
+            hi[d] = s->a[d] + (double)s->mask_size[d] * s->b[d];
         } else if (s->type == PD_SHAPE_FACETS) {
             lo[d] = s->facets->box[d];
             hi[d] = s->facets->box[3 + d];
@@ -420,7 +420,7 @@ static void pdi_grid_compute_bounds(const pd_shape *shapes, int index, double *l
     }
     int is_union = s->type == PD_SHAPE_UNION;
     int is_intersection = s->type == PD_SHAPE_INTERSECT || s->type == PD_SHAPE_DIFFERENCE;
-    int used = s->type == PD_SHAPE_DIFFERENCE ? 1 : s->children;
+    int used = s->type == PD_SHAPE_DIFFERENCE ? 1 : s->child_count;
     for (int c = 0; c < used && (is_union || is_intersection); c++) {
         double clo[PD_DIM], chi[PD_DIM];
         pdi_grid_compute_bounds(shapes, s->child[c], clo, chi);
@@ -470,17 +470,17 @@ static pd_status pdi_grid_set_size(pd_ctx *ctx, const pd_stencil *stencil, const
                             "the box is %g cells of %g m long on axis %d, expected a whole number", cells,
                             stencil->h[d], d);
         grid->n[d] = (int)whole;
-        grid->np[d] = grid->n[d] + 2 * grid->ghost;
+        grid->padded[d] = grid->n[d] + 2 * grid->ghost;
         grid->h[d] = stencil->h[d];
         grid->lo[d] = desc->lo[d];
         grid->hi[d] = desc->hi[d];
-        total *= (double)grid->np[d];
+        total *= (double)grid->padded[d];
     }
     if (total * PD_DIM >= 2147483647.0)
         return pdi_fail(ctx, PD_ERR_SIZE, "grid", "%.3g nodes with ghosts, expected less than %.3g", total,
                         2147483647.0 / PD_DIM);
     grid->stride[0] = 1;
-    for (int d = 1; d < PD_DIM; d++) grid->stride[d] = grid->stride[d - 1] * (int32_t)grid->np[d - 1];
+    for (int d = 1; d < PD_DIM; d++) grid->stride[d] = grid->stride[d - 1] * (int32_t)grid->padded[d - 1];
     grid->total = (int32_t)total;
     for (int s = 0; s < 2 * PD_DIM; s++) {
         grid->side[s] = desc->side[s];
@@ -512,8 +512,8 @@ static pd_status pdi_grid_compute_circumferences(pd_ctx *ctx, pd_grid *grid)
     if ((!at_axis && grid->side[2 * r] >= PD_SIDE_PERIODIC) || grid->side[2 * r + 1] >= PD_SIDE_PERIODIC)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "grid",
                         "an axisymmetric box is periodic or mirrored across r > 0, expected wall, inlet or outlet");
-    PDI_TRY(PDI_NEW(ctx, "grid.circumference", grid->np[r], grid->circumference));
-    for (int row = 0; row < grid->np[r]; row++) {
+    PDI_TRY(PDI_NEW(ctx, "grid.circumference", grid->padded[r], grid->circumference));
+    for (int row = 0; row < grid->padded[r]; row++) {
         double cell = row - grid->ghost + 0.5;
         grid->circumference[row] = 2.0 * PDI_PI * fabs((at_axis ? 0.0 : grid->lo[r]) + cell * grid->h[r]);
     }
@@ -532,8 +532,8 @@ static void pdi_grid_list_arrays(pdi_array_visitor *owner, void *object)
 {
     pd_grid *grid = (pd_grid *)object;
     PDI_ARRAY(owner, grid, kind, grid->total, "1");
-    if (pdi_grid_has_images(grid)) PDI_ARRAY(owner, grid, home, grid->total, "1");
-    PDI_ARRAY_GROWING(owner, grid, circumference, grid->np[PD_DIM - 1], "m");
+    if (pdi_grid_has_images(grid)) PDI_ARRAY(owner, grid, source_node, grid->total, "1");
+    PDI_ARRAY_GROWING(owner, grid, circumference, grid->padded[PD_DIM - 1], "m");
 }
 
 /* 1: x belongs to shape `index` (-1: none). *touched grows by one when x is on its surface. */
@@ -548,8 +548,8 @@ static int pdi_grid_is_in_shape(const pd_grid *grid, int index, const double *x,
 /* Kind of a node of the box at x [m] by the shapes: wall before metal before fluid. Counts nodes on surfaces. */
 static uint8_t pdi_grid_classify_point(pd_grid *grid, const double *x)
 {
-    if (pdi_grid_is_in_shape(grid, grid->wall, x, &grid->touched[1])) return PD_WALL;
-    return pdi_grid_is_in_shape(grid, grid->solid, x, &grid->touched[0]) ? PD_SOLID : PD_FLUID;
+    if (pdi_grid_is_in_shape(grid, grid->wall, x, &grid->nodes_on_surface[1])) return PD_WALL;
+    return pdi_grid_is_in_shape(grid, grid->solid, x, &grid->nodes_on_surface[0]) ? PD_SOLID : PD_FLUID;
 }
 
 /* Inner part of pd_grid_build: what it leaves behind on failure is freed by the caller. */
@@ -564,8 +564,8 @@ static pd_status pdi_grid_build_inner(pd_ctx *ctx, const pd_stencil *stencil, co
     grid->shapes = desc->shapes;
     grid->solid = desc->solid ? (int)(desc->solid - desc->shapes) : -1;
     grid->wall = desc->wall ? (int)(desc->wall - desc->shapes) : -1;
-    grid->entry = desc->entry;
-    grid->entry_user = desc->entry_user;
+    grid->is_inlet = desc->is_inlet;
+    grid->is_inlet_user = desc->is_inlet_user;
     if (grid->solid >= 0) PDI_TRY(pdi_grid_check_solid(ctx, grid));
     PDI_TRY(pdi_array_registry_build(ctx, pdi_grid_list_arrays, grid));
     for (int32_t node = 0; node < grid->total; node++) {
@@ -584,9 +584,9 @@ static pd_status pdi_grid_build_inner(pd_ctx *ctx, const pd_stencil *stencil, co
                         "the solid covers no node: it is thinner than the spacing or lies inside the wall");
     if (grid->fluid_count + grid->solid_count == 0)
         return pdi_fail(ctx, PD_ERR_GEOMETRY, "grid", "the wall covers every node of the box");
-    for (int32_t node = 0; grid->home && node < grid->total; node++) {
+    for (int32_t node = 0; grid->source_node && node < grid->total; node++) {
         int flip;
-        grid->home[node] = pdi_grid_find_source(grid, node, &flip);
+        grid->source_node[node] = pdi_grid_find_source(grid, node, &flip);
     }
     pdi_grid_set_ghost_kinds(grid);
     pdi_grid_mark_mixed_sides(grid);
@@ -652,7 +652,7 @@ enum { PDI_GRID_SUM_PARTS = 64 }; /* of a sum, by layers */
 static void pdi_grid_sum_layers(const pd_grid *grid, uint8_t kind, const uint8_t *which, int wanted,
                                 const double *field, pdi_compensated_sum *part)
 {
-    int64_t layers = grid->np[PD_DIM - 1], nodes = grid->stride[PD_DIM - 1];
+    int64_t layers = grid->padded[PD_DIM - 1], nodes = grid->stride[PD_DIM - 1];
     PDI_FOR_NOWAIT
     for (int q = 0; q < PDI_GRID_SUM_PARTS; q++) {
         part[q].sum = part[q].compensation = 0.0;
@@ -686,7 +686,7 @@ void pd_grid_free(pd_ctx *ctx, pd_grid *grid)
 
 PDI_FN void pdi_grid_compute_line_shifts(const pd_grid *grid, const pd_stencil *stencil, int32_t *shift)
 {
-    for (int l = 0; l < stencil->line_first[stencil->kinds]; l++) {
+    for (int l = 0; l < stencil->line_first[stencil->line_kinds]; l++) {
         shift[l] = 0;
         for (int d = 1; d < PD_DIM; d++) shift[l] += stencil->line[l * PD_DIM + d] * grid->stride[d];
     }

@@ -39,16 +39,16 @@ typedef struct pd_grid_desc {
     const pd_shape *solid;         /* the one of them that is metal; NULL: none */
     const pd_shape *wall;          /* the one of them that is wall, also where metal is; NULL: none */
     int ghost;                     /* minimum number of ghost layers; 0: as deep as the stencil reaches */
-    pd_is_inlet_fn entry;          /* for sides that are inlet or outlet: which of both a point is; NULL: as `side`
+    pd_is_inlet_fn is_inlet;       /* for sides that are inlet or outlet: which of both a point is; NULL: as `side`
                                     * says */
-    void *entry_user;
+    void *is_inlet_user;
     int axisymmetric;              /* 2D: axis 0 is z, axis 1 is r >= 0, and nodes are rings. A box that begins at r = 0
                                     * has a mirror there; else it begins at least one horizon away from the axis */
 } pd_grid_desc;
 
 typedef struct pd_grid {
     int n[PD_DIM];        /* cells of the box */
-    int np[PD_DIM];       /* cells with ghosts */
+    int padded[PD_DIM];   /* cells with ghosts */
     int ghost;            /* layers on every side */
     int32_t stride[PD_DIM]; /* difference of node ids of neighbours along an axis */
     int32_t total;        /* nodes with ghosts */
@@ -56,14 +56,15 @@ typedef struct pd_grid {
     pd_side side[2 * PD_DIM];
     const pd_shape *shapes;
     int solid, wall;      /* indices of the shapes of metal and wall, -1: none */
-    pd_is_inlet_fn entry;
-    void *entry_user;
-    uint8_t ends;         /* bit s: side s is an inlet at some points and an outlet at others */
+    pd_is_inlet_fn is_inlet;
+    void *is_inlet_user;
+    uint8_t mixed_sides;   /* bit s: side s is an inlet at some points and an outlet at others */
     double *circumference; /* [np of the last axis] [m] 2 pi |r| of axisymmetric rows of nodes; NULL: planar */
     uint8_t *kind;        /* [total] pd_kind */
-    int32_t *home;        /* [total] source node of each node (pdi_grid_find_source); NULL: no images, or no metal */
+    /* [total] source node of each node (pdi_grid_find_source); NULL: no images, or no metal */
+    int32_t *source_node;
     int64_t fluid_count, solid_count;
-    int64_t touched[2];   /* nodes exactly on the surface of metal, and of walls, when the grid was built */
+    int64_t nodes_on_surface[2]; /* nodes exactly on the surface of metal, and of walls, when the grid was built */
 } pd_grid;
 
 #define pd_grid_build PD_NAME(pd_grid_build)
@@ -95,7 +96,7 @@ PDI_FN void pdi_grid_index(const pd_grid *grid, int32_t node, int *i);
 /* Cell index of a node along one axis. */
 static inline int pdi_grid_index_along(const pd_grid *grid, int32_t node, int axis)
 {
-    return (int)(node / grid->stride[axis] % grid->np[axis]) - grid->ghost;
+    return (int)(node / grid->stride[axis] % grid->padded[axis]) - grid->ghost;
 }
 /* Length of the text of a position. */
 #define PDI_GRID_POSITION_LENGTH 80

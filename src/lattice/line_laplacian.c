@@ -106,8 +106,8 @@ static void pdi_line_laplacian_sum_m3_2d(const double *PD_RESTRICT f, const int3
 /* 1: the stencil has the grid lines of m = 3 in 2D. */
 static int pdi_line_laplacian_is_m3_2d(const pd_stencil *s)
 {
-    return s->reach == 3 && s->kinds == 3 && s->line_first[3] == 6 && s->line_first[1] == 2 && s->line_first[2] == 4 &&
-           s->line_reach[0] == 3 && s->line_reach[1] == 2 && s->line_reach[2] == 1;
+    return s->reach == 3 && s->line_kinds == 3 && s->line_first[3] == 6 && s->line_first[1] == 2 &&
+           s->line_first[2] == 4 && s->line_reach[0] == 3 && s->line_reach[1] == 2 && s->line_reach[2] == 1;
 }
 
 /* Adds to out the layers n and -n along axis 0: the sums `side` of the other grid lines there, and the differences
@@ -144,8 +144,9 @@ static void pdi_line_laplacian_apply_chunk(const pdi_line_laplacian_data *lines,
         t[PDI_LINE_LAPLACIAN_MAX_REACH + 1][PDI_LINE_LAPLACIAN_COLUMNS];
     int three = pdi_line_laplacian_is_m3_2d(s);
     if (three) pdi_line_laplacian_sum_m3_2d(f - reach, lines->shift, s->line_lap, columns, t);
-    for (int first = 0; (first == 0 || first < s->kinds) && !three; first += PDI_LINE_LAPLACIAN_MAX_KINDS) {
-        int some = s->kinds - first < PDI_LINE_LAPLACIAN_MAX_KINDS ? s->kinds - first : PDI_LINE_LAPLACIAN_MAX_KINDS;
+    for (int first = 0; (first == 0 || first < s->line_kinds) && !three; first += PDI_LINE_LAPLACIAN_MAX_KINDS) {
+        int some =
+            s->line_kinds - first < PDI_LINE_LAPLACIAN_MAX_KINDS ? s->line_kinds - first : PDI_LINE_LAPLACIAN_MAX_KINDS;
         for (int k = 0; k < some; k++) pdi_line_laplacian_sum_kind(lines, f - reach, first + k, columns, x[k]);
         for (int n = 0; n <= reach; n++) {
             double a[PDI_LINE_LAPLACIAN_MAX_KINDS];

@@ -18,14 +18,14 @@ static void pdi_node_loop_run_chunks(int32_t i, int32_t row, int32_t length, int
 static void pdi_node_loop_run_thread(const pd_bonds *bonds, int max, pdi_node_loop_range_fn run, const void *user)
 {
     PDI_FOR_NOWAIT
-    for (int32_t s = 0; s < bonds->whole.count; s++)
-        pdi_node_loop_run_chunks(bonds->whole.first[s], -1, bonds->whole.length[s], max, run, user);
+    for (int32_t s = 0; s < bonds->full_ranges.count; s++)
+        pdi_node_loop_run_chunks(bonds->full_ranges.first[s], -1, bonds->full_ranges.length[s], max, run, user);
     PDI_FOR_NOWAIT
-    for (int32_t s = 0; s < bonds->cut.count; s++)
-        pdi_node_loop_run_chunks(bonds->cut.first[s], bonds->row[bonds->cut.first[s]], bonds->cut.length[s], max, run,
-                                 user);
+    for (int32_t s = 0; s < bonds->truncated_ranges.count; s++)
+        pdi_node_loop_run_chunks(bonds->truncated_ranges.first[s], bonds->row_of_node[bonds->truncated_ranges.first[s]],
+                                 bonds->truncated_ranges.length[s], max, run, user);
     PDI_FOR_NOWAIT
-    for (int32_t r = bonds->plain; r < bonds->rows; r++) run(user, bonds->node[r], r, 1);
+    for (int32_t r = bonds->rows_without_inlet; r < bonds->rows; r++) run(user, bonds->node[r], r, 1);
 }
 
 /* Operands of a loop by blocks. */
@@ -56,7 +56,7 @@ static void pdi_node_loop_run_open_boundary(const pd_open_boundary *boundary, pd
 {
     PDI_FOR_NOWAIT
     for (int32_t p = 0; p < boundary->count; p++)
-        block(user, boundary->node[p], boundary->bonds->row[boundary->node[p]], p, 1);
+        block(user, boundary->node[p], boundary->bonds->row_of_node[boundary->node[p]], p, 1);
 }
 
 /* Body of one thread: all fluid nodes, first those away from inlets and outlets, then those near them. */

@@ -73,7 +73,7 @@ static void pdi_op_compute_gradient_full(const pd_bonds *bonds, const double *f,
     memset(slope, 0, PD_DIM * sizeof *slope);
     for (int k = 0; k < s->count / 2; k++) {
         int32_t shift = bonds->paths.shift[k];
-        const double *far = f + i + shift, *back = f + i - shift, *g = s->grad + k * PD_DIM;
+        const double *far = f + i + shift, *back = f + i - shift, *g = s->gradient_weight + k * PD_DIM;
         for (int d = 0; d < PD_DIM; d++)
             for (int b = 0; b < count; b++) slope[d][b] += g[d] * (far[b] - back[b]);
     }
@@ -91,10 +91,10 @@ static void pdi_op_compute_gradient_truncated(const pd_bonds *bonds, const doubl
     pdi_bond_mask_block gate = {NULL, 0, 0, 0};
     for (int k = 0; k < s->count; k++) {
         const double *far = field + i + bonds->paths.shift[k], *f = field + i, *xi = s->xi + k * PD_DIM;
-        double base = s->base[k];
+        double base = s->base_weight[k];
         pdi_bond_openness which = pdi_bond_find_nodes_open(bonds, r, k, count, &gate, open);
         if (which == PDI_BOND_OPEN_NONE) continue;
-        if (r >= bonds->plain && bonds->grid->kind[i + bonds->paths.shift[k]] == PD_INLET) continue;
+        if (r >= bonds->rows_without_inlet && bonds->grid->kind[i + bonds->paths.shift[k]] == PD_INLET) continue;
         for (int b = 0; b < count; b++) {
             double difference = which == PDI_BOND_OPEN_ALL || open[b] > 0.0 ? base * (far[b] - f[b]) : 0.0;
             for (int d = 0; d < PD_DIM; d++) sum[d][b] += difference * xi[d];
@@ -156,7 +156,7 @@ static void pdi_op_divergence_bonds(const pdi_op_operands *w, int32_t i, int32_t
         if (which == PDI_BOND_OPEN_NONE) continue;
         for (int d = 0; d < PD_DIM; d++) {
             const double *u = w->f + (int64_t)d * w->total + i, *far = u + bonds->paths.shift[k];
-            double g = s->grad[k * PD_DIM + d] * pdi_bond_get_flux_factor(bonds, i, k);
+            double g = s->gradient_weight[k * PD_DIM + d] * pdi_bond_get_flux_factor(bonds, i, k);
             for (int b = 0; b < count; b++)
                 sum[b] += which == PDI_BOND_OPEN_ALL || open[b] > 0.0 ? g * (u[b] + far[b]) : 0.0;
         }
@@ -169,7 +169,7 @@ static void pdi_op_divergence_full(const pdi_op_operands *w, int32_t i, int coun
 {
     const pd_stencil *s = w->bonds->stencil;
     double sum[PDI_CHUNK];
-    if (w->bonds->axisym.flux) {
+    if (w->bonds->axisym.flux_factor) {
         pdi_op_divergence_bonds(w, i, -1, count);
         return;
     }
@@ -178,7 +178,7 @@ static void pdi_op_divergence_full(const pdi_op_operands *w, int32_t i, int coun
         for (int d = 0; d < PD_DIM; d++) {
             const double *u = w->f + (int64_t)d * w->total + i;
             const double *far = u + w->bonds->paths.shift[k], *back = u - w->bonds->paths.shift[k];
-            double g = s->grad[k * PD_DIM + d];
+            double g = s->gradient_weight[k * PD_DIM + d];
             for (int b = 0; b < count; b++) sum[b] += g * (far[b] - back[b]);
         }
     memcpy(w->out + i, sum, (size_t)count * sizeof(double));
@@ -244,8 +244,8 @@ void pd_op_laplacian(const pd_ctx *ctx, const pd_bonds *bonds, const double *f, 
 {
     pdi_op_operands w;
     pdi_op_init_operands(bonds, f, NULL, lap, &w);
-    w.any_length = !bonds->axisym.lap;
-    pdi_op_apply_all(ctx, &w, bonds->axisym.lap ? pdi_op_laplacian_axisymmetric : pdi_op_laplacian_full,
+    w.any_length = !bonds->axisym.laplacian_weight;
+    pdi_op_apply_all(ctx, &w, bonds->axisym.laplacian_weight ? pdi_op_laplacian_axisymmetric : pdi_op_laplacian_full,
                      pdi_op_laplacian_truncated);
 }
 

@@ -32,7 +32,7 @@ PDI_FN int pdi_open_boundary_has_any(const pd_grid *grid)
 static void pdi_open_boundary_set_far_ends(const pd_bonds *bonds, int32_t i, int32_t *far)
 {
     for (int k = 0; k < bonds->stencil->count; k++) {
-        int32_t row = bonds->row[i], j = i + bonds->paths.shift[k];
+        int32_t row = bonds->row_of_node[i], j = i + bonds->paths.shift[k];
         int open = row < 0 || pdi_bond_is_open(bonds, row, k);
         far[k] = open && bonds->grid->kind[j] != PD_OUTLET ? j : i;
     }
@@ -50,7 +50,7 @@ static int32_t pdi_open_boundary_find_nodes(pd_open_boundary *p, int list)
         if (!near_port) continue;
         if (list) {
             p->node[found] = i;
-            pdi_open_boundary_set_far_ends(bonds, i, p->far + (int64_t)found * bonds->stencil->count);
+            pdi_open_boundary_set_far_ends(bonds, i, p->far_end + (int64_t)found * bonds->stencil->count);
         }
         found++;
     }
@@ -63,7 +63,7 @@ static void pdi_open_boundary_list_arrays(pdi_array_visitor *owner, void *object
     pd_open_boundary *boundary = (pd_open_boundary *)object;
     int64_t bonds = boundary->bonds ? boundary->bonds->stencil->count : 0;
     PDI_ARRAY(owner, boundary, node, boundary->capacity, "1");
-    PDI_ARRAY(owner, boundary, far, bonds * boundary->capacity, "1");
+    PDI_ARRAY(owner, boundary, far_end, bonds * boundary->capacity, "1");
 }
 
 PDI_FN pd_status pdi_open_boundary_update(pd_ctx *ctx, pd_open_boundary *p)
@@ -93,7 +93,7 @@ PDI_FN void pdi_open_boundary_free(pd_ctx *ctx, pd_open_boundary *p)
 /* 1: an open bond of fluid node i ends on a node of the kind `port` (PD_INLET or PD_OUTLET). */
 static int pdi_open_boundary_has_bond_to(const pd_bonds *bonds, int32_t i, uint8_t port)
 {
-    int32_t row = bonds->row[i];
+    int32_t row = bonds->row_of_node[i];
     for (int k = 0; k < bonds->stencil->count; k++)
         if (bonds->grid->kind[i + bonds->paths.shift[k]] == port && (row < 0 || pdi_bond_is_open(bonds, row, k)))
             return 1;
@@ -106,7 +106,7 @@ static int64_t pdi_open_boundary_mark_reachable(const pd_bonds *bonds, int32_t i
     int64_t found = 0;
     for (int k = 0; k < bonds->stencil->count; k++) {
         int32_t j = i + bonds->paths.shift[k];
-        if (bonds->row[i] >= 0 && !pdi_bond_is_open(bonds, bonds->row[i], k)) continue;
+        if (bonds->row_of_node[i] >= 0 && !pdi_bond_is_open(bonds, bonds->row_of_node[i], k)) continue;
         if (bonds->grid->kind[j] == PD_IMAGE) j = pdi_grid_find_source(bonds->grid, j, NULL);
         if (bonds->grid->kind[j] != PD_FLUID || mark[j]) continue;
         mark[j] = 1;

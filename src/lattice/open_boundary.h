@@ -12,7 +12,8 @@ typedef struct pd_open_boundary {
     const pd_bonds *bonds;
     int32_t count, capacity;
     int32_t *node; /* [capacity] fluid nodes near inlets or outlets, ascending */
-    int32_t *far;  /* [capacity][count of the stencil] far ends; blocked bonds and those to outlets end on the node */
+    /* [capacity][count of the stencil] far ends; blocked bonds and those to outlets end on the node */
+    int32_t *far_end;
 } pd_open_boundary;
 
 #ifdef PDI_INTERNAL

@@ -89,7 +89,7 @@ static void pdi_reconstruct_init_normal_matrix(const pd_stencil *s, pdi_reconstr
     memset(m, 0, sizeof *m);
     for (int k = 0; k < s->count; k++) {
         pdi_reconstruct_compute_terms(s, k, 1.0, term);
-        for (int a = 0; a < PDI_RECONSTRUCT_TERMS; a++) m->scale[a] += s->base[k] * term[a] * term[a];
+        for (int a = 0; a < PDI_RECONSTRUCT_TERMS; a++) m->scale[a] += s->base_weight[k] * term[a] * term[a];
     }
     for (int a = 0; a < PDI_RECONSTRUCT_TERMS; a++) m->scale[a] = 1.0 / sqrt(m->scale[a]);
 }
@@ -126,7 +126,7 @@ static int pdi_reconstruct_compute_scalar_fit(pd_quadratic_reconstruction *rec, 
 {
     const pd_bonds *bonds = rec->bonds;
     const pd_stencil *s = bonds->stencil;
-    double *slope = rec->slope + (int64_t)rec->place[r] * PD_DIM * PDI_RECONSTRUCT_TERMS;
+    double *slope = rec->gradient_map + (int64_t)rec->index[r] * PD_DIM * PDI_RECONSTRUCT_TERMS;
     double term[PDI_RECONSTRUCT_TERMS];
     int32_t step[2];
     pdi_reconstruct_normal_matrix m;
@@ -136,7 +136,7 @@ static int pdi_reconstruct_compute_scalar_fit(pd_quadratic_reconstruction *rec, 
     for (int k = 0; k < s->count; k++) {
         if (!pdi_reconstruct_is_scalar_bond(bonds, r, k)) continue;
         pdi_reconstruct_compute_terms(s, k, 1.0, term);
-        pdi_reconstruct_add_datum(term, s->base[k], &m);
+        pdi_reconstruct_add_datum(term, s->base_weight[k], &m);
     }
     if (!pdi_reconstruct_factor_normal_matrix(&m)) return 0;
     for (int d = 0; d < PD_DIM; d++) {
@@ -160,7 +160,7 @@ static int pdi_reconstruct_compute_velocity_fit(const pd_bonds *bonds, int32_t r
     memset(wall, 0, sizeof wall);
     pdi_reconstruct_init_normal_matrix(s, &m);
     for (int k = 0; k < s->count; k++) {
-        double weight = s->base[k];
+        double weight = s->base_weight[k];
         pdi_reconstruct_compute_terms(s, k, 1.0, term);
         if (!pdi_bond_is_open(bonds, r, k)) {
             pdi_bond_wall_end end;
@@ -267,17 +267,18 @@ static void pdi_reconstruct_laplacian_error(const pd_quadratic_reconstruction *r
 {
     const pd_bonds *bonds = foot->bonds;
     const pd_stencil *s = bonds->stencil;
-    int64_t q = rec->place[r];
+    int64_t q = rec->index[r];
     double x[PD_DIM], y[PD_DIM], here[PD_DIM], u[2][PD_DIM];
     pd_grid_position(bonds->grid, bonds->node[r], x);
     pdi_reconstruct_stokes_velocity(foot, hessian, x, here);
-    for (int a = 0; a < PD_DIM; a++) error[a] = -rec->drag[q] * here[a];
+    for (int a = 0; a < PD_DIM; a++) error[a] = -rec->wall_friction[q] * here[a];
     for (int k = 0; k < s->count; k++) {
         double weight =
             pdi_bond_get_laplacian_weights(bonds, bonds->node[r])[k] + (extra_weight ? factor * extra_weight[k] : 0.0);
         if (!pdi_bond_is_open(bonds, r, k)) continue;
         for (int c = 0; c < PDI_RECONSTRUCT_TERMS; c++)
-            weight += rec->bend[q * PDI_RECONSTRUCT_TERMS + c] * rec->term[k * PDI_RECONSTRUCT_TERMS + c];
+            weight += rec->wall_coefficients[q * PDI_RECONSTRUCT_TERMS + c] *
+                      rec->weighted_terms[k * PDI_RECONSTRUCT_TERMS + c];
         for (int d = 0; d < PD_DIM; d++) y[d] = x[d] + s->xi[k * PD_DIM + d];
         pdi_reconstruct_stokes_velocity(foot, hessian, y, u[0]);
         for (int a = 0; a < PD_DIM; a++) error[a] += weight * (u[0][a] - here[a]);
@@ -298,12 +299,12 @@ static void pdi_reconstruct_laplacian_error(const pd_quadratic_reconstruction *r
 static void pdi_reconstruct_compute_cubic_errors(pd_quadratic_reconstruction *rec, int32_t r,
                                                  const double *extra_weight, double factor)
 {
-    int64_t q = rec->place[r];
+    int64_t q = rec->index[r];
     pdi_reconstruct_surface_point foot;
-    if (rec->wide) return;
-    double *error = rec->miss + q * PD_DIM * PDI_RECONSTRUCT_HESSIAN_SIZE;
+    if (rec->wide_capacity) return;
+    double *error = rec->viscous_error + q * PD_DIM * PDI_RECONSTRUCT_HESSIAN_SIZE;
     memset(error, 0, PD_DIM * PDI_RECONSTRUCT_HESSIAN_SIZE * sizeof *error);
-    if (!rec->fits[q] || !pdi_reconstruct_find_surface_point(rec->bonds, r, &foot)) return;
+    if (!rec->has_velocity_fit[q] || !pdi_reconstruct_find_surface_point(rec->bonds, r, &foot)) return;
     for (int c = 0; c < PDI_RECONSTRUCT_HESSIAN_SIZE; c++) {
         double hessian[PDI_RECONSTRUCT_HESSIAN_SIZE], part[PD_DIM];
         memset(hessian, 0, sizeof hessian);
@@ -319,12 +320,12 @@ static void pdi_reconstruct_apply_scalar_fit(const pd_quadratic_reconstruction *
 {
     const pd_bonds *bonds = rec->bonds;
     int32_t node = bonds->node[r];
-    const double *coefficients = rec->slope + (int64_t)rec->place[r] * PD_DIM * PDI_RECONSTRUCT_TERMS;
+    const double *coefficients = rec->gradient_map + (int64_t)rec->index[r] * PD_DIM * PDI_RECONSTRUCT_TERMS;
     double sum[PDI_RECONSTRUCT_TERMS];
     memset(sum, 0, sizeof sum);
     for (int k = 0; k < bonds->stencil->count; k++) {
         if (!pdi_reconstruct_is_scalar_bond(bonds, r, k)) continue;
-        const double *term = rec->term + k * PDI_RECONSTRUCT_TERMS;
+        const double *term = rec->weighted_terms + k * PDI_RECONSTRUCT_TERMS;
         double difference = f[node + bonds->paths.shift[k]] - f[node];
         for (int c = 0; c < PDI_RECONSTRUCT_TERMS; c++) sum[c] += difference * term[c];
     }
@@ -372,8 +373,8 @@ PDI_FN void pdi_reconstruct_compute_viscous_error(const pd_quadratic_reconstruct
 {
     double hessian[PDI_RECONSTRUCT_HESSIAN_SIZE];
     for (int a = 0; a < PD_DIM; a++) error[a] = 0.0;
-    if (rec->wide) return;
-    const double *part = rec->miss + (int64_t)rec->place[r] * PD_DIM * PDI_RECONSTRUCT_HESSIAN_SIZE;
+    if (rec->wide_capacity) return;
+    const double *part = rec->viscous_error + (int64_t)rec->index[r] * PD_DIM * PDI_RECONSTRUCT_HESSIAN_SIZE;
     pdi_reconstruct_compute_hessian(rec->bonds->grid, rec->bonds->node[r], f, hessian);
     for (int a = 0; a < PD_DIM; a++)
         for (int c = 0; c < PDI_RECONSTRUCT_HESSIAN_SIZE; c++)
@@ -385,28 +386,28 @@ PDI_COLD_BEGIN
 static void pdi_reconstruct_list_arrays(pdi_array_visitor *owner, void *object)
 {
     pd_quadratic_reconstruction *slopes = (pd_quadratic_reconstruction *)object;
-    int64_t count = slopes->capacity, terms = PDI_RECONSTRUCT_TERMS, wide = slopes->wide;
+    int64_t count = slopes->capacity, terms = PDI_RECONSTRUCT_TERMS, wide = slopes->wide_capacity;
     PDI_ARRAY(owner, slopes, row, count, "1");
-    PDI_ARRAY(owner, slopes, fits, count, "1");
-    PDI_ARRAY(owner, slopes, bend, count * terms, "1/m2");
-    PDI_ARRAY(owner, slopes, drag, count, "1/m2");
-    PDI_ARRAY(owner, slopes, miss, (count - wide) * PD_DIM * PDI_RECONSTRUCT_HESSIAN_SIZE, "m");
-    PDI_ARRAY(owner, slopes, known, wide, "1");
-    PDI_ARRAY(owner, slopes, slope, wide * PD_DIM * terms, "1/m");
-    PDI_ARRAY(owner, slopes, term, slopes->bonds ? slopes->bonds->stencil->count * terms : 0, "1");
-    PDI_ARRAY(owner, slopes, place, slopes->rows, "1");
+    PDI_ARRAY(owner, slopes, has_velocity_fit, count, "1");
+    PDI_ARRAY(owner, slopes, wall_coefficients, count * terms, "1/m2");
+    PDI_ARRAY(owner, slopes, wall_friction, count, "1/m2");
+    PDI_ARRAY(owner, slopes, viscous_error, (count - wide) * PD_DIM * PDI_RECONSTRUCT_HESSIAN_SIZE, "m");
+    PDI_ARRAY(owner, slopes, has_scalar_fit, wide, "1");
+    PDI_ARRAY(owner, slopes, gradient_map, wide * PD_DIM * terms, "1/m");
+    PDI_ARRAY(owner, slopes, weighted_terms, slopes->bonds ? slopes->bonds->stencil->count * terms : 0, "1");
+    PDI_ARRAY(owner, slopes, index, slopes->row_capacity, "1");
 }
 
 /* Allocates the arrays for `count` rows when they are too small; earlier contents are lost. */
 static pd_status pdi_reconstruct_reserve(pd_ctx *ctx, int32_t count, pd_quadratic_reconstruction *rec)
 {
     const pd_bonds *bonds = rec->bonds;
-    if (count <= rec->capacity && bonds->capacity <= rec->rows) return PD_OK;
+    if (count <= rec->capacity && bonds->capacity <= rec->row_capacity) return PD_OK;
     pdi_reconstruct_free(ctx, rec);
     rec->bonds = bonds;
     rec->capacity = count + count / 4;
-    rec->wide = bonds->stencil->reach > 1 ? rec->capacity : 0;
-    rec->rows = bonds->capacity;
+    rec->wide_capacity = bonds->stencil->reach > 1 ? rec->capacity : 0;
+    rec->row_capacity = bonds->capacity;
     return pdi_array_registry_build(ctx, pdi_reconstruct_list_arrays, rec);
 }
 PDI_COLD_END
@@ -415,25 +416,26 @@ PDI_FN pd_status pdi_reconstruct_update(pd_ctx *ctx, const pd_bonds *bonds, cons
                                         pd_quadratic_reconstruction *rec)
 {
     int32_t count = 0;
-    for (int32_t r = 0; r < bonds->rows; r++) count += bonds->smooth[r];
+    for (int32_t r = 0; r < bonds->rows; r++) count += bonds->near_smooth_surface[r];
     rec->bonds = bonds;
     PDI_TRY(pdi_reconstruct_reserve(ctx, count, rec));
     rec->count = 0;
     for (int k = 0; k < bonds->stencil->count && count; k++) {
-        double *term = rec->term + k * PDI_RECONSTRUCT_TERMS;
+        double *term = rec->weighted_terms + k * PDI_RECONSTRUCT_TERMS;
         pdi_reconstruct_compute_terms(bonds->stencil, k, 1.0, term);
-        for (int a = 0; a < PDI_RECONSTRUCT_TERMS; a++) term[a] *= bonds->stencil->base[k];
+        for (int a = 0; a < PDI_RECONSTRUCT_TERMS; a++) term[a] *= bonds->stencil->base_weight[k];
     }
-    for (int32_t r = 0; r < rec->rows; r++) {
+    for (int32_t r = 0; r < rec->row_capacity; r++) {
         int32_t q = rec->count;
-        rec->place[r] = -1;
-        if (r >= bonds->rows || !bonds->smooth[r]) continue;
-        rec->place[r] = q;
+        rec->index[r] = -1;
+        if (r >= bonds->rows || !bonds->near_smooth_surface[r]) continue;
+        rec->index[r] = q;
         rec->row[q] = r;
-        rec->fits[q] = (uint8_t)pdi_reconstruct_compute_velocity_fit(
-            bonds, r, extra_weight, factor, rec->bend + (int64_t)q * PDI_RECONSTRUCT_TERMS, rec->drag + q);
+        rec->has_velocity_fit[q] = (uint8_t)pdi_reconstruct_compute_velocity_fit(
+            bonds, r, extra_weight, factor, rec->wall_coefficients + (int64_t)q * PDI_RECONSTRUCT_TERMS,
+            rec->wall_friction + q);
         pdi_reconstruct_compute_cubic_errors(rec, r, extra_weight, factor);
-        if (rec->wide) rec->known[q] = (uint8_t)pdi_reconstruct_compute_scalar_fit(rec, r);
+        if (rec->wide_capacity) rec->has_scalar_fit[q] = (uint8_t)pdi_reconstruct_compute_scalar_fit(rec, r);
         rec->count++;
     }
     return PD_OK;
@@ -445,14 +447,14 @@ PDI_FN void pdi_reconstruct_set_gradient(const pd_ctx *ctx, const pd_quadratic_r
     const pd_bonds *bonds = rec->bonds;
     if (!rec->count) return;
     const pd_grid *grid = bonds->grid;
-    int each = rec->wide ? bonds->stencil->count * PDI_RECONSTRUCT_TERMS : PD_DIM * 4;
+    int each = rec->wide_capacity ? bonds->stencil->count * PDI_RECONSTRUCT_TERMS : PD_DIM * 4;
     int nt = pdi_par_threads(ctx, (int64_t)rec->count * each);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t q = 0; q < rec->count; q++) {
         int32_t node = bonds->node[rec->row[q]];
         double fit[PD_DIM];
-        int known = rec->wide && rec->known[q];
+        int known = rec->wide_capacity && rec->has_scalar_fit[q];
         if (known) pdi_reconstruct_apply_scalar_fit(rec, rec->row[q], f, fit);
         for (int d = 0; d < PD_DIM && known; d++) grad[(int64_t)d * grid->total + node] = fit[d];
         for (int d = 0; d < PD_DIM && !known; d++) {
@@ -470,12 +472,12 @@ PDI_FN void pdi_reconstruct_apply_wall_laplacian(const pd_quadratic_reconstructi
 {
     const pd_bonds *bonds = rec->bonds;
     const pd_stencil *s = bonds->stencil;
-    int32_t node = bonds->node[r], q = rec->place[r];
+    int32_t node = bonds->node[r], q = rec->index[r];
     int64_t total = bonds->grid->total;
-    const double *coefficients = rec->bend + (int64_t)q * PDI_RECONSTRUCT_TERMS;
-    for (int d = 0; d < PD_DIM; d++) wall[d] = -rec->drag[q] * u[d * total + node];
+    const double *coefficients = rec->wall_coefficients + (int64_t)q * PDI_RECONSTRUCT_TERMS;
+    for (int d = 0; d < PD_DIM; d++) wall[d] = -rec->wall_friction[q] * u[d * total + node];
     for (int k = 0; k < s->count; k++) {
-        const double *term = rec->term + k * PDI_RECONSTRUCT_TERMS;
+        const double *term = rec->weighted_terms + k * PDI_RECONSTRUCT_TERMS;
         double weight = 0.0;
         if (!pdi_bond_is_open(bonds, r, k)) continue;
         for (int a = 0; a < PDI_RECONSTRUCT_TERMS; a++) weight += coefficients[a] * term[a];

@@ -17,17 +17,19 @@ typedef struct pd_quadratic_reconstruction {
     const pd_bonds *bonds;
     int32_t count, capacity; /* rows near smooth surfaces */
     int32_t *row;            /* [capacity] row of pd_bonds */
-    uint8_t *fits;           /* [capacity] 1: the bonds determine the velocity fit */
-    double *bend;            /* [capacity][terms] [-] coefficients of the sum over cut bonds in (3.4b) */
-    double *drag;            /* [capacity] [1/m2] its coefficient of the velocity of the node: wall friction */
-    double *term;            /* [bonds of the stencil][terms] [1/m2] weighted quadratic terms at far ends of bonds */
-    int32_t wide;            /* capacity, or 0: families of nearest neighbours */
-    double *miss;            /* [capacity - wide][PD_DIM][second derivatives] [m] error of the viscous term (3.4c) for
+    uint8_t *has_velocity_fit; /* [capacity] 1: the bonds determine the velocity fit */
+    double *wall_coefficients; /* [capacity][terms] [-] coefficients of the sum over cut bonds in (3.4b) */
+    double *wall_friction;     /* [capacity] [1/m2] its coefficient of the velocity of the node: wall friction */
+    /* [bonds of the stencil][terms] [1/m2] weighted quadratic terms at far ends of bonds */
+    double *weighted_terms;
+    int32_t wide_capacity;   /* capacity, or 0: families of nearest neighbours */
+    double *viscous_error;   /* [capacity - wide][PD_DIM][second derivatives] [m] error of the viscous term (3.4c) for
                               * each second derivative of the pressure over mu */
-    uint8_t *known;          /* [wide] 1: the bonds determine the scalar fit */
-    double *slope;           /* [wide][PD_DIM][terms] [m] gradient of the fit from sums of terms times differences */
-    int32_t rows;            /* capacity of the rows of pd_bonds */
-    int32_t *place;          /* [rows] index of a row of pd_bonds in these lists; -1: not near a smooth surface */
+    uint8_t *has_scalar_fit; /* [wide] 1: the bonds determine the scalar fit */
+    /* [wide][PD_DIM][terms] [m] gradient of the fit from sums of terms times differences */
+    double *gradient_map;
+    int32_t row_capacity; /* capacity of the rows of pd_bonds */
+    int32_t *index;       /* [rows] index of a row of pd_bonds in these lists; -1: not near a smooth surface */
 } pd_quadratic_reconstruction;
 
 #ifdef PDI_INTERNAL
@@ -46,7 +48,7 @@ PDI_FN void pdi_reconstruct_set_gradient(const pd_ctx *ctx, const pd_quadratic_r
 /* 1: row r of the bonds has a velocity fit. */
 static inline int pdi_reconstruct_has_velocity_fit(const pd_quadratic_reconstruction *rec, int32_t r)
 {
-    return r < rec->rows && rec->place[r] >= 0 && rec->fits[rec->place[r]];
+    return r < rec->row_capacity && rec->index[r] >= 0 && rec->has_velocity_fit[rec->index[r]];
 }
 /* wall [PD_DIM] = contribution of the cut bonds of row r to the Laplacian of the velocity u [PD_DIM][total], for a
  * wall at rest (second sum of eq. 3.4b). */

@@ -49,7 +49,7 @@ static double pdi_shape_cylinder_distance(const pd_shape *s, const double *x)
 {
     double radial[PD_DIM];
     for (int d = 0; d < PD_DIM; d++) radial[d] = PD_DIM > 1 && d == s->axis ? 0.0 : x[d] - s->a[d];
-    return pdi_vec_norm(radial) - s->r;
+    return pdi_vec_norm(radial) - s->radius;
 }
 
 /* Signed distance [m] of x from a half-space. */
@@ -85,9 +85,9 @@ static int pdi_shape_is_voxel_set(const pd_shape *s, const int64_t *i)
 {
     size_t cell = 0, stride = 1;
     for (int d = 0; d < PD_DIM; d++) {
-        if (i[d] < 0 || i[d] >= s->n[d]) return 0;
+        if (i[d] < 0 || i[d] >= s->mask_size[d]) return 0;
         cell += (size_t)i[d] * stride;
-        stride *= (size_t)s->n[d];
+        stride *= (size_t)s->mask_size[d];
     }
     return s->mask[cell] != 0;
 }
@@ -100,9 +100,9 @@ static double pdi_shape_voxel_distance(const pd_shape *s, const double *x)
     int64_t at[PD_DIM];
     int neighbours = 1;
     for (int d = 0; d < PD_DIM; d++) {
-        hi[d] = s->a[d] + s->n[d] * s->b[d];
+        hi[d] = s->a[d] + s->mask_size[d] * s->b[d];
         double cell = floor((x[d] - s->a[d]) / s->b[d]);
-        at[d] = (int64_t)pdi_max(-2.0, pdi_min(cell, (double)s->n[d] + 1.0));
+        at[d] = (int64_t)pdi_max(-2.0, pdi_min(cell, (double)s->mask_size[d] + 1.0));
         nearest = pdi_min(nearest, s->b[d]);
         neighbours *= 3;
     }
@@ -136,7 +136,7 @@ static double pdi_shape_signed_distance(const pd_shape *shapes, int index, const
         return frame ? pdi_shape_box_distance_continued(s, frame, x) : pdi_shape_box_distance(s->a, s->b, x);
     case PD_SHAPE_BALL:
         for (int d = 0; d < PD_DIM; d++) offset[d] = x[d] - s->a[d];
-        return pdi_vec_norm(offset) - s->r;
+        return pdi_vec_norm(offset) - s->radius;
     case PD_SHAPE_CYLINDER: return pdi_shape_cylinder_distance(s, x);
     case PD_SHAPE_HALF_SPACE:
         return frame ? pdi_shape_half_space_distance_continued(s, frame, x) : pdi_shape_half_space_distance(s, x);
@@ -147,7 +147,7 @@ static double pdi_shape_signed_distance(const pd_shape *shapes, int index, const
     case PD_SHAPE_INTERSECT:
     case PD_SHAPE_DIFFERENCE:
         distance = pdi_shape_signed_distance(shapes, s->child[0], frame, x);
-        for (int c = 1; c < s->children; c++) {
+        for (int c = 1; c < s->child_count; c++) {
             double other = pdi_shape_signed_distance(shapes, s->child[c], frame, x);
             if (s->type == PD_SHAPE_UNION) distance = pdi_min(distance, other);
             else distance = pdi_max(distance, s->type == PD_SHAPE_DIFFERENCE ? -other : other);
@@ -187,7 +187,7 @@ static double pdi_shape_nearer_crossing(double t, double after, double best)
 static double pdi_shape_find_round_crossing(const pd_shape *s, int along, const double *x, const double *xi,
                                             double after, double tie)
 {
-    double square = 0.0, linear = 0.0, constant = -s->r * s->r;
+    double square = 0.0, linear = 0.0, constant = -s->radius * s->radius;
     for (int d = 0; d < PD_DIM; d++) {
         double offset = x[d] - s->a[d];
         if (d == along) continue;
@@ -197,7 +197,7 @@ static double pdi_shape_find_round_crossing(const pd_shape *s, int along, const 
     }
     double discriminant = linear * linear - square * constant;
     if (!(square > 0.0)) return HUGE_VAL;
-    if (fabs(discriminant) <= 2.0 * s->r * tie * square)
+    if (fabs(discriminant) <= 2.0 * s->radius * tie * square)
         return pdi_shape_nearer_crossing(-linear / square, after, HUGE_VAL);
     if (!(discriminant > 0.0)) return HUGE_VAL;
     double first = pdi_shape_nearer_crossing((-linear - sqrt(discriminant)) / square, after, HUGE_VAL);
@@ -243,8 +243,8 @@ PDI_FN int pdi_shape_is_convex(const pd_shape *shapes, int index)
 {
     const pd_shape *s = &shapes[index];
     if (s->type == PD_SHAPE_UNION || s->type == PD_SHAPE_INTERSECT) {
-        if (s->type == PD_SHAPE_UNION && s->children > 1) return 0;
-        for (int c = 0; c < s->children; c++)
+        if (s->type == PD_SHAPE_UNION && s->child_count > 1) return 0;
+        for (int c = 0; c < s->child_count; c++)
             if (!pdi_shape_is_convex(shapes, s->child[c])) return 0;
         return 1;
     }
@@ -256,7 +256,7 @@ PDI_FN int pdi_shape_is_smooth(const pd_shape *shapes, int index)
 {
     const pd_shape *s = &shapes[index];
     if (s->type == PD_SHAPE_VOXELS) return 0;
-    int children = s->type >= PD_SHAPE_UNION ? s->children : 0;
+    int children = s->type >= PD_SHAPE_UNION ? s->child_count : 0;
     for (int c = 0; c < children; c++)
         if (!pdi_shape_is_smooth(shapes, s->child[c])) return 0;
     return 1;
@@ -287,9 +287,9 @@ static pd_status pdi_shape_check_centre(pd_ctx *ctx, const pd_shape *s, int k, c
 static pd_status pdi_shape_check_round(pd_ctx *ctx, const pd_shape *s, int k, const char *name)
 {
     PDI_TRY(pdi_shape_check_centre(ctx, s, k, name));
-    if (!(s->r > 0.0) || !isfinite(s->r))
+    if (!(s->radius > 0.0) || !isfinite(s->radius))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "shape", "shape %d (%s) has radius r = %g m, expected > 0", k, name,
-                        s->r);
+                        s->radius);
     if (s->type == PD_SHAPE_CYLINDER && (s->axis < 0 || s->axis > 2))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "shape", "shape %d (%s) has axis %d, expected 0, 1 or 2", k, name,
                         s->axis);
@@ -313,9 +313,11 @@ static pd_status pdi_shape_check_voxels(pd_ctx *ctx, const pd_shape *s, int k)
     PDI_TRY(pdi_shape_check_centre(ctx, s, k, "voxels"));
     if (!s->mask) return pdi_fail(ctx, PD_ERR_ARGUMENT, "shape", "shape %d (voxels) has no mask", k);
     for (int d = 0; d < PD_DIM; d++) {
-        if (s->n[d] < 1)
-            return pdi_fail(ctx, PD_ERR_ARGUMENT, "shape", "shape %d (voxels) has n = %d cells on axis %d, expected at "
-                            "least 1", k, s->n[d], d);
+        if (s->mask_size[d] < 1)
+            return pdi_fail(ctx, PD_ERR_ARGUMENT, "shape",
+                            "shape %d (voxels) has n = %d cells on axis %d, expected at "
+                            "least 1",
+                            k, s->mask_size[d], d);
         if (!(s->b[d] > 0.0) || !isfinite(s->b[d]))
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "shape", "shape %d (voxels) has spacing b = %g m on axis %d, "
                             "expected > 0", k, s->b[d], d);
@@ -330,10 +332,10 @@ static pd_status pdi_shape_check_children(pd_ctx *ctx, const pd_shape *shapes, i
     int max = (int)(sizeof s->child / sizeof s->child[0]);
     int min = s->type == PD_SHAPE_DIFFERENCE ? 2 : 1;
     if (s->type == PD_SHAPE_COMPLEMENT) max = 1;
-    if (s->children < min || s->children > max)
+    if (s->child_count < min || s->child_count > max)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "shape", "shape %d (%s) has %d children, expected %d to %d", k, name,
-                        s->children, min, max);
-    for (int c = 0; c < s->children; c++)
+                        s->child_count, min, max);
+    for (int c = 0; c < s->child_count; c++)
         if (s->child[c] < 0 || s->child[c] >= k)
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "shape", "shape %d (%s) has child %d, expected the index of an "
                             "earlier shape", k, name, s->child[c]);
@@ -373,7 +375,7 @@ PDI_FN pd_status pdi_shape_validate(pd_ctx *ctx, const pd_shape *shapes, int cou
     for (int k = 0; k < count; k++) {
         PDI_TRY(pdi_shape_check(ctx, shapes, k));
         evaluations[k] = 1;
-        for (int c = 0; shapes[k].type >= PD_SHAPE_UNION && c < shapes[k].children; c++)
+        for (int c = 0; shapes[k].type >= PD_SHAPE_UNION && c < shapes[k].child_count; c++)
             evaluations[k] += evaluations[shapes[k].child[c]];
         /* shared children unfold: without this bound a short array could take forever */
         if (evaluations[k] > PD_SHAPE_MAX_EVALUATIONS)

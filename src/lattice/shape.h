@@ -26,12 +26,12 @@ typedef enum pd_shape_type {
 typedef struct pd_shape {
     pd_shape_type type;
     double a[PD_DIM], b[PD_DIM]; /* [m] */
-    double r;                    /* [m] */
+    double radius;               /* [m] */
     int axis;
-    int child[8], children;      /* indices of earlier shapes of the array */
+    int child[8], child_count;   /* indices of earlier shapes of the array */
     const uint8_t *mask;         /* PD_SHAPE_VOXELS: non-zero is inside, axis 0 fastest; borrowed */
     const pd_facets *facets;     /* PD_SHAPE_FACETS: the surface; borrowed */
-    int n[PD_DIM];
+    int mask_size[PD_DIM];
 } pd_shape;
 
 #define pd_shape_distance PD_NAME(pd_shape_distance)

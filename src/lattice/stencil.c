@@ -43,11 +43,11 @@ static void pdi_stencil_list_arrays(pdi_array_visitor *owner, void *object)
     int64_t count = stencil->count, width = stencil->reach + 1;
     PDI_ARRAY(owner, stencil, offset, count * PD_DIM, "1");
     PDI_ARRAY(owner, stencil, xi, count * PD_DIM, "m");
-    PDI_ARRAY(owner, stencil, beta, count, "1");
-    PDI_ARRAY(owner, stencil, lap, count, "1/m2");
-    PDI_ARRAY(owner, stencil, grad, count * PD_DIM, "1/m");
-    PDI_ARRAY(owner, stencil, base, count, "1");
-    PDI_ARRAY(owner, stencil, area, count, "1/m");
+    PDI_ARRAY(owner, stencil, partial_volume, count, "1");
+    PDI_ARRAY(owner, stencil, laplacian_weight, count, "1/m2");
+    PDI_ARRAY(owner, stencil, gradient_weight, count * PD_DIM, "1/m");
+    PDI_ARRAY(owner, stencil, base_weight, count, "1");
+    PDI_ARRAY(owner, stencil, area_weight, count, "1/m");
     PDI_ARRAY(owner, stencil, line_first, count + 1, "1");
     PDI_ARRAY(owner, stencil, line, count * PD_DIM, "1");
     PDI_ARRAY(owner, stencil, line_reach, count, "1");
@@ -89,10 +89,10 @@ static pd_status pdi_stencil_build_family(pd_ctx *ctx, pd_family family, pd_sten
             s->xi[k * PD_DIM + d] = (double)n[d] * s->h[d];
         }
         double length = pdi_stencil_lattice_length(n);
-        s->beta[k] = beta;
+        s->partial_volume[k] = beta;
         /* w(n) = beta V |n|^d / |xi|^(d+2): on equal spacings beta V / |xi|^2 up to a constant (eq. 2.2) */
         double xi2 = pdi_vec_dot(s->xi + k * PD_DIM, s->xi + k * PD_DIM);
-        s->base[k] = s->beta[k] * s->volume * pow(length / sqrt(xi2), PD_DIM) / xi2;
+        s->base_weight[k] = s->partial_volume[k] * s->volume * pow(length / sqrt(xi2), PD_DIM) / xi2;
         k++;
     } while (pdi_stencil_next_offset(n, limit));
     return PD_OK;
@@ -110,10 +110,10 @@ static void pdi_stencil_set_published_weights(pd_stencil *s)
         const double *xi = s->xi + k * PD_DIM;
         double length = pdi_vec_norm(xi);
         double delta = s->m * length / pdi_stencil_lattice_length(s->offset + k * PD_DIM);
-        s->lap[k] = lap_scale / pow(delta, PD_DIM) * s->beta[k] * s->volume / (length * length);
+        s->laplacian_weight[k] = lap_scale / pow(delta, PD_DIM) * s->partial_volume[k] * s->volume / (length * length);
         for (int d = 0; d < PD_DIM; d++)
-            s->grad[k * PD_DIM + d] =
-                (double)PD_DIM / horizon_volume * xi[d] / (length * length) * s->beta[k] * s->volume;
+            s->gradient_weight[k * PD_DIM + d] =
+                (double)PD_DIM / horizon_volume * xi[d] / (length * length) * s->partial_volume[k] * s->volume;
     }
 }
 
@@ -126,8 +126,8 @@ static void pdi_stencil_add_weights(pd_stencil *s, const double *scale, double *
         const double *xi = s->xi + k * PD_DIM;
         double xi2 = pdi_vec_dot(xi, xi), factor = 0.0;
         for (int b = 0; b < PD_DIM; b++) factor += scale[b] * xi[b] * xi[b] / xi2;
-        s->lap[k] += s->base[k] * factor;
-        for (int a = 0; a < PD_DIM; a++) residual[a] -= s->lap[k] * (xi[a] / s->h[a]) * (xi[a] / s->h[a]);
+        s->laplacian_weight[k] += s->base_weight[k] * factor;
+        for (int a = 0; a < PD_DIM; a++) residual[a] -= s->laplacian_weight[k] * (xi[a] / s->h[a]) * (xi[a] / s->h[a]);
     }
 }
 
@@ -143,10 +143,11 @@ static pd_status pdi_stencil_calibrate_weights(pd_ctx *ctx, pd_stencil *s)
         const double *xi = s->xi + k * PD_DIM;
         double xi2 = pdi_vec_dot(xi, xi);
         for (int a = 0; a < PD_DIM; a++) {
-            moment[a] += s->base[k] * xi[a] * xi[a];
+            moment[a] += s->base_weight[k] * xi[a] * xi[a];
             /* row a divided by h_a^2 keeps the system well scaled for any spacing */
             for (int b = 0; b < PD_DIM; b++)
-                matrix[a * PD_DIM + b] += s->base[k] * (xi[a] / s->h[a]) * (xi[a] / s->h[a]) * xi[b] * xi[b] / xi2;
+                matrix[a * PD_DIM + b] +=
+                    s->base_weight[k] * (xi[a] / s->h[a]) * (xi[a] / s->h[a]) * xi[b] * xi[b] / xi2;
         }
     }
     pdi_stencil_add_weights(s, scale, residual);
@@ -157,13 +158,13 @@ static pd_status pdi_stencil_calibrate_weights(pd_ctx *ctx, pd_stencil *s)
         pdi_stencil_add_weights(s, scale, residual);
     }
     for (int k = 0; k < s->count; k++) {
-        if (s->beta[k] > 0.0 && !(s->lap[k] > 0.0))
+        if (s->partial_volume[k] > 0.0 && !(s->laplacian_weight[k] > 0.0))
             return pdi_fail(ctx, PD_ERR_GEOMETRY, "stencil",
                             "a calibrated Laplacian weight is %g, expected a positive one: the spacings differ too "
                             "much for m = %g",
-                            s->lap[k], s->m);
+                            s->laplacian_weight[k], s->m);
         for (int a = 0; a < PD_DIM; a++)
-            s->grad[k * PD_DIM + a] = s->base[k] * s->xi[k * PD_DIM + a] / moment[a];
+            s->gradient_weight[k * PD_DIM + a] = s->base_weight[k] * s->xi[k * PD_DIM + a] / moment[a];
     }
     return PD_OK;
 }
@@ -275,7 +276,7 @@ static double pdi_stencil_get_line_weight(const pd_stencil *s, const int *line, 
     for (int k = 0; k < s->count; k++) {
         int same = s->offset[k * PD_DIM] == n0;
         for (int d = 1; d < PD_DIM; d++) same = same && s->offset[k * PD_DIM + d] == line[d];
-        if (same) return s->lap[k];
+        if (same) return s->laplacian_weight[k];
     }
     return 0.0;
 }
@@ -305,7 +306,7 @@ static void pdi_stencil_build_grid_lines(pd_stencil *s)
 {
     int width = s->reach + 1;
     for (int k = 0; k < s->count; k++)
-        if (s->offset[k * PD_DIM] > 0) s->layer_lap[s->offset[k * PD_DIM]] += s->lap[k];
+        if (s->offset[k * PD_DIM] > 0) s->layer_lap[s->offset[k * PD_DIM]] += s->laplacian_weight[k];
     for (int reach = s->reach, used = 0; reach >= 0; reach--)
         for (int k = 0; k < s->count; k++) {
             int seen = s->offset[k * PD_DIM] != 0 || pdi_stencil_find_line_reach(s, k) != reach;
@@ -313,13 +314,13 @@ static void pdi_stencil_build_grid_lines(pd_stencil *s)
                 seen = s->offset[j * PD_DIM] == 0 && pdi_stencil_is_same_line_kind(s, j, k);
             if (seen) continue;
             for (int n0 = 0; n0 < width; n0++)
-                s->line_lap[s->kinds * width + n0] = pdi_stencil_get_line_weight(s, s->offset + k * PD_DIM, n0);
-            s->line_reach[s->kinds] = reach;
+                s->line_lap[s->line_kinds * width + n0] = pdi_stencil_get_line_weight(s, s->offset + k * PD_DIM, n0);
+            s->line_reach[s->line_kinds] = reach;
             for (int j = k; j < s->count; j++) {
                 if (s->offset[j * PD_DIM] != 0 || !pdi_stencil_is_same_line_kind(s, k, j)) continue;
                 memcpy(s->line + used++ * PD_DIM, s->offset + j * PD_DIM, PD_DIM * sizeof *s->line);
             }
-            s->line_first[++s->kinds] = used;
+            s->line_first[++s->line_kinds] = used;
         }
 }
 
@@ -342,9 +343,9 @@ static pd_status pdi_stencil_build_inner(pd_ctx *ctx, const pd_stencil_desc *des
     PDI_TRY(pdi_stencil_build_family(ctx, desc->family, stencil));
     if (desc->weights == PD_WEIGHTS_PUBLISHED) pdi_stencil_set_published_weights(stencil);
     else PDI_TRY(pdi_stencil_calibrate_weights(ctx, stencil));
-    for (int k = 0; k < stencil->count; k++) stencil->lap_sum += stencil->lap[k];
-    PDI_TRY(pdi_area_weights_compute(ctx, stencil->count, stencil->xi, stencil->beta, stencil->m, stencil->h,
-                                     stencil->area, &stencil->anisotropy));
+    for (int k = 0; k < stencil->count; k++) stencil->lap_sum += stencil->laplacian_weight[k];
+    PDI_TRY(pdi_area_weights_compute(ctx, stencil->count, stencil->xi, stencil->partial_volume, stencil->m, stencil->h,
+                                     stencil->area_weight, &stencil->anisotropy));
     pdi_stencil_build_grid_lines(stencil);
     return pdi_stencil_build_bond_paths(ctx, stencil);
 }

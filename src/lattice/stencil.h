@@ -34,16 +34,17 @@ typedef struct pd_stencil {
     double volume;       /* [m^d] of a cell */
     int *offset;         /* [count][PD_DIM] n; entry count-1-k is the opposite of entry k */
     double *xi;          /* [count][PD_DIM] [m] bond vector */
-    double *beta;        /* [count] [-] partial volume */
-    double *lap;         /* [count] [1/m2] a(n): lap f = sum a (f_j - f_i) */
+    double *partial_volume;   /* [count] [-] partial volume */
+    double *laplacian_weight; /* [count] [1/m2] a(n): lap f = sum a (f_j - f_i) */
     double lap_sum;      /* [1/m2] sum of a(n) */
-    double *grad;        /* [count][PD_DIM] [1/m] g(n): grad f = sum g (f_j - f_i) */
-    double *base;        /* [count] [m^(d-2)] w(n), the weight before calibration */
-    double *area;        /* [count] [1/m] c(n): interface area that a solid-fluid bond stands for, over V (eq. 6.3) */
+    double *gradient_weight; /* [count][PD_DIM] [1/m] g(n): grad f = sum g (f_j - f_i) */
+    double *base_weight;     /* [count] [m^(d-2)] w(n), the weight before calibration */
+    /* [count] [1/m] c(n): interface area that a solid-fluid bond stands for, over V (eq. 6.3) */
+    double *area_weight;
     double anisotropy;   /* [-] largest deviation of the area measure from 1 over all directions */
     /* The family as grid lines along axis 0. Lines with the same weights are of one kind; the line through the node
      * itself is not among them. */
-    int kinds;           /* number of different sets of weights of a line */
+    int line_kinds;      /* number of different sets of weights of a line */
     int *line_first;     /* [kinds+1] into line */
     int *line;           /* [lines][PD_DIM] offset of the line from the node, 0 along axis 0 */
     int *line_reach;     /* [kinds] largest |n_0| of the bonds that end on the line */

@@ -42,7 +42,7 @@ PDI_FN double pdi_content_lead(const pd_stencil *s)
     for (int k = 0; k < s->count; k++)
         for (int d = 0; d < PD_DIM; d++) {
             double n = (double)s->offset[k * PD_DIM + d];
-            sum += 0.25 * s->area[k] * s->h[d] * n * n / PD_DIM;
+            sum += 0.25 * s->area_weight[k] * s->h[d] * n * n / PD_DIM;
         }
     return PDI_CONTENT_LEAD_SHARE * sum;
 }

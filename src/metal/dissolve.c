@@ -179,7 +179,7 @@ static pd_status pdi_dissolve_make(pd_ctx *ctx, pd_grid *grid, const pd_stencil 
     d->grid = grid;
     PDI_TRY(pdi_bond_path_build(ctx, s, grid, &d->paths));
     d->transport = transport;
-    d->weight = s->area;
+    d->weight = s->area_weight;
     if (pdi_metal_bonds(d)) {
         if (!(desc->rtol > 0.0)) d->desc.rtol = PDI_DISSOLVE_RTOL;
         PDI_TRY(pdi_front_build(ctx, s, desc->kernel, desc->weights, &d->kernel));
@@ -207,7 +207,7 @@ static pd_status pdi_dissolve_make(pd_ctx *ctx, pd_grid *grid, const pd_stencil 
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "dissolve", "node %d has the factor %g, expected a finite one of at "
                             "least 0", (int)j, desc->factor[j]);
     d->lead = pdi_content_lead(s);
-    for (int k = 0; k < own->count; k++) d->spread += own->lap[k];
+    for (int k = 0; k < own->count; k++) d->spread += own->laplacian_weight[k];
     pdi_content_collect(d);
     return pdi_reach_make_room(ctx, d, d->front_count + 1);
 }
@@ -568,7 +568,7 @@ static double pdi_dissolve_shorten(pd_dissolve *d, const pd_step *s)
 {
     double taken;
     if (!d->moment) return 1.0;
-    double factor = pdi_moments_find(d, s->time, s->dt, &taken), share = taken / s->fraction;
+    double factor = pdi_moments_find(d, s->time, s->dt, &taken), share = taken / s->max_dissolved_fraction;
     if (factor < 1.0) return factor;
     return share <= 1.0 + 1e-9 ? 1.0 : pdi_max(0.9 / share, 0.1);
 }
@@ -595,9 +595,9 @@ static double pdi_dissolve_shortened(pd_dissolve *d, const pd_step *s)
 static pd_status pdi_dissolve_longest(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_dissolve *d = (pd_dissolve *)self;
-    d->most = PDI_DISSOLVE_EXCESS * s->fraction;
+    d->most = PDI_DISSOLVE_EXCESS * s->max_dissolved_fraction;
     d->rtol = pdi_metal_bonds(d) ? d->desc.rtol : s->rtol;
-    d->lost = s->lost;
+    d->lost = s->dissolved;
     d->time = s->time;
     d->moments = 0;
     d->longest = 0.0;
@@ -608,7 +608,7 @@ static pd_status pdi_dissolve_longest(pd_ctx *ctx, void *self, pd_step *s)
         PDI_TRY(pdi_dissolve_prepare(ctx, d));
     }
     double fastest = pdi_dissolve_fastest(ctx, d);
-    if (fastest > 0.0) s->dt = pdi_min(s->dt, s->fraction / fastest);
+    if (fastest > 0.0) s->dt = pdi_min(s->dt, s->max_dissolved_fraction / fastest);
     pdi_error_begin(d, s->dt);
     s->dt = pdi_min(s->dt, d->next_dt);
     PDI_TRY(pdi_physics_limit_max_step(ctx, self, s));
@@ -619,7 +619,7 @@ static pd_status pdi_dissolve_longest(pd_ctx *ctx, void *self, pd_step *s)
 static pd_status pdi_dissolve_limit(pd_ctx *ctx, void *self, pd_step *s)
 {
     PDI_TRY(pdi_dissolve_longest(ctx, self, s));
-    s->dt = pdi_physics_equal_steps(s->limit - s->time, s->dt);
+    s->dt = pdi_physics_equal_steps(s->latest_end - s->time, s->dt);
     return PD_OK;
 }
 
@@ -637,7 +637,7 @@ static pd_status pdi_dissolve_attempt(pd_ctx *ctx, void *self, pd_step *s)
         PDI_TRY(pdi_dissolve_prepare(ctx, d));
         pdi_error_middle(d);
     }
-    if (s->at) PDI_TRY(s->at(ctx, s->at_user, end));
+    if (s->solve_at) PDI_TRY(s->solve_at(ctx, s->solve_at_user, end));
     PDI_TRY(pdi_transport_at(ctx, d->transport, end));
     pd_status status = pdi_dissolve_transport(ctx, d, s->dt, &d->result);
     d->krylov += status < 0 ? 0 : d->result.krylov;
@@ -648,7 +648,7 @@ static pd_status pdi_dissolve_attempt(pd_ctx *ctx, void *self, pd_step *s)
 static pd_status pdi_dissolve_reject(pd_ctx *ctx, void *self, pd_step *s)
 {
     const pd_dissolve *d = (const pd_dissolve *)self;
-    double left = s->limit - s->time;
+    double left = s->latest_end - s->time;
     if (s->error < 1.0) {
         s->dt = pdi_physics_equal_steps(left, s->dt * s->error);
         return PD_OK;
@@ -687,9 +687,9 @@ static pd_status pdi_dissolve_accept(pd_ctx *ctx, void *self, pd_step *s)
         pdi_metal_shed(d, pdi_metal_of(d, j))[j] += d->transport->c[j];
     }
     d->out += d->rinsed;
-    s->turned = d->changed;
-    s->turned_count = d->changed_count;
-    if (d->desc.anew) s->ends = 1;
+    s->converted_nodes = d->changed;
+    s->converted_count = d->changed_count;
+    if (d->desc.anew) s->ends_substeps = 1;
     return PD_OK;
 }
 
@@ -698,7 +698,8 @@ static pd_status pdi_dissolve_stuck(pd_ctx *ctx, void *self, const pd_step *s)
     (void)self;
     return pdi_fail(ctx, PD_ERR_STATE, "dissolve",
                     "steps of %g s do not lead on from t = %g s to %g s: fraction (%g) or max_step (%g s) is too "
-                    "small, or the metal dissolves too fast", s->dt, s->time, s->limit, s->fraction, s->max_step);
+                    "small, or the metal dissolves too fast",
+                    s->dt, s->time, s->latest_end, s->max_dissolved_fraction, s->max_step);
 }
 
 static pd_status pdi_dissolve_changed(pd_ctx *ctx, void *self, const int32_t *turned, int32_t count)
@@ -712,7 +713,7 @@ static pd_status pdi_dissolve_changed(pd_ctx *ctx, void *self, const int32_t *tu
 static pd_status pdi_dissolve_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     pd_dissolve *d = (pd_dissolve *)self;
-    if (archive->reading) d->reached = d->tilted = 0; /* films may be read */
+    if (archive->is_reading) d->reached = d->tilted = 0; /* films may be read */
     PDI_TRY(pdi_transport_store(ctx, d->transport, archive));
     for (int m = 0; m < d->kinds; m++)
         PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "where a law touches 0", &d->kind[m].touch, 1));
@@ -727,7 +728,7 @@ static void pdi_dissolve_balance(pd_ctx *ctx, void *self, int k, pd_amounts *a)
     a->solid += pdi_content_stock(ctx, d, &volume);
     a->volume += volume;
     a->dissolved += pd_transport_stock(ctx, d->transport);
-    a->carry += pd_transport_carried(ctx, d->transport);
+    a->undelivered += pd_transport_carried(ctx, d->transport);
     a->out += d->out;
     a->in += d->in;
 }
@@ -741,15 +742,15 @@ pd_physics pd_dissolve_process(pd_dissolve *d)
     p.element = pdi_transport_element();
     p.elements = 1;
     p.start = pdi_dissolve_start;
-    p.longest = pdi_dissolve_longest;
+    p.max_run_step = pdi_dissolve_longest;
     p.limit = pdi_dissolve_limit;
     p.attempt = pdi_dissolve_attempt;
     p.accept = pdi_dissolve_accept;
     p.reject = pdi_dissolve_reject;
-    p.stuck = pdi_dissolve_stuck;
-    p.changed = pdi_dissolve_changed;
-    p.store = pdi_dissolve_store;
-    p.balance = pdi_dissolve_balance;
+    p.report_underflow = pdi_dissolve_stuck;
+    p.nodes_converted = pdi_dissolve_changed;
+    p.checkpoint = pdi_dissolve_store;
+    p.add_amounts = pdi_dissolve_balance;
     return p;
 }
 PDI_COLD_END

@@ -8,7 +8,7 @@
  * first is micro beta V/|xi|^2 with micro = h^-d. */
 static double pdi_front_shape(const pd_stencil *s, pd_kernel kernel, int k)
 {
-    return s->base[k] * (kernel == PD_KERNEL_INVERSE ? pdi_vec_norm(s->xi + k * PD_DIM) : 1.0);
+    return s->base_weight[k] * (kernel == PD_KERNEL_INVERSE ? pdi_vec_norm(s->xi + k * PD_DIM) : 1.0);
 }
 
 /* b(n) = shape(n) sum_a s_a e_a^2 with f = 1 along every axis: sum over n_a > 0 of b xi_a = 1 (eq. 6.9). */
@@ -77,13 +77,13 @@ static pd_status pdi_front_make(pd_ctx *ctx, const pd_stencil *stencil, pd_kerne
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "front", "kernel %d, expected 0 to 2", (int)kernel);
     PDI_TRY(pdi_array_registry_build(ctx, pdi_front_list, f));
     if (weights == PD_WEIGHTS_PUBLISHED) PDI_TRY(pdi_front_print(ctx, f));
-    else if (kernel == PD_KERNEL_AREA) memcpy(f->weight, stencil->area, (size_t)stencil->count * sizeof(double));
+    else if (kernel == PD_KERNEL_AREA) memcpy(f->weight, stencil->area_weight, (size_t)stencil->count * sizeof(double));
     else PDI_TRY(pdi_front_calibrate(ctx, f));
     for (int k = 0; k < stencil->count; k++) f->total += f->weight[k];
     for (int a = 1; a < PD_DIM; a++) equal = equal && fabs(stencil->h[a] / stencil->h[0] - 1.0) < 1e-12;
     if (kernel == PD_KERNEL_SQUARE && equal) {
         const double *xi = stencil->xi;
-        f->micro = f->weight[0] * pdi_vec_dot(xi, xi) / (stencil->beta[0] * stencil->volume);
+        f->micro = f->weight[0] * pdi_vec_dot(xi, xi) / (stencil->partial_volume[0] * stencil->volume);
     }
     return PD_OK;
 }

@@ -312,7 +312,7 @@ static void pdi_grain_want(const pd_grid *grid, pd_grain *grain)
     for (int32_t node = 0; node < grid->total; node++)
         grain->id[node] = grid->kind[node] == PD_SOLID ? PDI_GRAIN_WANTED : PDI_GRAIN_FAR;
     for (int d = 0; d < PD_DIM; d++) {
-        int32_t stride = grid->stride[d], n = (int32_t)grid->np[d];
+        int32_t stride = grid->stride[d], n = (int32_t)grid->padded[d];
         for (int32_t line = 0; line < grid->total; line++) {
             if (line / stride % n) continue;
             pdi_grain_spread_marks(grain->id + line, n, stride, grid->ghost);
@@ -512,9 +512,9 @@ static double pdi_grain_area(const pd_stencil *stencil, const pd_grid *grid, con
             int32_t other = node;
             for (int d = 0; d < PD_DIM; d++) other += (int32_t)stencil->offset[k * PD_DIM + d] * grid->stride[d];
             if (pass == 0) pdi_grain_note(&local, grain->id[other]);
-            else if (grain->id[other] != grain->id[node] && stencil->area[k] > 0.0)
-                area += stencil->area[k] * pdi_grain_crossings(grain, &local, x, stencil->xi + k * PD_DIM,
-                                                               grain->id[node], grain->id[other], 8);
+            else if (grain->id[other] != grain->id[node] && stencil->area_weight[k] > 0.0)
+                area += stencil->area_weight[k] * pdi_grain_crossings(grain, &local, x, stencil->xi + k * PD_DIM,
+                                                                      grain->id[node], grain->id[other], 8);
         }
         pdi_grain_note(&local, grain->id[node]);
         if (local.count == 1) return 0.0;

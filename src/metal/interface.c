@@ -125,7 +125,7 @@ static void pdi_interface_enter(pd_dissolve *d, int32_t j, int k, const pdi_entr
         beside->hollow += weight * pdi_max(1.5 - pdi_metal_left(d, entry->last[n]), 0.0) / entry->lasts;
     beside->factor += weight * (pdi_metal_factor(d, j) * (pdi_metal_supply(d, j) / d->kind[0].supply));
     pdi_entry_mirror(entry, e, s->xi + k * PD_DIM, way);
-    for (int a = 0; a < PD_DIM; a++) beside->normal[a] += s->area[k] / entry->count * way[a];
+    for (int a = 0; a < PD_DIM; a++) beside->normal[a] += s->area_weight[k] / entry->count * way[a];
 }
 
 /* Where the metal of exposed node f enters the fluid. The surface stands in the last metal cell on the way, as deep as
@@ -158,8 +158,8 @@ PDI_NOINLINE static void pdi_interface_link(pd_dissolve *d, pdi_interface_link_f
                 pdi_beside *from = &d->beside[d->slot[entry.node[e]]];
                 double normal[PD_DIM];
                 pdi_entry_mirror(&entry, e, from->normal, normal);
-                double share = s->lap[k] * pdi_vec_dot(s->xi + k * PD_DIM, normal) / entry.count;
-                double least = PDI_INTERFACE_NONE * s->lap[k] * pdi_vec_norm(s->xi + k * PD_DIM);
+                double share = s->laplacian_weight[k] * pdi_vec_dot(s->xi + k * PD_DIM, normal) / entry.count;
+                double least = PDI_INTERFACE_NONE * s->laplacian_weight[k] * pdi_vec_norm(s->xi + k * PD_DIM);
                 if (!(from->enters > 0.0) || !(share > least)) continue;
                 double beyond = pdi_max(pdi_entry_beyond(paths, k, &entry, e, normal), 0.0);
                 link(d, from, pdi_reach_join(d, entry.far), share, beyond);
@@ -344,7 +344,7 @@ static void pdi_interface_anew(pd_dissolve *d)
 {
     const pd_stencil *s = d->paths.stencil;
     double whole = 0.0;
-    for (int k = 0; k < s->count; k++) whole += s->area[k] * pdi_vec_norm(s->xi + k * PD_DIM);
+    for (int k = 0; k < s->count; k++) whole += s->area_weight[k] * pdi_vec_norm(s->xi + k * PD_DIM);
     for (int32_t k = 0; k < d->beside_count; k++) d->slot[d->beside[k].node] = -1;
     d->beside_count = d->lasts = 0;
     for (int32_t f = 0; f < d->front_count; f++) pdi_interface_gather(d, f);

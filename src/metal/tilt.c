@@ -34,8 +34,9 @@ static void pdi_tilt_face(pd_dissolve *d, int32_t j)
     double sum[PD_DIM] = {0.0}, whole = 0.0;
     for (int k = 0; k < s->count / 2; k++) {
         int one = pdi_tilt_side(d, j, k), other = one ? pdi_tilt_side(d, j, s->count - 1 - k) : 0;
-        for (int a = 0; a < PD_DIM && other; a++) sum[a] += s->beta[k] * s->offset[k * PD_DIM + a] * (one - other);
-        whole += 2.0 * s->beta[k] * abs(s->offset[k * PD_DIM]);
+        for (int a = 0; a < PD_DIM && other; a++)
+            sum[a] += s->partial_volume[k] * s->offset[k * PD_DIM + a] * (one - other);
+        whole += 2.0 * s->partial_volume[k] * abs(s->offset[k * PD_DIM]);
     }
     for (int a = 0; a < PD_DIM; a++)
         d->facing[(int64_t)j * PD_DIM + a] = pdi_tilt_whole(sum[a] / whole);
@@ -66,7 +67,7 @@ static double pdi_tilt_factor(const pd_dissolve *d, int32_t j)
     for (int a = 0; a < PD_DIM; a++) sum[a] = d->facing[(int64_t)j * PD_DIM + a];
     for (int k = 0; k < s->count; k++) {
         if (!pdi_tilt_far(d, j, k, normal)) continue;
-        for (int a = 0; a < PD_DIM; a++) sum[a] += s->beta[k] * normal[a];
+        for (int a = 0; a < PD_DIM; a++) sum[a] += s->partial_volume[k] * normal[a];
     }
     for (int a = 0; a < PD_DIM; a++) sum[a] /= s->h[a]; /* normals of planes go with the inverse of the spacing */
     double length = pdi_vec_norm(sum);

@@ -181,7 +181,7 @@ PDI_FN void pdi_balance_totals(pd_potential *p, pd_potential_result *result)
     for (int32_t n = 0; n < p->boundary.count; n++)
         for (int k = 0; k < p->bonds->stencil->count; k++) {
             int64_t slot = (int64_t)n * p->bonds->stencil->count + k;
-            int32_t i = p->boundary.node[n], far = p->boundary.far[slot];
+            int32_t i = p->boundary.node[n], far = p->boundary.far_end[slot];
             if (p->grid->kind[far] != PD_INLET) continue;
             double rate = pdi_grid_circumference(p->grid, i) * p->flux.boundary_bond[slot];
             double drop = p->phi[far] - p->phi[i];

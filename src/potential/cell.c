@@ -158,10 +158,11 @@ PDI_FN double pdi_cell_density(const pd_cell *cell, int32_t i)
 static double pdi_cell_conduct(const pd_potential *p, int32_t i, int k)
 {
     const pd_bonds *bonds = p->bonds;
-    int32_t row = bonds->row[i];
+    int32_t row = bonds->row_of_node[i];
     double bond;
     pdi_diffusion_bond(&p->diffusion, i, k, 1, row >= 0, &bond);
-    return row >= 0 && (bonds->inlet[row] || bonds->grid->ends) ? pdi_conductance_beside(bonds, i, k, bond) : bond;
+    return row >= 0 && (bonds->has_inlet[row] || bonds->grid->mixed_sides) ? pdi_conductance_beside(bonds, i, k, bond)
+                                                                           : bond;
 }
 
 /* What bond k of node i carries away through the electrolyte, or to a side that holds a potential [A/m3]. */
@@ -169,7 +170,7 @@ static double pdi_cell_carried(const pd_potential *p, int32_t i, int k)
 {
     const pd_bonds *bonds = p->bonds;
     const pd_grid *grid = bonds->grid;
-    int32_t row = bonds->row[i], far = i + bonds->paths.shift[k];
+    int32_t row = bonds->row_of_node[i], far = i + bonds->paths.shift[k];
     double value = 0.0;
     if (row >= 0 && !pdi_bond_is_open(bonds, row, k)) {
         double conduct = pdi_diffusion_wall(&p->diffusion, row, k, &value);
@@ -413,7 +414,7 @@ static pd_status pdi_cell_attempt(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_cell *cell = (pd_cell *)self;
     int moves = cell->desc.timed || cell->desc.conduct;
-    if (s->at) PDI_TRY(s->at(ctx, s->at_user, s->end));
+    if (s->solve_at) PDI_TRY(s->solve_at(ctx, s->solve_at_user, s->end));
     return moves && !(cell->time > s->time) ? pdi_cell_bring(ctx, cell, s->time + 0.5 * s->dt) : PD_OK;
 }
 
@@ -463,7 +464,7 @@ static pd_status pdi_cell_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     pd_cell *cell = (pd_cell *)self;
     pd_potential *p = &cell->potential;
-    if (archive->reading) {
+    if (archive->is_reading) {
         cell->stale = 1;
         PDI_TRY(pdi_cell_renew(ctx, cell, 0.0));
     }
@@ -488,7 +489,7 @@ static pd_status pdi_cell_store(pd_ctx *ctx, void *self, pd_archive *archive)
     PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "potentials met", cell->met, p->desc.electrodes));
     PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "newton of the potential", &cell->newton, 1));
     PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "krylov of the potential", &cell->krylov, 1));
-    if (archive->reading) pdi_cell_index(cell);
+    if (archive->is_reading) pdi_cell_index(cell);
     return PD_OK;
 }
 
@@ -502,8 +503,8 @@ pd_physics pd_cell_process(pd_cell *cell)
     p.limit = pdi_cell_limit;
     p.attempt = pdi_cell_attempt;
     p.accept = pdi_cell_accept;
-    p.changed = pdi_cell_changed;
-    p.store = pdi_cell_store;
+    p.nodes_converted = pdi_cell_changed;
+    p.checkpoint = pdi_cell_store;
     return p;
 }
 

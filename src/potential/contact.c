@@ -54,7 +54,7 @@ static int pdi_contact_cells(const pdi_contact_walk *w, int32_t j, const double 
         for (int d = 0; d < PD_DIM; d++) at += s->offset[k * PD_DIM + d] * grid->stride[d];
         for (int d = 0; d < PD_DIM; d++) behind |= thin[d] && s->offset[k * PD_DIM + d] * from[d] > 0.0;
         if (behind || grid->kind[pdi_contact_home(grid, at, &flip)] != PD_FLUID) continue;
-        for (int d = 0; d < PD_DIM; d++) normal[d] += s->lap[k] * s->xi[k * PD_DIM + d];
+        for (int d = 0; d < PD_DIM; d++) normal[d] += s->laplacian_weight[k] * s->xi[k * PD_DIM + d];
     }
     double length = pdi_vec_norm(normal);
     if (!(length > 1e-9 * s->lap_sum * pdi_vec_min(s->h))) return 0;

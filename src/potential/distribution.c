@@ -56,7 +56,7 @@ static void pdi_distribution_inlets(pd_potential *p)
     for (int32_t n = 0; n < p->boundary.count; n++)
         for (int k = 0; k < bonds->stencil->count; k++) {
             int64_t slot = (int64_t)n * bonds->stencil->count + k;
-            int32_t far = p->boundary.far[slot];
+            int32_t far = p->boundary.far_end[slot];
             if (p->grid->kind[far] != PD_INLET) continue;
             int side = pdi_circuit_side(p->grid, far);
             p->phi[far] = p->desc.hold[side] - p->origin;
@@ -412,7 +412,7 @@ static void pdi_distribution_krylov(const pd_potential *p, pd_krylov_desc *kd)
 {
     memset(kd, 0, sizeof *kd);
     kd->method = PD_KRYLOV_CG;
-    kd->of = "potential";
+    kd->equations = "potential";
     kd->n = (int64_t)p->grid->total + p->floating;
     kd->zero_guess = 1;
 }
@@ -446,7 +446,7 @@ static pd_status pdi_distribution_room(pd_ctx *ctx, pd_potential *p, size_t *roo
 {
     pd_multigrid_desc md;
     pdi_compact_operator_multigrid_desc(p->grid, &md);
-    md.symmetric = md.contrast = 1;
+    md.symmetric = md.high_contrast = 1;
     md.arena = &p->arena;
     p->inverse.flux = &p->flux;
     PDI_TRY(pdi_inverse_plan(ctx, &md, &p->inverse));

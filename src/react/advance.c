@@ -77,12 +77,13 @@ static void pdi_advance_lack(const pd_reactive *r, int32_t i, double *lack)
     for (int k = 0; k < s->count; k++) lack[k] = r->total[(int64_t)k * r->grid->total + i] - lack[k];
     for (int m = 0; m < r->minerals.count; m++) {
         int64_t at = (int64_t)m * r->grid->total + i;
-        for (int k = 0; k < s->count; k++) lack[k] += r->minerals.gain[m][k] * (r->solid_start[at] - r->solid[at]);
+        for (int k = 0; k < s->count; k++)
+            lack[k] += r->minerals.total_content[m][k] * (r->solid_start[at] - r->solid[at]);
     }
     for (int k = 0; k < s->count; k++) lack[k] = lack[k] / r->dt + gain[k];
     for (int n = 0; n < s->kinetics; n++) {
         double speed = pdi_components_compute_rate(s, &s->kinetic[n], c, NULL, NULL);
-        for (int k = 0; k < s->count; k++) lack[k] += s->kinetic[n].gain[k] * speed;
+        for (int k = 0; k < s->count; k++) lack[k] += s->kinetic[n].total_change[k] * speed;
     }
     if (r->surface) pdi_etch_gain(r->surface, i, lack);
 }
@@ -92,7 +93,7 @@ static int pdi_advance_absent(const pd_reactive *r, int k, int32_t i)
 {
     const pd_components *s = &r->components;
     double sum = 0.0;
-    for (int n = 0; n < s->solutes; n++) sum += fabs(s->m[k][n]) * r->c[(int64_t)n * r->grid->total + i];
+    for (int n = 0; n < s->solutes; n++) sum += fabs(s->stoichiometry[k][n]) * r->c[(int64_t)n * r->grid->total + i];
     return !(sum > PDI_POSITIVITY_NONE);
 }
 
@@ -127,7 +128,7 @@ static double pdi_advance_residual(const pd_ctx *ctx, pd_reactive *r)
 static double pdi_advance_charge(const pd_reactive *r, int k, int32_t i)
 {
     const pd_components *s = &r->components;
-    double c[PD_SPECIES_MAX], size, z = fabs(r->migration.on ? r->migration.charge[s->master[k]] : 0.0);
+    double c[PD_SPECIES_MAX], size, z = fabs(r->migration.on ? r->migration.charge[s->component_solute[k]] : 0.0);
     if (!(z > 0.0)) return 0.0;
     pdi_reactive_get(r, r->c, i, c);
     pdi_migration_charge(&r->migration, c, &size);
@@ -146,7 +147,7 @@ static double pdi_advance_rounding(const pd_ctx *ctx, pd_reactive *r, int k, dou
     for (int32_t i = 0; i < (int32_t)total; i++) {
         double sum = 0.0;
         if (r->grid->kind[i] != PD_FLUID) continue;
-        for (int n = 0; n < s->solutes; n++) sum += fabs(s->m[k][n]) * r->c[n * total + i];
+        for (int n = 0; n < s->solutes; n++) sum += fabs(s->stoichiometry[k][n]) * r->c[n * total + i];
         size[i] = (sum + pdi_advance_charge(r, k, i)) * (round / r->dt + met * r->rates[i]);
         size[i] += pdi_extents_turnover(r, k, i) * round;
         *held += sum / r->dt * (sum / r->dt);
@@ -179,7 +180,7 @@ static void pdi_advance_lack_at_rest(pd_reactive *r)
         pdi_reactive_get(r, r->c, i, c);
         for (int n = 0; n < s->kinetics; n++) {
             double speed = pdi_components_compute_rate(s, &s->kinetic[n], c, NULL, NULL);
-            for (int k = 0; k < s->count; k++) r->work[k * total + i] -= s->kinetic[n].gain[k] * speed;
+            for (int k = 0; k < s->count; k++) r->work[k * total + i] -= s->kinetic[n].total_change[k] * speed;
         }
     }
 }
@@ -209,7 +210,7 @@ static pd_status pdi_advance_neutral(const pd_reactive *r, double *c)
     const pd_components *s = &r->components;
     double sum[PD_SPECIES_MAX];
     pdi_migration_neutralise(&r->migration, c);
-    if (!(s->debye > 0.0) || !s->live) return PD_OK;
+    if (!(s->debye_hueckel > 0.0) || !s->members) return PD_OK;
     pdi_components_compute_totals(s, c, sum);
     PDI_TRY(pdi_components_solve(s, sum, c));
     pdi_migration_neutralise(&r->migration, c);
@@ -382,7 +383,7 @@ static double pdi_advance_charges(const pd_reactive *r, const double *field, int
     int64_t total = r->grid->total;
     pdi_compensated_sum sum = {0.0, 0.0};
     for (int k = 0; k < r->components.count; k++) {
-        double z = r->migration.charge[r->components.master[k]] * (undone ? r->dt * r->weight[k] : 1.0);
+        double z = r->migration.charge[r->components.component_solute[k]] * (undone ? r->dt * r->weight[k] : 1.0);
         for (int32_t i = 0; i < (int32_t)total; i++)
             if (r->grid->kind[i] == PD_FLUID)
                 pdi_compensated_sum_add(&sum, pdi_grid_circumference(r->grid, i) * z * field[k * total + i]);
@@ -421,10 +422,10 @@ static void pdi_advance_owe(pd_reactive *r, double dt)
 /* 1: most of what is dissolved, or more, would go into that much of mineral m [mol/m3]; with a speed it has to. */
 static int pdi_advance_short(const pd_reactive *r, int m, double grown, const double *dissolved)
 {
-    const pd_mineral *of = &r->minerals.of[m];
-    if (!(of->rate > 0.0) && !(of->surface > 0.0)) return 0;
+    const pd_mineral *of = &r->minerals.mineral[m];
+    if (!(of->rate > 0.0) && !(of->surface_rate > 0.0)) return 0;
     for (int k = 0; k < r->components.count; k++)
-        if (fabs(r->minerals.gain[m][k]) * grown > 0.5 * fabs(dissolved[k])) return 1;
+        if (fabs(r->minerals.total_content[m][k]) * grown > 0.5 * fabs(dissolved[k])) return 1;
     return 0;
 }
 
@@ -495,7 +496,7 @@ static double pdi_advance_rest(const pd_reactive *r, double dt, double stage)
             double had = n[m] + PDI_TANGENT_BEYOND * grown;
             n[m] = had;
             if (!pdi_mineral_try_resume(&start, m, first, PDI_TANGENT_BEYOND, &n[m])) continue;
-            for (int k = 0; k < r->components.count; k++) at[k] += r->minerals.gain[m][k] * (had - n[m]);
+            for (int k = 0; k < r->components.count; k++) at[k] += r->minerals.total_content[m][k] * (had - n[m]);
         }
         if (pdi_mineral_is_infeasible(&r->components, &r->minerals, &start, at)) return dt - stage;
     }

@@ -277,7 +277,7 @@ static int pdi_coat_solve(const pd_coat *s, int32_t p, pdi_coat_work *w, double 
     stiff.user = w;
     stiff.low = low;
     stiff.high = high;
-    stiff.size = size;
+    stiff.typical = size;
     stiff.tolerance = s->desc.tolerance;
     pd_stiff_ode_status end = pdi_stiff_ode_solve(&stiff, w->from, w->from + dt, y, &which);
     for (int k = 0; k < w->states; k++) to[w->of[k] * total + i] = y[k];

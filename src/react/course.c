@@ -98,7 +98,7 @@ static pd_status pdi_course_make(pd_ctx *ctx, pd_reactive *r, const pd_course_de
     a->desc.shed = NULL;
     a->reactive = r;
     for (int i = 0; i < r->desc.count && desc->fed && desc->shed; i++)
-        if (r->components.place[i] >= 0) a->shed[r->components.place[i]] = desc->shed[i];
+        if (r->components.solute_of_species[i] >= 0) a->shed[r->components.solute_of_species[i]] = desc->shed[i];
     if (desc->coat && desc->coat->desc.surface && desc->surface) {
         desc->surface->stage = pdi_course_stage;
         desc->surface->stager = a;
@@ -325,8 +325,8 @@ static double pdi_course_covering(pd_course *a, const pd_step *s)
 static double pdi_course_jump(pd_course *a, const pd_step *s)
 {
     double error = pdi_course_covering(a, s);
-    if (!s->trial) a->tried = s->dt;
-    int jump = s->trial && error > 1.0 && error > PDI_COURSE_JUMP * a->jump && error * s->dt <= a->tried;
+    if (!s->rejected) a->tried = s->dt;
+    int jump = s->rejected && error > 1.0 && error > PDI_COURSE_JUMP * a->jump && error * s->dt <= a->tried;
     a->jump = error;
     return jump ? 1.0 : error;
 }
@@ -450,7 +450,7 @@ static pd_status pdi_course_limit(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_course *a = (pd_course *)self;
     int last;
-    a->left = s->limit - s->time;
+    a->left = s->latest_end - s->time;
     if (!(a->dt > 0.0)) a->dt = a->left;
     a->time = s->time;
     if (!a->begun) {
@@ -484,7 +484,7 @@ static void pdi_course_fails(pd_course *a, double t)
 /* States of surfaces go to the end of the step; *covering: the larger of what it was and of their error. */
 static pd_status pdi_course_coat(pd_ctx *ctx, pd_course *a, pd_step *s, double *covering)
 {
-    pd_status status = pdi_coat_behind(ctx, a->desc.coat, a->start, s->time, s->dt, s->trial);
+    pd_status status = pdi_coat_behind(ctx, a->desc.coat, a->start, s->time, s->dt, s->rejected);
     if (status == PD_RETRY) s->error = HUGE_VAL;
     *covering = pdi_max(*covering, a->desc.coat->error);
     return status;
@@ -497,9 +497,9 @@ static pd_status pdi_course_attempt(pd_ctx *ctx, void *self, pd_step *s)
     pd_reactive_result result;
     a->lasts = 1.0;
     a->used = 0;
-    if (s->at) PDI_TRY(s->at(ctx, s->at_user, s->time + 0.5 * s->dt));
+    if (s->solve_at) PDI_TRY(s->solve_at(ctx, s->solve_at_user, s->time + 0.5 * s->dt));
     s->error = HUGE_VAL; /* of PD_RETRY */
-    pd_status status = a->desc.coat ? pdi_coat_ahead(ctx, a->desc.coat, s->time, s->dt, s->trial) : PD_OK;
+    pd_status status = a->desc.coat ? pdi_coat_ahead(ctx, a->desc.coat, s->time, s->dt, s->rejected) : PD_OK;
     if (a->desc.bring && status == PD_OK) status = a->desc.bring(ctx, a->desc.bringer, s->time + 0.5 * s->dt);
     if ((a->desc.coat || a->desc.bring) && status == PD_OK) pdi_course_feed(a);
     if (a->desc.bare && status == PD_OK) status = pdi_course_ahead(ctx, a, s);
@@ -525,7 +525,7 @@ static pd_status pdi_course_attempt(pd_ctx *ctx, void *self, pd_step *s)
         return PD_RETRY;
     }
     if (a->desc.coat) s->error = pdi_max(s->error, covering);
-    if (!a->bent && result.euler && !(result.error > 0.0) && s->trial < PDI_COURSE_TRIALS) s->error = HUGE_VAL;
+    if (!a->bent && result.euler && !(result.error > 0.0) && s->rejected < PDI_COURSE_TRIALS) s->error = HUGE_VAL;
     int stands = a->bent || s->error <= 1.0;
     if (stands && a->desc.surface) a->lasts = pdi_etch_lasts(a->desc.surface, &a->used);
     return stands && !(a->lasts < 1.0) ? PD_OK : PD_RETRY;
@@ -535,11 +535,12 @@ static pd_status pdi_course_accept(pd_ctx *ctx, void *self, pd_step *s)
 {
     pd_course *a = (pd_course *)self;
     (void)ctx;
-    int all = !(s->end < s->limit), last = all;
-    if (a->desc.bare && pdi_course_full(a, s)) last = s->ends = 1;
-    if (a->desc.surface && a->used) last = s->ends = 1; /* metal that is used up goes before anything else moves */
+    int all = !(s->end < s->latest_end), last = all;
+    if (a->desc.bare && pdi_course_full(a, s)) last = s->ends_substeps = 1;
+    /* metal that is used up goes before anything else moves */
+    if (a->desc.surface && a->used) last = s->ends_substeps = 1;
     if (a->desc.coat) pdi_coat_accept(a->desc.coat, s->dt);
-    if (a->desc.coat || a->desc.bring) last = s->ends = 1;
+    if (a->desc.coat || a->desc.bring) last = s->ends_substeps = 1;
     pdi_course_taken(a, s->dt, all);
     if (a->desc.surface) pdi_etch_accept(a->desc.surface);
     if ((a->desc.surface || a->came) && last) pdi_course_owed(a);
@@ -557,9 +558,9 @@ static pd_status pdi_course_accept(pd_ctx *ctx, void *self, pd_step *s)
 static pd_status pdi_course_short(pd_ctx *ctx, const pd_course *a, double t)
 {
     const pd_reactive *r = a->reactive;
-    int solute = r->components.master[r->short_of - 1], n = 0;
+    int solute = r->components.component_solute[r->short_of - 1], n = 0;
     char place[PDI_GRID_POSITION_LENGTH];
-    while (n + 1 < a->desc.species_count && r->components.place[n] != solute) n++;
+    while (n + 1 < a->desc.species_count && r->components.solute_of_species[n] != solute) n++;
     const char *name = a->desc.species ? a->desc.species[n].name : "a species";
     return pdi_fail(ctx, PD_ERR_STATE, "chemistry",
                     "at t = %g s more %s is taken up beside %s m than is there: "
@@ -631,7 +632,7 @@ static pd_status pdi_course_reject(pd_ctx *ctx, void *self, pd_step *s)
     /* what a long first step asks for may be far from the start: ions cross a cell in it, and steps grow fast */
     if (!a->steps && !(s->error < HUGE_VAL) && a->reactive->migration.on)
         a->dt = pdi_min(a->dt, pdi_course_cell(a->reactive));
-    s->dt = pdi_sdirk_limit_step(a->dt, a->desc.largest, s->limit - s->time, &last);
+    s->dt = pdi_sdirk_limit_step(a->dt, a->desc.largest, s->latest_end - s->time, &last);
     return PD_OK;
 }
 
@@ -676,7 +677,7 @@ static void pdi_course_settled(pd_course *a, int32_t node)
     double c[PD_SPECIES_MAX], from[PD_SPECIES_MAX], to[PD_SPECIES_MAX];
     pdi_reactive_get(r, r->c, node, c);
     pdi_components_compute_totals(&r->components, c, from);
-    if (r->components.live && pdi_components_solve(&r->components, from, c) != PD_OK) return;
+    if (r->components.members && pdi_components_solve(&r->components, from, c) != PD_OK) return;
     pdi_migration_neutralise(&r->migration, c);
     pdi_components_compute_totals(&r->components, c, to);
     for (int k = 0; k < r->components.count; k++) r->carry[k * total + node] += from[k] - to[k];
@@ -752,7 +753,7 @@ static pd_status pdi_course_store(pd_ctx *ctx, void *self, pd_archive *archive)
     PDI_TRY(pdi_array_registry_store(ctx, pdi_course_list, a, archive));
     if (a->desc.coat) PDI_TRY(pdi_array_registry_store(ctx, pdi_coat_list, a->desc.coat, archive));
     if (a->desc.surface) PDI_TRY(pdi_array_registry_store(ctx, pdi_etch_list, a->desc.surface, archive));
-    if (a->desc.bare && archive->reading) pdi_course_uncover(a);
+    if (a->desc.bare && archive->is_reading) pdi_course_uncover(a);
     return PD_OK;
 }
 
@@ -775,19 +776,19 @@ pd_physics pd_course_process(pd_course *a)
     p.name = "species in time";
     p.self = a;
     p.start = pdi_course_start;
-    p.changed = pdi_course_changed;
-    p.store = pdi_course_store;
+    p.nodes_converted = pdi_course_changed;
+    p.checkpoint = pdi_course_store;
     p.imbalance = pdi_course_imbalance;
     if (a->desc.settle) return p;
     p.time = &a->time;
     p.steps = &a->steps;
-    p.inner = a->desc.surface != NULL || a->desc.bare != NULL;
-    p.longest = pdi_course_longest;
+    p.has_substeps = a->desc.surface != NULL || a->desc.bare != NULL;
+    p.max_run_step = pdi_course_longest;
     p.limit = pdi_course_limit;
     p.attempt = pdi_course_attempt;
     p.accept = pdi_course_accept;
     p.reject = pdi_course_reject;
-    p.stuck = pdi_course_stuck;
+    p.report_underflow = pdi_course_stuck;
     return p;
 }
 

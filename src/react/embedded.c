@@ -53,8 +53,9 @@ static void pdi_embedded_differ(pd_reactive *r, double first, double second, dou
             int64_t at = k * total + i;
             double terms = 0.0, undone = r->dt * r->weight[k] * r->work[at];
             double by = first * r->slope[at] - second * (sum[k] - r->total[at] + undone);
-            for (int n = 0; n < s->solutes; n++) terms += fabs(s->m[k][n]) * c[n];
-            for (int m = 0; m < r->minerals.count; m++) by += r->minerals.gain[m][k] * r->solid_slope[m * total + i];
+            for (int n = 0; n < s->solutes; n++) terms += fabs(s->stoichiometry[k][n]) * c[n];
+            for (int m = 0; m < r->minerals.count; m++)
+                by += r->minerals.total_content[m][k] * r->solid_slope[m * total + i];
             size[k] = pdi_max(size[k], terms);
             r->slope[at] = r->work[at];
             r->work[at] = by / (r->dt * r->weight[k]);
@@ -84,7 +85,7 @@ static double pdi_embedded_spread(const pd_reactive *r, int32_t i, int m, double
                                   const double *size)
 {
     int64_t at = m * (int64_t)r->grid->total + i;
-    double reach = r->solid[at] + r->minerals.of[m].rate / r->minerals.of[m].surface;
+    double reach = r->solid[at] + r->minerals.mineral[m].rate / r->minerals.mineral[m].surface_rate;
     if (!(r->solid[at] > r->solid_begin[at])) return 0.0;
     if (follows) reach += pdi_tangent_unsure(r, i, m, size) / PDI_EMBEDDED_SMALL;
     return fabs(change) / reach;
@@ -105,9 +106,9 @@ static double pdi_embedded_largest(const pd_reactive *r, const double *field, do
         if (follows) pdi_tangent_taken(r, r->by + (int64_t)i * r->slots, x, taken);
         for (int m = 0; m < r->minerals.count; m++) {
             double change = taken[m] + r->solid_slope[m * total + i];
-            if (r->minerals.of[m].surface > 0.0)
+            if (r->minerals.mineral[m].surface_rate > 0.0)
                 worst = pdi_max(worst, pdi_embedded_spread(r, i, m, change, follows, size));
-            for (int k = 0; k < s->count; k++) x[k] -= r->minerals.gain[m][k] * change;
+            for (int k = 0; k < s->count; k++) x[k] -= r->minerals.total_content[m][k] * change;
             solid[m] = pdi_max(solid[m], fabs(change));
             most[m] = pdi_max(most[m], r->solid[m * total + i]);
         }
@@ -118,7 +119,8 @@ static double pdi_embedded_largest(const pd_reactive *r, const double *field, do
     for (int m = 0; m < r->minerals.count; m++) {
         double least = HUGE_VAL;
         for (int k = 0; k < s->count; k++)
-            if (r->minerals.gain[m][k] != 0.0) least = pdi_min(least, size[k] / fabs(r->minerals.gain[m][k]));
+            if (r->minerals.total_content[m][k] != 0.0)
+                least = pdi_min(least, size[k] / fabs(r->minerals.total_content[m][k]));
         if (solid[m] > 0.0) worst = pdi_max(worst, solid[m] / (most[m] + least));
     }
     return worst;
@@ -131,13 +133,13 @@ static void pdi_embedded_damp_early(const pd_reactive *r, int32_t i, double *off
     double c[PD_SPECIES_MAX], n[PD_MINERAL_MAX], early[PD_MINERAL_MAX];
     pd_mineral_start start;
     int spreads = 0;
-    for (int m = 0; m < r->minerals.count; m++) spreads |= r->minerals.of[m].surface > 0.0;
+    for (int m = 0; m < r->minerals.count; m++) spreads |= r->minerals.mineral[m].surface_rate > 0.0;
     if (!spreads) return;
     pdi_reactive_get(r, r->begin, i, c);
     pdi_reactive_solids(r, r->solid_begin, i, n);
     pdi_reactive_solids(r, r->solid_slope, i, early);
     pdi_mineral_begin_step(&r->components, &r->minerals, n, c, &start);
-    start.start = n;
+    start.start_amount = n;
     start.dt = r->dt;
     pdi_mineral_solve_linear_response(&r->components, &r->minerals, &start, c, n, early);
     for (int m = 0; m < r->minerals.count; m++)
@@ -226,7 +228,7 @@ static int pdi_embedded_new(const pd_reactive *r, int k)
     int64_t total = r->grid->total;
     for (int32_t i = 0; i < (int32_t)total; i++)
         for (int n = 0; n < s->solutes && r->grid->kind[i] == PD_FLUID; n++)
-            if (s->m[k][n] != 0.0 && r->begin[n * total + i] > 0.0) return 0;
+            if (s->stoichiometry[k][n] != 0.0 && r->begin[n * total + i] > 0.0) return 0;
     return 1;
 }
 

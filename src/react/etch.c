@@ -142,7 +142,8 @@ static void pdi_etch_even(pd_etch *s, int32_t p)
     double part = 1.0 / (1.0 + fabs(s->swept[i])), excess[PD_SPECIES_MAX];
     for (int k = 0; k < r->components.count; k++) {
         double terms = 0.0;
-        for (int n = 0; n < r->components.solutes; n++) terms += fabs(r->components.m[k][n]) * r->c[n * total + i];
+        for (int n = 0; n < r->components.solutes; n++)
+            terms += fabs(r->components.stoichiometry[k][n]) * r->c[n * total + i];
         excess[k] = s->swept[(1 + k) * total + i] - s->swept[i] * s->surface[k * total + p];
         if (-excess[k] * part > 0.5 * terms) part = -0.5 * terms / excess[k];
     }
@@ -249,8 +250,8 @@ static void pdi_etch_hand(pd_etch *s, int32_t i)
     double metal = 0.0, turned = 0.0, part[1 + PD_SPECIES_MAX];
     for (int k = 0; k < of->count; k++) {
         int32_t j = pdi_etch_far(s, i, k);
-        if (j >= 0 && r->grid->kind[j] == PD_SOLID) metal += of->lap[k];
-        else if (j >= 0) turned += of->lap[k] * s->split[j];
+        if (j >= 0 && r->grid->kind[j] == PD_SOLID) metal += of->laplacian_weight[k];
+        else if (j >= 0) turned += of->laplacian_weight[k] * s->split[j];
     }
     if (!(turned > 0.0)) return;
     for (int n = 0; n <= r->components.count; n++) {
@@ -261,7 +262,7 @@ static void pdi_etch_hand(pd_etch *s, int32_t i)
         int32_t j = pdi_etch_far(s, i, k);
         if (j < 0 || r->grid->kind[j] != PD_FLUID) continue;
         double around = pdi_grid_circumference(r->grid, i) / pdi_grid_circumference(r->grid, j);
-        double share = around * of->lap[k] * s->split[j];
+        double share = around * of->laplacian_weight[k] * s->split[j];
         for (int n = 0; n <= r->components.count; n++) s->swept[n * total + j] += share * part[n];
     }
 }
@@ -283,9 +284,10 @@ static int pdi_etch_between(const pd_etch *s, int32_t j, double *sum)
             double way = pdi_vec_norm(of->xi + k * PD_DIM), share = film > way ? way / film : 1.0;
             pdi_reactive_get(r, r->c, i, c);
             pdi_components_compute_totals(&r->components, c, own);
-            all += of->lap[k];
+            all += of->laplacian_weight[k];
             for (int n = 0; n < r->components.count; n++)
-                sum[n] += of->lap[k] * (p < 0 ? own[n] : own[n] + share * (s->surface[n * total + p] - own[n]));
+                sum[n] +=
+                    of->laplacian_weight[k] * (p < 0 ? own[n] : own[n] + share * (s->surface[n * total + p] - own[n]));
         }
     for (int n = 0; n < r->components.count; n++) sum[n] /= all > 0.0 ? all : 1.0;
     return all > 0.0;
@@ -404,11 +406,12 @@ PDI_FN void pdi_etch_film(const pd_reactive *r, pd_components *film, double *sca
 {
     const pd_components *of = &r->components;
     *film = *of;
-    film->debye = 0.0;
+    film->debye_hueckel = 0.0;
     for (int n = 0; n < of->solutes; n++) scale[n] = pdi_max(r->ratio[n], PDI_ETCH_LEAST);
     for (int n = 0; n < of->solutes; n++) {
         film->ln_k[n] += log(scale[n]);
-        for (int k = 0; k < of->joined; k++) film->ln_k[n] -= of->m[k][n] * log(scale[of->master[k]]);
+        for (int k = 0; k < of->equilibrium_components; k++)
+            film->ln_k[n] -= of->stoichiometry[k][n] * log(scale[of->component_solute[k]]);
     }
 }
 
@@ -416,12 +419,12 @@ PDI_FN void pdi_etch_activities(const pd_components *of, const pd_components *fi
 {
     for (int n = 0; n < of->solutes; n++) {
         now->ln_k[n] = film->ln_k[n] - of->charge[n] * of->charge[n] * davies;
-        for (int k = 0; k < of->joined; k++) {
-            int z = of->charge[of->master[k]];
-            now->ln_k[n] += of->m[k][n] * z * z * davies;
+        for (int k = 0; k < of->equilibrium_components; k++) {
+            int z = of->charge[of->component_solute[k]];
+            now->ln_k[n] += of->stoichiometry[k][n] * z * z * davies;
         }
     }
-    for (int k = 0; k < of->joined; k++) now->ln_k[of->master[k]] = 0.0;
+    for (int k = 0; k < of->equilibrium_components; k++) now->ln_k[of->component_solute[k]] = 0.0;
 }
 
 /* What electrodes bring, of solutes and of totals. */
@@ -432,7 +435,8 @@ static void pdi_etch_parts(pd_etch *s)
     for (int e = 0; e < of->count; e++) {
         double *part = s->part + e * r->components.solutes;
         for (int i = 0; i < r->desc.count; i++)
-            if (r->components.place[i] >= 0) part[r->components.place[i]] = of->part[e * r->desc.count + i];
+            if (r->components.solute_of_species[i] >= 0)
+                part[r->components.solute_of_species[i]] = of->part[e * r->desc.count + i];
         pdi_components_compute_totals(&r->components, part, s->part_gain + e * r->components.count);
     }
     for (int n = 0; n < of->circuits && of->count; n++)
@@ -454,7 +458,8 @@ static void pdi_etch_kinds(pd_etch *s)
         pdi_etch_kind *kind = &s->kind[m];
         kind->law = m ? s->desc.more[m - 1] : first;
         for (int i = 0; i < r->desc.count && kind->law.shed; i++)
-            if (r->components.place[i] >= 0) kind->shed[r->components.place[i]] = kind->law.shed[i];
+            if (r->components.solute_of_species[i] >= 0)
+                kind->shed[r->components.solute_of_species[i]] = kind->law.shed[i];
         pdi_components_compute_totals(&r->components, kind->shed, kind->gain);
         for (int n = 0; n < r->components.solutes; n++)
             kind->charge += r->components.charge[n] * kind->shed[n];

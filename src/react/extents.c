@@ -29,7 +29,7 @@ static pd_status pdi_extents_seek(const pd_reactive *r, int32_t i, const double 
     pd_mineral_start start;
     if (!r->minerals.count) return pdi_components_solve(&r->components, sum, c);
     pdi_tangent_law(r, i, first, &start);
-    start.near_ = near_;
+    start.guess = near_;
     pdi_reactive_solids(r, r->solid_base, i, n);
     return pdi_mineral_solve(&r->components, &r->minerals, &start, sum, c, n);
 }
@@ -45,7 +45,7 @@ static double pdi_extents_excess(pdi_extents_reaction *of, const double *sum, do
 {
     const pd_components *s = &of->r->components;
     double total[PD_SPECIES_MAX], n[PD_MINERAL_MAX];
-    for (int k = 0; k < s->count; k++) total[k] = sum[k] + of->kinetic->gain[k] * more;
+    for (int k = 0; k < s->count; k++) total[k] = sum[k] + of->kinetic->total_change[k] * more;
     if (pdi_extents_seek(of->r, of->i, total, of->n, of->c, n) != PD_OK) return (double)NAN;
     memcpy(of->n, n, (size_t)of->r->minerals.count * sizeof *n);
     return of->extent + more - of->r->dt * pdi_components_compute_rate(s, of->kinetic, of->c, NULL, NULL);
@@ -56,7 +56,7 @@ static double pdi_extents_rounding(const pdi_extents_reaction *of, const double 
 {
     double least = HUGE_VAL;
     for (int k = 0; k < of->r->components.count; k++) {
-        double gain = fabs(of->kinetic->gain[k]);
+        double gain = fabs(of->kinetic->total_change[k]);
         if (gain > 0.0) least = pdi_min(least, pdi_max(fabs(sum[k]) / gain, fabs(more)));
     }
     return least < HUGE_VAL ? 0.5 * DBL_EPSILON * least : 0.0;
@@ -83,7 +83,7 @@ static double pdi_extents_find(pdi_extents_reaction *of, const double *sum)
 PDI_FN void pdi_extents_react(const pd_reactive *r, int32_t i, double share, double *sum)
 {
     const pd_components *s = &r->components;
-    const float *row = r->by + (int64_t)i * r->slots + s->live * pdi_components_count_columns(s);
+    const float *row = r->by + (int64_t)i * r->slots + s->members * pdi_components_count_columns(s);
     int64_t total = r->grid->total;
     const double *delta = r->work + s->count * total;
     double base[PD_SPECIES_MAX];
@@ -105,7 +105,7 @@ PDI_FN void pdi_extents_react(const pd_reactive *r, int32_t i, double share, dou
             double more = pdi_extents_find(&of[n], sum);
             of[n].extent += more;
             for (int k = 0; k < s->count; k++) {
-                double by = s->kinetic[n].gain[k] * more;
+                double by = s->kinetic[n].total_change[k] * more;
                 moved = moved || (s->kinetics > 1 && fabs(by) > PDI_EXTENTS_SWEPT * fabs(sum[k]));
                 sum[k] += by;
             }
@@ -119,12 +119,12 @@ PDI_FN double pdi_extents_turnover(const pd_reactive *r, int k, int32_t i)
     double c[PD_SPECIES_MAX], sum = 0.0, both;
     if (s->kinetics) pdi_reactive_get(r, r->c, i, c);
     for (int n = 0; n < s->kinetics; n++) {
-        if (s->kinetic[n].gain[k] == 0.0) continue;
+        if (s->kinetic[n].total_change[k] == 0.0) continue;
         pdi_components_compute_rate(s, &s->kinetic[n], c, NULL, &both);
-        sum += fabs(s->kinetic[n].gain[k]) * both;
+        sum += fabs(s->kinetic[n].total_change[k]) * both;
     }
     for (int m = 0; m < r->minerals.count; m++)
-        sum += fabs(r->minerals.gain[m][k]) * r->solid[m * (int64_t)r->grid->total + i] / r->dt;
+        sum += fabs(r->minerals.total_content[m][k]) * r->solid[m * (int64_t)r->grid->total + i] / r->dt;
     return sum;
 }
 
@@ -138,7 +138,7 @@ static void pdi_extents_left(const pd_reactive *r, int32_t i, const double *diss
     pdi_tangent_taken(r, by, x, taken);
     for (int k = 0; k < s->count; k++) {
         sum[k] = dissolved[k] + x[k];
-        for (int m = 0; m < r->minerals.count; m++) sum[k] -= r->minerals.gain[m][k] * taken[m];
+        for (int m = 0; m < r->minerals.count; m++) sum[k] -= r->minerals.total_content[m][k] * taken[m];
     }
     pdi_components_apply_derivatives(s, by, sum, left);
 }
@@ -159,7 +159,7 @@ PDI_FN void pdi_extents_relax(const pd_reactive *r, int32_t i, const double *c, 
     double extent[PD_REACTION_MAX] = {0.0}, dissolved[PD_SPECIES_MAX] = {0.0};
     for (int k = 0; k < s->count; k++) {
         x[k] = lack[k] = 0.0;
-        for (int m = 0; m < r->minerals.count; m++) dissolved[k] -= r->minerals.gain[m][k] * off[m];
+        for (int m = 0; m < r->minerals.count; m++) dissolved[k] -= r->minerals.total_content[m][k] * off[m];
     }
     for (int sweep = 0; sweep < PDI_EXTENTS_LINEAR; sweep++)
         for (int n = 0; n < s->kinetics; n++) {
@@ -167,12 +167,12 @@ PDI_FN void pdi_extents_relax(const pd_reactive *r, int32_t i, const double *c, 
             double more = pdi_extents_faster(r, n, c, left) - extent[n] / r->dt;
             more /= 1.0 / r->dt + r->filter[n].absorb[i];
             extent[n] += more;
-            for (int k = 0; k < s->count; k++) x[k] += s->kinetic[n].gain[k] * more;
+            for (int k = 0; k < s->count; k++) x[k] += s->kinetic[n].total_change[k] * more;
         }
     pdi_extents_left(r, i, dissolved, x, left);
     for (int n = 0; n < s->kinetics; n++) {
         double more = pdi_extents_faster(r, n, c, left) - extent[n] / r->dt;
-        for (int k = 0; k < s->count; k++) lack[k] += s->kinetic[n].gain[k] * more;
+        for (int k = 0; k < s->count; k++) lack[k] += s->kinetic[n].total_change[k] * more;
     }
 }
 

@@ -83,11 +83,12 @@ static double pdi_layer_charge(pd_components *film, pdi_terms *w, double v, doub
         w->down[n] = pdi_layer_share(-z) + w->sweep / s->scale[n];
         up[n] = s->scale[n] * pdi_layer_share(z) * w->c[n];
     }
-    for (int n = 0; n < film->solutes && film->live; n++) {
+    for (int n = 0; n < film->solutes && film->members; n++) {
         film->ln_k[n] = w->ln_k[n] + log(w->down[n]);
-        for (int k = 0; k < film->joined; k++) film->ln_k[n] -= film->m[k][n] * log(w->down[film->master[k]]);
+        for (int k = 0; k < film->equilibrium_components; k++)
+            film->ln_k[n] -= film->stoichiometry[k][n] * log(w->down[film->component_solute[k]]);
     }
-    for (int k = 0; k < film->joined; k++) film->ln_k[film->master[k]] = 0.0;
+    for (int k = 0; k < film->equilibrium_components; k++) film->ln_k[film->component_solute[k]] = 0.0;
     pdi_components_compute_totals(film, up, w->into);
     if (w->electrode >= 0 && !w->reads) w->flow = pdi_terms_curve(w, w->c, w->psi + lift);
     for (int k = 0; k < film->count; k++) {
@@ -105,7 +106,7 @@ static int pdi_layer_ion(const pd_components *film, const pdi_terms *w)
     int ion = -1, ions = 0, first = w->electrode * film->count;
     if (w->electrode < 0 || !w->reads) return -1;
     for (int k = 0; k < film->count; k++)
-        if (fabs(w->s->part_gain[first + k]) > 0.0 && film->charge[film->master[k]] && ++ions) ion = k;
+        if (fabs(w->s->part_gain[first + k]) > 0.0 && film->charge[film->component_solute[k]] && ++ions) ion = k;
     return ions == 1 ? ion : -1;
 }
 
@@ -115,17 +116,17 @@ static int pdi_layer_ion(const pd_components *film, const pdi_terms *w)
 static void pdi_layer_rest(const pd_components *film, pdi_terms *w)
 {
     double size = 0.0, come = 0.0, stride = 0.0, others = 0.0, a, of, b, there;
-    int ion = pdi_layer_ion(film, w), own = ion < 0 ? -1 : film->master[ion];
+    int ion = pdi_layer_ion(film, w), own = ion < 0 ? -1 : film->component_solute[ion];
     if (ion < 0 || !(fabs(w->lift) < PDI_LAYER_LIFT)) return;
     for (int n = 0; n < film->solutes; n++) {
         double z = film->charge[n];
         size += fabs(z) * w->surface[n];
         come = pdi_max(come, fabs(z) * pdi_layer_share(z * w->lift) * w->c[n] / w->down[n]);
-        stride += fabs(film->m[ion][n]) * w->at[n];
+        stride += fabs(film->stoichiometry[ion][n]) * w->at[n];
         if (n != own) others += z * w->surface[n];
     }
     if (!(size < PDI_LAYER_SPENT * come)) return;
-    if (ion >= film->joined) {
+    if (ion >= film->equilibrium_components) {
         w->into[ion] = pdi_max(-others / film->charge[own], 0.0) * w->s->scale[own] * w->down[own];
         pdi_layer_charged(film, w);
         return;
@@ -391,7 +392,7 @@ static void pdi_layer_salt(const pdi_terms *w, double v, double *law, double *cu
     double one[PD_SPECIES_MAX], along[PD_SPECIES_MAX], slope, high[2], low[2];
     float table[PD_COMPONENTS_DERIVATIVES];
     for (int k = 0; k < of->count; k++) law[k] = curve[k] = 0.0;
-    if (!(of->debye > 0.0) || (!w->s->drive && !w->kind->law.reads && !w->kind->law.reads_ph)) return;
+    if (!(of->debye_hueckel > 0.0) || (!w->s->drive && !w->kind->law.reads && !w->kind->law.reads_ph)) return;
     pdi_components_compute_davies(of, w->c, &slope);
     if (!pdi_layer_salted(w, v, w->davies + PDI_LAYER_SALT_STRIDE, &high[0], &high[1]) ||
         !pdi_layer_salted(w, v, w->davies - PDI_LAYER_SALT_STRIDE, &low[0], &low[1]))
@@ -554,7 +555,7 @@ static void pdi_layer_balances(const pd_components *film, const pdi_terms *w, co
         for (int n = 0; n < of->solutes; n++) along[n] *= s->scale[n] * pdi_layer_share(of->charge[n] * w->lift);
         pdi_components_compute_totals(of, along, sum);
         for (int k = 0; k < count; k++) a[k][count + 3 + j] = sum[k];
-        a[count][j] = of->charge[of->master[j]];
+        a[count][j] = of->charge[of->component_solute[j]];
         a[j][count + 1] = (s->surface ? w->kind->gain[j] - left[j] / s->desc.solid : w->kind->gain[j]) * w->thick;
         if (w->electrode >= 0) a[j][count + 2] = s->part_gain[w->electrode * count + j] * w->way;
     }

@@ -32,7 +32,7 @@ PDI_FN pd_status pdi_migration_plan(pd_ctx *ctx, const pd_multigrid_desc *desc, 
     m->components = components;
     if (!m->on) return PD_OK;
     md.symmetric = 1;
-    md.contrast = 1;
+    md.high_contrast = 1;
     m->excess = pdi_compact_operator_inverse_excess(flux->bonds->stencil);
     pdi_compact_operator_init(flux->bonds->grid, 0, &m->compact);
     return pdi_multigrid_init(ctx, &md, &m->mg);
@@ -109,16 +109,16 @@ PDI_FN void pdi_migration_along(const pd_migration *m, const double *c, double *
     double size = 0.0;
     for (int k = 0; k < s->count; k++) {
         along[k] = 0.0;
-        for (int n = 0; n < s->solutes; n++) along[k] += s->m[k][n] * m->charge[n] * c[n];
-        size += m->charge[s->master[k]] * along[k];
+        for (int n = 0; n < s->solutes; n++) along[k] += s->stoichiometry[k][n] * m->charge[n] * c[n];
+        size += m->charge[s->component_solute[k]] * along[k];
     }
     if (size > DBL_MIN) {
         for (int k = 0; k < s->count; k++) along[k] /= size;
         return;
     }
     size = 0.0;
-    for (int k = 0; k < s->count; k++) size += m->charge[s->master[k]] * m->charge[s->master[k]];
-    for (int k = 0; k < s->count; k++) along[k] = size > 0.0 ? m->charge[s->master[k]] / size : 0.0;
+    for (int k = 0; k < s->count; k++) size += m->charge[s->component_solute[k]] * m->charge[s->component_solute[k]];
+    for (int k = 0; k < s->count; k++) along[k] = size > 0.0 ? m->charge[s->component_solute[k]] / size : 0.0;
 }
 
 /* ---- fields ---- */
@@ -188,10 +188,10 @@ static void pdi_migration_faces(pd_migration *m, const double *c, double least)
         double own = pdi_max(pdi_migration_between(m, c, node, node), least);
         for (int d = 0; d < PD_DIM; d++) {
             int32_t next = node + grid->stride[d];
-            if (m->compact.conduct[d][cell] > 0.0f)
-                m->compact.conduct[d][cell] *= (float)pdi_max(pdi_migration_between(m, c, node, next), least);
+            if (m->compact.conductance[d][cell] > 0.0f)
+                m->compact.conductance[d][cell] *= (float)pdi_max(pdi_migration_between(m, c, node, next), least);
         }
-        m->compact.wall[cell] *= (float)own;
+        m->compact.dirichlet[cell] *= (float)own;
         if (hold) m->compact.mass[cell] += (float)(pdi_grid_circumference(grid, node) * hold[node] * own);
     }
 }
@@ -224,8 +224,8 @@ PDI_FN pd_status pdi_migration_setup(pd_ctx *ctx, pd_migration *m, const double 
         m->compact.mass[pdi_compact_operator_cell_index(grid, i)] +=
             (float)pdi_min(pdi_grid_circumference(grid, surface->node[p]) * surface->take[p], PDI_MIGRATION_HELD);
     }
-    pd_status status = pdi_multigrid_setup(ctx, &m->mg, m->compact.active, (const float *const *)m->compact.conduct,
-                                           NULL, m->compact.wall, m->compact.mass);
+    pd_status status = pdi_multigrid_setup(ctx, &m->mg, m->compact.active, (const float *const *)m->compact.conductance,
+                                           NULL, m->compact.dirichlet, m->compact.mass);
     if (status != PD_ERR_ARGUMENT) return status;
     return pdi_fail(ctx, PD_ERR_DIVERGED, "migration", "concentrations up to %g mol/m3, D = %g m2/s and h = %g m give "
                     "conductances beyond the range of numbers of the solver: expected those of ions in water", most,
@@ -267,7 +267,7 @@ PDI_FN double pdi_migration_pace(pd_migration *m, double dt)
     for (int k = 0; k < s->count; k++) {
         double sum = 0.0, count = 0.0;
         for (int n = 0; n < s->solutes; n++) {
-            if (s->m[k][n] == 0.0 || !(m->ratio[n] > 0.0)) continue;
+            if (s->stoichiometry[k][n] == 0.0 || !(m->ratio[n] > 0.0)) continue;
             sum += log(m->ratio[n]);
             count += 1.0;
         }
@@ -294,7 +294,7 @@ PDI_FN void pdi_migration_tie(pd_migration *m)
     for (int32_t i = 0; i < grid->total && holds && m->flux->diffusion->wall_rate && !m->tied; i++)
         m->tied = m->flux->diffusion->wall_rate[i] > 0.0;
     for (int32_t p = 0; p < m->flux->boundary->count * m->flux->bonds->stencil->count && !m->tied; p++)
-        m->tied = grid->kind[m->flux->boundary->far[p]] == PD_INLET;
+        m->tied = grid->kind[m->flux->boundary->far_end[p]] == PD_INLET;
 }
 
 PDI_FN void pdi_migration_level(pd_migration *m)

@@ -68,8 +68,8 @@ PDI_FN int pdi_positivity_bounded(const pd_reactive *r)
     const pd_components *s = &r->components;
     int64_t total = r->grid->total;
     int ports = pdi_open_boundary_has_any(r->grid);
-    for (int k = s->joined; k < s->count && !r->migration.on; k++) {
-        int n = s->master[k], reacts = 0;
+    for (int k = s->equilibrium_components; k < s->count && !r->migration.on; k++) {
+        int n = s->component_solute[k], reacts = 0;
         pdi_bounds bounds = {HUGE_VAL, -HUGE_VAL};
         for (int e = 0; e < s->kinetics; e++) reacts = reacts || s->kinetic[e].nu[n] != 0.0;
         for (int e = 0; e < r->minerals.count; e++) reacts = reacts || r->minerals.nu[e][n] != 0.0;

@@ -26,15 +26,15 @@ PDI_FN pd_arena *pdi_reactive_arena(pd_reactive *r) { return r->desc.arena ? r->
 
 double *pd_reactive_field(pd_reactive *r, int species)
 {
-    int n = r->components.place[species];
+    int n = r->components.solute_of_species[species];
     for (int s = 0; s < r->minerals.count; s++)
-        if (r->minerals.of[s].species == species) return r->solid + (int64_t)s * r->grid->total;
+        if (r->minerals.mineral[s].species == species) return r->solid + (int64_t)s * r->grid->total;
     return n < 0 ? NULL : r->c + (int64_t)n * r->grid->total;
 }
 
 double *pd_reactive_source(pd_reactive *r, int species)
 {
-    int n = r->components.place[species];
+    int n = r->components.solute_of_species[species];
     return n < 0 ? NULL : r->source + (int64_t)n * r->grid->total;
 }
 
@@ -97,9 +97,9 @@ static double pdi_reactive_mineral(const pd_reactive *r, int row, int s)
 
 PDI_FN double pdi_reactive_part(const pd_reactive *r, int row, int species)
 {
-    int n = r->components.place[species];
+    int n = r->components.solute_of_species[species];
     for (int s = 0; s < r->minerals.count; s++)
-        if (r->minerals.of[s].species == species) return pdi_reactive_mineral(r, row, s);
+        if (r->minerals.mineral[s].species == species) return pdi_reactive_mineral(r, row, s);
     return n < 0 ? 0.0 : r->part[row][n];
 }
 
@@ -130,7 +130,7 @@ static double pdi_reactive_amount(const pd_reactive *r, int row, int carried, do
         double around = pdi_grid_circumference(r->grid, i);
         if (r->grid->kind[i] != PD_FLUID) continue;
         for (int n = 0; n < (carried ? s->count : s->solutes); n++) {
-            double part = r->part[row][carried ? s->master[n] : n];
+            double part = r->part[row][carried ? s->component_solute[n] : n];
             double of = (carried ? r->carry : r->c)[n * total + i];
             if (carried && r->swept) of += r->swept[n * total + i];
             double term = around * part * of;
@@ -257,7 +257,7 @@ static void pdi_reactive_row(const pd_species *species, int count, int element, 
         pdi_append(r->name[r->rows], PD_REACTIVE_NAME, "-%d%s", times, other);
     }
     for (int i = 0; i < count; i++) {
-        int n = r->components.place[i];
+        int n = r->components.solute_of_species[i];
         if (n < 0) continue;
         r->part[r->rows][n] = pdi_species_count_atoms(&species[i], element);
         if (less) r->part[r->rows][n] -= times * pdi_species_count_atoms(&species[i], less);
@@ -380,7 +380,7 @@ pd_status pd_reactive_begin(pd_ctx *ctx, pd_reactive *r)
 static int pdi_reactive_shrinks(const pd_reactive *r)
 {
     for (int s = 0; s < r->minerals.count; s++)
-        if (r->minerals.of[s].volume > 0.0) return 1;
+        if (r->minerals.mineral[s].volume > 0.0) return 1;
     return 0;
 }
 
@@ -406,7 +406,7 @@ PDI_FN void pdi_reactive_list(pdi_array_visitor *owner, void *object)
 static void pdi_reactive_pick(const pd_reactive *r, const double *of, double *c)
 {
     for (int i = 0; i < r->desc.count; i++)
-        if (r->components.place[i] >= 0) c[r->components.place[i]] = of ? of[i] : 0.0;
+        if (r->components.solute_of_species[i] >= 0) c[r->components.solute_of_species[i]] = of ? of[i] : 0.0;
 }
 
 /* The mean diffusivity of the fluxes, and what the species have of it. */
@@ -415,7 +415,7 @@ static pd_status pdi_reactive_diffusivities(pd_ctx *ctx, const pd_species *speci
     double least = HUGE_VAL, most = 0.0, of[PD_SPECIES_MAX];
     int even = 1;
     for (int i = 0; i < r->desc.count; i++) {
-        int n = r->components.place[i];
+        int n = r->components.solute_of_species[i];
         double d = species[i].diffusivity;
         if (n < 0) continue;
         if (!(d >= 0.0) || !(d < 1e100))
@@ -431,34 +431,35 @@ static pd_status pdi_reactive_diffusivities(pd_ctx *ctx, const pd_species *speci
         r->ratio[n] = most > 0.0 ? of[n] / r->diffusion.desc.diffusivity : 0.0;
         if (n && !(of[n] >= of[0] && of[n] <= of[0])) even = 0;
     }
-    r->linear = !r->components.kinetics && !r->minerals.count && (even || !r->components.joined) && !r->migration.on;
+    r->linear = !r->components.kinetics && !r->minerals.count && (even || !r->components.equilibrium_components) &&
+                !r->migration.on;
     return PD_OK;
 }
 
 static void pdi_reactive_krylov(const pd_reactive *r, pd_krylov_desc *kd)
 {
     memset(kd, 0, sizeof *kd);
-    kd->of = "species";
+    kd->equations = "species";
     kd->components = r->components.count;
     kd->n = (int64_t)kd->components * r->grid->total;
-    kd->spans = &r->bonds->spans;
+    kd->spans = &r->bonds->active_ranges;
     kd->restart = PDI_REACTIVE_BASIS;
-    kd->most = 10 * PDI_REACTIVE_BASIS;
+    kd->max_vectors = 10 * PDI_REACTIVE_BASIS;
     kd->flexible = 1;
     /* below the rounding of floats: psi in water beside salt, whose unknown is a charge; and what fast reactions leave
      * of amounts that they bring to rest */
-    kd->compressed = r->migration.on || r->components.kinetics ? PD_KRYLOV_DOUBLE : PD_KRYLOV_SINGLE;
+    kd->basis_precision = r->migration.on || r->components.kinetics ? PD_KRYLOV_DOUBLE : PD_KRYLOV_SINGLE;
     kd->zero_guess = 1;
 }
 
 PDI_FN void pdi_reactive_slots(pd_reactive *r)
 {
-    r->slots = r->components.live * pdi_components_count_columns(&r->components) +
+    r->slots = r->components.members * pdi_components_count_columns(&r->components) +
                (r->components.kinetics + r->minerals.count) * r->components.count;
     if (!r->slots) r->slots = 1;
     r->filters = r->components.kinetics;
     for (int m = 0; m < r->minerals.count; m++)
-        r->filters += r->minerals.of[m].rate > 0.0 || r->minerals.of[m].surface > 0.0;
+        r->filters += r->minerals.mineral[m].rate > 0.0 || r->minerals.mineral[m].surface_rate > 0.0;
 }
 
 PDI_FN void pdi_reactive_work_list(pdi_array_visitor *owner, void *object)
@@ -514,7 +515,7 @@ PDI_FN pd_status pdi_reactive_plan(pd_ctx *ctx, pd_reactive *r, pd_krylov_desc *
     for (int n = 0, m = 0; n < r->filters; n++) {
         r->filter[n].mineral = -1;
         if (n >= r->components.kinetics) {
-            while (!(r->minerals.of[m].rate > 0.0) && !(r->minerals.of[m].surface > 0.0)) m++;
+            while (!(r->minerals.mineral[m].rate > 0.0) && !(r->minerals.mineral[m].surface_rate > 0.0)) m++;
             r->filter[n].mineral = m++;
         }
         r->filter[n].flux = r->flux;
@@ -556,7 +557,7 @@ static pd_status pdi_reactive_fill_solids(pd_ctx *ctx, const pd_reactive_desc *d
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "the tortuosity is %g, expected a positive number, or 0 for "
                         "1", desc->tortuosity);
     for (int s = 0; s < r->minerals.count; s++) {
-        double n = desc->initial[r->minerals.of[s].species];
+        double n = desc->initial[r->minerals.mineral[s].species];
         if (!(n >= 0.0) || !(n < 1e100))
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "reactive", "mineral %d of %d has %g mol/m3, expected a finite value "
                             "of at least 0", s + 1, r->minerals.count, n);

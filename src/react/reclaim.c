@@ -10,7 +10,7 @@
 static int pdi_reclaim_bounded(const pd_components *of, int k)
 {
     for (int n = 0; n < of->solutes; n++)
-        if (of->m[k][n] < 0.0) return 0;
+        if (of->stoichiometry[k][n] < 0.0) return 0;
     return 1;
 }
 

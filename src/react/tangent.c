@@ -32,7 +32,7 @@ PDI_FN void pdi_tangent_leave(const pd_ctx *ctx, pd_reactive *r, const double *f
     double weight[PD_SPECIES_MAX * PD_SPECIES_MAX];
     pdi_flux_fields f;
     for (int k = 0; k < s->count; k++)
-        for (int n = 0; n < s->solutes; n++) weight[k * s->solutes + n] = s->m[k][n] / r->weight[k];
+        for (int n = 0; n < s->solutes; n++) weight[k * s->solutes + n] = s->stoichiometry[k][n] / r->weight[k];
     if (r->migration.on) {
         pdi_migration_leave(ctx, &r->migration, r->c, fields, weight, y);
         return;
@@ -63,7 +63,7 @@ PDI_FN void pdi_tangent_law(const pd_reactive *r, int32_t i, double *n, pd_miner
     pdi_reactive_solids(r, r->solid_start, i, n);
     for (int m = 0; m < r->minerals.count; m++)
         pdi_mineral_try_resume(start, m, first[m] + (n[m] - first[m]) / PDI_TANGENT_BEYOND, PDI_TANGENT_BEYOND, &n[m]);
-    start->start = n;
+    start->start_amount = n;
     start->dt = r->dt;
 }
 
@@ -71,7 +71,7 @@ PDI_FN void pdi_tangent_law(const pd_reactive *r, int32_t i, double *n, pd_miner
 static int pdi_tangent_place(const pd_reactive *r)
 {
     const pd_components *s = &r->components;
-    return s->live * pdi_components_count_columns(s) + s->kinetics * s->count;
+    return s->members * pdi_components_count_columns(s) + s->kinetics * s->count;
 }
 
 PDI_FN void pdi_tangent_taken(const pd_reactive *r, const float *by, const double *total, double *taken)
@@ -99,7 +99,7 @@ static void pdi_tangent_fix(const pd_reactive *r, const float *by, double *total
     double taken[PD_MINERAL_MAX];
     pdi_tangent_taken(r, by, total, taken);
     for (int m = 0; m < r->minerals.count; m++)
-        for (int k = 0; k < s->count; k++) total[k] -= r->minerals.gain[m][k] * taken[m];
+        for (int k = 0; k < s->count; k++) total[k] -= r->minerals.total_content[m][k] * taken[m];
 }
 
 /* Of what comes to node i as mineral m the share p stays dissolved, and gets the absorption (1/p - 1)/dt. */
@@ -108,7 +108,7 @@ static double pdi_tangent_absorb(const pd_reactive *r, int32_t i, int m)
     const pd_components *s = &r->components;
     const float *row = r->by + (int64_t)i * r->slots + pdi_tangent_place(r) + m * s->count;
     double share = 1.0;
-    for (int k = 0; k < s->count; k++) share -= (double)row[k] * r->minerals.gain[m][k];
+    for (int k = 0; k < s->count; k++) share -= (double)row[k] * r->minerals.total_content[m][k];
     return share < PDI_TANGENT_MOST ? (1.0 / pdi_max(share, PDI_TANGENT_LEAST) - 1.0) / r->dt : 0.0;
 }
 
@@ -141,7 +141,7 @@ static void pdi_tangent_left(const pd_reactive *r, const double *taken, int k, d
     memset(left, 0, PD_SPECIES_MAX * sizeof *left);
     left[k] = 1.0;
     for (int m = 0; m < r->minerals.count; m++)
-        for (int q = 0; q < count; q++) left[q] -= r->minerals.gain[m][q] * taken[m * count + k];
+        for (int q = 0; q < count; q++) left[q] -= r->minerals.total_content[m][q] * taken[m * count + k];
 }
 
 /* By the totals before minerals take of them, of a row by those that they leave. What is left of an ion may be next to
@@ -181,7 +181,7 @@ PDI_FN pd_status pdi_tangent_derive(pd_ctx *ctx, pd_reactive *r)
 {
     const pd_components *s = &r->components;
     int64_t total = r->grid->total;
-    int nt = pdi_tangent_threads(ctx, r), tables = s->live * pdi_components_count_columns(s);
+    int nt = pdi_tangent_threads(ctx, r), tables = s->members * pdi_components_count_columns(s);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
@@ -205,7 +205,7 @@ PDI_FN pd_status pdi_tangent_derive(pd_ctx *ctx, pd_reactive *r)
                 pdi_components_apply_derivatives(s, by, one, along);
                 for (int m = 0; m < s->solutes; m++) sum += slope[m] * along[m];
                 row[k] = (float)sum;
-                rate -= (double)row[k] * s->kinetic[n].gain[k];
+                rate -= (double)row[k] * s->kinetic[n].total_change[k];
             }
             r->filter[n].absorb[i] = pdi_max(rate, 0.0);
         }
@@ -235,7 +235,7 @@ static void pdi_tangent_part(const pd_reactive *r, int32_t i, double *x)
     if (!r->migration.on) return;
     pdi_reactive_get(r, r->c, i, c);
     pdi_migration_along(&r->migration, c, along);
-    for (int k = 0; k < s->count; k++) charge += r->migration.charge[s->master[k]] * x[k];
+    for (int k = 0; k < s->count; k++) charge += r->migration.charge[s->component_solute[k]] * x[k];
     for (int k = 0; k < s->count; k++) x[k] -= along[k] * charge;
     r->migration.move[i] = charge / r->migration.size[i];
 }
@@ -289,7 +289,7 @@ static void pdi_tangent_apply(void *user, const double *x, double *y)
     pd_reactive *r = u->r;
     const pd_components *s = &r->components;
     int64_t total = r->grid->total;
-    int nt = pdi_tangent_threads(u->ctx, r), tables = s->live * pdi_components_count_columns(s);
+    int nt = pdi_tangent_threads(u->ctx, r), tables = s->members * pdi_components_count_columns(s);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
@@ -314,7 +314,7 @@ static void pdi_tangent_apply(void *user, const double *x, double *y)
         for (int n = 0; n < s->kinetics; n++, row += s->count) {
             double speed = 0.0;
             for (int k = 0; k < s->count; k++) speed += (double)row[k] * change[k];
-            for (int k = 0; k < s->count; k++) y[k * total + i] -= s->kinetic[n].gain[k] * speed / r->weight[k];
+            for (int k = 0; k < s->count; k++) y[k * total + i] -= s->kinetic[n].total_change[k] * speed / r->weight[k];
         }
     }
     if (r->surface) pdi_tangent_places(r, x, y);
@@ -325,9 +325,9 @@ static void pdi_tangent_apply(void *user, const double *x, double *y)
 static void pdi_tangent_split(const pd_ctx *ctx, pd_reactive *r, int n, double *x)
 {
     const pd_components *s = &r->components;
-    const double *gain = s->kinetic[n].gain;
+    const double *gain = s->kinetic[n].total_change;
     int64_t total = r->grid->total;
-    int nt = pdi_tangent_threads(ctx, r), at = s->live * pdi_components_count_columns(s) + n * s->count;
+    int nt = pdi_tangent_threads(ctx, r), at = s->members * pdi_components_count_columns(s) + n * s->count;
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < (int32_t)total; i++) {
@@ -405,7 +405,7 @@ static void pdi_tangent_lay(const pd_ctx *ctx, pd_reactive *r, double *x, double
 /* Split off what comes along a mineral with a speed: x loses it, and y gets what the absorption leaves of it. */
 static void pdi_tangent_split_mineral(pd_ctx *ctx, pd_reactive *r, pd_reactive_filter *filter, double *x, double *y)
 {
-    const double *gain = r->minerals.gain[filter->mineral];
+    const double *gain = r->minerals.total_content[filter->mineral];
     int64_t total = r->grid->total;
     int count = r->components.count, nt = pdi_tangent_threads(ctx, r);
     int at = pdi_tangent_place(r) + filter->mineral * count;
@@ -440,7 +440,7 @@ static void pdi_tangent_discharge(pd_ctx *ctx, pd_reactive *r, const double *x, 
         double charge = 0.0;
         if (r->grid->kind[i] != PD_FLUID) continue;
         for (int k = 0; k < s->count; k++)
-            charge += r->migration.charge[s->master[k]] * r->weight[k] * x[k * total + i];
+            charge += r->migration.charge[s->component_solute[k]] * r->weight[k] * x[k * total + i];
         r->migration.current[i] = charge;
     }
     pdi_migration_apply(ctx, &r->migration, r->migration.current, r->migration.move);
@@ -491,7 +491,7 @@ static void pdi_tangent_recharge(pd_ctx *ctx, pd_reactive *r, double *y)
 static void pdi_tangent_block(const pd_reactive *r, int32_t i, double *matrix)
 {
     const pd_components *s = &r->components;
-    const float *by = r->by + (int64_t)i * r->slots, *rows = by + s->live * pdi_components_count_columns(s);
+    const float *by = r->by + (int64_t)i * r->slots, *rows = by + s->members * pdi_components_count_columns(s);
     int count = s->count;
     for (int n = 0; n < count; n++) {
         double along[PD_SPECIES_MAX] = {0.0}, c[PD_SPECIES_MAX];
@@ -500,9 +500,9 @@ static void pdi_tangent_block(const pd_reactive *r, int32_t i, double *matrix)
         pdi_components_apply_derivatives(s, by, along, c);
         for (int k = 0; k < count; k++) {
             double sum = k == n ? r->weight[k] / r->dt : 0.0;
-            for (int m = 0; m < s->solutes; m++) sum += s->m[k][m] * r->rates[i] * r->ratio[m] * c[m];
+            for (int m = 0; m < s->solutes; m++) sum += s->stoichiometry[k][m] * r->rates[i] * r->ratio[m] * c[m];
             for (int q = 0; q < s->kinetics; q++)
-                sum -= s->kinetic[q].gain[k] * (double)rows[q * count + n] * r->weight[n];
+                sum -= s->kinetic[q].total_change[k] * (double)rows[q * count + n] * r->weight[n];
             matrix[k * (count + 1) + n] = sum / r->weight[k];
         }
     }
@@ -558,7 +558,7 @@ static void pdi_tangent_precondition(void *user, const double *x, double *y)
         pdi_tangent_split(u->ctx, r, n, rest);
         pdi_inverse_apply(u->ctx, &r->filter[n].inverse, r->part_of, r->rates + total);
         for (int k = 0; k < s->count; k++)
-            pdi_par_axpy(u->ctx, total, s->kinetic[n].gain[k] / r->weight[k], r->rates + total, y + k * total);
+            pdi_par_axpy(u->ctx, total, s->kinetic[n].total_change[k] / r->weight[k], r->rates + total, y + k * total);
     }
     for (int k = 0; k < s->count; k++) {
         pdi_inverse_apply(u->ctx, &r->inverse, rest + k * total, r->part_of);

@@ -11,7 +11,7 @@ static pd_status pdi_checkpoint_store_scene(pd_ctx *ctx, const pd_setup *setup, 
     int64_t size = (int64_t)setup->fingerprint_size;
     char *kept = NULL;
     PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "size of the scene", &size, 1));
-    if (!archive->reading) return PDI_ARCHIVE_ARRAY(ctx, archive, "scene", setup->fingerprint, size);
+    if (!archive->is_reading) return PDI_ARCHIVE_ARRAY(ctx, archive, "scene", setup->fingerprint, size);
     if (size < 0 || size > PDI_CHECKPOINT_MAX_SCENE_BYTES)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, archive->name, "it keeps a scene of %.0f bytes, expected at most %d",
                         (double)size, PDI_CHECKPOINT_MAX_SCENE_BYTES);
@@ -27,12 +27,12 @@ PDI_FN pd_status pdi_checkpoint_store_model(pd_ctx *ctx, pd_model *model, pd_arc
     const pd_setup *u = model->setup;
     PDI_TRY(pdi_checkpoint_store_scene(ctx, u, archive));
     /* what callers change in a setup that was read */
-    PDI_TRY(PDI_ARCHIVE_VERIFY(ctx, archive, "until [s]", u->until));
-    PDI_TRY(PDI_ARCHIVE_VERIFY(ctx, archive, "every [s]", u->every));
+    PDI_TRY(PDI_ARCHIVE_VERIFY(ctx, archive, "until [s]", u->end_time));
+    PDI_TRY(PDI_ARCHIVE_VERIFY(ctx, archive, "every [s]", u->output_interval));
     PDI_TRY(PDI_ARCHIVE_VERIFY(ctx, archive, "rtol", u->rtol));
-    PDI_TRY(PDI_ARCHIVE_VERIFY(ctx, archive, "fraction", u->fraction));
+    PDI_TRY(PDI_ARCHIVE_VERIFY(ctx, archive, "fraction", u->max_node_fraction));
     PDI_TRY(PDI_ARCHIVE_VERIFY(ctx, archive, "max_step [s]", u->max_step));
-    return pd_time_loop_store(ctx, &model->couple, archive);
+    return pd_time_loop_store(ctx, &model->time_loop, archive);
 }
 
 #undef PDI_CHECKPOINT_MAX_SCENE_BYTES

@@ -242,7 +242,7 @@ static pd_status pdi_coarsen_setup_add_plane(pd_ctx *ctx, const pd_setup_monitor
                             PD_SETUP_MONITORS);
         coarser->setup.monitor[k] = *m;
         coarser->setup.monitor[k].index = low + side;
-        coarser->share[k] = side ? rest / (double)factor : 1.0 - rest / (double)factor;
+        coarser->monitor_weight[k] = side ? rest / (double)factor : 1.0 - rest / (double)factor;
         coarser->setup.monitors++;
     }
     return PD_OK;
@@ -267,7 +267,7 @@ static pd_status pdi_coarsen_setup_build_inner(pd_ctx *ctx, const pd_setup *setu
         }
         if (coarser->setup.monitors == PD_SETUP_MONITORS)
             return pdi_fail(ctx, PD_ERR_SIZE, "coarser", "more than %d sections", PD_SETUP_MONITORS);
-        coarser->share[coarser->setup.monitors] = 1.0;
+        coarser->monitor_weight[coarser->setup.monitors] = 1.0;
         coarser->setup.monitor[coarser->setup.monitors++] = *m;
     }
     return PD_OK;

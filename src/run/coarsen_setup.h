@@ -11,7 +11,7 @@
 /* The coarsened setup. */
 typedef struct pd_coarsened_setup {
     pd_setup setup;                   /* borrows from the setup it was made of: never free it */
-    double share[PD_SETUP_MONITORS];  /* [-] weight of each monitor in the outputs of its section */
+    double monitor_weight[PD_SETUP_MONITORS]; /* [-] weight of each monitor in the outputs of its section */
 } pd_coarsened_setup;
 
 #ifdef PDI_INTERNAL

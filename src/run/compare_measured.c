@@ -27,7 +27,7 @@ static int pdi_compare_measured_get_output(const pd_measured_comparison *c, cons
         const pd_scalar_output *f = &c->figures.list[k];
         pdi_compare_measured_format_output_name(f, name, sizeof name);
         if (strcmp(name, figure) != 0) continue;
-        *value += (c->share && f->monitor >= 0 ? c->share[f->monitor] : 1.0) * f->value;
+        *value += (c->monitor_weight && f->monitor >= 0 ? c->monitor_weight[f->monitor] : 1.0) * f->value;
         if (unit) memcpy(unit, f->unit, sizeof f->unit);
         found = 1;
     }
@@ -46,7 +46,7 @@ static pd_status pdi_compare_measured_reject_output(pd_ctx *ctx, const pd_measur
         snprintf(list + used, sizeof list - used, "%s%s", k ? ", " : "", name);
     }
     return pdi_fail(ctx, PD_ERR_ARGUMENT, "measured", "found of = %.80s, expected a figure that the run watches: %s",
-                    r->figure, list[0] ? list : "it watches none");
+                    r->output_name, list[0] ? list : "it watches none");
 }
 
 /* Check that a measured set names an output of the run, with the same physical dimension. */
@@ -56,15 +56,17 @@ static pd_status pdi_compare_measured_check_figure(pd_ctx *ctx, const pd_measure
     char unit[16], found[PD_UNITS_TEXT], wanted[PD_UNITS_TEXT];
     double value;
     pd_dims dims;
-    if (!pdi_compare_measured_get_output(c, r->figure, &value, unit))
+    if (!pdi_compare_measured_get_output(c, r->output_name, &value, unit))
         return pdi_compare_measured_reject_output(ctx, c, r);
     if (strcmp(unit, "-") == 0) unit[0] = '\0';
     PDI_TRY(pd_units_parse(ctx, unit, NULL, &dims));
     if (pdi_units_is_same(&dims, &r->dims)) return PD_OK;
     pdi_units_describe(&r->dims, found);
     pdi_units_describe(&dims, wanted);
-    return pdi_fail(ctx, PD_ERR_ARGUMENT, "measured", "the values of %.60s are %s, expected %s as %.80s is: write the"
-                    " unit of the column behind 'in'", r->name, found, wanted, r->figure);
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, "measured",
+                    "the values of %.60s are %s, expected %s as %.80s is: write the"
+                    " unit of the column behind 'in'",
+                    r->name, found, wanted, r->output_name);
 }
 
 /* Inner part of the build. */
@@ -74,13 +76,13 @@ static pd_status pdi_compare_measured_build_inner(pd_ctx *ctx, pd_model *model, 
     memset(c, 0, sizeof *c);
     c->model = model;
     c->monitors = monitors;
-    c->share = share;
-    c->curves = curves;
-    if (model->setup->records) PDI_TRY(pdi_scalar_outputs_collect(ctx, model, monitors, 0, &c->figures));
-    for (int k = 0; k < model->setup->records; k++) {
+    c->monitor_weight = share;
+    c->keeps_curves = curves;
+    if (model->setup->measured_count) PDI_TRY(pdi_scalar_outputs_collect(ctx, model, monitors, 0, &c->figures));
+    for (int k = 0; k < model->setup->measured_count; k++) {
         pd_measured_set *d = &c->list[k];
-        d->record = &model->setup->record[k];
-        c->line = d->record->line;
+        d->record = &model->setup->measured[k];
+        c->error_line = d->record->line;
         PDI_TRY(pdi_compare_measured_check_figure(ctx, c, d->record));
         PDI_TRY(PDI_NEW(ctx, "compare", d->record->points, d->computed));
         for (int p = 0; p < d->record->points; p++) d->computed[p] = (double)NAN;
@@ -93,8 +95,8 @@ PDI_FN void pdi_compare_measured_free(pd_ctx *ctx, pd_measured_comparison *c)
     for (int k = 0; k < PD_SETUP_MEASURED_MAX; k++) {
         pd_measured_set *d = &c->list[k];
         if (d->record) PDI_DELETE(ctx, d->record->points, d->computed);
-        PDI_DELETE(ctx, d->time_room, d->time);
-        PDI_DELETE(ctx, d->value_room, d->value);
+        PDI_DELETE(ctx, d->time_capacity, d->time);
+        PDI_DELETE(ctx, d->value_capacity, d->value);
     }
     pd_scalar_outputs_free(ctx, &c->figures);
     memset(c, 0, sizeof *c);
@@ -104,10 +106,10 @@ PDI_FN pd_status pdi_compare_measured_build(pd_ctx *ctx, pd_model *model, const 
                                             const double *share, int curves, pd_measured_comparison *c)
 {
     pd_status status = pdi_compare_measured_build_inner(ctx, model, monitors, share, curves, c);
-    int line = c->line; /* of the scene: what is refused */
+    int line = c->error_line; /* of the scene: what is refused */
     if (status < 0) {
         pdi_compare_measured_free(ctx, c);
-        c->line = line;
+        c->error_line = line;
     }
     return status;
 }
@@ -115,7 +117,7 @@ PDI_FN pd_status pdi_compare_measured_build(pd_ctx *ctx, pd_model *model, const 
 PDI_FN double pdi_compare_measured_find_next_time(const pd_measured_comparison *c, double time, double t_end)
 {
     double next = t_end;
-    int records = c->model ? c->model->setup->records : 0;
+    int records = c->model ? c->model->setup->measured_count : 0;
     for (int k = 0; k < records; k++)
         for (int p = 0; p < c->list[k].record->points; p++) {
             double t = c->list[k].record->time[p];
@@ -132,40 +134,40 @@ static int pdi_compare_measured_is_at_point(const pd_setup_measured *r, int poin
 
 PDI_FN int pdi_compare_measured_needs_output(const pd_measured_comparison *c, double time)
 {
-    int records = c->model ? c->model->setup->records : 0;
+    int records = c->model ? c->model->setup->measured_count : 0;
     for (int k = 0; k < records; k++)
         for (int p = 0; p < c->list[k].record->points; p++)
-            if (c->curves || pdi_compare_measured_is_at_point(c->list[k].record, p, time)) return 1;
+            if (c->keeps_curves || pdi_compare_measured_is_at_point(c->list[k].record, p, time)) return 1;
     return 0;
 }
 
 /* Make room for `rows` values of a curve. */
 static pd_status pdi_compare_measured_grow_series(pd_ctx *ctx, pd_measured_set *d, int64_t rows)
 {
-    if (rows > d->time_room) {
-        PDI_TRY(PDI_GROW(ctx, "compare", d->time_room, 2 * rows + 256, d->time));
-        d->time_room = 2 * rows + 256;
+    if (rows > d->time_capacity) {
+        PDI_TRY(PDI_GROW(ctx, "compare", d->time_capacity, 2 * rows + 256, d->time));
+        d->time_capacity = 2 * rows + 256;
     }
-    if (rows > d->value_room) {
-        PDI_TRY(PDI_GROW(ctx, "compare", d->value_room, 2 * rows + 256, d->value));
-        d->value_room = 2 * rows + 256;
+    if (rows > d->value_capacity) {
+        PDI_TRY(PDI_GROW(ctx, "compare", d->value_capacity, 2 * rows + 256, d->value));
+        d->value_capacity = 2 * rows + 256;
     }
     return PD_OK;
 }
 
 PDI_FN pd_status pdi_compare_measured_step(pd_ctx *ctx, pd_measured_comparison *c)
 {
-    double time = c->model->couple.time;
-    if (!c->model->setup->records) return PD_OK;
+    double time = c->model->time_loop.time;
+    if (!c->model->setup->measured_count) return PD_OK;
     c->figures.count = 0;
     PDI_TRY(pdi_scalar_outputs_collect(ctx, c->model, c->monitors, 0, &c->figures));
-    for (int k = 0; k < c->model->setup->records; k++) {
+    for (int k = 0; k < c->model->setup->measured_count; k++) {
         pd_measured_set *d = &c->list[k];
         double value;
-        pdi_compare_measured_get_output(c, d->record->figure, &value, NULL);
+        pdi_compare_measured_get_output(c, d->record->output_name, &value, NULL);
         for (int p = 0; p < d->record->points; p++)
             if (pdi_compare_measured_is_at_point(d->record, p, time)) d->computed[p] = value;
-        if (!c->curves) continue;
+        if (!c->keeps_curves) continue;
         PDI_TRY(pdi_compare_measured_grow_series(ctx, d, d->rows + 1));
         d->time[d->rows] = time;
         d->value[d->rows++] = value;
@@ -175,7 +177,7 @@ PDI_FN pd_status pdi_compare_measured_step(pd_ctx *ctx, pd_measured_comparison *
 
 PDI_FN pd_status pdi_compare_measured_store(pd_ctx *ctx, pd_measured_comparison *c, pd_archive *archive)
 {
-    for (int k = 0; k < c->model->setup->records; k++) {
+    for (int k = 0; k < c->model->setup->measured_count; k++) {
         pd_measured_set *d = &c->list[k];
         PDI_TRY(PDI_ARCHIVE_VERIFY(ctx, archive, "measured points", d->record->points));
         PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "computed at measured points", d->computed, d->record->points));
@@ -199,19 +201,19 @@ PDI_FN void pdi_compare_measured_compute_error(const pd_measured_set *d, pd_meas
         if (isnan(d->computed[p])) continue;
         result->points++;
         square += off * off;
-        if (r->spread) result->within += off * r->scale <= r->spread[p];
-        if (result->points > 1 && !(off > result->largest)) continue;
-        result->largest = off;
-        result->at = r->time[p];
+        if (r->spread) result->within_spread += off * r->scale <= r->spread[p];
+        if (result->points > 1 && !(off > result->max_difference)) continue;
+        result->max_difference = off;
+        result->max_difference_time = r->time[p];
     }
     result->rms = result->points ? sqrt(square / result->points) : (double)NAN;
-    if (!result->points) result->largest = result->at = (double)NAN;
+    if (!result->points) result->max_difference = result->max_difference_time = (double)NAN;
 }
 
 PDI_FN void pdi_compare_measured_print(const pd_measured_comparison *c, pd_print_fn print, void *user)
 {
     char text[640], unit[PD_UNITS_TEXT];
-    int records = c->model ? c->model->setup->records : 0;
+    int records = c->model ? c->model->setup->measured_count : 0;
     for (int k = 0; print && k < records; k++) {
         const pd_setup_measured *r = c->list[k].record;
         pd_measured_error result;
@@ -220,11 +222,11 @@ PDI_FN void pdi_compare_measured_print(const pd_measured_comparison *c, pd_print
         for (char *u = unit; *u; u++)
             if (*u == ' ') *u = '*'; /* one word of the line */
         snprintf(text, sizeof text, "result case=%s measured=%s of=%.127s unit=%s", c->model->setup->name, r->name,
-                 r->figure, unit);
+                 r->output_name, unit);
         char *figures = text + strlen(text);
         pdi_append(text, sizeof text, " points=%d rms=%.4g largest=%.4g at=%.9g", result.points, result.rms,
-                   result.largest, result.at);
-        if (r->spread) pdi_append(text, sizeof text, " within_spread=%d", result.within);
+                   result.max_difference, result.max_difference_time);
+        if (r->spread) pdi_append(text, sizeof text, " within_spread=%d", result.within_spread);
         pdi_remove_nonfinite(figures);
         print(user, PD_PRINT_RESULT, text);
     }
@@ -273,7 +275,7 @@ static pd_status pdi_compare_measured_draw_curve(pd_ctx *ctx, const pd_measured_
         work[k] = d->time[k] / unit;
         work[d->rows + k] = d->value[k] / r->scale;
     }
-    snprintf(label, sizeof label, "%.127s [%s]", r->figure, r->unit[0] ? r->unit : "-");
+    snprintf(label, sizeof label, "%.127s [%s]", r->output_name, r->unit[0] ? r->unit : "-");
     plot.title = c->model->setup->name;
     plot.x_label = unit > 1.0 ? "t [h]" : "t [s]";
     plot.y_label = label;
@@ -293,7 +295,7 @@ static pd_status pdi_compare_measured_write_plot(pd_ctx *ctx, const pd_measured_
     char file[2 * PD_SETUP_NAME], path[PD_PATH_SIZE];
     double *work = NULL;
     int64_t size = 2 * d->rows + 3 * (int64_t)d->record->points;
-    if (strcmp(d->record->figure, "volume_loss") == 0 || d->rows < 2) return PD_OK;
+    if (strcmp(d->record->output_name, "volume_loss") == 0 || d->rows < 2) return PD_OK;
     snprintf(file, sizeof file, "measured_%s.png", d->record->name);
     PDI_TRY(pdi_output_folder_add_file(ctx, folder, file, path));
     PDI_TRY(PDI_NEW(ctx, "compare", size, work));
@@ -304,7 +306,7 @@ static pd_status pdi_compare_measured_write_plot(pd_ctx *ctx, const pd_measured_
 
 PDI_FN pd_status pdi_compare_measured_write(pd_ctx *ctx, const pd_measured_comparison *c, pd_output_folder *folder)
 {
-    for (int k = 0; k < c->model->setup->records; k++) {
+    for (int k = 0; k < c->model->setup->measured_count; k++) {
         PDI_TRY(pdi_compare_measured_write_table(ctx, &c->list[k], folder));
         PDI_TRY(pdi_compare_measured_write_plot(ctx, c, &c->list[k], folder));
     }

@@ -17,25 +17,25 @@ typedef struct pd_measured_set {
     const pd_setup_measured *record;
     double *computed;     /* [points] [unit of the column in SI]; NaN: not reached, or not behind the start */
     double *time, *value; /* [rows] [s] SI: the output after every step */
-    int64_t rows, time_room, value_room;
+    int64_t rows, time_capacity, value_capacity;
 } pd_measured_set;
 
 /* All measured sets of a setup. */
 typedef struct pd_measured_comparison {
     pd_model *model;
     const pd_monitors *monitors;
-    const double *share;  /* [-] of each monitor in the figures of its section; NULL: 1 */
-    int curves;           /* 1: outputs are kept after every step, for plots */
-    int line;             /* line of the scene that an error is about */
+    const double *monitor_weight;                /* [-] of each monitor in the figures of its section; NULL: 1 */
+    int keeps_curves;                            /* 1: outputs are kept after every step, for plots */
+    int error_line;                              /* line of the scene that an error is about */
     pd_scalar_outputs figures;                   /* work */
     pd_measured_set list[PD_SETUP_MEASURED_MAX]; /* setup->records of them */
 } pd_measured_comparison;
 
 /* How a run and its points differ. */
 typedef struct pd_measured_error {
-    int points, within;   /* points that count; those of them whose difference is at most their spread */
-    double rms, largest;  /* [unit of the column] */
-    double at;            /* [s] time of the largest difference */
+    int points, within_spread;  /* points that count; those of them whose difference is at most their spread */
+    double rms, max_difference; /* [unit of the column] */
+    double max_difference_time; /* [s] time of the largest difference */
 } pd_measured_error;
 
 #ifdef PDI_INTERNAL

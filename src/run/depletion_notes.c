@@ -9,8 +9,8 @@
 /* The last metal shape that x lies in. */
 static uint8_t pdi_depletion_notes_find_shape(const pd_setup *setup, const double *x)
 {
-    for (int k = setup->pieces; k-- > 0;)
-        if (pdi_shape_contains(setup->shape, setup->piece[k].shape, setup->h, x)) return (uint8_t)k;
+    for (int k = setup->solid_shapes; k-- > 0;)
+        if (pdi_shape_contains(setup->shape, setup->solid_shape[k].shape, setup->h, x)) return (uint8_t)k;
     return PDI_DEPLETION_NOTES_NO_SHAPE;
 }
 
@@ -18,17 +18,20 @@ static uint8_t pdi_depletion_notes_find_shape(const pd_setup *setup, const doubl
 static void pdi_depletion_notes_count_nodes(const pd_depletion_notes *d, int32_t *left)
 {
     const pd_grid *grid = &d->model->grid;
-    for (int k = 0; k < d->model->setup->pieces; k++) left[k] = 0;
+    for (int k = 0; k < d->model->setup->solid_shapes; k++) left[k] = 0;
     for (int32_t i = 0; i < grid->total; i++)
-        if (grid->kind[i] == PD_SOLID && d->piece[i] != PDI_DEPLETION_NOTES_NO_SHAPE) left[d->piece[i]]++;
+        if (grid->kind[i] == PD_SOLID && d->shape_of_node[i] != PDI_DEPLETION_NOTES_NO_SHAPE)
+            left[d->shape_of_node[i]]++;
 }
 
 /* 1: fluid touches the electrode, and it carries no current. */
 static int pdi_depletion_notes_is_electrode_idle(const pd_model *m, int electrode)
 {
     pd_cell_electrode now;
-    if (!m->setup->has_potential || !(m->cell.potential.contacts.idle || m->attack.etch.idle)) return 0;
-    if (m->attack.polarise.setup) pdi_species_electrodes_get_electrode(&m->attack.polarise, electrode, &now);
+    if (!m->setup->has_potential || !(m->cell.potential.contacts.idle || m->dissolution_laws.surface_solver.idle))
+        return 0;
+    if (m->dissolution_laws.species_electrodes.setup)
+        pdi_species_electrodes_get_electrode(&m->dissolution_laws.species_electrodes, electrode, &now);
     else pd_cell_electrode_of(&m->cell, electrode, &now);
     return now.touches == PD_CELL_IDLE;
 }
@@ -38,16 +41,16 @@ PDI_FN pd_status pdi_depletion_notes_build(pd_ctx *ctx, pd_model *model, pd_depl
     double x[PD_DIM];
     memset(d, 0, sizeof *d);
     if (!model->setup->has_dissolve) return PD_OK;
-    PDI_TRY(PDI_NEW(ctx, "depletion", model->grid.total, d->piece));
+    PDI_TRY(PDI_NEW(ctx, "depletion", model->grid.total, d->shape_of_node));
     d->model = model;
-    d->solid = model->grid.solid_count;
+    d->solid_nodes = model->grid.solid_count;
     for (int32_t i = 0; i < model->grid.total; i++) {
-        d->piece[i] = PDI_DEPLETION_NOTES_NO_SHAPE;
+        d->shape_of_node[i] = PDI_DEPLETION_NOTES_NO_SHAPE;
         if (model->grid.kind[i] != PD_SOLID || pdi_grid_find_source(&model->grid, i, NULL) != i) continue;
         pd_grid_position(&model->grid, i, x);
-        d->piece[i] = pdi_depletion_notes_find_shape(model->setup, x);
+        d->shape_of_node[i] = pdi_depletion_notes_find_shape(model->setup, x);
     }
-    pdi_depletion_notes_count_nodes(d, d->left);
+    pdi_depletion_notes_count_nodes(d, d->nodes_left);
     return PD_OK;
 }
 
@@ -65,14 +68,14 @@ static void pdi_depletion_notes_print_consumed_shapes(pd_depletion_notes *d, pd_
     int32_t left[PD_SETUP_SHAPES];
     char text[256], time[PD_UNITS_TEXT];
     pdi_depletion_notes_count_nodes(d, left);
-    for (int k = 0; k < u->pieces; k++) {
-        if (print && d->left[k] && !left[k]) {
-            snprintf(text, sizeof text, "the metal of shape %s (%s) is used up at t = %s", u->piece[k].name,
-                     u->metal[u->piece[k].metal].material.name,
-                     pdi_depletion_notes_format_time(d->model->couple.time, time));
+    for (int k = 0; k < u->solid_shapes; k++) {
+        if (print && d->nodes_left[k] && !left[k]) {
+            snprintf(text, sizeof text, "the metal of shape %s (%s) is used up at t = %s", u->solid_shape[k].name,
+                     u->metal[u->solid_shape[k].metal].material.name,
+                     pdi_depletion_notes_format_time(d->model->time_loop.time, time));
             print(user, PD_PRINT_NOTE, text);
         }
-        d->left[k] = left[k];
+        d->nodes_left[k] = left[k];
     }
 }
 
@@ -82,7 +85,7 @@ static void pdi_depletion_notes_print_idle_electrodes(pd_depletion_notes *d, pd_
     const pd_setup_potential *p = &d->model->setup->potential;
     char text[320], time[PD_UNITS_TEXT];
     /* among ions it is known with the step after */
-    double from = d->model->attack.polarise.setup ? d->time : d->model->couple.time;
+    double from = d->model->dissolution_laws.species_electrodes.setup ? d->time : d->model->time_loop.time;
     for (int e = 0; e < p->electrodes && d->model->setup->has_potential; e++) {
         int idle = pdi_depletion_notes_is_electrode_idle(d->model, e);
         if (print && idle && !d->idle[e]) {
@@ -100,15 +103,15 @@ static void pdi_depletion_notes_print_idle_electrodes(pd_depletion_notes *d, pd_
 PDI_FN void pdi_depletion_notes_update(pd_depletion_notes *d, pd_print_fn print, void *user)
 {
     if (!d->model) return;
-    if (d->solid != d->model->grid.solid_count) pdi_depletion_notes_print_consumed_shapes(d, print, user);
-    d->solid = d->model->grid.solid_count;
+    if (d->solid_nodes != d->model->grid.solid_count) pdi_depletion_notes_print_consumed_shapes(d, print, user);
+    d->solid_nodes = d->model->grid.solid_count;
     pdi_depletion_notes_print_idle_electrodes(d, print, user);
-    d->time = d->model->couple.time;
+    d->time = d->model->time_loop.time;
 }
 
 PDI_FN void pdi_depletion_notes_free(pd_ctx *ctx, pd_depletion_notes *d)
 {
-    if (d->model) PDI_DELETE(ctx, d->model->grid.total, d->piece);
+    if (d->model) PDI_DELETE(ctx, d->model->grid.total, d->shape_of_node);
     memset(d, 0, sizeof *d);
 }
 

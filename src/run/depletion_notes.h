@@ -7,11 +7,12 @@
 
 typedef struct pd_depletion_notes {
     pd_model *model;                /* borrowed; NULL: nothing dissolves */
-    uint8_t *piece;                 /* [total] metal shape of the setup that a solid node belongs to; 255: none */
-    int32_t left[PD_SETUP_SHAPES];  /* solid nodes left of each shape */
+    /* [total] metal shape of the setup that a solid node belongs to; 255: none */
+    uint8_t *shape_of_node;
+    int32_t nodes_left[PD_SETUP_SHAPES]; /* solid nodes left of each shape */
     int idle[PD_SETUP_ELECTRODES];  /* 1: the electrode carries no current */
     double time;                    /* [s] of the last update */
-    int64_t solid;                  /* solid nodes at the last update */
+    int64_t solid_nodes;            /* solid nodes at the last update */
 } pd_depletion_notes;
 
 #ifdef PDI_INTERNAL

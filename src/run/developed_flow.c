@@ -51,7 +51,7 @@ static pd_status pdi_developed_flow_build_duct(pd_ctx *ctx, const pd_inlet *inle
     PDI_TRY(pd_grid_build(ctx, flow->bonds->stencil, &box, &d->grid));
     PDI_TRY(pd_bonds_build(ctx, flow->bonds->stencil, &d->grid, pdi_setup_get_bond_options(u), &d->bonds));
     for (int32_t r = 0; r < d->bonds.rows; r++)
-        if (d->bonds.wall_lap[r] > 0.0) return PD_OK;
+        if (d->bonds.wall_laplacian[r] > 0.0) return PD_OK;
     return pdi_fail(ctx, PD_ERR_GEOMETRY, "inlet",
                     "side %s: found no wall beside the opening, so that no profile develops, expected profile = "
                     "uniform",
@@ -69,15 +69,15 @@ static pd_status pdi_developed_flow_solve(pd_ctx *ctx, const pd_flow *flow, int 
     memset(&sd, 0, sizeof sd);
     fd.rho = flow->rho;
     fd.mu = flow->nu * flow->rho;
-    fd.force[axis] = 12.0 * PDI_DEVELOPED_FLOW_REYNOLDS * flow->nu * flow->nu / pow(flow->length, 3.0);
+    fd.force[axis] = 12.0 * PDI_DEVELOPED_FLOW_REYNOLDS * flow->nu * flow->nu / pow(flow->length_scale, 3.0);
     fd.order = flow->order == 4 ? 4 : 2;
     sd.tolerance = PDI_DEVELOPED_FLOW_TOLERANCE;
     PDI_TRY(pd_flow_build(ctx, &d->grid, &d->bonds, &fd, &d->flow));
     PDI_TRY(pd_steady_build(ctx, &d->flow, &sd, &d->steady));
-    d->flow.isotropy = flow->isotropy; /* friction is that of the run */
-    if (!flow->isotropic.bonds) memset(&d->flow.isotropic, 0, sizeof d->flow.isotropic);
+    d->flow.isotropic_blending = flow->isotropic_blending; /* friction is that of the run */
+    if (!flow->isotropic_stencil.bonds) memset(&d->flow.isotropic_stencil, 0, sizeof d->flow.isotropic_stencil);
     pd_status status = pd_steady_solve(ctx, &d->steady, &result);
-    double reached = result.excess * PDI_DEVELOPED_FLOW_TOLERANCE;
+    double reached = result.residual_over_tolerance * PDI_DEVELOPED_FLOW_TOLERANCE;
     if (status <= 0 || reached < PDI_DEVELOPED_FLOW_MAX_RESIDUAL) return status < 0 ? status : PD_OK;
     return pdi_fail(ctx, PD_ERR_DIVERGED, "inlet",
                     "the developed profile of an opening is not found: its residual is %g", reached);
@@ -110,9 +110,9 @@ PDI_FN pd_status pdi_developed_flow_compute_profiles(pd_ctx *ctx, pd_inlet *inle
     int found = 0;
     for (int side = 0; side < 2 * PD_DIM; side++) {
         pdi_developed_flow d;
-        if (!inlet->develops[side] || inlet->profile[side]) continue;
+        if (!inlet->needs_profile[side] || inlet->profile[side]) continue;
         memset(&d, 0, sizeof d);
-        inlet->latest = side;
+        inlet->error_side = side;
         pd_status status = pdi_developed_flow_build_duct(ctx, inlet, flow, side, &d);
         if (status >= 0) status = pdi_developed_flow_solve(ctx, flow, side / 2, &d);
         if (status >= 0) status = pdi_developed_flow_store_profile(ctx, inlet, side, &d);

@@ -15,26 +15,26 @@
 
 /* The rate law of one metal: callback data. */
 typedef struct pd_dissolution_law {
-    struct pd_dissolution_laws *attack;
-    int kind;                    /* index of the metal in the setup and in the dissolution */
-    int metal;                   /* index of the metal in the surface solver, pd_etch */
+    struct pd_dissolution_laws *laws;
+    int setup_metal;                   /* index of the metal in the setup and in the dissolution */
+    int surface_metal;                 /* index of the metal in the surface solver, pd_etch */
     const pd_surface_states *surfaces; /* surface states that the law depends on; NULL: none */
 } pd_dissolution_law;
 
 /* The rate laws of all metals, bound to the species solver and to the dissolution. */
 typedef struct pd_dissolution_laws {
-    pd_etch etch;
+    pd_etch surface_solver;
     const pd_setup *setup;
     pd_dissolve *dissolve;
-    const pd_course *course;
+    const pd_course *species_integrator;
     const pd_cell *cell; /* potential solver: laws depend on its last solution, or electrodes use its contacts; NULL:
                           * neither */
     const pd_surface_states *states; /* surface states, with migrating ions; NULL: there are none */
-    pd_species_electrodes polarise;  /* electrodes in an electrolyte with migration; else empty */
+    pd_species_electrodes species_electrodes; /* electrodes in an electrolyte with migration; else empty */
     pd_dissolution_law law[PD_SETUP_METALS];
-    int laws;       /* length of law[]: all metals where several have a law in the species, else 1, or 0 */
+    int law_count;  /* length of law[]: all metals where several have a law in the species, else 1, or 0 */
     int32_t *grain; /* [total] grain of the metal beside a fluid node; NULL: no law depends on it */
-    double begin;   /* [s] start of the step of the run */
+    double step_start; /* [s] start of the step of the run */
 } pd_dissolution_laws;
 
 #ifdef PDI_INTERNAL

@@ -25,8 +25,8 @@ PDI_FN double pdi_electrode_map_get_circuit_value(void *user, int circuit, doubl
     const pd_electrode_map *m = (const pd_electrode_map *)user;
     double x[PD_DIM];
     memset(x, 0, sizeof x);
-    if (m->given[circuit] < 0) return 0.0;
-    return pdi_setup_eval_expr(&m->setup->potential.electrode[m->given[circuit]].given, x, t);
+    if (m->prescribed_electrode[circuit] < 0) return 0.0;
+    return pdi_setup_eval_expr(&m->setup->potential.electrode[m->prescribed_electrode[circuit]].fixed_value, x, t);
 }
 
 PDI_FN int pdi_electrode_map_is_time_dependent(const pd_setup *setup)
@@ -34,8 +34,8 @@ PDI_FN int pdi_electrode_map_is_time_dependent(const pd_setup *setup)
     int timed = 0;
     for (int k = 0; k < setup->potential.electrodes; k++) {
         const pd_setup_electrode *e = &setup->potential.electrode[k];
-        timed |= ((e->holds || e->gives) && pdi_setup_is_time_dependent(&e->given)) ||
-                 (e->shares && pdi_setup_is_time_dependent(&e->share));
+        timed |= ((e->has_fixed_potential || e->has_fixed_current) && pdi_setup_is_time_dependent(&e->fixed_value)) ||
+                 (e->has_current_factor && pdi_setup_is_time_dependent(&e->current_factor));
     }
     return timed;
 }
@@ -50,7 +50,7 @@ static void pdi_electrode_map_compute_conductivity(void *user, double *field)
     for (int32_t i = 0; i < m->grid->total; i++) field[i] = 0.0;
     for (int k = 0; k < e->count; k++) {
         const pd_species *s = &e->species[k];
-        int place = m->reactive->components.place[k];
+        int place = m->reactive->components.solute_of_species[k];
         if (place < 0 || !s->charge) continue;
         double share = factor * s->charge * s->charge * s->diffusivity;
         const double *c = m->reactive->c + (int64_t)place * m->grid->total;
@@ -76,9 +76,9 @@ PDI_FN void pdi_electrode_map_add_faradaic_source(void *user, double *source)
         const pd_contact *contact = &p->contacts.list[k];
         const pd_setup_electrode *e = &m->setup->potential.electrode[contact->electrode];
         double electrons = contact->area * p->current[k] / PDI_FARADAY;
-        for (int n = 0; n < m->setup->electrolyte.count && e->reacts; n++) {
-            int place = m->species->components.place[n];
-            if (place >= 0) source[place * total + contact->node] += e->shed[n] * electrons;
+        for (int n = 0; n < m->setup->electrolyte.count && e->has_reaction; n++) {
+            int place = m->species->components.solute_of_species[n];
+            if (place >= 0) source[place * total + contact->node] += e->species_released[n] * electrons;
         }
     }
 }
@@ -92,11 +92,12 @@ PDI_FN pd_status pdi_electrode_map_report_depleted_species(pd_ctx *ctx, void *us
     double most = 0.0;
     int species = 0, into = 0;
     char place[PDI_GRID_POSITION_LENGTH];
-    while (species + 1 < of->count && m->species->components.place[species] != solute) species++;
+    while (species + 1 < of->count && m->species->components.solute_of_species[species] != solute) species++;
     for (int32_t k = 0; k < p->contacts.count; k++) {
         const pd_contact *c = &p->contacts.list[k];
         const pd_setup_electrode *e = &m->setup->potential.electrode[c->electrode];
-        double takes = c->node == node && e->reacts ? -e->shed[species] * c->area * p->current[k] : 0.0;
+        double takes =
+            c->node == node && e->has_reaction ? -e->species_released[species] * c->area * p->current[k] : 0.0;
         if (!(takes > most)) continue;
         most = takes;
         name = e->name;
@@ -143,7 +144,7 @@ static pd_status pdi_electrode_map_find_electrodes(pd_ctx *ctx, pd_electrode_map
     }
     for (int k = 0; k < p->electrodes; k++) {
         if (nodes[k]) continue;
-        m->line = p->electrode[k].line;
+        m->error_line = p->electrode[k].line;
         return pdi_fail(ctx, PD_ERR_GEOMETRY, "potential", "the electrode %s has no metal on the lattice, expected a "
                         "shape that is larger than the spacing, and that no later electrode covers",
                         p->electrode[k].name);
@@ -156,21 +157,23 @@ static pd_status pdi_electrode_map_build_circuits(pd_ctx *ctx, pd_electrode_map 
 {
     const pd_setup_potential *p = &m->setup->potential;
     for (int k = 0; k < p->electrodes; k++) {
-        if (wire[k] == k) m->given[m->circuits] = -1;
-        m->member[k] = wire[k] == k ? m->circuits++ : m->member[wire[k]];
+        if (wire[k] == k) m->prescribed_electrode[m->circuits] = -1;
+        m->circuit_of_electrode[k] = wire[k] == k ? m->circuits++ : m->circuit_of_electrode[wire[k]];
     }
     for (int k = 0; k < p->electrodes; k++) {
         const pd_setup_electrode *e = &p->electrode[k];
-        int *given = &m->given[m->member[k]];
-        if (!e->holds && !e->gives) continue;
-        m->line = e->line;
+        int *given = &m->prescribed_electrode[m->circuit_of_electrode[k]];
+        if (!e->has_fixed_potential && !e->has_fixed_current) continue;
+        m->error_line = e->line;
         if (*given >= 0)
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "potential", "the electrodes %s and %s are connected or touch, and "
                             "both have a given potential or current, expected one of them", p->electrode[*given].name,
                             e->name);
         *given = k;
-        m->circuit[m->member[k]].control = e->holds ? PD_CIRCUIT_POTENTIAL : PD_CIRCUIT_CURRENT;
-        m->circuit[m->member[k]].value = pdi_electrode_map_get_circuit_value(m, m->member[k], 0.0);
+        m->circuit[m->circuit_of_electrode[k]].control =
+            e->has_fixed_potential ? PD_CIRCUIT_POTENTIAL : PD_CIRCUIT_CURRENT;
+        m->circuit[m->circuit_of_electrode[k]].value =
+            pdi_electrode_map_get_circuit_value(m, m->circuit_of_electrode[k], 0.0);
     }
     return PD_OK;
 }
@@ -187,13 +190,13 @@ static pd_status pdi_electrode_map_build_cell(pd_ctx *ctx, pd_electrode_map *m, 
     for (int k = 0; k < p->electrodes; k++) {
         const pd_setup_electrode *e = &p->electrode[k];
         curve[k].term = &e->term;
-        curve[k].count = !e->primary && !e->bare && !e->reads;
+        curve[k].count = !e->primary && !e->has_no_curve && !e->has_species_curve;
         curve[k].equilibrium = e->term.equilibrium;
-        curve[k].film = e->film;
+        curve[k].film = e->film_resistance;
         m->name[k] = e->name;
     }
     for (int k = 0; k < m->setup->metals; k++)
-        desc.reads |= (m->setup->metal[k].rate.uses >> PDI_SETUP_RATE_POTENTIAL & 1u) << k;
+        desc.reads |= (m->setup->metal[k].rate.variables_used >> PDI_SETUP_RATE_POTENTIAL & 1u) << k;
     desc.name = m->name;
     desc.electrode = curve;
     desc.circuit = m->circuit;
@@ -202,18 +205,18 @@ static pd_status pdi_electrode_map_build_cell(pd_ctx *ctx, pd_electrode_map *m, 
     desc.given = pdi_electrode_map_get_circuit_value;
     desc.user = m;
     desc.potential.conductivity = p->conductivity;
-    desc.apart = m->setup->migrates;
+    desc.apart = m->setup->has_migration;
     if (m->reactive) desc.conduct = pdi_electrode_map_compute_conductivity;
     if (m->surfaces) desc.share = pdi_electrode_map_update_contact_factors;
     if (m->reactive) desc.potential.conductivity = 1.0; /* of no node of the fluid */
     desc.potential.electrodes = p->electrodes;
     desc.potential.circuits = m->circuits;
-    desc.potential.member = m->member;
+    desc.potential.member = m->circuit_of_electrode;
     desc.potential.wide = across;
     desc.potential.tolerance = p->tolerance;
-    memcpy(desc.potential.held, p->held, sizeof p->held);
-    memcpy(desc.potential.hold, p->hold, sizeof p->hold);
-    m->line = m->setup->line[PD_PART_POTENTIAL];
+    memcpy(desc.potential.held, p->has_fixed_potential, sizeof p->has_fixed_potential);
+    memcpy(desc.potential.hold, p->fixed_potential, sizeof p->fixed_potential);
+    m->error_line = m->setup->line[PD_PART_POTENTIAL];
     return pd_cell_build(ctx, m->grid, bonds, dissolve, &desc, cell);
 }
 
@@ -229,8 +232,8 @@ PDI_FN pd_status pdi_electrode_map_build(pd_ctx *ctx, const pd_setup *setup, con
     m->metal = metal;
     m->reactive = reactive;
     m->surfaces = surfaces;
-    m->line = setup->line[PD_PART_POTENTIAL];
-    for (int k = 0; k < setup->potential.electrodes; k++) wire[k] = setup->potential.electrode[k].wire;
+    m->error_line = setup->line[PD_PART_POTENTIAL];
+    for (int k = 0; k < setup->potential.electrodes; k++) wire[k] = setup->potential.electrode[k].circuit;
     PDI_TRY(pdi_electrode_map_find_electrodes(ctx, m, wire));
     PDI_TRY(pdi_electrode_map_build_circuits(ctx, m, wire));
     return pdi_electrode_map_build_cell(ctx, m, bonds, across, dissolve, cell);

@@ -17,11 +17,12 @@ typedef struct pd_electrode_map {
     const pd_cell *cell;
     const pd_surface_states *surfaces; /* surface states that polarisation curves depend on; NULL: none */
     int circuits;
-    int member[PD_SETUP_ELECTRODES];       /* circuit of each electrode */
-    int given[PD_SETUP_ELECTRODES];        /* of each circuit: electrode with a prescribed value; -1: none */
+    int circuit_of_electrode[PD_SETUP_ELECTRODES]; /* circuit of each electrode */
+    /* of each circuit: electrode with a prescribed value; -1: none */
+    int prescribed_electrode[PD_SETUP_ELECTRODES];
     pd_circuit circuit[PD_SETUP_ELECTRODES];
     const char *name[PD_SETUP_ELECTRODES];
-    int line;                    /* line of the scene that an error is about */
+    int error_line; /* line of the scene that an error is about */
 } pd_electrode_map;
 
 #ifdef PDI_INTERNAL

@@ -43,7 +43,7 @@ PDI_FN pd_status pdi_field_view_get(pd_ctx *ctx, pd_model *model, pd_field_views
     view->data = views->field[field];
     view->label = pdi_setup_field_label(model->setup, (pd_field)field);
     view->components = pdi_field_view_count_components(field);
-    view->part = views->cells;
+    view->component_stride = views->cells;
     for (int d = 0; d < PD_DIM; d++) {
         view->n[d] = g->n[d];
         view->stride[d] = d ? view->stride[d - 1] * view->n[d - 1] : 1;

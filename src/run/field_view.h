@@ -12,7 +12,7 @@ typedef struct pd_field_view {
     const char *label;  /* "C [mol/m3]" */
     int components;     /* PD_DIM of v, else 1 */
     int n[PD_DIM];      /* cells */
-    int64_t stride[PD_DIM], part;
+    int64_t stride[PD_DIM], component_stride;
 } pd_field_view;
 
 /* The values of the fields that were asked for. Zero-initialise. */

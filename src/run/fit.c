@@ -129,8 +129,8 @@ pd_status pd_fit_read_setup(pd_ctx *ctx, const pd_fit_desc *desc, const char *co
     for (int k = 0; k < desc->count; k++) overrides[k] = desc->overrides[k];
     for (int k = 0; k < count; k++) overrides[desc->count + k] = more[k];
     PDI_TRY(pd_scene_read(ctx, desc->scene, overrides, desc->count + count, setup));
-    pd_status status = desc->data ? pdi_read_measured_replace(ctx, "--to", desc->data, setup) : PD_OK;
-    if (status == PD_OK && setup->records == 0)
+    pd_status status = desc->measured ? pdi_read_measured_replace(ctx, "--to", desc->measured, setup) : PD_OK;
+    if (status == PD_OK && setup->measured_count == 0)
         status = pdi_fail(ctx, PD_ERR_ARGUMENT, "fit", "found no [measured NAME] section in the scene, expected one or "
                           "--to FILE");
     if (status < 0) pd_setup_free(ctx, setup);
@@ -157,13 +157,13 @@ static pd_status pdi_fit_run_model(pdi_fit *f, const pd_setup *setup)
     pd_run_desc dry;
     pd_run_result result;
     memset(&dry, 0, sizeof dry);
-    dry.dry = 1;
+    dry.no_files = 1;
     dry.stop = f->desc->stop;
     dry.stop_user = f->desc->stop_user;
-    dry.computed = f->computed;
+    dry.computed_at_points = f->computed;
     if (f->factor > 1) {
         PDI_TRY(pdi_coarsen_setup_build(f->ctx, setup, f->factor, f->coarser));
-        dry.share = f->coarser->share;
+        dry.monitor_weight = f->coarser->monitor_weight;
         setup = &f->coarser->setup;
     }
     PDI_TRY(pd_run(f->ctx, setup, &dry, &result));
@@ -207,46 +207,48 @@ static pd_status pdi_fit_compute_residuals(pd_ctx *ctx, void *user, const double
 static pd_status pdi_fit_check_std_devs(pd_ctx *ctx, const pd_setup *setup, int *known)
 {
     int with = 0;
-    for (int k = 0; k < setup->records; k++) {
-        const pd_setup_measured *r = &setup->record[k];
+    for (int k = 0; k < setup->measured_count; k++) {
+        const pd_setup_measured *r = &setup->measured[k];
         with += r->spread != NULL;
         for (int p = 0; p < r->points && r->spread; p++)
-            if (pdi_read_measured_is_in_run(r, p, setup->until) && !(r->spread[p] > 0.0))
+            if (pdi_read_measured_is_in_run(r, p, setup->end_time) && !(r->spread[p] > 0.0))
                 return pdi_fail(ctx, PD_ERR_ARGUMENT, "fit", "found a spread of 0 in %.60s at t = %g s, expected a "
                                 "positive one: points weigh by it", r->name, r->time[p]);
     }
     *known = with > 0;
-    if (with == 0 && setup->records == 1) return PD_OK;
-    if (with == setup->records) return PD_OK;
-    return pdi_fail(ctx, PD_ERR_ARGUMENT, "fit", "found %d of %d sets of points with a spread, expected it in all: "
-                    "points of different figures weigh by it", with, setup->records);
+    if (with == 0 && setup->measured_count == 1) return PD_OK;
+    if (with == setup->measured_count) return PD_OK;
+    return pdi_fail(ctx, PD_ERR_ARGUMENT, "fit",
+                    "found %d of %d sets of points with a spread, expected it in all: "
+                    "points of different figures weigh by it",
+                    with, setup->measured_count);
 }
 
 /* Collect measured values and weights of points after the start and before the end of the run. */
 static void pdi_fit_find_points(pdi_fit *f, const pd_setup *setup)
 {
     int at = 0, count = 0;
-    for (int k = 0; k < setup->records; k++) {
-        const pd_setup_measured *r = &setup->record[k];
+    for (int k = 0; k < setup->measured_count; k++) {
+        const pd_setup_measured *r = &setup->measured[k];
         for (int p = 0; p < r->points; p++, at++) {
-            if (!pdi_read_measured_is_in_run(r, p, setup->until)) continue;
+            if (!pdi_read_measured_is_in_run(r, p, setup->end_time)) continue;
             f->data[count] = r->value[p];
             f->weight[count] = 1.0 / (r->spread ? r->spread[p] : r->scale);
             f->point_index[count++] = at;
         }
     }
     f->fit->points = count;
-    f->fit->records = setup->records;
-    memcpy(f->fit->figure, setup->record[0].figure, sizeof f->fit->figure);
-    memcpy(f->fit->unit, setup->record[0].unit, sizeof f->fit->unit);
+    f->fit->measured_sets = setup->measured_count;
+    memcpy(f->fit->output, setup->measured[0].output_name, sizeof f->fit->output);
+    memcpy(f->fit->unit, setup->measured[0].unit, sizeof f->fit->unit);
     memcpy(f->fit->name, setup->name, sizeof f->fit->name);
 }
 
 /* Check the measured points and allocate work. */
 static pd_status pdi_fit_allocate_work(pdi_fit *f, const pd_setup *setup)
 {
-    PDI_TRY(pdi_fit_check_std_devs(f->ctx, setup, &f->fit->known));
-    for (int k = 0; k < setup->records; k++) f->total_points += setup->record[k].points;
+    PDI_TRY(pdi_fit_check_std_devs(f->ctx, setup, &f->fit->has_spread));
+    for (int k = 0; k < setup->measured_count; k++) f->total_points += setup->measured[k].points;
     PDI_TRY(PDI_NEW(f->ctx, "fit", f->total_points, f->computed));
     PDI_TRY(PDI_NEW(f->ctx, "fit", f->total_points, f->data));
     PDI_TRY(PDI_NEW(f->ctx, "fit", f->total_points, f->weight));
@@ -275,7 +277,7 @@ static void pdi_fit_print_iteration(void *user, const double *value, double sum,
     char line[400], h[PD_UNITS_TEXT];
     pdi_setup_format_value(f->factor * f->fit->h, "m", h);
     snprintf(line, sizeof line, "fit  h = %-8s runs %3d  ", h, evaluations);
-    if (f->fit->known) pdi_append(line, sizeof line, "chi2 %-10.5g", sum);
+    if (f->fit->has_spread) pdi_append(line, sizeof line, "chi2 %-10.5g", sum);
     else pdi_append(line, sizeof line, "rms %-10.5g", sqrt(sum / f->fit->points));
     for (int k = 0; k < f->fit->parameters; k++)
         pdi_append(line, sizeof line, "  %.60s = %.6g%s%.40s", f->fit->parameter[k].key, value[k],
@@ -295,19 +297,20 @@ static pd_status pdi_fit_solve_on_grid(pdi_fit *f, const double *start)
         d.high[k] = f->fit->parameter[k].high;
         d.start[k] = pdi_min(pdi_max(start[k], d.low[k]), d.high[k]);
     }
-    d.known = f->fit->known;
+    d.known_deviation = f->fit->has_spread;
     d.noise = f->noise;
     d.fn = pdi_fit_compute_residuals;
     d.user = f;
     d.report = pdi_fit_print_iteration;
     f->min_sum = HUGE_VAL;
-    pd_status status = pdi_least_squares_solve(f->ctx, &d, &f->fit->squares);
-    f->noise = f->fit->squares.noise;
-    if (status >= 0 || !f->fit->squares.idle) return status;
+    pd_status status = pdi_least_squares_solve(f->ctx, &d, &f->fit->result);
+    f->noise = f->fit->result.noise;
+    if (status >= 0 || !f->fit->result.ineffective) return status;
     f->fit->bad_input = 1;
-    return pdi_fail(f->ctx, status, "fit", "found that %.100s has no effect on the points, expected one that changes "
+    return pdi_fail(f->ctx, status, "fit",
+                    "found that %.100s has no effect on the points, expected one that changes "
                     "%s",
-                    f->fit->parameter[f->fit->squares.idle - 1].key, f->fit->figure);
+                    f->fit->parameter[f->fit->result.ineffective - 1].key, f->fit->output);
 }
 
 /* 1: the caller wants to stop. */
@@ -324,9 +327,9 @@ static pd_status pdi_fit_solve_coarse_to_fine(pdi_fit *f)
         const pd_fit_parameter *p = &f->fit->parameter[k];
         start[k] = p->low > 0.0 && p->high >= 10.0 * p->low ? sqrt(p->low * p->high) : 0.5 * (p->low + p->high);
     }
-    for (f->factor = f->desc->one_lattice ? 1 : 4; f->factor > 0; f->factor /= 2) {
+    for (f->factor = f->desc->skips_coarser ? 1 : 4; f->factor > 0; f->factor /= 2) {
         status = pdi_fit_solve_on_grid(f, start);
-        if (status >= 0) memcpy(start, f->fit->squares.value, sizeof start);
+        if (status >= 0) memcpy(start, f->fit->result.value, sizeof start);
         if (f->factor == 1 || pdi_is_fatal(status) || pdi_fit_is_stopped(f)) return status;
         snprintf(line, sizeof line, "no fit at %d h: %.500s", f->factor, f->ctx->message);
         if (status < 0) pdi_fit_print(f, PD_PRINT_NOTE, line);
@@ -339,13 +342,13 @@ static pd_status pdi_fit_compute_rms(pdi_fit *f)
 {
     double square = 0.0, scale = 1.0;
     pd_fit *fit = f->fit;
-    if (fit->records == 1) PDI_TRY(pd_units_parse(f->ctx, fit->unit, &scale, NULL));
+    if (fit->measured_sets == 1) PDI_TRY(pd_units_parse(f->ctx, fit->unit, &scale, NULL));
     for (int k = 0; k < fit->points; k++) {
-        double off = f->best_residuals[k] / (fit->records == 1 ? f->weight[k] * scale : 1.0);
+        double off = f->best_residuals[k] / (fit->measured_sets == 1 ? f->weight[k] * scale : 1.0);
         square += off * off;
     }
     fit->rms = sqrt(square / fit->points);
-    pdi_fit_format_overrides(fit, fit->squares.value);
+    pdi_fit_format_overrides(fit, fit->result.value);
     return PD_OK;
 }
 
@@ -395,21 +398,21 @@ pd_status pd_fit_run(pd_ctx *ctx, const pd_fit_desc *desc, pd_fit *fit)
 
 void pd_fit_format_result(const pd_fit *fit, char *text, size_t size)
 {
-    const pd_least_squares_result *s = &fit->squares;
+    const pd_least_squares_result *s = &fit->result;
     if (size == 0) return;
     text[0] = '\0';
     pdi_append(text, size, "result case=%s fit=%s points=%d", fit->name,
-                   fit->records == 1 ? fit->figure : "several", fit->points);
+               fit->measured_sets == 1 ? fit->output : "several", fit->points);
     char *figures = text + strlen(text);
-    pdi_append(text, size, " rms=%.4g unit=%s", fit->rms, fit->records == 1 && fit->unit[0] ? fit->unit : "-");
-    if (fit->known) pdi_append(text, size, " chi2=%.4g", s->sum);
-    pdi_append(text, size, " freedom=%d evals=%d fine_evals=%d converged=%s h=%.6g", s->freedom, fit->evaluations,
-                   s->evaluations, s->converged ? "yes" : "no", fit->h);
+    pdi_append(text, size, " rms=%.4g unit=%s", fit->rms, fit->measured_sets == 1 && fit->unit[0] ? fit->unit : "-");
+    if (fit->has_spread) pdi_append(text, size, " chi2=%.4g", s->sum);
+    pdi_append(text, size, " freedom=%d evals=%d fine_evals=%d converged=%s h=%.6g", s->degrees_of_freedom,
+               fit->evaluations, s->evaluations, s->converged ? "yes" : "no", fit->h);
     for (int k = 0; k < fit->parameters; k++) {
         const char *key = fit->parameter[k].key;
         pdi_append(text, size, " %s=%.6g %s.error=%.3g %s.low=%.5g %s.high=%.5g", key, s->value[k], key,
-                       s->error[k], key, s->low[k], key, s->high[k]);
-        if (s->bound[k]) pdi_append(text, size, " %s.bound=%s", key, s->bound[k] < 0 ? "low" : "high");
+                   s->standard_error[k], key, s->low[k], key, s->high[k]);
+        if (s->active_bound[k]) pdi_append(text, size, " %s.bound=%s", key, s->active_bound[k] < 0 ? "low" : "high");
         for (int l = 0; l < k; l++)
             pdi_append(text, size, " correlation_%d_%d=%.3g", l + 1, k + 1, s->correlation[k][l]);
     }

@@ -19,8 +19,9 @@ typedef struct pd_fit_desc {
     int count;
     const char *const *range;     /* [ranges] "KEY=LOW..HIGH UNIT" */
     int ranges;
-    const char *data;             /* "wire.csv  start = 0.7 h", see read_measured.h; NULL: the points of the scene */
-    int one_lattice;              /* 1: no coarser ones */
+    /* "wire.csv  start = 0.7 h", see read_measured.h; NULL: the points of the scene */
+    const char *measured;
+    int skips_coarser;            /* 1: no coarser ones */
     pd_print_fn print;            /* a line for each step; NULL: silent */
     void *print_user;
     int (*stop)(void *user);      /* as for pd_run */
@@ -39,13 +40,13 @@ typedef struct pd_fit {
     char name[PD_SETUP_NAME];     /* of the case */
     pd_fit_parameter parameter[PD_LEAST_SQUARES_PARAMETERS];
     int parameters;
-    pd_least_squares_result squares;    /* on the lattice of the scene */
+    pd_least_squares_result result;                              /* on the lattice of the scene */
     char override[PD_LEAST_SQUARES_PARAMETERS][2 * PD_FIT_TEXT]; /* "KEY=VALUE UNIT" of the result */
     int points;                   /* that count */
-    char figure[2 * PD_SETUP_NAME], unit[PD_UNITS_TEXT]; /* of the first section of points */
-    int records;
+    char output[2 * PD_SETUP_NAME], unit[PD_UNITS_TEXT]; /* of the first section of points */
+    int measured_sets;
     double rms;                   /* [unit] one section; [-] several: of differences over spreads */
-    int known;                    /* the points have a spread */
+    int has_spread;               /* the points have a spread */
     double h;                     /* [m] along x */
     int evaluations;              /* on all lattices */
     int bad_input;                /* the failure lies in what was asked for */

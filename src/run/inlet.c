@@ -116,9 +116,9 @@ static double pdi_inlet_find_tube_radius(const pd_grid *grid, int index, int axi
         const pd_shape *c = &grid->shapes[s->child[0]];
         if (c->type != PD_SHAPE_CYLINDER || c->axis != axis) return -1.0;
         memcpy(centre, c->a, sizeof c->a);
-        return c->r;
+        return c->radius;
     }
-    for (int k = 0; k < s->children && s->type == PD_SHAPE_UNION && radius < 0.0; k++)
+    for (int k = 0; k < s->child_count && s->type == PD_SHAPE_UNION && radius < 0.0; k++)
         radius = pdi_inlet_find_tube_radius(grid, s->child[k], axis, centre);
     return radius;
 }
@@ -156,7 +156,7 @@ static void pdi_inlet_measure_annulus(const pd_grid *grid, int side, double lo, 
         return;
     }
     inlet->centre[side][r] = 0.0;
-    inlet->inner[side] = lo;
+    inlet->inner_radius[side] = lo;
     inlet->width[side] = lo > 0.0 ? hi - lo : 2.0 * hi;
     *area = PDI_PI * (hi - lo) * (hi + lo);
     pdi_inlet_set_first_node(grid, side, i);
@@ -227,7 +227,7 @@ static pd_status pdi_inlet_apply_symmetry(pd_ctx *ctx, const pd_grid *grid, int 
                                 "profile = uniform");
     if (!free[0] && !free[1]) return PD_OK;
     if (grid->side[2 * along + free[1]] == PD_SIDE_PERIODIC) {
-        inlet->develops[side] = 1;
+        inlet->needs_profile[side] = 1;
         return PD_OK;
     }
     inlet->centre[side][along] += (free[0] ? -0.5 : 0.5) * inlet->width[side];
@@ -260,7 +260,7 @@ static pd_status pdi_inlet_measure_opening(pd_ctx *ctx, const pd_grid *grid, int
         inlet->centre[side][along] = 0.5 * (lo + hi);
         int several = layer->open != layer->hi - layer->lo + 1;
         if (!several) *area = hi - lo;
-        else inlet->develops[side] = parabola;
+        else inlet->needs_profile[side] = parabola;
         if (!several && parabola && !grid->circumference)
             PDI_TRY(pdi_inlet_apply_symmetry(ctx, grid, side, layer, inlet));
         if (PD_DIM == 2 && grid->circumference) pdi_inlet_measure_annulus(grid, side, lo, hi, several, inlet, area);
@@ -274,7 +274,7 @@ static pd_status pdi_inlet_measure_opening(pd_ctx *ctx, const pd_grid *grid, int
     }
     *area = pdi_inlet_integrate_open_area(grid, side);
     inlet->width[side] = sqrt(4.0 * *area / PDI_PI);
-    inlet->develops[side] = parabola;
+    inlet->needs_profile[side] = parabola;
     return PD_OK;
 }
 
@@ -297,13 +297,15 @@ static int pdi_inlet_is_time_dependent(const pd_setup *setup)
     int timed = 0;
     for (int side = 0; side < 2 * PD_DIM; side++) {
         const pd_setup_side *s = &setup->side[side];
-        timed = timed || pdi_setup_is_time_dependent(&s->stream) || pdi_setup_is_time_dependent(&s->entering) ||
-                pdi_setup_is_time_dependent(&s->held);
+        timed = timed || pdi_setup_is_time_dependent(&s->inflow_of_time) || pdi_setup_is_time_dependent(&s->inlet_c) ||
+                pdi_setup_is_time_dependent(&s->fixed_c);
         for (int d = 0; d < PD_DIM; d++)
-            timed = timed || pdi_setup_is_time_dependent(&s->velocity[d]) || pdi_setup_is_time_dependent(&s->slide[d]);
+            timed = timed || pdi_setup_is_time_dependent(&s->velocity[d]) ||
+                    pdi_setup_is_time_dependent(&s->wall_velocity[d]);
     }
-    for (int k = 0; k < setup->wall_count; k++) timed = timed || pdi_setup_is_time_dependent(&setup->walls[k].held);
-    for (int d = 0; d < PD_DIM; d++) timed = timed || pdi_setup_is_time_dependent(&setup->body[d]);
+    for (int k = 0; k < setup->wall_count; k++)
+        timed = timed || pdi_setup_is_time_dependent(&setup->wall_shape[k].fixed_c);
+    for (int d = 0; d < PD_DIM; d++) timed = timed || pdi_setup_is_time_dependent(&setup->body_force[d]);
     return timed;
 }
 
@@ -312,8 +314,9 @@ PDI_FN double pdi_inlet_get_mean_velocity(const pd_inlet *inlet, int side)
     const pd_setup_side *s = &inlet->setup->side[side];
     double at[PD_DIM] = {0.0};
     int timed = 0;
-    if (s->stream.uses)
-        return pdi_setup_eval_expr(&s->stream, at, inlet->time) / (s->flow_rate > 0.0 ? inlet->area[side] : 1.0);
+    if (s->inflow_of_time.variables_used)
+        return pdi_setup_eval_expr(&s->inflow_of_time, at, inlet->time) /
+               (s->flow_rate > 0.0 ? inlet->area[side] : 1.0);
     for (int d = 0; d < PD_DIM; d++) timed = timed || pdi_setup_is_time_dependent(&s->velocity[d]);
     if (!timed) return inlet->mean[side];
     pdi_inlet_layer layer;
@@ -337,14 +340,14 @@ static pd_status pdi_inlet_build_inner(pd_ctx *ctx, const pd_setup *setup, const
     memset(inlet, 0, sizeof *inlet);
     inlet->setup = setup;
     inlet->grid = grid;
-    inlet->timed = pdi_inlet_is_time_dependent(setup);
+    inlet->is_time_dependent = pdi_inlet_is_time_dependent(setup);
     inlet->first = -1;
     for (int side = 0; side < 2 * PD_DIM; side++) {
         const pd_setup_side *s = &setup->side[side];
         pdi_inlet_layer layer;
         double area;
         if (s->kind != PD_SIDE_INLET || s->profile == PD_PROFILE_NONE) continue;
-        inlet->latest = side;
+        inlet->error_side = side;
         pdi_inlet_compute_layer(setup, grid, 0.0, side, &layer);
         PDI_TRY(pdi_inlet_measure_opening(ctx, grid, side, &layer, inlet, &area));
         double opening = PD_DIM == 3 && !pdi_inlet_is_inside_box(grid, side, inlet)
@@ -353,16 +356,16 @@ static pd_status pdi_inlet_build_inner(pd_ctx *ctx, const pd_setup *setup, const
         if (PD_DIM == 2 && !grid->circumference && s->flow_rate > 0.0)
             area = 0.25 * PDI_PI * inlet->width[side] * inlet->width[side];
         inlet->area[side] = area;
-        inlet->fill[side] = pdi_inlet_compute_open_faces(grid, side);
-        inlet->fill[side] = inlet->fill[side] > 0.0 ? opening / inlet->fill[side] : 1.0;
-        inlet->mean[side] = s->flow_rate > 0.0 ? s->flow_rate / area : s->mean;
-        if (s->stream.uses) inlet->mean[side] = pdi_inlet_get_mean_velocity(inlet, side);
-        if (s->profile == PD_PROFILE_EXPRESSION && !s->scaled) inlet->mean[side] = layer.velocity;
-        if (s->scaled && !(layer.velocity > PDI_INLET_MIN_INFLOW * layer.mean_magnitude))
+        inlet->area_ratio[side] = pdi_inlet_compute_open_faces(grid, side);
+        inlet->area_ratio[side] = inlet->area_ratio[side] > 0.0 ? opening / inlet->area_ratio[side] : 1.0;
+        inlet->mean[side] = s->flow_rate > 0.0 ? s->flow_rate / area : s->mean_speed;
+        if (s->inflow_of_time.variables_used) inlet->mean[side] = pdi_inlet_get_mean_velocity(inlet, side);
+        if (s->profile == PD_PROFILE_EXPRESSION && !s->is_scaled) inlet->mean[side] = layer.velocity;
+        if (s->is_scaled && !(layer.velocity > PDI_INLET_MIN_INFLOW * layer.mean_magnitude))
             return pdi_inlet_reject(ctx, side,
                                     "the expression that a mean scales does not enter in the mean over the "
                                     "opening, expected one that does");
-        if (s->scaled) inlet->scale[side] = inlet->fill[side] / layer.velocity;
+        if (s->is_scaled) inlet->scale[side] = inlet->area_ratio[side] / layer.velocity;
         if (inlet->first < 0) inlet->first = side;
         inlet->inlets++;
     }
@@ -385,9 +388,9 @@ PDI_FN void pdi_inlet_free(pd_ctx *ctx, pd_inlet *inlet)
 PDI_FN pd_status pdi_inlet_build(pd_ctx *ctx, const pd_setup *setup, const pd_grid *grid, pd_inlet *inlet)
 {
     pd_status status = pdi_inlet_build_inner(ctx, setup, grid, inlet);
-    int latest = inlet->latest;
+    int latest = inlet->error_side;
     if (status < 0) memset(inlet, 0, sizeof *inlet);
-    inlet->latest = latest; /* the side that is refused */
+    inlet->error_side = latest; /* the side that is refused */
     return status;
 }
 
@@ -424,24 +427,24 @@ PDI_FN void pdi_inlet_get_velocity(void *user, const double *x, double *u)
         if (beyond <= 0.0) continue;
         const pd_setup_side *s = &setup->side[side];
         if (s->profile == PD_PROFILE_EXPRESSION) {
-            double scale = s->scaled ? inlet->scale[side] * pdi_inlet_get_mean_velocity(inlet, side) : 1.0;
+            double scale = s->is_scaled ? inlet->scale[side] * pdi_inlet_get_mean_velocity(inlet, side) : 1.0;
             pdi_inlet_compute_expression(s, x, inlet->time, u);
             for (int d = 0; d < PD_DIM; d++) u[d] *= scale;
             return;
         }
         u[axis] = pdi_inlet_get_inward_sign(side) *
-                  (s->stream.uses ? pdi_inlet_get_mean_velocity(inlet, side) : inlet->mean[side]);
+                  (s->inflow_of_time.variables_used ? pdi_inlet_get_mean_velocity(inlet, side) : inlet->mean[side]);
         if (s->profile != PD_PROFILE_PARABOLA) {
-            u[axis] *= inlet->fill[side];
+            u[axis] *= inlet->area_ratio[side];
             return;
         }
         if (inlet->profile[side]) {
             u[axis] *= inlet->profile[side][pdi_inlet_find_cell(inlet->grid, axis, x)];
             return;
         }
-        if (inlet->develops[side]) return;
+        if (inlet->needs_profile[side]) return;
         if (setup->axisymmetric && axis != PD_DIM - 1) {
-            double inner = inlet->inner[side], width = inlet->width[side];
+            double inner = inlet->inner_radius[side], width = inlet->width[side];
             double outer = inner > 0.0 ? inner + width : 0.5 * width;
             u[axis] *= pdi_inlet_compute_annulus_profile(inner / outer, x[PD_DIM - 1] / outer);
             return;
@@ -458,8 +461,8 @@ PDI_FN void pdi_inlet_get_velocity(void *user, const double *x, double *u)
 PDI_FN int pdi_inlet_is_inflow(void *user, int side, const double *x)
 {
     const pd_setup *u = (const pd_setup *)user;
-    if (!u->side[side].open) return u->side[side].kind == PD_SIDE_INLET;
-    double v = pdi_setup_eval_expr(&u->start[side / 2], x, 0.0);
+    if (!u->side[side].is_open) return u->side[side].kind == PD_SIDE_INLET;
+    double v = pdi_setup_eval_expr(&u->initial_velocity[side / 2], x, 0.0);
     return side % 2 ? v < 0.0 : v > 0.0;
 }
 
@@ -470,14 +473,14 @@ PDI_FN double pdi_inlet_get_concentration(void *user, const double *x)
     for (int s = 0; s < 2 * PD_DIM; s++) {
         int d = s / 2;
         int there = s % 2 ? x[d] >= u->hi[d] : x[d] <= u->lo[d];
-        const pd_expr *entering = &u->side[s].entering;
+        const pd_expr *entering = &u->side[s].inlet_c;
         if ((entering->code || entering->fn) && there) return pdi_setup_eval_expr(entering, x, inlet->time);
     }
-    return u->inlet;
+    return u->inlet_c;
 }
 
 PDI_FN void pdi_inlet_compute_body_force(void *user, const double *x, double *force)
 {
     const pd_inlet *inlet = (const pd_inlet *)user;
-    for (int d = 0; d < PD_DIM; d++) force[d] = pdi_setup_eval_expr(&inlet->setup->body[d], x, inlet->time);
+    for (int d = 0; d < PD_DIM; d++) force[d] = pdi_setup_eval_expr(&inlet->setup->body_force[d], x, inlet->time);
 }

@@ -9,20 +9,21 @@ typedef struct pd_inlet {
     const pd_setup *setup;
     const pd_grid *grid;
     double time;                /* [s] time of boundary values here and in wall_bc.h; set by the solvers */
-    int timed;                  /* 1: a boundary value depends on it */
+    int is_time_dependent;      /* 1: a boundary value depends on it */
     int inlets;                 /* number of inlet sides */
     double mean[2 * PD_DIM];    /* [m/s] into the box at time 0, 0 for other sides */
     double area[2 * PD_DIM];    /* [m2] area by which a flow rate is divided */
-    double fill[2 * PD_DIM];    /* [-] area of the opening over that of its cell faces: factor on uniform profiles */
+    /* [-] area of the opening over that of its cell faces: factor on uniform profiles */
+    double area_ratio[2 * PD_DIM];
     double scale[2 * PD_DIM];   /* [s/m] factor that, times the mean velocity, scales an expression to the flow rate
                                  * through the opening; 0 without a mean */
     double width[2 * PD_DIM];   /* [m] of the open part: 2H or 2R */
     double centre[2 * PD_DIM][PD_DIM]; /* [m] of the open part; axisymmetric: 0 */
-    double inner[2 * PD_DIM];   /* [m] axisymmetric: inner radius of an annulus, 0: a tube */
-    int develops[2 * PD_DIM];   /* 1: the developed profile has no closed form; developed_flow.h solves for it */
+    double inner_radius[2 * PD_DIM];   /* [m] axisymmetric: inner radius of an annulus, 0: a tube */
+    int needs_profile[2 * PD_DIM];     /* 1: the developed profile has no closed form; developed_flow.h solves for it */
     double *profile[2 * PD_DIM]; /* [cells of the side] [-] that profile over its mean; NULL: not solved yet */
     int first;                  /* first inlet side, -1: none */
-    int latest;                 /* side that was measured last, for error messages */
+    int error_side;             /* side that was measured last, for error messages */
 } pd_inlet;
 
 #ifdef PDI_INTERNAL

@@ -48,12 +48,13 @@ static void pdi_input_step_limit_add_expression(const pd_setup *setup, const pd_
     int places = 1;
     if (!pdi_setup_is_time_dependent(expr)) return;
     for (int d = 0; d < PD_DIM; d++)
-        if ((expr->uses >> d & 1u) && d != (side < 0 ? -1 : side / 2)) places *= PDI_INPUT_STEP_LIMIT_SAMPLE_POINTS;
+        if ((expr->variables_used >> d & 1u) && d != (side < 0 ? -1 : side / 2))
+            places *= PDI_INPUT_STEP_LIMIT_SAMPLE_POINTS;
     for (int k = 0; k < places; k++) {
         int rest = k;
         pd_input_value *value = vary->value ? &vary->value[vary->count] : NULL;
         for (int d = 0; d < PD_DIM && value; d++) {
-            int varies = (expr->uses >> d & 1u) && d != (side < 0 ? -1 : side / 2);
+            int varies = (expr->variables_used >> d & 1u) && d != (side < 0 ? -1 : side / 2);
             double part =
                 varies ? (rest % PDI_INPUT_STEP_LIMIT_SAMPLE_POINTS + 0.5) / PDI_INPUT_STEP_LIMIT_SAMPLE_POINTS : 0.5;
             if (varies) rest /= PDI_INPUT_STEP_LIMIT_SAMPLE_POINTS;
@@ -70,12 +71,12 @@ static void pdi_input_step_limit_add_sides(const pd_setup *setup, pd_input_step_
 {
     for (int s = 0; s < 2 * PD_DIM; s++) {
         const pd_setup_side *side = &setup->side[s];
-        pdi_input_step_limit_add_expression(setup, &side->stream, s, vary);
-        pdi_input_step_limit_add_expression(setup, &side->entering, s, vary);
-        pdi_input_step_limit_add_expression(setup, &side->held, s, vary);
+        pdi_input_step_limit_add_expression(setup, &side->inflow_of_time, s, vary);
+        pdi_input_step_limit_add_expression(setup, &side->inlet_c, s, vary);
+        pdi_input_step_limit_add_expression(setup, &side->fixed_c, s, vary);
         for (int d = 0; d < PD_DIM; d++) {
             pdi_input_step_limit_add_expression(setup, &side->velocity[d], s, vary);
-            pdi_input_step_limit_add_expression(setup, &side->slide[d], s, vary);
+            pdi_input_step_limit_add_expression(setup, &side->wall_velocity[d], s, vary);
         }
     }
 }
@@ -83,15 +84,16 @@ static void pdi_input_step_limit_add_sides(const pd_setup *setup, pd_input_step_
 /* Append prescribed displacements, tractions, pressures and body forces of the metal. */
 static void pdi_input_step_limit_add_mechanical_bc(const pd_setup *u, pd_input_step_limit *vary)
 {
-    for (int k = 0; k < u->metal_body.grips; k++) {
-        const pd_setup_mechanical_bc *grip = &u->metal_body.grip[k];
+    for (int k = 0; k < u->metal_body.mechanical_bcs; k++) {
+        const pd_setup_mechanical_bc *grip = &u->metal_body.mechanical_bc[k];
         for (int d = 0; d < PD_DIM; d++) {
-            if (grip->moves[d]) pdi_input_step_limit_add_expression(u, &grip->move[d], grip->side, vary);
-            if (grip->pulls) pdi_input_step_limit_add_expression(u, &grip->pull[d], grip->side, vary);
+            if (grip->has_displacement[d])
+                pdi_input_step_limit_add_expression(u, &grip->displacement[d], grip->side, vary);
+            if (grip->has_traction) pdi_input_step_limit_add_expression(u, &grip->traction[d], grip->side, vary);
         }
-        if (grip->presses) pdi_input_step_limit_add_expression(u, &grip->press, grip->side, vary);
+        if (grip->has_pressure) pdi_input_step_limit_add_expression(u, &grip->pressure, grip->side, vary);
     }
-    for (int d = 0; d < PD_DIM && u->metal_body.weighs; d++)
+    for (int d = 0; d < PD_DIM && u->metal_body.has_body_force; d++)
         pdi_input_step_limit_add_expression(u, &u->metal_body.force[d], -1, vary);
 }
 
@@ -135,10 +137,10 @@ static void pdi_input_step_limit_add_electrodes(const pd_setup *u, pd_input_step
     for (int k = 0; k < u->potential.electrodes; k++) {
         const pd_setup_electrode *e = &u->potential.electrode[k];
         int32_t first = vary->count;
-        pdi_input_step_limit_add_expression(u, &e->given, -1, vary);
+        pdi_input_step_limit_add_expression(u, &e->fixed_value, -1, vary);
         for (int32_t n = first; n < vary->count && vary->value; n++) {
-            vary->value[n].middle = u->has_dissolve || !u->migrates;
-            vary->value[n].fold = e->holds && !u->migrates ? fold : HUGE_VAL;
+            vary->value[n].at_midpoint = u->has_dissolve || !u->has_migration;
+            vary->value[n].efolding_voltage = e->has_fixed_potential && !u->has_migration ? fold : HUGE_VAL;
         }
     }
 }
@@ -149,8 +151,8 @@ static void pdi_input_step_limit_add_all(const pd_setup *setup, pd_input_step_li
     vary->count = 0;
     pdi_input_step_limit_add_sides(setup, vary);
     for (int k = 0; k < setup->wall_count; k++)
-        pdi_input_step_limit_add_expression(setup, &setup->walls[k].held, -1, vary);
-    for (int d = 0; d < PD_DIM; d++) pdi_input_step_limit_add_expression(setup, &setup->body[d], -1, vary);
+        pdi_input_step_limit_add_expression(setup, &setup->wall_shape[k].fixed_c, -1, vary);
+    for (int d = 0; d < PD_DIM; d++) pdi_input_step_limit_add_expression(setup, &setup->body_force[d], -1, vary);
     for (int k = 0; k < setup->metals; k++)
         pdi_input_step_limit_add_expression(setup, &setup->metal[k].potential, -1, vary);
     pdi_input_step_limit_add_electrodes(setup, vary);
@@ -160,7 +162,7 @@ static void pdi_input_step_limit_add_all(const pd_setup *setup, pd_input_step_li
 PDI_FN pd_status pdi_input_step_limit_build(pd_ctx *ctx, const pd_setup *setup, pd_input_step_limit *vary)
 {
     memset(vary, 0, sizeof *vary);
-    vary->last = setup->until;
+    vary->end_time = setup->end_time;
     vary->rtol = setup->rtol > 0.0 ? setup->rtol : PDI_INPUT_STEP_LIMIT_DEFAULT_RTOL;
     pdi_input_step_limit_add_all(setup, vary);
     vary->capacity = vary->count;
@@ -274,14 +276,15 @@ static double pdi_input_step_limit_limit_midpoint_error(const pd_input_step_limi
                                                         double most, double t, double end)
 {
     double begins = pdi_input_step_limit_compute_start_tolerance(t, end),
-           wide = sqrt(PDI_INPUT_STEP_LIMIT_GROWTH_FACTOR * vary->rtol) * value->fold;
-    for (int k = 0; value->middle && k < PDI_INPUT_STEP_LIMIT_MAX_HALVINGS && begins < end; k++) {
+           wide = sqrt(PDI_INPUT_STEP_LIMIT_GROWTH_FACTOR * vary->rtol) * value->efolding_voltage;
+    for (int k = 0; value->at_midpoint && k < PDI_INPUT_STEP_LIMIT_MAX_HALVINGS && begins < end; k++) {
         double first = pdi_input_step_limit_get_value(value, begins),
                middle = pdi_input_step_limit_get_value(value, 0.5 * (t + end));
         double last = pdi_input_step_limit_get_value(value, end * (1.0 - DBL_EPSILON)),
                simpson = (first + 4.0 * middle + last) / 6.0;
-        double size =
-            value->fold < HUGE_VAL ? value->fold : pdi_max(fabs(simpson), PDI_INPUT_STEP_LIMIT_SMALL_FRACTION * most);
+        double size = value->efolding_voltage < HUGE_VAL
+                          ? value->efolding_voltage
+                          : pdi_max(fabs(simpson), PDI_INPUT_STEP_LIMIT_SMALL_FRACTION * most);
         double change = pdi_max(fabs(last - first), pdi_max(fabs(middle - first), fabs(last - middle)));
         if (!(fabs(simpson - middle) > PDI_INPUT_STEP_LIMIT_MIDPOINT_TOLERANCE * vary->rtol * size) && !(change > wide))
             return end;
@@ -297,7 +300,7 @@ PDI_FN double pdi_input_step_limit_compute(void *user, double t, double end)
     for (int trial = 0; trial < PDI_INPUT_STEP_LIMIT_MAX_TRIALS; trial++) {
         double earlier = end;
         for (int32_t k = 0; k < vary->count; k++) {
-            pdi_interval all = pdi_input_step_limit_compute_bounds(&vary->value[k], t, pdi_max(end, vary->last));
+            pdi_interval all = pdi_input_step_limit_compute_bounds(&vary->value[k], t, pdi_max(end, vary->end_time));
             double most = pdi_max(fabs(all.low), fabs(all.high));
             if (!(most < HUGE_VAL)) most = 0.0;
             earlier = pdi_input_step_limit_find_unseen_change(&vary->value[k], most, t, earlier);

@@ -14,15 +14,16 @@
 typedef struct pd_input_value {
     const pd_expr *expr;
     double x[PD_DIM]; /* [m] */
-    int middle;       /* 1: the solver takes the value at the midpoint of a step */
-    double fold;      /* [V] with `middle`: change by which the current grows e-fold; HUGE_VAL: it is linear */
+    int at_midpoint;  /* 1: the solver takes the value at the midpoint of a step */
+    /* [V] with `middle`: change by which the current grows e-fold; HUGE_VAL: it is linear */
+    double efolding_voltage;
 } pd_input_value;
 
 /* All time-dependent inputs; zero: there are none. */
 typedef struct pd_input_step_limit {
     pd_input_value *value; /* [capacity] */
     int32_t count, capacity;
-    double last; /* [s] end time of the run */
+    double end_time; /* [s] end time of the run */
     double rtol; /* [-] */
 } pd_input_step_limit;
 

@@ -193,7 +193,7 @@ static void pdi_lattice_notes_print_ring_error(const pd_model *m, pd_print_fn pr
 static void pdi_lattice_notes_print_toughness_error(const pd_model *m, pd_print_fn print, void *user)
 {
     const pd_setup_mechanics *b = &m->setup->metal_body;
-    double stretch = m->structure.springs.critical;
+    double stretch = m->solid.bond_based.critical;
     char text[256];
     if (PD_DIM == 1 || !m->setup->has_solid || b->material != PD_SOLID_COUPLING_BOND_BASED) return;
     if (!(b->toughness > 0.0) || b->density > 0.0) return;
@@ -213,8 +213,8 @@ static void pdi_lattice_notes_print_toughness_error(const pd_model *m, pd_print_
 PDI_FN void pdi_lattice_notes_print(const pd_model *m, pd_print_fn print, void *user)
 {
     const pd_setup *u = m->setup;
-    pdi_lattice_notes_print_surface_nodes("metal", m->grid.touched[0], print, user);
-    pdi_lattice_notes_print_surface_nodes("wall", m->grid.touched[1], print, user);
+    pdi_lattice_notes_print_surface_nodes("metal", m->grid.nodes_on_surface[0], print, user);
+    pdi_lattice_notes_print_surface_nodes("wall", m->grid.nodes_on_surface[1], print, user);
     pdi_lattice_notes_print_surface_nodes("medium", pdi_lattice_notes_count_surface_nodes(m, u->medium), print, user);
     pdi_lattice_notes_print_surface_nodes("solution", pdi_lattice_notes_count_surface_nodes(m, u->solution), print,
                                           user);

@@ -49,10 +49,10 @@ static int pdi_mechanical_bc_is_connected_to_side(const pd_mechanical_bc *g, int
 /* Applies to a side (layers that are connected to it) or to a shape. */
 PDI_FN int pdi_mechanical_bc_is_held(const pd_mechanical_bc *g, int k, int32_t i)
 {
-    const pd_setup_mechanical_bc *grip = &g->setup->metal_body.grip[k];
+    const pd_setup_mechanical_bc *grip = &g->setup->metal_body.mechanical_bc[k];
     double x[PD_DIM];
     if (grip->side >= 0)
-        return pdi_mechanical_bc_get_layer(g, i, grip->side) < g->rows[k] &&
+        return pdi_mechanical_bc_get_layer(g, i, grip->side) < g->held_layers[k] &&
                pdi_mechanical_bc_is_connected_to_side(g, i, grip->side);
     pd_grid_position(g->structure->grid, g->structure->node[i], x);
     return pdi_shape_contains(g->setup->shape, grip->shape, g->setup->h, x);
@@ -61,7 +61,7 @@ PDI_FN int pdi_mechanical_bc_is_held(const pd_mechanical_bc *g, int k, int32_t i
 /* A family holds offsets shorter than m + 1/2 cells; its truncation is felt over two of them. */
 PDI_FN int pdi_mechanical_bc_count_held_layers(const pd_mechanical_bc *g)
 {
-    return 2 * ((int)ceil(g->structure->desc.m + 0.5) - 1);
+    return 2 * ((int)ceil(g->structure->desc.horizon_ratio + 0.5) - 1);
 }
 
 /* The point in the given layer from a side, on the lattice line of point i along the normal; -1: no metal with
@@ -74,18 +74,18 @@ static int32_t pdi_mechanical_bc_find_point_in_layer(const pd_mechanical_bc *g, 
     at[side / 2] = side % 2 ? s->grid->n[side / 2] - 1 - row : row;
     if (!pdi_grid_is_inside(s->grid, at)) return -1;
     int32_t inner = s->point[pd_grid_node(s->grid, at)];
-    return inner >= 0 && s->stiff[inner] > 0.0 ? inner : -1;
+    return inner >= 0 && s->stiffness_factor[inner] > 0.0 ? inner : -1;
 }
 
 /* 1: metal leads without a gap from point i to the first layer behind the held ones of condition k, and component d is
  * free there. */
 static int pdi_mechanical_bc_has_free_layer(const pd_mechanical_bc *g, int k, int32_t i, int d)
 {
-    int side = g->setup->metal_body.grip[k].side;
-    for (int row = pdi_mechanical_bc_get_layer(g, i, side) + 1; row < g->rows[k]; row++)
+    int side = g->setup->metal_body.mechanical_bc[k].side;
+    for (int row = pdi_mechanical_bc_get_layer(g, i, side) + 1; row < g->held_layers[k]; row++)
         if (pdi_mechanical_bc_find_point_in_layer(g, i, side, row) < 0) return 0;
-    int32_t first = pdi_mechanical_bc_find_point_in_layer(g, i, side, g->rows[k]);
-    return first >= 0 && !g->structure->held[(int64_t)first * PD_DIM + d];
+    int32_t first = pdi_mechanical_bc_find_point_in_layer(g, i, side, g->held_layers[k]);
+    return first >= 0 && !g->structure->prescribed[(int64_t)first * PD_DIM + d];
 }
 
 /* Iterator over the held points whose first free layer point i is interpolated from (the nearest ones). */
@@ -102,13 +102,13 @@ static int32_t pdi_mechanical_bc_next_reference_point(const pd_mechanical_bc *g,
                                                       pdi_mechanical_bc_reference_points *l)
 {
     const pd_solid_coupling *s = g->structure;
-    int axis = g->setup->metal_body.grip[k].side / 2;
+    int axis = g->setup->metal_body.mechanical_bc[k].side / 2;
     while (l->next < l->positions) {
         int square = 0, at[PD_DIM], rest = l->next++;
         pdi_grid_index(s->grid, s->node[i], at);
         for (int a = 0; a < PD_DIM; a++) {
             if (a == axis) continue;
-            int step = rest % l->positions_per_axis - g->rows[k];
+            int step = rest % l->positions_per_axis - g->held_layers[k];
             rest /= l->positions_per_axis;
             at[a] += step;
             square += step * step;
@@ -130,13 +130,13 @@ static int32_t pdi_mechanical_bc_next_reference_point(const pd_mechanical_bc *g,
 static pdi_mechanical_bc_reference_points pdi_mechanical_bc_find_reference_points(const pd_mechanical_bc *g, int k,
                                                                                   int32_t i, int d)
 {
-    pdi_mechanical_bc_reference_points l = {0, 1, 1, 2 * g->rows[k] + 1, 0};
+    pdi_mechanical_bc_reference_points l = {0, 1, 1, 2 * g->held_layers[k] + 1, 0};
     if (pdi_mechanical_bc_has_free_layer(g, k, i, d)) {
         l.next = l.positions = 0;
         return l;
     }
     for (int a = 1; a < PD_DIM; a++) l.positions *= l.positions_per_axis;
-    l.distance_squared = PD_DIM * g->rows[k] * g->rows[k] + 1;
+    l.distance_squared = PD_DIM * g->held_layers[k] * g->held_layers[k] + 1;
     l.count = 0;
     while (pdi_mechanical_bc_next_reference_point(g, k, i, d, &l) >= 0) {
     }
@@ -147,16 +147,17 @@ static pdi_mechanical_bc_reference_points pdi_mechanical_bc_find_reference_point
  * component; a body in motion needs none. PD_ERR_GEOMETRY. */
 static pd_status pdi_mechanical_bc_check_free_layer(pd_ctx *ctx, const pd_mechanical_bc *g, int k)
 {
-    const pd_setup_mechanical_bc *grip = &g->setup->metal_body.grip[k];
+    const pd_setup_mechanical_bc *grip = &g->setup->metal_body.mechanical_bc[k];
     const pd_solid_coupling *s = g->structure;
     for (int d = 0; d < PD_DIM && grip->side >= 0 && !pdi_solid_coupling_is_dynamic(s); d++) {
-        int found = !grip->moves[d];
+        int found = !grip->has_displacement[d];
         for (int32_t i = 0; i < s->count && !found; i++)
             found = pdi_mechanical_bc_get_layer(g, i, grip->side) == 0 && pdi_mechanical_bc_has_free_layer(g, k, i, d);
         if (!found)
-            return pdi_fail(ctx, PD_ERR_GEOMETRY, "grip", "the side %s holds %d rows of nodes, two horizons, and no "
+            return pdi_fail(ctx, PD_ERR_GEOMETRY, "grip",
+                            "the side %s holds %d rows of nodes, two horizons, and no "
                             "line of metal has one more that is free behind them: choose a smaller h, or a grip",
-                            pdi_setup_side_name(grip->side), g->rows[k]);
+                            pdi_setup_side_name(grip->side), g->held_layers[k]);
     }
     return PD_OK;
 }
@@ -174,7 +175,7 @@ typedef struct pdi_mechanical_bc_metal_run {
 /* Number of layers from a side in which points may carry a part of its traction. */
 static int pdi_mechanical_bc_count_loaded_layers(const pd_mechanical_bc *g)
 {
-    return 2 * (int)ceil(g->structure->desc.m + 1.0);
+    return 2 * (int)ceil(g->structure->desc.horizon_ratio + 1.0);
 }
 
 /* The run of metal that point i belongs to, from the side inward (rows = 0: the point carries no traction of that
@@ -184,7 +185,8 @@ static pdi_mechanical_bc_metal_run pdi_mechanical_bc_find_metal_run(const pd_mec
     pdi_mechanical_bc_metal_run run = {0, 0, 0, 0, 0};
     int row = pdi_mechanical_bc_get_layer(g, i, side), most = 2 * pdi_mechanical_bc_count_loaded_layers(g), first = row,
         last = row;
-    if (row >= most || !(g->structure->stiff[i] > 0.0) || !pdi_mechanical_bc_is_connected_to_side(g, i, side))
+    if (row >= most || !(g->structure->stiffness_factor[i] > 0.0) ||
+        !pdi_mechanical_bc_is_connected_to_side(g, i, side))
         return run;
     while (pdi_mechanical_bc_find_point_in_layer(g, i, side, first - 1) >= 0) first--;
     for (int front = first - 2; front >= 0; front--)
@@ -203,8 +205,8 @@ PDI_FN double pdi_mechanical_bc_get_surface_coefficient(const pd_mechanical_bc *
 {
     const pd_solid_coupling *s = g->structure;
     double edge[PD_DIM];
-    if (s->solid.edge) memcpy(edge, s->solid.edge + (int64_t)i * PD_DIM, sizeof edge);
-    else pdi_microelastic_compute_edge(&s->springs, i, edge);
+    if (s->solid.surface_vector) memcpy(edge, s->solid.surface_vector + (int64_t)i * PD_DIM, sizeof edge);
+    else pdi_microelastic_compute_edge(&s->bond_based, i, edge);
     return side % 2 ? -edge[side / 2] : edge[side / 2];
 }
 
@@ -222,7 +224,8 @@ typedef struct pdi_mechanical_bc_load_weights {
 static int pdi_mechanical_bc_compute_load_weights(const pd_mechanical_bc *g, int k, int32_t i,
                                                   pdi_mechanical_bc_load_weights *part)
 {
-    int side = g->setup->metal_body.grip[k].side, axis = side / 2, depth = pdi_mechanical_bc_count_held_layers(g);
+    int side = g->setup->metal_body.mechanical_bc[k].side, axis = side / 2,
+        depth = pdi_mechanical_bc_count_held_layers(g);
     pdi_mechanical_bc_metal_run run = pdi_mechanical_bc_find_metal_run(g, i, side);
     int rows = (1 + run.has_mirror) * run.layers, row = pdi_mechanical_bc_get_layer(g, i, side);
     int last = g->structure->grid->n[axis] - 1 - row < depth;
@@ -232,7 +235,7 @@ static int pdi_mechanical_bc_compute_load_weights(const pd_mechanical_bc *g, int
     if (!run.layers || (!run.thin && !(half > 0.0))) return 0;
     double edge = pdi_mechanical_bc_get_surface_coefficient(g, i, side);
     for (int d = 0; d < PD_DIM; d++) {
-        int held = run.thin && run.spans_box && g->faces[k] >> d & 1;
+        int held = run.thin && run.spans_box && g->opposite_held[k] >> d & 1;
         part->surface[d] = held ? (last ? 0.0 : edge) : half * edge;
         part->takes_remainder[d] = run.thin && (held ? last : !run.has_mirror || d != axis) ? 1.0 : 0.0;
     }
@@ -250,12 +253,13 @@ static void pdi_mechanical_bc_integrate_load_weights(const pd_mechanical_bc *g, 
         pdi_mechanical_bc_load_weights part;
         if (!pdi_mechanical_bc_compute_load_weights(g, k, i, &part)) continue;
         for (int d = 0; d < PD_DIM; d++) {
-            units[d] += (int64_t)llround(cell * part.surface[d] / g->area[k] * PDI_MECHANICAL_BC_FIXED_POINT_SCALE);
+            units[d] +=
+                (int64_t)llround(cell * part.surface[d] / g->initial_area[k] * PDI_MECHANICAL_BC_FIXED_POINT_SCALE);
             points[d] += part.takes_remainder[d] > 0.0;
         }
     }
     for (int d = 0; d < PD_DIM; d++) {
-        bears[d] = (double)units[d] / PDI_MECHANICAL_BC_FIXED_POINT_SCALE * g->area[k];
+        bears[d] = (double)units[d] / PDI_MECHANICAL_BC_FIXED_POINT_SCALE * g->initial_area[k];
         spreads[d] = (double)points[d] * cell;
     }
 }
@@ -265,9 +269,9 @@ static void pdi_mechanical_bc_integrate_load_weights(const pd_mechanical_bc *g, 
 static pd_status pdi_mechanical_bc_check_thickness(pd_ctx *ctx, const pd_mechanical_bc *g, int k,
                                                    const pdi_mechanical_bc_metal_run *run)
 {
-    const pd_setup_mechanical_bc *grip = &g->setup->metal_body.grip[k];
+    const pd_setup_mechanical_bc *grip = &g->setup->metal_body.mechanical_bc[k];
     int side = grip->side, expected = 3 * pdi_mechanical_bc_count_held_layers(g) / 2 + 1;
-    int both = grip->pulls ? g->faces[k] : g->faces[k] & 1 << side / 2;
+    int both = grip->has_traction ? g->opposite_held[k] : g->opposite_held[k] & 1 << side / 2;
     if (PD_DIM == 1 || g->structure->desc.material != PD_SOLID_COUPLING_ORDINARY_STATE || !both || !run->spans_box ||
         run->layers >= expected)
         return PD_OK;
@@ -282,13 +286,13 @@ static pd_status pdi_mechanical_bc_check_thickness(pd_ctx *ctx, const pd_mechani
 static pd_status pdi_mechanical_bc_set_initial_load_area(pd_ctx *ctx, pd_mechanical_bc *g, int k)
 {
     const pd_setup_mechanics *b = &g->setup->metal_body;
-    int side = b->grip[k].side, thin = 0;
+    int side = b->mechanical_bc[k].side, thin = 0;
     double bears[PD_DIM], spreads[PD_DIM];
-    for (int d = 0; d < PD_DIM; d++) g->borne[k][d] = g->area[k];
-    if (!b->grip[k].pulls && !b->grip[k].presses) return PD_OK;
-    for (int other = 0; other < b->grips; other++)
-        for (int d = 0; d < PD_DIM && b->grip[other].side == (side ^ 1); d++)
-            g->faces[k] |= b->grip[other].moves[d] << d;
+    for (int d = 0; d < PD_DIM; d++) g->weighted_area[k][d] = g->initial_area[k];
+    if (!b->mechanical_bc[k].has_traction && !b->mechanical_bc[k].has_pressure) return PD_OK;
+    for (int other = 0; other < b->mechanical_bcs; other++)
+        for (int d = 0; d < PD_DIM && b->mechanical_bc[other].side == (side ^ 1); d++)
+            g->opposite_held[k] |= b->mechanical_bc[other].has_displacement[d] << d;
     for (int32_t i = 0; i < g->structure->count; i++) {
         if (pdi_mechanical_bc_get_layer(g, i, side) > 0) continue;
         pdi_mechanical_bc_metal_run run = pdi_mechanical_bc_find_metal_run(g, i, side);
@@ -297,7 +301,8 @@ static pd_status pdi_mechanical_bc_set_initial_load_area(pd_ctx *ctx, pd_mechani
     }
     if (thin) pdi_mechanical_bc_integrate_load_weights(g, k, bears, spreads);
     for (int d = 0; d < PD_DIM && thin; d++)
-        if (fabs(bears[d] - g->area[k]) > PDI_MECHANICAL_BC_SUM_TOLERANCE * g->area[k]) g->borne[k][d] = bears[d];
+        if (fabs(bears[d] - g->initial_area[k]) > PDI_MECHANICAL_BC_SUM_TOLERANCE * g->initial_area[k])
+            g->weighted_area[k][d] = bears[d];
     return PD_OK;
 }
 
@@ -313,15 +318,17 @@ typedef struct pdi_mechanical_bc_load_scaling {
 static pd_status pdi_mechanical_bc_compute_load_scaling(pd_ctx *ctx, const pd_mechanical_bc *g, int k, double t,
                                                         pdi_mechanical_bc_load_scaling *shares)
 {
-    double bears[PD_DIM], spreads[PD_DIM], area = g->area[k];
+    double bears[PD_DIM], spreads[PD_DIM], area = g->initial_area[k];
     memset(shares, 0, sizeof *shares);
     pdi_mechanical_bc_integrate_load_weights(g, k, bears, spreads);
     for (int d = 0; d < PD_DIM; d++) {
-        double borne = g->borne[k][d];
+        double borne = g->weighted_area[k][d];
         int bearing = fabs(borne) > PDI_MECHANICAL_BC_MIN_METAL_FRACTION * area;
         if (bearing ? !(bears[d] / borne > PDI_MECHANICAL_BC_MIN_METAL_FRACTION) : !(spreads[d] > 0.0))
-            return pdi_fail(ctx, PD_ERR_STATE, "grip", "too little metal is left at the side %s to bear its traction "
-                            "at t = %g s", pdi_setup_side_name(g->setup->metal_body.grip[k].side), t);
+            return pdi_fail(ctx, PD_ERR_STATE, "grip",
+                            "too little metal is left at the side %s to bear its traction "
+                            "at t = %g s",
+                            pdi_setup_side_name(g->setup->metal_body.mechanical_bc[k].side), t);
         shares->scale[d] =
             bearing && fabs(bears[d] - borne) > PDI_MECHANICAL_BC_SUM_TOLERANCE * area ? borne / bears[d] : 1.0;
         shares->remainder[d] = spreads[d] > 0.0 ? (area - borne) / spreads[d] : 0.0;
@@ -340,7 +347,7 @@ static double pdi_mechanical_bc_get_load_weight(const pdi_mechanical_bc_load_sca
 PDI_FN void pdi_mechanical_bc_list(pdi_array_visitor *owner, void *object)
 {
     pd_mechanical_bc *grips = (pd_mechanical_bc *)object;
-    PDI_ARRAY(owner, grips, interpolation.row, grips->led, "");
+    PDI_ARRAY(owner, grips, interpolation.row, grips->interpolation_capacity, "");
 }
 
 PDI_FN void pdi_mechanical_bc_free(pd_ctx *ctx, pd_mechanical_bc *g)
@@ -356,29 +363,29 @@ PDI_FN pd_status pdi_mechanical_bc_build(pd_ctx *ctx, const pd_setup *setup, pd_
     memset(g, 0, sizeof *g);
     g->setup = setup;
     g->structure = structure;
-    for (int k = 0; k < b->grips; k++) {
-        const pd_setup_mechanical_bc *grip = &b->grip[k];
+    for (int k = 0; k < b->mechanical_bcs; k++) {
+        const pd_setup_mechanical_bc *grip = &b->mechanical_bc[k];
         double face = grip->side >= 0 ? structure->body.volume[0] / structure->grid->h[grip->side / 2] : 0.0;
         int32_t held = 0;
-        if (grip->side >= 0) g->rows[k] = pdi_mechanical_bc_count_held_layers(g);
+        if (grip->side >= 0) g->held_layers[k] = pdi_mechanical_bc_count_held_layers(g);
         for (int32_t i = 0; i < structure->count; i++) {
             if (!pdi_mechanical_bc_is_held(g, k, i)) continue;
             held += grip->side < 0 || pdi_mechanical_bc_get_layer(g, i, grip->side) == 0;
             for (int d = 0; d < PD_DIM; d++)
-                if (grip->moves[d]) structure->held[(int64_t)i * PD_DIM + d] = 1;
+                if (grip->has_displacement[d]) structure->prescribed[(int64_t)i * PD_DIM + d] = 1;
             for (int d = 0; d < PD_DIM && grip->side >= 0 && !pdi_solid_coupling_is_dynamic(structure); d++)
-                g->led += grip->moves[d];
+                g->interpolation_capacity += grip->has_displacement[d];
         }
-        g->area[k] = face * held;
+        g->initial_area[k] = face * held;
         if (held) continue;
         if (grip->side >= 0)
             return pdi_fail(ctx, PD_ERR_GEOMETRY, "grip", "no metal on the side %s, expected some that it holds or "
                             "loads", pdi_setup_side_name(grip->side));
         return pdi_fail(ctx, PD_ERR_GEOMETRY, "grip", "no metal in a shape that is to hold it");
     }
-    for (int k = 0; k < b->grips; k++) PDI_TRY(pdi_mechanical_bc_check_free_layer(ctx, g, k));
-    for (int k = 0; k < b->grips; k++) PDI_TRY(pdi_mechanical_bc_set_initial_load_area(ctx, g, k));
-    structure->rest.desc.interpolation = &g->interpolation;
+    for (int k = 0; k < b->mechanical_bcs; k++) PDI_TRY(pdi_mechanical_bc_check_free_layer(ctx, g, k));
+    for (int k = 0; k < b->mechanical_bcs; k++) PDI_TRY(pdi_mechanical_bc_set_initial_load_area(ctx, g, k));
+    structure->static_solver.desc.interpolation = &g->interpolation;
     return pdi_array_registry_build(ctx, pdi_mechanical_bc_list, g);
 }
 
@@ -399,11 +406,11 @@ static pd_status pdi_mechanical_bc_check_finite(pd_ctx *ctx, const pd_setup_mech
 PDI_FN int pdi_mechanical_bc_find_sides(const pd_mechanical_bc *g, int32_t i, int d, int *holders)
 {
     int count = 0;
-    for (int k = 0; k < g->setup->metal_body.grips; k++) {
-        const pd_setup_mechanical_bc *grip = &g->setup->metal_body.grip[k];
-        if (grip->side < 0 || !grip->moves[d] || !pdi_mechanical_bc_is_held(g, k, i)) continue;
+    for (int k = 0; k < g->setup->metal_body.mechanical_bcs; k++) {
+        const pd_setup_mechanical_bc *grip = &g->setup->metal_body.mechanical_bc[k];
+        if (grip->side < 0 || !grip->has_displacement[d] || !pdi_mechanical_bc_is_held(g, k, i)) continue;
         int at = 0;
-        while (at < count && g->setup->metal_body.grip[holders[at]].side / 2 != grip->side / 2) at++;
+        while (at < count && g->setup->metal_body.mechanical_bc[holders[at]].side / 2 != grip->side / 2) at++;
         holders[at] = k;
         if (at == count) count++;
     }
@@ -415,11 +422,11 @@ PDI_FN int pdi_mechanical_bc_find_sides(const pd_mechanical_bc *g, int32_t i, in
 static pd_status pdi_mechanical_bc_get_displacement(pd_ctx *ctx, const pd_mechanical_bc *g, int k, const double *x,
                                                     int d, double t, double *given)
 {
-    const pd_setup_mechanical_bc *grip = &g->setup->metal_body.grip[k];
+    const pd_setup_mechanical_bc *grip = &g->setup->metal_body.mechanical_bc[k];
     double at[PD_DIM];
     memcpy(at, x, sizeof at);
     if (grip->side >= 0) pdi_mechanical_bc_project_to_side(g, grip->side, at);
-    *given = pdi_setup_eval_expr(&grip->move[d], at, t);
+    *given = pdi_setup_eval_expr(&grip->displacement[d], at, t);
     return pdi_mechanical_bc_check_finite(ctx, grip, *given, at, t);
 }
 
@@ -436,8 +443,8 @@ static pd_status pdi_mechanical_bc_set_corner_displacement(pd_ctx *ctx, const pd
         for (int a = 0; a < b; a++) {
             double edge[PD_DIM], of_a, of_b, edge_a, edge_b;
             memcpy(edge, x, sizeof edge);
-            pdi_mechanical_bc_project_to_side(g, g->setup->metal_body.grip[holders[a]].side, edge);
-            pdi_mechanical_bc_project_to_side(g, g->setup->metal_body.grip[holders[b]].side, edge);
+            pdi_mechanical_bc_project_to_side(g, g->setup->metal_body.mechanical_bc[holders[a]].side, edge);
+            pdi_mechanical_bc_project_to_side(g, g->setup->metal_body.mechanical_bc[holders[b]].side, edge);
             PDI_TRY(pdi_mechanical_bc_get_displacement(ctx, g, holders[a], x, d, t, &of_a));
             PDI_TRY(pdi_mechanical_bc_get_displacement(ctx, g, holders[b], x, d, t, &of_b));
             PDI_TRY(pdi_mechanical_bc_get_displacement(ctx, g, holders[a], edge, d, t, &edge_a));
@@ -452,12 +459,12 @@ static pd_status pdi_mechanical_bc_set_corner_displacement(pd_ctx *ctx, const pd
 static pd_status pdi_mechanical_bc_set_displacement(pd_ctx *ctx, const pd_mechanical_bc *g, int k, int32_t i, double t,
                                                     double *u)
 {
-    const pd_setup_mechanical_bc *grip = &g->setup->metal_body.grip[k];
+    const pd_setup_mechanical_bc *grip = &g->setup->metal_body.mechanical_bc[k];
     double x[PD_DIM];
     pd_grid_position(g->structure->grid, g->structure->node[i], x);
     for (int d = 0; d < PD_DIM; d++) {
         double value;
-        if (!grip->moves[d]) continue;
+        if (!grip->has_displacement[d]) continue;
         PDI_TRY(pdi_mechanical_bc_get_displacement(ctx, g, k, x, d, t, &value));
         u[(int64_t)i * PD_DIM + d] = fabs(value) < PDI_MECHANICAL_BC_MIN_DISPLACEMENT ? 0.0 : value;
     }
@@ -469,13 +476,13 @@ static pd_status pdi_mechanical_bc_set_displacement(pd_ctx *ctx, const pd_mechan
 static pd_status pdi_mechanical_bc_grow_interpolation(pd_ctx *ctx, pd_mechanical_bc *g)
 {
     pd_constraint_row *row = NULL;
-    if (g->interpolation.count < g->led) return PD_OK;
-    int64_t led = 2 * g->led;
+    if (g->interpolation.count < g->interpolation_capacity) return PD_OK;
+    int64_t led = 2 * g->interpolation_capacity;
     PDI_TRY(PDI_NEW(ctx, "grip", led, row));
-    memcpy(row, g->interpolation.row, (size_t)g->led * sizeof *row);
-    PDI_DELETE(ctx, g->led, g->interpolation.row);
+    memcpy(row, g->interpolation.row, (size_t)g->interpolation_capacity * sizeof *row);
+    PDI_DELETE(ctx, g->interpolation_capacity, g->interpolation.row);
     g->interpolation.row = row;
-    g->led = led;
+    g->interpolation_capacity = led;
     return PD_OK;
 }
 
@@ -485,17 +492,17 @@ static pd_status pdi_mechanical_bc_grow_interpolation(pd_ctx *ctx, pd_mechanical
 static pd_status pdi_mechanical_bc_add_interpolation(pd_ctx *ctx, pd_mechanical_bc *g, int k, int32_t i, int32_t leader,
                                                      int d, double share, double t, double *u)
 {
-    const pd_setup_mechanical_bc *grip = &g->setup->metal_body.grip[k];
+    const pd_setup_mechanical_bc *grip = &g->setup->metal_body.mechanical_bc[k];
     double x[PD_DIM], given;
     PDI_TRY(pdi_mechanical_bc_grow_interpolation(ctx, g));
     pd_constraint_row *row = g->interpolation.row + g->interpolation.count++;
-    row->at = (int64_t)i * PD_DIM + d;
-    row->leader = (int64_t)pdi_mechanical_bc_find_point_in_layer(g, leader, grip->side, g->rows[k]) * PD_DIM + d;
-    row->part = share * (pdi_mechanical_bc_get_layer(g, i, grip->side) + 0.5) / (g->rows[k] + 0.5);
-    row->face = pdi_mechanical_bc_get_layer(g, i, grip->side) == 0;
+    row->follower = (int64_t)i * PD_DIM + d;
+    row->leader = (int64_t)pdi_mechanical_bc_find_point_in_layer(g, leader, grip->side, g->held_layers[k]) * PD_DIM + d;
+    row->coefficient = share * (pdi_mechanical_bc_get_layer(g, i, grip->side) + 0.5) / (g->held_layers[k] + 0.5);
+    row->near_boundary = pdi_mechanical_bc_get_layer(g, i, grip->side) == 0;
     pd_grid_position(g->structure->grid, g->structure->node[leader], x);
     PDI_TRY(pdi_mechanical_bc_get_displacement(ctx, g, k, x, d, t, &given));
-    if (fabs(given) >= PDI_MECHANICAL_BC_MIN_DISPLACEMENT) u[row->at] -= row->part * given;
+    if (fabs(given) >= PDI_MECHANICAL_BC_MIN_DISPLACEMENT) u[row->follower] -= row->coefficient * given;
     return PD_OK;
 }
 
@@ -504,7 +511,7 @@ static pd_status pdi_mechanical_bc_add_interpolation(pd_ctx *ctx, pd_mechanical_
 static pd_status pdi_mechanical_bc_interpolate_held(pd_ctx *ctx, pd_mechanical_bc *g, int k, int32_t i, int d, double t,
                                                     double *u)
 {
-    if (g->setup->metal_body.grip[k].side < 0 || pdi_solid_coupling_is_dynamic(g->structure)) return PD_OK;
+    if (g->setup->metal_body.mechanical_bc[k].side < 0 || pdi_solid_coupling_is_dynamic(g->structure)) return PD_OK;
     int holders[PD_DIM], count = pdi_mechanical_bc_find_sides(g, i, d, holders);
     if (count > 1) return pdi_mechanical_bc_set_corner_displacement(ctx, g, holders, count, i, d, t, u);
     pdi_mechanical_bc_reference_points l = pdi_mechanical_bc_find_reference_points(g, k, i, d);
@@ -525,18 +532,18 @@ static pd_status pdi_mechanical_bc_set_displacements(pd_ctx *ctx, pd_mechanical_
     for (int32_t i = 0; i < g->structure->count; i++) {
         int last[PD_DIM];
         for (int d = 0; d < PD_DIM; d++) last[d] = -1;
-        for (int k = 0; k < b->grips; k++) {
+        for (int k = 0; k < b->mechanical_bcs; k++) {
             if (!pdi_mechanical_bc_is_held(g, k, i)) continue;
             PDI_TRY(pdi_mechanical_bc_set_displacement(ctx, g, k, i, t, u));
             for (int d = 0; d < PD_DIM; d++)
-                if (b->grip[k].moves[d]) last[d] = k;
+                if (b->mechanical_bc[k].has_displacement[d]) last[d] = k;
         }
         for (int d = 0; d < PD_DIM; d++)
             if (last[d] >= 0) PDI_TRY(pdi_mechanical_bc_interpolate_held(ctx, g, last[d], i, d, t, u));
     }
     for (int64_t k = 0; k < g->interpolation.count; k++) {
         const pd_constraint_row *row = g->interpolation.row + k;
-        u[row->at] += row->part * u[row->leader];
+        u[row->follower] += row->coefficient * u[row->leader];
     }
     return PD_OK;
 }
@@ -546,11 +553,11 @@ static pd_status pdi_mechanical_bc_set_displacements(pd_ctx *ctx, pd_mechanical_
 static pd_status pdi_mechanical_bc_compute_traction(pd_ctx *ctx, const pd_mechanical_bc *g, int k, const double *x,
                                                     double t, double *pull, double *size)
 {
-    const pd_setup_mechanical_bc *grip = &g->setup->metal_body.grip[k];
+    const pd_setup_mechanical_bc *grip = &g->setup->metal_body.mechanical_bc[k];
     for (int d = 0; d < PD_DIM; d++) {
-        pull[d] = grip->pulls ? pdi_setup_eval_expr(&grip->pull[d], x, t) : 0.0;
-        if (grip->presses && d == grip->side / 2)
-            pull[d] += (grip->side % 2 ? -1.0 : 1.0) * pdi_setup_eval_expr(&grip->press, x, t);
+        pull[d] = grip->has_traction ? pdi_setup_eval_expr(&grip->traction[d], x, t) : 0.0;
+        if (grip->has_pressure && d == grip->side / 2)
+            pull[d] += (grip->side % 2 ? -1.0 : 1.0) * pdi_setup_eval_expr(&grip->pressure, x, t);
         PDI_TRY(pdi_mechanical_bc_check_finite(ctx, grip, pull[d], x, t));
     }
     *size = pdi_vec_norm(pull);
@@ -560,9 +567,9 @@ static pd_status pdi_mechanical_bc_compute_traction(pd_ctx *ctx, const pd_mechan
 /* Does the traction of condition k depend on the place along the side? 1 or 0. */
 static int pdi_mechanical_bc_is_nonuniform(const pd_mechanical_bc *g, int k)
 {
-    const pd_setup_mechanical_bc *grip = &g->setup->metal_body.grip[k];
-    uint32_t uses = grip->presses ? grip->press.uses : 0, places = ((uint32_t)1 << PD_DIM) - 1;
-    for (int d = 0; d < PD_DIM && grip->pulls; d++) uses |= grip->pull[d].uses;
+    const pd_setup_mechanical_bc *grip = &g->setup->metal_body.mechanical_bc[k];
+    uint32_t uses = grip->has_pressure ? grip->pressure.variables_used : 0, places = ((uint32_t)1 << PD_DIM) - 1;
+    for (int d = 0; d < PD_DIM && grip->has_traction; d++) uses |= grip->traction[d].variables_used;
     return (uses & places & ~((uint32_t)1 << grip->side / 2)) != 0;
 }
 
@@ -601,11 +608,11 @@ static void pdi_mechanical_bc_add_resultant(pdi_mechanical_bc_resultants *w, int
 static double pdi_mechanical_bc_compute_loaded_area(const pd_mechanical_bc *g, int k, pdi_mechanical_bc_resultants *w)
 {
     const pd_solid_coupling *s = g->structure;
-    int side = g->setup->metal_body.grip[k].side;
+    int side = g->setup->metal_body.mechanical_bc[k].side;
     double area = 0.0, face = s->body.volume[0] / s->grid->h[side / 2], x[PD_DIM];
     for (int d = 0; d < PD_DIM; d++) w->size = pdi_max(w->size, g->setup->hi[d] - g->setup->lo[d]);
     for (int32_t i = 0; i < s->count; i++) {
-        if (pdi_mechanical_bc_get_layer(g, i, side) || !(s->stiff[i] > 0.0)) continue;
+        if (pdi_mechanical_bc_get_layer(g, i, side) || !(s->stiffness_factor[i] > 0.0)) continue;
         pd_grid_position(s->grid, s->node[i], x);
         for (int d = 0; d < PD_DIM; d++) w->centre[d] += face * x[d];
         area += face;
@@ -623,9 +630,9 @@ static pd_status pdi_mechanical_bc_add_traction_moments(pd_ctx *ctx, const pd_me
                                                         pdi_mechanical_bc_resultants *w)
 {
     const pd_solid_coupling *s = g->structure;
-    int side = g->setup->metal_body.grip[k].side, axis = side / 2;
+    int side = g->setup->metal_body.mechanical_bc[k].side, axis = side / 2;
     for (int32_t i = 0; i < s->count; i++) {
-        if (pdi_mechanical_bc_get_layer(g, i, side) || !(s->stiff[i] > 0.0)) continue;
+        if (pdi_mechanical_bc_get_layer(g, i, side) || !(s->stiffness_factor[i] > 0.0)) continue;
         for (int corner = 0; corner < 1 << PD_DIM; corner++) {
             double x[PD_DIM], pull[PD_DIM], basis[1 + PD_DIM], size;
             if (corner >> axis & 1) continue;
@@ -648,7 +655,7 @@ static pd_status pdi_mechanical_bc_subtract_nodal_moments(pd_ctx *ctx, const pd_
                                                           pdi_mechanical_bc_resultants *w)
 {
     const pd_solid_coupling *s = g->structure;
-    int side = g->setup->metal_body.grip[k].side, axis = side / 2;
+    int side = g->setup->metal_body.mechanical_bc[k].side, axis = side / 2;
     for (int32_t i = 0; i < s->count; i++) {
         double x[PD_DIM], pull[PD_DIM], size, basis[1 + PD_DIM];
         pdi_mechanical_bc_load_weights part;
@@ -714,11 +721,11 @@ static pd_status pdi_mechanical_bc_solve_traction_correction(pd_ctx *ctx, const 
                                                              pdi_mechanical_bc_resultants *w)
 {
     const pd_solid_coupling *s = g->structure;
-    int axis = g->setup->metal_body.grip[k].side / 2;
+    int axis = g->setup->metal_body.mechanical_bc[k].side / 2;
     double area = pdi_mechanical_bc_compute_loaded_area(g, k, w);
     if (!(area > 0.0)) return PD_OK;
     /* the load stays as metal goes */
-    double face = s->body.volume[0] / s->grid->h[axis] * (g->area[k] / area);
+    double face = s->body.volume[0] / s->grid->h[axis] * (g->initial_area[k] / area);
     PDI_TRY(pdi_mechanical_bc_add_traction_moments(ctx, g, k, t, face, shares, w));
     PDI_TRY(pdi_mechanical_bc_subtract_nodal_moments(ctx, g, k, t, shares, w));
     for (int b = 1; b < PD_DIM; b++) {
@@ -734,7 +741,8 @@ static pd_status pdi_mechanical_bc_solve_traction_correction(pd_ctx *ctx, const 
 PDI_FN pd_status pdi_mechanical_bc_add_traction(pd_ctx *ctx, const pd_mechanical_bc *g, int k, double t, double *load)
 {
     const pd_solid_coupling *s = g->structure;
-    int side = g->setup->metal_body.grip[k].side, axis = side / 2, varies = pdi_mechanical_bc_is_nonuniform(g, k);
+    int side = g->setup->metal_body.mechanical_bc[k].side, axis = side / 2,
+        varies = pdi_mechanical_bc_is_nonuniform(g, k);
     pdi_mechanical_bc_resultants w;
     pdi_mechanical_bc_load_scaling shares;
     PDI_TRY(pdi_mechanical_bc_compute_load_scaling(ctx, g, k, t, &shares));
@@ -763,16 +771,17 @@ PDI_FN pd_status pdi_mechanical_bc_apply(pd_ctx *ctx, void *user, double t, doub
     const pd_setup_mechanics *b = &g->setup->metal_body;
     const pd_solid_coupling *s = g->structure;
     PDI_TRY(pdi_mechanical_bc_set_displacements(ctx, g, t, u));
-    for (int k = 0; k < b->grips; k++)
-        if (b->grip[k].pulls || b->grip[k].presses) PDI_TRY(pdi_mechanical_bc_add_traction(ctx, g, k, t, load));
-    for (int32_t i = 0; i < s->count && b->weighs; i++) {
+    for (int k = 0; k < b->mechanical_bcs; k++)
+        if (b->mechanical_bc[k].has_traction || b->mechanical_bc[k].has_pressure)
+            PDI_TRY(pdi_mechanical_bc_add_traction(ctx, g, k, t, load));
+    for (int32_t i = 0; i < s->count && b->has_body_force; i++) {
         double x[PD_DIM];
-        if (!(s->stiff[i] > 0.0)) continue;
+        if (!(s->stiffness_factor[i] > 0.0)) continue;
         pd_grid_position(s->grid, s->node[i], x);
         for (int d = 0; d < PD_DIM; d++) {
             double value = pdi_setup_eval_expr(&b->force[d], x, t);
             PDI_TRY(pdi_mechanical_bc_check_finite(ctx, NULL, value, x, t));
-            load[(int64_t)i * PD_DIM + d] += s->stiff[i] * value;
+            load[(int64_t)i * PD_DIM + d] += s->stiffness_factor[i] * value;
         }
     }
     return PD_OK;
@@ -784,10 +793,10 @@ PDI_FN double pdi_mechanical_bc_compute_rate_factor(void *user, const pd_local_s
     double vars[PDI_SETUP_STRESS_VARS];
     vars[0] = at->pressure;
     vars[1] = at->mises;
-    vars[2] = at->slip;
+    vars[2] = at->plastic_strain;
     memcpy(vars + 3, at->x, sizeof at->x);
     vars[3 + PD_DIM] = at->t;
-    return pdi_expr_eval(&u->metal_body.pace, vars);
+    return pdi_expr_eval(&u->metal_body.rate_factor, vars);
 }
 
 #undef PDI_MECHANICAL_BC_MIN_DISPLACEMENT

@@ -10,12 +10,14 @@ typedef struct pd_mechanical_bc {
     const pd_setup *setup;
     pd_solid_coupling *structure;
     /* layers of nodes beside a side whose displacement is prescribed: two horizons */
-    int rows[PD_SETUP_MECHANICAL_BCS];
-    double area[PD_SETUP_MECHANICAL_BCS];          /* [m^(d-1)] area of metal on a side at the start */
-    double borne[PD_SETUP_MECHANICAL_BCS][PD_DIM]; /* [m^(d-1)] part of that area that the vectors c of (8.5) load, at
-                                                    * the start, for each component of a traction */
-    int faces[PD_SETUP_MECHANICAL_BCS];            /* bit d: the opposite side prescribes displacement component d */
-    int64_t led;                 /* capacity of interpolation.row: displacement components that sides prescribe */
+    int held_layers[PD_SETUP_MECHANICAL_BCS];
+    double initial_area[PD_SETUP_MECHANICAL_BCS];          /* [m^(d-1)] area of metal on a side at the start */
+    double weighted_area[PD_SETUP_MECHANICAL_BCS][PD_DIM]; /* [m^(d-1)] part of that area that the vectors c of (8.5)
+                                                            * load, at the start, for each component of a traction */
+    /* bit d: the opposite side prescribes displacement component d */
+    int opposite_held[PD_SETUP_MECHANICAL_BCS];
+    /* capacity of interpolation.row: displacement components that sides prescribe */
+    int64_t interpolation_capacity;
     pd_multipoint_constraint interpolation; /* how these depend on the first free layer, as of the last load */
 } pd_mechanical_bc;
 

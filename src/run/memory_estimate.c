@@ -101,7 +101,7 @@ static void pdi_memory_estimate_nodes(const pd_setup *u, double reach, pd_memory
             for (i[0] = 0; i[0] < count[0]; i[0]++) {
                 double x[PD_DIM];
                 for (int d = 0; d < PD_DIM; d++) x[d] = u->lo[d] + (i[d] + 0.5) * (u->hi[d] - u->lo[d]) / count[d];
-                if (u->medium >= 0) near += fabs(pd_shape_distance(u->shape, u->medium, x)) < (u->m + 0.5) * step;
+                if (u->medium >= 0) near += fabs(pd_shape_distance(u->shape, u->medium, x)) < (u->fluid_m + 0.5) * step;
                 if (u->wall >= 0 && pd_shape_distance(u->shape, u->wall, x) < 0.0) continue;
                 double away = pdi_memory_estimate_compute_distance(u, x);
                 solid += away < 0.0;
@@ -111,8 +111,8 @@ static void pdi_memory_estimate_nodes(const pd_setup *u, double reach, pd_memory
             }
     b->fluid = b->cells * fluid / points;
     b->solid = b->cells * solid / points;
-    b->cut = b->cells * cut / points;
-    b->near = b->cells * near / points;
+    b->truncated = b->cells * cut / points;
+    b->near_medium = b->cells * near / points;
 }
 
 /* Objects of a run that are not built: only the sizes that their array lists read are set. */
@@ -149,13 +149,13 @@ static void pdi_memory_estimate_init_plan(const pd_setup *setup, const pd_memory
             fewer = pdi_max(floor(cells * PDI_MEMORY_ESTIMATE_MAX_PLANNED_NODES / nodes), 1.0);
         nodes *= (fewer + 2.0 * reach) / (cells + 2.0 * reach);
         grid->n[d] = (int)fewer;
-        grid->np[d] = grid->n[d] + 2 * reach;
+        grid->padded[d] = grid->n[d] + 2 * reach;
         grid->h[d] = setup->h[d];
     }
     grid->total = 1;
     for (int d = 0; d < PD_DIM; d++) {
         grid->stride[d] = grid->total;
-        grid->total *= grid->np[d];
+        grid->total *= grid->padded[d];
     }
     for (int s = 0; s < 2 * PD_DIM; s++) grid->side[s] = setup->side[s].kind;
     plan->node_scale = b->nodes / grid->total;
@@ -163,15 +163,15 @@ static void pdi_memory_estimate_init_plan(const pd_setup *setup, const pd_memory
     grid->solid = setup->solid;
     grid->solid_count = setup->solid >= 0 ? (int64_t)(b->solid / plan->node_scale) + 1 : 0;
     plan->stencil.count = (int)b->bonds;
-    plan->stencil.reach = (int)ceil(setup->m + 0.5) - 1;
+    plan->stencil.reach = (int)ceil(setup->fluid_m + 0.5) - 1;
     plan->across.count = (int)pdi_memory_estimate_count_bonds(setup->metal_m);
     plan->bonds.stencil = &plan->stencil;
     plan->bonds.grid = grid;
     plan->bonds.options = pdi_setup_get_bond_options(setup);
     plan->bonds.paths.words = (plan->stencil.count + 31) / 32;
-    plan->bonds.capacity = (int32_t)(1.25 * b->cut / plan->node_scale);
-    plan->bonds.spans.total = grid->total;
-    plan->bonds.spans.nodes = (int32_t)((b->fluid + b->solid) / plan->node_scale);
+    plan->bonds.capacity = (int32_t)(1.25 * b->truncated / plan->node_scale);
+    plan->bonds.active_ranges.total = grid->total;
+    plan->bonds.active_ranges.packed_length = (int32_t)((b->fluid + b->solid) / plan->node_scale);
     plan->flow.grid = grid;
     plan->flow.bonds = &plan->bonds;
 }
@@ -186,7 +186,7 @@ static double pdi_memory_estimate_count_array_bytes(const pdi_memory_estimate_pl
 /* [byte] Memory of the coarser levels of a multigrid, a geometric series over the finest one. */
 static double pdi_memory_estimate_count_level_bytes(const pdi_memory_estimate_plan *plan, const pd_multigrid *mg)
 {
-    double contrast = mg->desc.contrast ? 1.0 : 0.0;
+    double contrast = mg->desc.high_contrast ? 1.0 : 0.0;
     double link = mg->desc.symmetric ? 12.0 : 16.0;
     double cell = 4.0 + (4.0 * (4.0 + contrast) + 16.0 + 8.0 * contrast + link * 2 * PD_DIM) / ((1 << PD_DIM) - 1);
     return plan->node_scale * cell * mg->level[0].cells;
@@ -197,7 +197,7 @@ static void pdi_memory_estimate_add_shared_levels(pdi_memory_estimate_plan *plan
 {
     double more = pdi_max(levels - plan->level_bytes, 0.0);
     plan->level_bytes += more;
-    b->working += more;
+    b->runtime_bytes += more;
 }
 
 /* [byte] Growth of the shared scratch memory for a solver that needs `room` bytes of the planned grid. */
@@ -235,17 +235,17 @@ static double pdi_memory_estimate_flow_solver(const pd_setup *setup, pdi_memory_
     memset(&steady, 0, sizeof steady);
     memset(&implicit, 0, sizeof implicit);
     steady.flow = implicit.flow = &plan->flow;
-    steady.timed = setup->motion == PD_FLOW_IMPLICIT;
+    steady.solves_stages = setup->flow_time == PD_FLOW_IMPLICIT;
     pdi_steady_plan(&plan->ctx, &steady);
     double bytes = pdi_memory_estimate_count_array_bytes(plan, pdi_steady_list, &steady);
     bytes += pdi_memory_estimate_count_array_bytes(plan, pdi_jacobian_list, &steady.jacobian);
     pdi_memory_estimate_add_shared_levels(plan,
                                           pdi_memory_estimate_count_level_bytes(plan, &steady.mg_u) +
-                                              (steady.timed ? 3.0 : 2.0) *
+                                              (steady.solves_stages ? 3.0 : 2.0) *
                                                   pdi_memory_estimate_count_level_bytes(plan, &steady.mg_p),
                                           b);
     size_t room = pdi_steady_count_work_bytes(&steady);
-    if (steady.timed) {
+    if (steady.solves_stages) {
         bytes += pdi_memory_estimate_count_array_bytes(plan, pdi_implicit_list, &implicit);
         room += pdi_implicit_count_work_bytes(&implicit);
     }
@@ -256,7 +256,7 @@ static double pdi_memory_estimate_flow_solver(const pd_setup *setup, pdi_memory_
 static int pdi_memory_estimate_get_flow_order(const pd_setup *setup, const pd_grid *grid)
 {
     if (setup->flow_order) return setup->flow_order;
-    if (setup->m > 1.0 || setup->axisymmetric || setup->shapes || setup->motion != PD_FLOW_STEADY) return 2;
+    if (setup->fluid_m > 1.0 || setup->axisymmetric || setup->shapes || setup->flow_time != PD_FLOW_STEADY) return 2;
     return pdi_fourth_order_has_closed_sides(grid->side) ? 4 : 2;
 }
 
@@ -274,11 +274,11 @@ static void pdi_memory_estimate_flow(const pd_setup *u, pdi_memory_estimate_plan
     plan->flow.order = pdi_memory_estimate_get_flow_order(u, &plan->grid);
     if (plan->flow.order == 4) *bytes += pdi_memory_estimate_count_array_bytes(plan, pdi_fourth_order_list, &sharp);
     if (pdi_wall_bc_has_motion(u)) plan->flow.wall = pdi_wall_bc_get_velocity;
-    if (u->pushed) plan->flow.push = pdi_inlet_compute_body_force;
+    if (u->has_body_force_expr) plan->flow.body_force_fn = pdi_inlet_compute_body_force;
     *bytes += pdi_memory_estimate_count_array_bytes(plan, pdi_flow_list, &plan->flow);
-    if (u->motion == PD_FLOW_STEADY || u->motion == PD_FLOW_IMPLICIT)
+    if (u->flow_time == PD_FLOW_STEADY || u->flow_time == PD_FLOW_IMPLICIT)
         *bytes += pdi_memory_estimate_flow_solver(u, plan, b);
-    if (u->motion == PD_FLOW_EXPLICIT)
+    if (u->flow_time == PD_FLOW_EXPLICIT)
         *bytes += pdi_memory_estimate_count_array_bytes(plan, pdi_weakly_compressible_list, &unsteady);
 }
 
@@ -289,8 +289,8 @@ static void pdi_memory_estimate_gas(const pd_setup *setup, pdi_memory_estimate_p
     if (!setup->has_gas) return;
     memset(&gas, 0, sizeof gas);
     gas.grid = &plan->grid;
-    gas.rows = (int32_t)(b->cut / plan->node_scale);
-    gas.desc.order = setup->gas_order;
+    gas.rows = (int32_t)(b->truncated / plan->node_scale);
+    gas.desc.spatial_order = setup->gas_order;
     b->bytes[PD_PART_GAS] = pdi_memory_estimate_count_array_bytes(plan, pdi_gas_list, &gas);
 }
 
@@ -308,7 +308,7 @@ static void pdi_memory_estimate_transport(const pd_setup *setup, pdi_memory_esti
     t.bonds = t.flux.bonds = t.limiter.bonds = t.diffusion.bonds = &plan->bonds;
     t.desc.advection = setup->advection;
     if (setup->has_flow) t.flow = t.flux.flow = &plan->flow;
-    if (medium) t.desc.field = t.diffusion.media.level = pdi_memory_estimate_get_placeholder;
+    if (medium) t.desc.field = t.diffusion.media.surface_distance = pdi_memory_estimate_get_placeholder;
     t.desc.given = setup->has_corrode && setup->activation && !setup->has_flow;
     if (t.desc.given) {
         *bytes = pdi_memory_estimate_count_array_bytes(plan, pdi_transport_list, &t);
@@ -318,7 +318,7 @@ static void pdi_memory_estimate_transport(const pd_setup *setup, pdi_memory_esti
     t.diffusion.desc.smooth = !pdi_transport_limits(&t);
     t.diffusion.media.grid = &plan->grid;
     t.diffusion.media.stencil = &plan->stencil;
-    t.diffusion.media.rows = (int32_t)(b->near / plan->node_scale);
+    t.diffusion.media.rows = (int32_t)(b->near_medium / plan->node_scale);
     t.flux.conductance.bonds = &plan->bonds;
     t.flux.conductance.capacity = plan->bonds.capacity;
     t.flux.conductance.rests = pdi_transport_rests(&t);
@@ -327,8 +327,8 @@ static void pdi_memory_estimate_transport(const pd_setup *setup, pdi_memory_esti
     *bytes = pdi_memory_estimate_count_array_bytes(plan, pdi_transport_list, &t);
     *bytes += pdi_memory_estimate_add_scratch(plan, pdi_transport_room(&t));
     if (!setup->has_flow)
-        b->working += PDI_MEMORY_ESTIMATE_KRYLOV_VECTORS * 2.0 * (medium ? 8.0 : 4.0) * plan->node_scale *
-                      (double)t.krylov.length;
+        b->runtime_bytes += PDI_MEMORY_ESTIMATE_KRYLOV_VECTORS * 2.0 * (medium ? 8.0 : 4.0) * plan->node_scale *
+                            (double)t.krylov.length;
     t.diffusion.capacity = plan->bonds.capacity;
     t.diffusion.metals = plan->grid.solid_count > 0;
     *bytes += pdi_memory_estimate_count_array_bytes(plan, pdi_diffusion_list, &t.diffusion);
@@ -378,7 +378,7 @@ static void pdi_memory_estimate_species(const pd_setup *setup, pdi_memory_estima
     r.flux.conductance.bonds = &plan->bonds;
     r.flux.conductance.capacity = plan->bonds.capacity;
     r.flux.conductance.rests = !setup->has_flow;
-    r.migration.on = setup->migrates;
+    r.migration.on = setup->has_migration;
     r.migration.flux = &r.flux;
     r.filter = filter;
     pdi_reactive_slots(&r);
@@ -386,7 +386,7 @@ static void pdi_memory_estimate_species(const pd_setup *setup, pdi_memory_estima
     *bytes = pdi_memory_estimate_count_array_bytes(plan, pdi_reactive_list, &r);
     *bytes += pdi_memory_estimate_add_scratch(plan, pdi_reactive_room(&r));
     for (int side = 0; side < 2 * PD_DIM; side++)
-        if (setup->side[side].steeps) r.diffusion.desc.held = pdi_memory_estimate_get_placeholder;
+        if (setup->side[side].has_fixed_species) r.diffusion.desc.held = pdi_memory_estimate_get_placeholder;
     r.diffusion.desc.smooth = 1;
     r.diffusion.capacity = plan->bonds.capacity;
     r.diffusion.metals = plan->grid.solid_count > 0;
@@ -394,7 +394,7 @@ static void pdi_memory_estimate_species(const pd_setup *setup, pdi_memory_estima
     *bytes += pdi_memory_estimate_count_array_bytes(plan, pdi_diffusion_place_list, &r.diffusion);
     *bytes += pdi_memory_estimate_count_array_bytes(plan, pdi_conductance_list, &r.flux.conductance);
     course.reactive = &r;
-    course.desc.settle = setup->settle;
+    course.desc.settle = setup->steady_transport;
     memset(&etch, 0, sizeof etch);
     if (pdi_setup_find_species_rate_metal(setup) >= 0 || pdi_setup_has_ion_electrodes(setup)) {
         etch.reactive = &r;
@@ -404,13 +404,13 @@ static void pdi_memory_estimate_species(const pd_setup *setup, pdi_memory_estima
             etch.desc.electrodes.count = setup->potential.electrodes;
             etch.desc.electrodes.circuits = setup->potential.electrodes;
             for (int e = 0; e < setup->potential.electrodes; e++)
-                etch.desc.electrodes.shares |= setup->potential.electrode[e].shares;
+                etch.desc.electrodes.shares |= setup->potential.electrode[e].has_current_factor;
         }
         course.desc.surface = &etch;
         *bytes += pdi_memory_estimate_count_array_bytes(plan, pdi_etch_list, &etch);
     }
-    course.desc.fed = setup->sheds ? &mark : NULL;
-    if (setup->cover > 0.0 && setup->minerals && setup->has_dissolve) {
+    course.desc.fed = setup->has_surface_reaction ? &mark : NULL;
+    if (setup->shielding_thickness > 0.0 && setup->minerals && setup->has_dissolve) {
         course.desc.bare = &mark;
         b->bytes[PD_PART_DISSOLVE] += (double)plan->grid.total * sizeof(double);
     }
@@ -444,8 +444,9 @@ static void pdi_memory_estimate_potential(const pd_setup *setup, pdi_memory_esti
     if (setup->has_dissolve) cell.dissolve = &dissolve;
     if (!(e->conductivity > 0.0)) cell.desc.conduct = pdi_memory_estimate_set_placeholder;
     cell.desc.potential.electrodes = e->electrodes;
-    for (int k = 0; k < e->electrodes; k++) p->desc.circuits += e->electrode[k].wire == k;
-    for (int k = 0; k < e->electrodes; k++) p->floating += e->electrode[k].wire == k && !e->electrode[k].holds;
+    for (int k = 0; k < e->electrodes; k++) p->desc.circuits += e->electrode[k].circuit == k;
+    for (int k = 0; k < e->electrodes; k++)
+        p->floating += e->electrode[k].circuit == k && !e->electrode[k].has_fixed_potential;
     cell.desc.potential.circuits = p->desc.circuits;
     p->bonds = p->flux.bonds = p->diffusion.bonds = &plan->bonds;
     p->flux.conductance.bonds = &plan->bonds;
@@ -469,7 +470,7 @@ static void pdi_memory_estimate_potential(const pd_setup *setup, pdi_memory_esti
         *bytes +=
             pdi_memory_estimate_count_array_bytes(plan, pdi_bond_diffusivity_list_node_arrays, &p->diffusion.media);
     if (pdi_distribution_plan(&plan->ctx, p, &room) >= 0) *bytes += plan->node_scale * (double)room;
-    b->working += pdi_memory_estimate_count_level_bytes(plan, &p->inverse.mg);
+    b->runtime_bytes += pdi_memory_estimate_count_level_bytes(plan, &p->inverse.mg);
 }
 
 /* Add the memory of grains and of the dissolution. */
@@ -492,7 +493,7 @@ static void pdi_memory_estimate_dissolution(const pd_setup *setup, const pdi_mem
     d.kernel.stencil = &plan->across;
     d.desc.model = setup->has_corrode ? PD_METAL_BONDS : PD_METAL_SURFACE;
     d.desc.activation = setup->activation;
-    d.desc.sheds = setup->sheds ? 1 + (pdi_setup_count_species_rate_metals(setup) > 1) : 0;
+    d.desc.sheds = setup->has_surface_reaction ? 1 + (pdi_setup_count_species_rate_metals(setup) > 1) : 0;
     d.desc.stochastic = setup->stochastic;
     d.desc.repassivation = setup->repassivation;
     *bytes += pdi_memory_estimate_count_array_bytes(plan, pdi_dissolve_list, &d) +
@@ -519,13 +520,13 @@ static double pdi_memory_estimate_equilibrium(const pd_setup *setup, pdi_memory_
     memset(&q, 0, sizeof q);
     memset(&desc, 0, sizeof desc);
     follows.count = 0;
-    for (int k = 0; k < setup->metal_body.grips; k++)
-        for (int d = 0; d < PD_DIM && setup->metal_body.grip[k].side >= 0; d++)
-            follows.count += setup->metal_body.grip[k].moves[d];
+    for (int k = 0; k < setup->metal_body.mechanical_bcs; k++)
+        for (int d = 0; d < PD_DIM && setup->metal_body.mechanical_bc[k].side >= 0; d++)
+            follows.count += setup->metal_body.mechanical_bc[k].has_displacement[d];
     desc.interpolation = &follows;
     q.solid = &solid;
     q.desc = &desc;
-    q.n = s->rest.n;
+    q.n = s->static_solver.n;
     pd_krylov_desc kd = pdi_equilibrium_krylov_options(follows.count > 0);
     kd.n = q.n;
     return pdi_memory_estimate_krylov(plan, &kd) +
@@ -541,7 +542,7 @@ static double pdi_memory_estimate_bond_weights(const pdi_memory_estimate_plan *p
     memset(&weights, 0, sizeof weights);
     weights.body = &s->body;
     weights.listed = s->body.lattice && share > 0.0 ? s->count : 0;
-    weights.room = s->body.lattice ? (int64_t)(share * (double)s->body.bonds) : s->body.bonds;
+    weights.capacity = s->body.lattice ? (int64_t)(share * (double)s->body.bonds) : s->body.bonds;
     return pdi_memory_estimate_count_array_bytes(plan, pdi_bond_weights_list, &weights);
 }
 
@@ -574,15 +575,15 @@ static double pdi_memory_estimate_material(const pdi_memory_estimate_plan *plan,
 {
     int flows = pdi_solid_coupling_is_plastic(s);
     /* in no band */
-    double of = (double)sizeof *s->springs.springs.of,
-           alone = pdi_memory_estimate_boundary_fraction(plan, s->desc.m, 1);
+    double of = (double)sizeof *s->bond_based.springs.bond_kind,
+           alone = pdi_memory_estimate_boundary_fraction(plan, s->desc.horizon_ratio, 1);
     switch (s->desc.material) {
     case PD_SOLID_COUPLING_BOND_BASED:
         return pdi_memory_estimate_batches(plan, s, PDI_POINT_BATCH_STIFFNESS, of) +
                alone * plan->node_scale * (double)s->body.bonds * ((double)sizeof *s->elastic.band.bond + of) +
-               pdi_memory_estimate_bond_weights(plan, s,
-                                                pdi_memory_estimate_boundary_fraction(plan, s->desc.m, PD_DIM)) +
-               pdi_memory_estimate_count_array_bytes(plan, pdi_microelastic_list, &s->springs);
+               pdi_memory_estimate_bond_weights(
+                   plan, s, pdi_memory_estimate_boundary_fraction(plan, s->desc.horizon_ratio, PD_DIM)) +
+               pdi_memory_estimate_count_array_bytes(plan, pdi_microelastic_list, &s->bond_based);
     case PD_SOLID_COUPLING_ORDINARY_STATE:
         return pdi_memory_estimate_batches(plan, s, PDI_BOND_EXTENSION_FIELDS, 0.0) +
                pdi_memory_estimate_count_array_bytes(plan, pdi_ordinary_state_list, &s->ordinary) +
@@ -605,11 +606,11 @@ static void pdi_memory_estimate_set_bond_table(const pd_setup *setup, const pdi_
 {
     double bonds = pdi_memory_estimate_count_bonds(setup->metal_body.m), n[PD_DIM];
     for (int d = 0; d < PD_DIM; d++) n[d] = (double)plan->grid.n[d];
-    body->shifts = body->kinds = (int32_t)bonds;
+    body->shifts = body->stencil_bonds = (int32_t)bonds;
     body->bonds = (int64_t)(bonds * (double)body->count);
     double places = pdi_body_count_table_entries(n, floor(setup->metal_body.m + 0.5));
     body->lattice = places + (double)body->count <= 2.0 * (double)body->bonds;
-    body->places = body->lattice ? (int64_t)places : body->bonds;
+    body->table_entries = body->lattice ? (int64_t)places : body->bonds;
 }
 
 /* [byte] Memory of the interpolation rows of prescribed displacements: two horizons of metal at each such side. */
@@ -618,13 +619,13 @@ static double pdi_memory_estimate_interpolation(const pd_setup *setup, const pdi
     double rows = 2.0 * (ceil(setup->metal_body.m + 0.5) - 1.0), led = 0.0;
     pd_mechanical_bc grips;
     memset(&grips, 0, sizeof grips);
-    for (int k = 0; k < setup->metal_body.grips; k++) {
-        const pd_setup_mechanical_bc *grip = &setup->metal_body.grip[k];
+    for (int k = 0; k < setup->metal_body.mechanical_bcs; k++) {
+        const pd_setup_mechanical_bc *grip = &setup->metal_body.mechanical_bc[k];
         double share = grip->side >= 0 ? pdi_min(1.0, rows / plan->grid.n[grip->side / 2]) : 0.0;
         for (int d = 0; d < PD_DIM; d++)
-            if (grip->moves[d]) led += (double)plan->grid.solid_count * share;
+            if (grip->has_displacement[d]) led += (double)plan->grid.solid_count * share;
     }
-    grips.led = (int64_t)led;
+    grips.interpolation_capacity = (int64_t)led;
     return pdi_memory_estimate_count_array_bytes(plan, pdi_mechanical_bc_list, &grips);
 }
 
@@ -639,13 +640,13 @@ static void pdi_memory_estimate_solid(const pd_setup *setup, pdi_memory_estimate
     s.total = plan->grid.total;
     pdi_memory_estimate_set_bond_table(setup, plan, &s.body);
     s.desc.material = setup->metal_body.material;
-    s.desc.m = setup->metal_body.m;
+    s.desc.horizon_ratio = setup->metal_body.m;
     s.desc.density = setup->metal_body.density;
     s.desc.elastic.yield = setup->metal_body.yield;
     pdi_solid_coupling_attach_material(&s);
-    s.motion.solid.body = &s.body;
-    s.rest.n = (int64_t)s.count * PD_DIM;
-    if (setup->metal_body.paces) s.desc.pace = pdi_mechanical_bc_compute_rate_factor;
+    s.dynamic_solver.solid.body = &s.body;
+    s.static_solver.n = (int64_t)s.count * PD_DIM;
+    if (setup->metal_body.has_rate_factor) s.desc.rate_factor = pdi_mechanical_bc_compute_rate_factor;
     *bytes = pdi_memory_estimate_count_array_bytes(plan, pdi_solid_coupling_list, &s) +
              pdi_memory_estimate_count_array_bytes(plan, pdi_body_list_state, &s.body);
     if (!pdi_solid_coupling_is_dynamic(&s)) *bytes += pdi_memory_estimate_interpolation(setup, plan);
@@ -653,9 +654,9 @@ static void pdi_memory_estimate_solid(const pd_setup *setup, pdi_memory_estimate
     *bytes += pdi_memory_estimate_count_array_bytes(plan, pdi_body_list_families, &s.body);
     *bytes += pdi_memory_estimate_material(plan, &s);
     *bytes += pdi_solid_coupling_is_dynamic(&s)
-                  ? pdi_memory_estimate_count_array_bytes(plan, pdi_verlet_list, &s.motion)
-                  : pdi_memory_estimate_count_array_bytes(plan, pdi_quasi_static_list, &s.rest);
-    if (!pdi_solid_coupling_is_dynamic(&s)) b->balance = pdi_memory_estimate_equilibrium(setup, plan, &s);
+                  ? pdi_memory_estimate_count_array_bytes(plan, pdi_verlet_list, &s.dynamic_solver)
+                  : pdi_memory_estimate_count_array_bytes(plan, pdi_quasi_static_list, &s.static_solver);
+    if (!pdi_solid_coupling_is_dynamic(&s)) b->equilibrium_bytes = pdi_memory_estimate_equilibrium(setup, plan, &s);
 }
 
 /* Pixels along an axis for a field of `cells`, about `wanted`; cells are merged beyond `largest`. */
@@ -677,7 +678,7 @@ static double pdi_memory_estimate_surface_view(const pd_setup *setup)
         hi[d] = setup->hi[d];
         faces += 2.0 * (setup->hi[d] - setup->lo[d]) / setup->h[d] * (setup->hi[e] - setup->lo[e]) / setup->h[e];
     }
-    pdi_renderer_init_view(lo, hi, setup->drawing.way,
+    pdi_renderer_init_view(lo, hi, setup->drawing.view_direction,
                            setup->drawing.width ? setup->drawing.width : PD_FIELD_PLOT_WIDTH, &s);
     double pixels = (double)s.width * s.height, image = 6.0 * (s.width + 140.0) * (s.height + 110.0);
     double sorted = setup->drawing.percentile > 0.0 && setup->drawing.percentile < 1.0 ? 8.0 * pixels : 0.0;
@@ -704,7 +705,7 @@ static double pdi_memory_estimate_pictures(const pd_setup *u)
     double width = pdi_memory_estimate_count_pixels(lx / u->h[right], scale * lx, 1.4 * wanted) + 230.0;
     double height = pdi_memory_estimate_count_pixels(ly / u->h[up], scale * ly, 1.4 * wanted) + 140.0;
     double all = 6.0 * width * height + PDI_MEMORY_ESTIMATE_DEFLATE_BYTES;
-    if (u->deformed > 0.0) { /* drawn on paper of its own, which is gone as the image is packed */
+    if (u->displacement_scale > 0.0) { /* drawn on paper of its own, which is gone as the image is packed */
         double pixels = scale * lx * scale * ly;
         width = scale * lx + 230.0;
         height = scale * ly + 140.0;
@@ -733,13 +734,13 @@ static void pdi_memory_estimate_output(const pd_setup *setup, pd_memory_estimate
         if (((setup->fields >> k) & 1u) && (k == PD_FIELD_C || k == PD_FIELD_D || k == PD_FIELD_RATE ||
                                         k == PD_FIELD_DENSITY || k == PD_FIELD_P || k >= PD_FIELD_ENERGY))
             copies += k == PD_FIELD_U ? 8.0 * PD_DIM : 8.0;
-    b->files = copies * b->nodes + pdi_memory_estimate_pictures(setup);
+    b->output_bytes = copies * b->nodes + pdi_memory_estimate_pictures(setup);
 }
 
 void pd_memory_estimate_compute(const pd_setup *u, pd_memory_estimate *b)
 {
     pdi_memory_estimate_plan plan;
-    double reach = ceil(u->m + 0.5) - 1.0, layers = pdi_setup_count_ghost_layers(u);
+    double reach = ceil(u->fluid_m + 0.5) - 1.0, layers = pdi_setup_count_ghost_layers(u);
     memset(b, 0, sizeof *b);
     b->nodes = b->cells = 1.0;
     for (int d = 0; d < PD_DIM; d++) {
@@ -747,7 +748,7 @@ void pd_memory_estimate_compute(const pd_setup *u, pd_memory_estimate *b)
         b->cells *= cells;
         b->nodes *= cells + 2.0 * layers;
     }
-    b->bonds = pdi_memory_estimate_count_bonds(u->m);
+    b->bonds = pdi_memory_estimate_count_bonds(u->fluid_m);
     pdi_memory_estimate_nodes(u, reach, b);
     pdi_memory_estimate_init_plan(u, b, &plan);
     pdi_memory_estimate_grid(pdi_setup_has_surface_area(u), &plan, b);
@@ -759,25 +760,25 @@ void pd_memory_estimate_compute(const pd_setup *u, pd_memory_estimate *b)
     pdi_memory_estimate_dissolution(u, &plan, b);
     pdi_memory_estimate_solid(u, &plan, b);
     pdi_memory_estimate_output(u, b);
-    b->all = PDI_MEMORY_ESTIMATE_FIXED_BYTES + b->working + pdi_max(b->files, b->balance) +
-             PD_SHAPE_MAX * (double)sizeof *u->shape;
-    for (int k = 0; k < u->masks; k++) b->all += (double)u->mask_size[k];
-    for (int k = 0; k < u->surfaces; k++) b->all += (double)pdi_facets_bytes(u->surface[k]);
-    for (int k = 0; k < PD_PART_COUNT; k++) b->all += b->bytes[k];
+    b->total_bytes = PDI_MEMORY_ESTIMATE_FIXED_BYTES + b->runtime_bytes +
+                     pdi_max(b->output_bytes, b->equilibrium_bytes) + PD_SHAPE_MAX * (double)sizeof *u->shape;
+    for (int k = 0; k < u->masks; k++) b->total_bytes += (double)u->mask_size[k];
+    for (int k = 0; k < u->facets_count; k++) b->total_bytes += (double)pdi_facets_bytes(u->facets[k]);
+    for (int k = 0; k < PD_PART_COUNT; k++) b->total_bytes += b->bytes[k];
 }
 
 PDI_FN pd_status pdi_memory_estimate_check_limit(pd_ctx *ctx, const pd_setup *setup, int dry)
 {
     pd_memory_estimate b;
     pd_memory_estimate_compute(setup, &b);
-    if (dry) b.all -= pdi_max(b.files - b.balance, 0.0);
+    if (dry) b.total_bytes -= pdi_max(b.output_bytes - b.equilibrium_bytes, 0.0);
     if (!(b.nodes <= (double)INT32_MAX))
         return pdi_fail(ctx, PD_ERR_SIZE, "grid", "the lattice has %.3g nodes, at most %.3g are possible", b.nodes,
                         (double)INT32_MAX);
-    double sure = (b.all - PDI_MEMORY_ESTIMATE_FIXED_BYTES) / (1.0 + PD_MEMORY_ESTIMATE_ERROR);
+    double sure = (b.total_bytes - PDI_MEMORY_ESTIMATE_FIXED_BYTES) / (1.0 + PD_MEMORY_ESTIMATE_ERROR);
     if (ctx->alloc.limit && sure > (double)ctx->alloc.limit)
         return pdi_fail(ctx, PD_ERR_LIMIT, "memory", "the run needs about %.3g MB, the limit is %.3g MB",
-                        b.all * 1e-6, (double)ctx->alloc.limit * 1e-6);
+                        b.total_bytes * 1e-6, (double)ctx->alloc.limit * 1e-6);
     return PD_OK;
 }
 

@@ -14,14 +14,15 @@
 typedef struct pd_memory_estimate {
     double nodes;                 /* [-] of the padded lattice */
     double cells;                 /* [-] of the box */
-    double fluid, solid, cut;     /* [-] nodes; cut: fluid ones with a truncated family */
-    double near;                  /* [-] nodes within one bond of the surface of a medium */
+    double fluid, solid, truncated; /* [-] nodes; cut: fluid ones with a truncated family */
+    double near_medium;             /* [-] nodes within one bond of the surface of a medium */
     double bonds;                 /* [-] bonds of a complete family */
     double bytes[PD_PART_COUNT];  /* [byte] */
-    double working;               /* [byte] multigrid levels and Krylov vectors, allocated during the run */
-    double files;                 /* [byte] copies of fields for files, and the largest picture */
-    double balance;               /* [byte] work of the mechanical equilibrium solver; not at the same time as files */
-    double all;                   /* [byte] total */
+    double runtime_bytes;         /* [byte] multigrid levels and Krylov vectors, allocated during the run */
+    double output_bytes;          /* [byte] copies of fields for files, and the largest picture */
+    /* [byte] work of the mechanical equilibrium solver; not at the same time as files */
+    double equilibrium_bytes;
+    double total_bytes; /* [byte] total */
 } pd_memory_estimate;
 
 #define pd_memory_estimate_compute PD_NAME(pd_memory_estimate_compute)

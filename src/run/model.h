@@ -26,9 +26,9 @@ typedef struct pd_model_law {
 /* Objects point at each other: a built model must not be moved. Absent physics stays zero. */
 typedef struct pd_model {
     const pd_setup *setup;
-    int line;                 /* line of the scene that a failed build is about; 0: unknown */
+    int error_line; /* line of the scene that a failed build is about; 0: unknown */
     pd_stencil stencil;
-    pd_stencil across;        /* of bonds between metal and fluid */
+    pd_stencil interface_stencil; /* of bonds between metal and fluid */
     pd_grid grid;
     pd_bonds bonds;
     pd_bond_paths paths; /* of `across`; both absent when nothing needs surfaces */
@@ -41,29 +41,30 @@ typedef struct pd_model {
     pd_weakly_compressible unsteady;
     pd_gas gas;
     pd_transport transport;
-    pd_two_stage two_stage;   /* time integrator of transport without dissolution */
+    pd_two_stage transport_integrator; /* time integrator of transport without dissolution */
     pd_reactive reactive;     /* species */
-    pd_input_step_limit vary; /* step limit from time-dependent inputs */
-    pd_rate_step_limit timed; /* step limit from time-dependent rate laws at surfaces */
-    uint8_t *fresh;           /* [total] 1: the node was just converted to fluid, see pd_time_loop; NULL: not needed */
-    double *bare;             /* [total] [-] rate factor of metal that minerals cover, or NULL */
-    pd_course course;         /* time integrator of the species */
-    pd_surface_states *surfaces; /* states of surfaces; NULL: there are none */
-    pd_dissolution_laws attack;  /* rate laws in the species; else absent */
+    pd_input_step_limit input_step_limit; /* step limit from time-dependent inputs */
+    pd_rate_step_limit rate_step_limit;   /* step limit from time-dependent rate laws at surfaces */
+    /* [total] 1: the node was just converted to fluid, see pd_time_loop; NULL: not needed */
+    uint8_t *just_converted;
+    double *coverage_factor;              /* [total] [-] rate factor of metal that minerals cover, or NULL */
+    pd_course species_integrator;         /* time integrator of the species */
+    pd_surface_states *surface_states;    /* states of surfaces; NULL: there are none */
+    pd_dissolution_laws dissolution_laws; /* rate laws in the species; else absent */
     pd_grain grain;
     pd_grain_stats grain_stats;
-    double *factor;           /* [total] [-] rate factor of the grain boundaries; NULL: 1 */
-    pd_solid_coupling structure; /* mechanics of the metal */
-    pd_mechanical_bc grips;      /* its boundary conditions */
-    int thin_cells;           /* parts with fewer cells across are too stiff in bending; 0: no mechanics */
-    double thin;              /* [-] volume fraction of the metal in such parts */
+    double *boundary_factor;        /* [total] [-] rate factor of the grain boundaries; NULL: 1 */
+    pd_solid_coupling solid;        /* mechanics of the metal */
+    pd_mechanical_bc mechanical_bc; /* its boundary conditions */
+    int min_cells_across;           /* parts with fewer cells across are too stiff in bending; 0: no mechanics */
+    double thin_fraction;           /* [-] volume fraction of the metal in such parts */
     pd_dissolve dissolve;
     pd_model_law law[PD_SETUP_METALS];
     pd_electrode_map electrodes;
     pd_cell cell;
     uint8_t *metal;           /* [total] index of the metal of solid nodes; NULL: all are of the first one */
     uint8_t *passive;         /* [total] 1: in front of a passive film; NULL: none */
-    pd_time_loop couple;      /* time loop over all solvers */
+    pd_time_loop time_loop;   /* time loop over all solvers */
     size_t bytes[PD_PART_COUNT];     /* [byte] */
     int64_t unknowns[PD_PART_COUNT];
 } pd_model;

@@ -35,8 +35,8 @@ static int pdi_monitor_get_unit_index(const pd_setup *setup) { return setup->axi
 /* Append an output. */
 static void pdi_monitor_add_output(pd_monitor *m, const char *key, const char *unit, double value)
 {
-    pd_monitor_output *f = &m->figure[m->count++];
-    PD_ASSERT(m->count <= m->room);
+    pd_monitor_output *f = &m->output[m->count++];
+    PD_ASSERT(m->count <= m->capacity);
     snprintf(f->key, sizeof f->key, "%s", key);
     snprintf(f->unit, sizeof f->unit, "%s", unit);
     f->value = value;
@@ -67,10 +67,10 @@ static void pdi_monitor_compute_plane(pd_ctx *ctx, pd_model *model, pd_monitor *
         pdi_monitor_add_output(m, "speed", "m/s", r.speed);
         pdi_monitor_add_output(m, "p", "Pa", r.pressure);
     }
-    if (u->has_transport) pdi_monitor_add_output(m, "C_mean", "mol/m3", r.mean);
-    if (u->has_transport && u->has_flow) pdi_monitor_add_output(m, "C_bulk", "mol/m3", r.bulk);
+    if (u->has_transport) pdi_monitor_add_output(m, "C_mean", "mol/m3", r.mean_concentration);
+    if (u->has_transport && u->has_flow) pdi_monitor_add_output(m, "C_bulk", "mol/m3", r.mixed_concentration);
     if (u->has_transport)
-        pdi_monitor_add_output(m, "species", pdi_monitor_unit_species[pdi_monitor_get_unit_index(u)], r.species);
+        pdi_monitor_add_output(m, "species", pdi_monitor_unit_species[pdi_monitor_get_unit_index(u)], r.species_flux);
 }
 
 /* Force on a body [PD_DIM] by the momentum balance of a box around it. PD_ERR_GEOMETRY: the box comes too close to
@@ -96,18 +96,18 @@ static pd_status pdi_monitor_compute_force(pd_ctx *ctx, pd_model *model, pd_moni
     double scale = d->speed > 0.0 ? 2.0 / (model->flow.rho * d->speed * d->speed * d->area) : 0.0;
     pdi_model_statistics effort;
     pdi_model_get_statistics(model, &effort);
-    if (m->seen == effort.flow_solves) return PD_OK;
-    m->seen = effort.flow_solves;
+    if (m->flow_solves == effort.flow_solves) return PD_OK;
+    m->flow_solves = effort.flow_solves;
     m->count = 0;
     pd_force_surface(ctx, &model->flow, d->shape ? d->shape - 1 : PD_FORCE_ALL, d->lo, d->hi, force, friction,
                      pressure);
     pdi_monitor_add_vector_output(m, 'f', "", unit, force, 1.0);
     pdi_monitor_add_vector_output(m, 'f', "_friction", unit, friction, 1.0);
     pdi_monitor_add_vector_output(m, 'f', "_pressure", unit, pressure, 1.0);
-    if (d->balance) PDI_TRY(pdi_monitor_compute_control_volume_force(ctx, model, d, around));
-    if (d->balance) pdi_monitor_add_vector_output(m, 'f', "_balance", unit, around, 1.0);
+    if (d->momentum_balance) PDI_TRY(pdi_monitor_compute_control_volume_force(ctx, model, d, around));
+    if (d->momentum_balance) pdi_monitor_add_vector_output(m, 'f', "_balance", unit, around, 1.0);
     if (d->speed > 0.0) pdi_monitor_add_vector_output(m, 'c', "", "-", force, scale);
-    if (d->speed > 0.0 && d->balance) pdi_monitor_add_vector_output(m, 'c', "_balance", "-", around, scale);
+    if (d->speed > 0.0 && d->momentum_balance) pdi_monitor_add_vector_output(m, 'c', "_balance", "-", around, scale);
     return PD_OK;
 }
 
@@ -117,8 +117,8 @@ static void pdi_monitor_compute_layer_concentration(const pd_model *model, pd_mo
 {
     const pd_grid *grid = &model->grid;
     const pd_setup_monitor *d = m->desc;
-    for (int k = 0; k < m->rows; k++) m->fluid[k] = d->fluid;
-    if (d->against != PD_REFERENCE_FLUID_BULK) return;
+    for (int k = 0; k < m->rows; k++) m->fluid[k] = d->fluid_c;
+    if (d->reference != PD_REFERENCE_FLUID_BULK) return;
     const double *u = model->flow.u + (int64_t)d->axis * grid->total;
     double *stream = m->profile; /* filled later */
     for (int k = 0; k < m->rows; k++) m->fluid[k] = stream[k] = 0.0;
@@ -146,7 +146,7 @@ static void pdi_monitor_compute_mass_transfer(pd_ctx *ctx, pd_model *model, pd_m
     for (int k = 0; k < m->rows; k++) {
         flux += m->flux[k];
         area += m->area[k];
-        if (m->area[k] > 0.0) excess += m->area[k] * (d->surface - m->fluid[k]);
+        if (m->area[k] > 0.0) excess += m->area[k] * (d->surface_c - m->fluid[k]);
     }
     if (d->area > 0.0) {
         excess *= d->area / area;
@@ -181,7 +181,7 @@ static void pdi_monitor_add_carried_amounts(pd_ctx *ctx, pd_model *model, const 
             amount +=
                 pdi_monitor_integrate_concentration(ctx, model, m, reactive->swept + (int64_t)k * model->grid.total);
         for (int row = 0; row < reactive->rows; row++)
-            sum[row] += reactive->part[row][reactive->components.master[k]] * amount;
+            sum[row] += reactive->part[row][reactive->components.component_solute[k]] * amount;
     }
 }
 
@@ -213,13 +213,13 @@ static void pdi_monitor_compute_extremes(const pd_model *model, const pd_setup_m
                                          pd_diagnostics_box_result *r)
 {
     double x[PD_DIM];
-    r->least = r->most = (double)NAN;
+    r->min_concentration = r->max_concentration = (double)NAN;
     for (int32_t i = 0; i < model->grid.total; i++) {
         if (model->grid.kind[i] != PD_FLUID || pdi_model_is_undefined(model, PD_FIELD_C, i)) continue;
         pd_grid_position(&model->grid, i, x);
         if (!pdi_grid_is_between(&model->grid, desc->lo, desc->hi, x)) continue;
-        r->least = pdi_min(r->least, model->transport.c[i]);
-        r->most = pdi_max(r->most, model->transport.c[i]);
+        r->min_concentration = pdi_min(r->min_concentration, model->transport.c[i]);
+        r->max_concentration = pdi_max(r->max_concentration, model->transport.c[i]);
     }
 }
 
@@ -231,7 +231,7 @@ static void pdi_monitor_compute_total(pd_ctx *ctx, pd_model *model, pd_monitor *
     const double *c = model->transport.c;
     pd_diagnostics_box(ctx, &model->stencil, &model->grid, u->has_flow ? &model->flow : NULL, c,
                        u->has_dissolve ? c : NULL, m->desc->lo, m->desc->hi, &r);
-    if (c && model->fresh) pdi_monitor_compute_extremes(model, m->desc, &r);
+    if (c && model->just_converted) pdi_monitor_compute_extremes(model, m->desc, &r);
     pdi_monitor_add_output(m, "volume", pdi_monitor_unit_volume[pdi_monitor_get_unit_index(u)], r.volume);
     if (u->has_flow) {
         pdi_monitor_add_output(m, "energy", pdi_monitor_unit_energy[pdi_monitor_get_unit_index(u)], r.energy);
@@ -240,8 +240,8 @@ static void pdi_monitor_compute_total(pd_ctx *ctx, pd_model *model, pd_monitor *
     }
     if (c) {
         pdi_monitor_add_output(m, "dissolved", pdi_monitor_unit_amount[pdi_monitor_get_unit_index(u)], r.dissolved);
-        pdi_monitor_add_output(m, "C_min", "mol/m3", r.least);
-        pdi_monitor_add_output(m, "C_max", "mol/m3", r.most);
+        pdi_monitor_add_output(m, "C_min", "mol/m3", r.min_concentration);
+        pdi_monitor_add_output(m, "C_max", "mol/m3", r.max_concentration);
     }
     if (u->has_dissolve)
         pdi_monitor_add_output(m, "solid", pdi_monitor_unit_amount[pdi_monitor_get_unit_index(u)], r.solid);
@@ -255,39 +255,40 @@ static void pdi_monitor_compute_solid_extremes(const pd_solid_coupling *s, pd_mo
     double u = 0.0, mises = 0.0, pressure = -HUGE_VAL, slip = 0.0;
     for (int32_t i = 0; i < s->count; i++) {
         double square = 0.0;
-        if (!(s->stiff[i] > 0.0)) continue;
+        if (!(s->stiffness_factor[i] > 0.0)) continue;
         for (int d = 0; d < PD_DIM; d++) square += at[(int64_t)i * PD_DIM + d] * at[(int64_t)i * PD_DIM + d];
         u = pdi_max(u, sqrt(square));
         mises = pdi_max(mises, s->mises[i]);
         pressure = pdi_max(pressure, s->pressure[i]);
-        if (s->solid.slip) slip = pdi_max(slip, s->slip[i]);
+        if (s->solid.plastic_strain) slip = pdi_max(slip, s->plastic_strain[i]);
     }
     pdi_monitor_add_output(m, "u_max", "m", u);
-    if (s->overlap.bins) pdi_monitor_add_output(m, "overlap", "m", pdi_max(s->overlap.crack, s->overlap.pieces));
+    if (s->overlap.bins)
+        pdi_monitor_add_output(m, "overlap", "m", pdi_max(s->overlap.crack_overlap, s->overlap.component_overlap));
     if (!s->solid.stress) return;
     pdi_monitor_add_output(m, "mises_max", "Pa", mises);
     pdi_monitor_add_output(m, "sigma_h_max", "Pa", pressure > -HUGE_VAL ? pressure : 0.0);
-    if (s->solid.slip) pdi_monitor_add_output(m, "eps_p_max", "-", slip);
+    if (s->solid.plastic_strain) pdi_monitor_add_output(m, "eps_p_max", "-", slip);
 }
 
 /* Energies of a body in motion: work, kinetic, elastic, released by broken bonds. */
 static void pdi_monitor_compute_dynamic_energies(pd_ctx *ctx, const pd_solid_coupling *s, pd_monitor *m)
 {
     const char *unit = pdi_monitor_unit_energy[PD_DIM - 1];
-    pdi_monitor_add_output(m, "work", unit, s->motion.work);
-    pdi_monitor_add_output(m, "kinetic", unit, pd_verlet_kinetic(&s->motion));
-    pdi_monitor_add_output(m, "stored", unit, s->solid.energy(ctx, s->solid.self, s->motion.u));
-    if (!(s->springs.critical > 0.0)) return;
-    pdi_monitor_add_output(m, "released", unit, s->springs.released);
-    pdi_monitor_add_output(m, "broken", "-", (double)s->motion.broken);
+    pdi_monitor_add_output(m, "work", unit, s->dynamic_solver.work);
+    pdi_monitor_add_output(m, "kinetic", unit, pd_verlet_kinetic(&s->dynamic_solver));
+    pdi_monitor_add_output(m, "stored", unit, s->solid.energy(ctx, s->solid.self, s->dynamic_solver.u));
+    if (!(s->bond_based.critical > 0.0)) return;
+    pdi_monitor_add_output(m, "released", unit, s->bond_based.released);
+    pdi_monitor_add_output(m, "broken", "-", (double)s->dynamic_solver.broken);
 }
 
 /* Outputs of the metal's mechanics: extremes and energies (work, elastic, plastic, released, dissolved away), broken
  * bonds, load factor of the next break, time of separation, solver iterations. */
 static void pdi_monitor_compute_solid(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
-    const pd_solid_coupling *s = &model->structure;
-    const pd_quasi_static *q = &s->rest;
+    const pd_solid_coupling *s = &model->solid;
+    const pd_quasi_static *q = &s->static_solver;
     const char *unit = pdi_monitor_unit_energy[PD_DIM - 1];
     pdi_monitor_compute_solid_extremes(s, m);
     if (pdi_solid_coupling_is_dynamic(s)) {
@@ -298,15 +299,15 @@ static void pdi_monitor_compute_solid(pd_ctx *ctx, pd_model *model, pd_monitor *
     pdi_monitor_add_output(m, "stored", unit, q->stored);
     if (q->solid.dissipated) pdi_monitor_add_output(m, "flow", unit, q->solid.dissipated(q->solid.self));
     if (q->criterion.critical > 0.0) pdi_monitor_add_output(m, "released", unit, q->released);
-    if (s->dissolve) pdi_monitor_add_output(m, "taken", unit, q->taken);
+    if (s->dissolve) pdi_monitor_add_output(m, "taken", unit, q->dissolved_energy);
     if (q->criterion.critical > 0.0) {
         pd_first_failure first;
-        pd_bond_failure_find_first(ctx, &model->structure.rest.criterion, q->u, &first);
+        pd_bond_failure_find_first(ctx, &model->solid.static_solver.criterion, q->u, &first);
         pdi_monitor_add_output(m, "broken", "-", (double)q->broken);
         pdi_monitor_add_output(m, "next_break", "-", first.factor);
     }
-    pdi_monitor_add_output(m, "parted", "s", q->parted);
-    pdi_monitor_add_output(m, "parts", "-", (double)q->parts);
+    pdi_monitor_add_output(m, "parted", "s", q->separation_time);
+    pdi_monitor_add_output(m, "parts", "-", (double)q->components);
     pdi_monitor_add_output(m, "iterations", "-", (double)q->iterations);
 }
 
@@ -314,15 +315,16 @@ static void pdi_monitor_compute_solid(pd_ctx *ctx, pd_model *model, pd_monitor *
  * a contour meets a surface. */
 static pd_status pdi_monitor_compute_crack(pd_ctx *ctx, pd_model *model, pd_monitor *m)
 {
-    const pd_setup_precrack *cut = &model->setup->metal_body.cut[m->desc->index];
-    const pd_solid_coupling *s = &model->structure;
+    const pd_setup_precrack *cut = &model->setup->metal_body.precrack[m->desc->index];
+    const pd_solid_coupling *s = &model->solid;
     const double *last = cut->corner + (cut->corners - 1) * PD_DIM;
     double length = 0.0, along = 0.0, size = 0.0;
     pd_crack_desc desc;
     memset(&desc, 0, sizeof desc);
     memcpy(desc.tip, last, sizeof desc.tip);
-    memcpy(desc.way, cut->way, sizeof desc.way);
-    pd_status status = pdi_crack_find_tip(ctx, &s->body, cut->corners, cut->corner, s->stiff, cut->way, desc.tip);
+    memcpy(desc.direction, cut->direction, sizeof desc.direction);
+    pd_status status =
+        pdi_crack_find_tip(ctx, &s->body, cut->corners, cut->corner, s->stiffness_factor, cut->direction, desc.tip);
     if (status < 0) return status;
     for (int k = 1; k < cut->corners && PD_DIM == 2; k++) {
         double square = 0.0;
@@ -333,15 +335,15 @@ static pd_status pdi_monitor_compute_crack(pd_ctx *ctx, pd_model *model, pd_moni
         length += sqrt(square);
     }
     for (int d = 0; d < PD_DIM; d++) {
-        along += cut->way[d] * (desc.tip[d] - last[d]);
-        size += cut->way[d] * cut->way[d];
+        along += cut->direction[d] * (desc.tip[d] - last[d]);
+        size += cut->direction[d] * cut->direction[d];
     }
     for (int d = 0; d < PD_DIM; d++) {
         char key[] = {"xyz"[d], '\0'};
         pdi_monitor_add_output(m, key, "m", desc.tip[d]);
     }
     if (PD_DIM == 2) pdi_monitor_add_output(m, "length", "m", length + along / sqrt(size));
-    for (int k = 0; k < cut->rings; k++) {
+    for (int k = 0; k < cut->j_domains; k++) {
         double j = 0.0;
         desc.inner = cut->radius[k];
         desc.outer = cut->radius[k + 1];
@@ -359,10 +361,10 @@ static double pdi_monitor_find_charge_number(const pd_model *model, int electrod
     const pd_setup *u = model->setup;
     uint32_t kinds = model->cell.kinds[electrode];
     double vars[PD_EXPR_VARS];
-    if (!u->has_dissolve || u->migrates) return 0.0;
+    if (!u->has_dissolve || u->has_migration) return 0.0;
     for (int k = 0; k < u->metals; k++) {
         const pd_setup_metal *metal = &u->metal[k];
-        if (kinds != (uint32_t)1 << k || metal->rate.uses != (uint32_t)1 << PDI_SETUP_RATE_CURRENT) continue;
+        if (kinds != (uint32_t)1 << k || metal->rate.variables_used != (uint32_t)1 << PDI_SETUP_RATE_CURRENT) continue;
         memset(vars, 0, sizeof vars);
         vars[PDI_SETUP_RATE_CURRENT] = 1.0;
         double speed = metal->rate_scale * pdi_expr_eval(&metal->rate, vars);
@@ -374,7 +376,8 @@ static double pdi_monitor_find_charge_number(const pd_model *model, int electrod
 
 PDI_FN void pdi_monitor_get_electrode(const pd_model *model, int electrode, pd_cell_electrode *e)
 {
-    if (model->attack.polarise.setup) pdi_species_electrodes_get_electrode(&model->attack.polarise, electrode, e);
+    if (model->dissolution_laws.species_electrodes.setup)
+        pdi_species_electrodes_get_electrode(&model->dissolution_laws.species_electrodes, electrode, e);
     else pd_cell_electrode_of(&model->cell, electrode, e);
 }
 
@@ -411,11 +414,11 @@ static void pdi_monitor_compute_surface_state(const pd_model *model, pd_monitor 
 {
     const char *unit = model->setup->state[m->desc->index].unit;
     pd_surface_state_statistics f;
-    pdi_surface_states_compute_statistics(model->surfaces, m->desc->index, &f);
+    pdi_surface_states_compute_statistics(model->surface_states, m->desc->index, &f);
     if (!unit[0]) unit = "-";
     pdi_monitor_add_output(m, "mean", unit, f.mean);
-    pdi_monitor_add_output(m, "least", unit, f.least);
-    pdi_monitor_add_output(m, "most", unit, f.most);
+    pdi_monitor_add_output(m, "least", unit, f.min);
+    pdi_monitor_add_output(m, "most", unit, f.max);
     pdi_monitor_add_output(m, "area", pdi_monitor_unit_area[pdi_monitor_get_unit_index(model->setup)], f.area);
 }
 
@@ -433,7 +436,7 @@ static pd_status pdi_monitor_compute_outputs(pd_ctx *ctx, pd_model *model, pd_mo
     if (m->desc->kind == PD_MONITOR_PRECRACK) return pdi_monitor_compute_crack(ctx, model, m);
     if (m->desc->kind == PD_MONITOR_MECHANICAL_BC) {
         double force[PD_DIM];
-        PDI_TRY(pdi_reaction_force_compute(ctx, &model->grips, m->desc->index, model->couple.time, force));
+        PDI_TRY(pdi_reaction_force_compute(ctx, &model->mechanical_bc, m->desc->index, model->time_loop.time, force));
         pdi_monitor_add_vector_output(m, 'f', "", pdi_monitor_unit_force[PD_DIM - 1], force, 1.0);
     }
     return PD_OK;
@@ -517,7 +520,7 @@ static void pdi_monitor_compute_transfer_profile(const pd_model *model, pd_monit
         row[2] = m->area[k] > 0.0 ? m->flux[k] / m->area[k] : (double)NAN;
         if (!(d->length > 0.0)) continue;
         row[3] = m->fluid[k];
-        row[4] = row[2] * d->length / ((d->surface - m->fluid[k]) * d->diffusivity);
+        row[4] = row[2] * d->length / ((d->surface_c - m->fluid[k]) * d->diffusivity);
     }
 }
 
@@ -542,7 +545,7 @@ static pd_status pdi_monitor_draw_profile(pd_ctx *ctx, const pd_monitors *all, c
             shown += fabs(row[first + c]) < HUGE_VAL;
         }
     }
-    pdi_setup_format_value(all->model->couple.time, "s", stamp);
+    pdi_setup_format_value(all->model->time_loop.time, "s", stamp);
     snprintf(title, sizeof title, "%.60s: %.40s, t = %s", all->model->setup->name, m->desc->name, stamp);
     snprintf(x_label, sizeof x_label, "%s [%s]", axis, unit > 1e4 ? "um" : unit > 10.0 ? "mm" : "m");
     plot.title = title;
@@ -569,7 +572,7 @@ static pd_status pdi_monitor_format_path(pd_ctx *ctx, const pd_monitors *all, co
     char prefix[2 * PD_SETUP_NAME], name[PD_PATH_SIZE];
     snprintf(prefix, sizeof prefix, "%s_%s%s%s", pdi_setup_monitor_section_name(m->desc->kind), m->desc->name,
              field[0] ? "_" : "", field);
-    PDI_TRY(pdi_file_format_frame_name(ctx, prefix, frame, all->model->couple.time, extension, name));
+    PDI_TRY(pdi_file_format_frame_name(ctx, prefix, frame, all->model->time_loop.time, extension, name));
     return pdi_output_folder_add_file(ctx, all->folder, name, path);
 }
 
@@ -627,7 +630,7 @@ static pd_status pdi_monitor_begin_table(pd_ctx *ctx, const pd_monitors *all, pd
     const char *list[PD_MONITOR_MAX_OUTPUTS + 1];
     snprintf(names[0], sizeof names[0], "time [s]");
     for (int k = 0; k < m->count; k++)
-        snprintf(names[k + 1], sizeof names[0], "%s [%s]", m->figure[k].key, m->figure[k].unit);
+        snprintf(names[k + 1], sizeof names[0], "%s [%s]", m->output[k].key, m->output[k].unit);
     for (int k = 0; k <= m->count; k++) list[k] = names[k];
     pdi_monitor_format_table_name(m, name);
     PDI_TRY(pdi_output_folder_add_file(ctx, all->folder, name, path));
@@ -640,8 +643,8 @@ static pd_status pdi_monitor_begin_table(pd_ctx *ctx, const pd_monitors *all, pd
 static pd_status pdi_monitor_allocate(pd_ctx *ctx, const pd_model *model, pd_monitor *m)
 {
     const pd_setup_monitor *d = m->desc;
-    m->room = model->setup->has_chemistry ? PD_MONITOR_MAX_OUTPUTS : PD_MONITOR_MAX_OUTPUTS_NO_SPECIES;
-    PDI_TRY(PDI_NEW(ctx, "monitor", m->room, m->figure));
+    m->capacity = model->setup->has_chemistry ? PD_MONITOR_MAX_OUTPUTS : PD_MONITOR_MAX_OUTPUTS_NO_SPECIES;
+    PDI_TRY(PDI_NEW(ctx, "monitor", m->capacity, m->output));
     m->rows = d->kind == PD_MONITOR_LINE ? d->points : 0;
     m->columns = 1 + PD_DIM;
     for (int f = 0; f < PD_FIELD_COUNT; f++)
@@ -665,7 +668,7 @@ static pd_status pdi_monitor_reject_probe(pd_ctx *ctx, const pd_model *model, co
         return pdi_fail(ctx, PD_ERR_GEOMETRY, "probe",
                         "'%s' stands in the wall, expected a place in the fluid or metal, or on a surface: move it",
                         probe->name);
-    pdi_setup_format_value(fabs(pd_shape_distance(u->shape, u->wall, probe->at)), "m", deep);
+    pdi_setup_format_value(fabs(pd_shape_distance(u->shape, u->wall, probe->position)), "m", deep);
     return pdi_fail(ctx, PD_ERR_GEOMETRY, "probe",
                     "'%s' stands in the wall, %s behind its surface, expected a place in the fluid or metal, or on a "
                     "surface: move it by that much", probe->name, deep);
@@ -678,17 +681,18 @@ static pd_status pdi_monitor_build_inner(pd_ctx *ctx, pd_model *model, pd_monito
     memset(all, 0, sizeof *all);
     all->model = model;
     for (int k = 0; k < u->probes; k++) {
-        all->line = u->probe[k].line;
-        if (!pdi_sample_is_inside(model, u->probe[k].at)) return pdi_monitor_reject_probe(ctx, model, &u->probe[k]);
+        all->error_line = u->probe[k].line;
+        if (!pdi_sample_is_inside(model, u->probe[k].position))
+            return pdi_monitor_reject_probe(ctx, model, &u->probe[k]);
     }
     for (int k = 0; k < u->monitors; k++) {
         pd_monitor *m = &all->monitor[k];
         m->desc = &u->monitor[k];
-        m->seen = -1;
-        all->line = m->desc->line;
+        m->flow_solves = -1;
+        all->error_line = m->desc->line;
         PDI_TRY(pdi_monitor_allocate(ctx, model, m));
         PDI_TRY(pdi_monitor_compute_outputs(ctx, model, m));
-        m->seen = -1;
+        m->flow_solves = -1;
     }
     return PD_OK;
 }
@@ -696,9 +700,9 @@ static pd_status pdi_monitor_build_inner(pd_ctx *ctx, pd_model *model, pd_monito
 PDI_FN pd_status pdi_monitors_build(pd_ctx *ctx, pd_model *model, pd_monitors *all)
 {
     pd_status status = pdi_monitor_build_inner(ctx, model, all);
-    int line = all->line;
+    int line = all->error_line;
     if (status < 0) pdi_monitors_free(ctx, all);
-    all->line = line;
+    all->error_line = line;
     return status;
 }
 
@@ -738,14 +742,14 @@ PDI_FN pd_status pdi_monitors_step(pd_ctx *ctx, pd_monitors *all)
     if (count == 0) return PD_OK;
     pdi_sample_prepare(ctx, all->model, 0);
     /* sources belong to a step: before the first one they are those that it starts with */
-    if (all->model->setup->has_dissolve && all->model->couple.steps == 0)
+    if (all->model->setup->has_dissolve && all->model->time_loop.steps == 0)
         PDI_TRY(pdi_dissolve_prepare(ctx, &all->model->dissolve));
     for (int k = 0; k < count; k++) {
         pd_monitor *m = &all->monitor[k];
         PDI_TRY(pdi_monitor_compute_outputs(ctx, all->model, m));
         if (m->count == 0 || !m->table.file.stream) continue;
-        row[0] = all->model->couple.time;
-        for (int f = 0; f < m->count; f++) row[f + 1] = m->figure[f].value;
+        row[0] = all->model->time_loop.time;
+        for (int f = 0; f < m->count; f++) row[f + 1] = m->output[f].value;
         PDI_TRY(pdi_csv_write_row(ctx, &m->table, row));
     }
     return PD_OK;
@@ -772,7 +776,7 @@ PDI_FN void pdi_monitors_free(pd_ctx *ctx, pd_monitors *all)
     for (int k = 0; k < PD_SETUP_MONITORS; k++) {
         pd_monitor *m = &all->monitor[k];
         pdi_csv_close(&quiet, &m->table);
-        PDI_DELETE(ctx, m->room, m->figure);
+        PDI_DELETE(ctx, m->capacity, m->output);
         PDI_DELETE(ctx, (int64_t)m->rows * m->columns, m->profile);
         PDI_DELETE(ctx, m->rows, m->flux);
         PDI_DELETE(ctx, m->rows, m->area);

@@ -28,9 +28,9 @@ typedef struct pd_monitor {
     const pd_setup_monitor *desc;
     pd_csv table;
     int count;              /* number of outputs */
-    int room;               /* capacity of figure[] */
-    pd_monitor_output *figure; /* [room] */
-    int64_t seen;           /* force: number of flow solves at the last update */
+    int capacity;           /* capacity of figure[] */
+    pd_monitor_output *output; /* [room] */
+    int64_t flow_solves;       /* force: number of flow solves at the last update */
     int columns, rows;      /* of the profile */
     double *profile;        /* [rows][columns] [unit of the column] */
     double *flux, *area, *fluid; /* [rows] [mol/s] [m^(d-1)] [mol/m3] transfer: of the layers */
@@ -39,7 +39,7 @@ typedef struct pd_monitor {
 typedef struct pd_monitors {
     pd_model *model;
     pd_output_folder *folder;              /* borrowed */
-    int line;                              /* line of the scene that an error is about */
+    int error_line;                        /* line of the scene that an error is about */
     pd_monitor monitor[PD_SETUP_MONITORS]; /* setup->monitors of them */
 } pd_monitors;
 

@@ -26,8 +26,8 @@ static void pdi_monitor_report_print_faraday_mismatch(const pd_monitor *m, pd_pr
 {
     char text[256];
     for (int f = 0; f < m->count; f++) {
-        double share = m->figure[f].value;
-        if (strcmp(m->figure[f].key, "faraday") || !(fabs(share - 1.0) > PDI_MONITOR_REPORT_FARADAY_TOLERANCE))
+        double share = m->output[f].value;
+        if (strcmp(m->output[f].key, "faraday") || !(fabs(share - 1.0) > PDI_MONITOR_REPORT_FARADAY_TOLERANCE))
             continue;
         snprintf(text, sizeof text, "electrode %s: its metal has lost %.4g of what its anodic charge dissolves by "
                  "Faraday's law: %s", m->desc->name, share,
@@ -94,7 +94,7 @@ static void pdi_monitor_report_print_warnings(const pd_model *model, const pd_mo
     double h = model->grid.h[0], layer = HUGE_VAL;
     for (int d = 1; d < PD_DIM; d++) h = pdi_min(h, model->grid.h[d]);
     for (int f = 0; f < m->count; f++)
-        if (!strcmp(m->figure[f].key, "layer")) layer = fabs(m->figure[f].value);
+        if (!strcmp(m->output[f].key, "layer")) layer = fabs(m->output[f].value);
     if (!(layer < PDI_MONITOR_REPORT_MIN_LAYER_CELLS * h)) return;
     snprintf(text, sizeof text,
              "%s %s: the layer at its surface is %.3g m thick, and cells are %.3g m: its flux wants "
@@ -126,7 +126,7 @@ static void pdi_monitor_report_print_ionic_strength(const pd_model *model, pd_pr
     const pd_components *s = &r->components;
     double most = 0.0;
     char text[320];
-    if (!model->setup->has_chemistry || !(s->debye > 0.0)) return;
+    if (!model->setup->has_chemistry || !(s->debye_hueckel > 0.0)) return;
     for (int32_t i = 0; i < model->grid.total; i++) {
         double c[PD_SPECIES_MAX];
         if (model->grid.kind[i] != PD_FLUID) continue;
@@ -151,12 +151,12 @@ PDI_FN void pdi_monitor_report_print(const pd_monitors *all, pd_print_fn print, 
         const pd_monitor *m = &all->monitor[k];
         if (m->count == 0) continue;
         snprintf(text, sizeof text, "result case=%s %s=%s time=%.9g", all->model->setup->name,
-                 pdi_setup_monitor_section_name(m->desc->kind), m->desc->name, all->model->couple.time);
+                 pdi_setup_monitor_section_name(m->desc->kind), m->desc->name, all->model->time_loop.time);
         char *figures = text + strlen(text);
         for (int f = 0; f < m->count; f++) {
             size_t used = strlen(text);
-            if (isnan(m->figure[f].value)) continue; /* a figure without a value has no key */
-            snprintf(text + used, sizeof text - used, " %s=%.9g", m->figure[f].key, m->figure[f].value);
+            if (isnan(m->output[f].value)) continue; /* a figure without a value has no key */
+            snprintf(text + used, sizeof text - used, " %s=%.9g", m->output[f].key, m->output[f].value);
         }
         pdi_remove_nonfinite(figures);
         print(user, PD_PRINT_RESULT, text);

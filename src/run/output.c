@@ -67,12 +67,12 @@ static void pdi_output_compute_fields(pd_ctx *ctx, pd_output *out)
                                     ? (double)NAN
                                     : pdi_sample_get_node(m, (pd_field)k, i);
     for (int64_t k = 0; k < (int64_t)PD_DIM * m->grid.total && out->displaced; k++) out->displaced[k] = (double)NAN;
-    for (int32_t k = 0; k < m->structure.count && out->displaced; k++)
+    for (int32_t k = 0; k < m->solid.count && out->displaced; k++)
         for (int d = 0; d < PD_DIM; d++) {
-            int32_t node = m->structure.node[k];
+            int32_t node = m->solid.node[k];
             if (m->grid.kind[node] != PD_SOLID) continue;
             out->displaced[(int64_t)d * m->grid.total + node] =
-                pdi_solid_coupling_displacements(&m->structure)[(int64_t)k * PD_DIM + d];
+                pdi_solid_coupling_displacements(&m->solid)[(int64_t)k * PD_DIM + d];
         }
     for (int32_t i = 0; i < m->grid.total && out->grain; i++)
         out->grain[i] = m->grid.kind[i] == PD_SOLID ? m->grain.id[i] : -1;
@@ -101,8 +101,8 @@ static int pdi_output_list_fields(const pd_output *out, char (*unit)[24], pd_vti
         } else if (k == PD_FIELD_KIND || k == PD_FIELD_PHASE) {
             f->type = PD_VTI_UINT8;
             f->data = k == PD_FIELD_KIND ? m->grid.kind : out->phase;
-            f->codes = k == PD_FIELD_KIND ? pdi_output_node_kind_names : pdi_output_phase_names;
-            f->code_count = k == PD_FIELD_KIND ? 4 : 2;
+            f->value_names = k == PD_FIELD_KIND ? pdi_output_node_kind_names : pdi_output_phase_names;
+            f->value_name_count = k == PD_FIELD_KIND ? 4 : 2;
         } else if (k == PD_FIELD_GRAIN) {
             f->type = PD_VTI_INT32;
             f->data = out->grain;
@@ -117,7 +117,7 @@ static pd_status pdi_output_format_path(pd_ctx *ctx, const pd_output *out, const
                                         char *path)
 {
     char name[PD_PATH_SIZE];
-    PDI_TRY(pdi_file_format_frame_name(ctx, prefix, out->frame, out->model->couple.time, extension, name));
+    PDI_TRY(pdi_file_format_frame_name(ctx, prefix, out->frame, out->model->time_loop.time, extension, name));
     return pdi_output_folder_add_file(ctx, out->folder, name, path);
 }
 
@@ -127,7 +127,7 @@ static pd_status pdi_output_write_vti(pd_ctx *ctx, pd_output *out)
     char path[PD_PATH_SIZE], unit[PD_FIELD_COUNT][24];
     pd_vti_field fields[PD_FIELD_COUNT];
     int count = pdi_output_list_fields(out, unit, fields);
-    double time = out->model->couple.time;
+    double time = out->model->time_loop.time;
     if (count == 0) return PD_OK;
     PDI_TRY(pdi_output_format_path(ctx, out, out->model->setup->prefix, "vti", path));
     PDI_TRY(pd_vti_write(ctx, path, &out->model->grid, time, fields, count));
@@ -143,7 +143,7 @@ static int pdi_output_compute_probe_row(const pd_output *out, char names[][PDI_O
 {
     const pd_model *m = out->model;
     int count = 0;
-    if (values) values[0] = m->couple.time;
+    if (values) values[0] = m->time_loop.time;
     if (names) snprintf(names[0], PDI_OUTPUT_COLUMN_NAME, "time [s]");
     count = 1;
     for (int k = 0; k < m->setup->probes; k++)
@@ -157,7 +157,7 @@ static int pdi_output_compute_probe_row(const pd_output *out, char names[][PDI_O
                     snprintf(names[count], PDI_OUTPUT_COLUMN_NAME, "%.40s_%.14s%s [%s]", p->name,
                              pdi_setup_field_name(m->setup, (pd_field)f), part, known ? known : "-");
                 if (!values) continue;
-                values[count] = pdi_sample_get_probe(m, (pd_field)f, d, p->at);
+                values[count] = pdi_sample_get_probe(m, (pd_field)f, d, p->position);
             }
         }
     return count;
@@ -204,7 +204,7 @@ static pd_status pdi_output_append_loss(pd_ctx *ctx, pd_output *out, double time
 
 PDI_FN pd_status pdi_output_write_rows(pd_ctx *ctx, pd_output *out, const pd_step_diagnostics *o)
 {
-    const pd_time_loop *c = &out->model->couple;
+    const pd_time_loop *c = &out->model->time_loop;
     double row[PDI_OUTPUT_DIAGNOSTICS_COLUMNS], probe[PD_CSV_MAX_COLUMNS];
     pdi_model_statistics effort;
     int k = 0;
@@ -215,7 +215,7 @@ PDI_FN pd_status pdi_output_write_rows(pd_ctx *ctx, pd_output *out, const pd_ste
     row[k++] = o->v_max;
     row[k++] = o->c_max;
     row[k++] = pd_time_loop_imbalance(c);
-    row[k++] = o->flux;
+    row[k++] = o->flux_error;
     row[k++] = c->dt;
     row[k++] = (double)c->steps;
     row[k++] = (double)effort.flow_solves;
@@ -225,7 +225,7 @@ PDI_FN pd_status pdi_output_write_rows(pd_ctx *ctx, pd_output *out, const pd_ste
     row[k++] = (double)effort.limiter_iterations;
     row[k++] = effort.momentum;
     row[k++] = effort.continuity;
-    row[k++] = o->front;
+    row[k++] = o->corrosion_depth;
     PD_ASSERT(k == PDI_OUTPUT_DIAGNOSTICS_COLUMNS);
     PDI_TRY(pdi_csv_write_row(ctx, &out->diagnostics, row));
     PDI_TRY(pdi_output_append_loss(ctx, out, c->time, o->volume_loss));
@@ -262,7 +262,7 @@ static pd_status pdi_output_build(pd_ctx *ctx, pd_model *model, pd_output_folder
     char path[PD_PATH_SIZE];
     memset(out, 0, sizeof *out);
     out->model = model;
-    out->written = -1.0;
+    out->last_frame_time = -1.0;
     out->folder = folder;
     PDI_TRY(pdi_output_allocate(ctx, out));
     PDI_TRY(pdi_pictures_build(ctx, model, folder, &out->images));
@@ -287,7 +287,7 @@ PDI_FN pd_status pdi_output_open(pd_ctx *ctx, pd_model *model, pd_output_folder 
 static pd_status pdi_output_store(pd_ctx *ctx, pd_output *out, pd_archive *archive)
 {
     PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "frame", &out->frame, 1));
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "time of the last frame", &out->written, 1));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "time of the last frame", &out->last_frame_time, 1));
     PDI_TRY(pdi_pvd_store(ctx, &out->pvd, archive));
     PDI_TRY(pdi_pictures_store(ctx, &out->images, archive));
     PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "listed curves", out->curve, 2));
@@ -330,10 +330,10 @@ PDI_FN pd_status pdi_output_resume(pd_ctx *ctx, pd_model *model, pd_output_folde
 static void pdi_output_add_measured_series(const pd_output *out, double unit, double last, double *work, pd_plot *plot)
 {
     const pd_setup *u = out->model->setup;
-    for (int k = 0; k < u->records && plot->count < PD_PLOT_MAX_SERIES; k++) {
-        if (strcmp(u->record[k].figure, "volume_loss") != 0) continue;
-        pdi_read_measured_build_series(&u->record[k], unit, 0.01, last, work, &plot->series[plot->count++]);
-        work += 3 * u->record[k].points;
+    for (int k = 0; k < u->measured_count && plot->count < PD_PLOT_MAX_SERIES; k++) {
+        if (strcmp(u->measured[k].output_name, "volume_loss") != 0) continue;
+        pdi_read_measured_build_series(&u->measured[k], unit, 0.01, last, work, &plot->series[plot->count++]);
+        work += 3 * u->measured[k].points;
     }
     if (plot->count > 1) plot->series[0].name = "computed";
 }
@@ -349,7 +349,7 @@ static pd_status pdi_output_draw_loss_curve(pd_ctx *ctx, pd_output *out)
     if (!u->has_dissolve || out->rows < 2) return PD_OK;
     double last = 3600.0 * out->time[out->rows - 1];
     int brief = last < 3600.0;
-    for (int k = 0; k < u->records; k++) points += 3 * u->record[k].points;
+    for (int k = 0; k < u->measured_count; k++) points += 3 * u->measured[k].points;
     PDI_TRY(PDI_NEW(ctx, "output", points, work));
     for (int64_t k = 0; k < out->rows; k++) {
         work[k] = brief ? 3600.0 * out->time[k] : out->time[k];
@@ -378,14 +378,14 @@ static pd_status pdi_output_draw_loss_curve(pd_ctx *ctx, pd_output *out)
 
 PDI_FN pd_status pdi_output_write_frame(pd_ctx *ctx, pd_output *out)
 {
-    double time = out->model->couple.time;
-    if (out->written >= time) return PD_OK;
+    double time = out->model->time_loop.time;
+    if (out->last_frame_time >= time) return PD_OK;
     pdi_output_compute_fields(ctx, out);
     PDI_TRY(pdi_output_write_vti(ctx, out));
     PDI_TRY(pdi_pictures_draw_frames(ctx, &out->images, out->frame));
-    out->written = time;
+    out->last_frame_time = time;
     out->frame++;
-    return out->images.live ? pdi_output_draw_loss_curve(ctx, out) : PD_OK;
+    return out->images.updates_latest ? pdi_output_draw_loss_curve(ctx, out) : PD_OK;
 }
 
 PDI_FN pd_status pdi_output_close(pd_ctx *ctx, pd_output *out, int over)

@@ -23,7 +23,7 @@ typedef struct pd_output {
     pd_pvd pvd;
     pd_csv diagnostics, probes;
     int frame;                /* of the next fields */
-    double written;           /* [s] time of the last fields, -1: none */
+    double last_frame_time;   /* [s] time of the last fields, -1: none */
     double *scalar[PD_FIELD_COUNT]; /* [total] [unit of the field]; NULL: not wanted or no copy needed */
     uint8_t *phase;           /* [total] */
     int32_t *grain;           /* [total] -1: not in the metal */

@@ -111,7 +111,7 @@ static pd_status pdi_parameter_sweep_parse_axis(pd_ctx *ctx, const char *text, p
         pdi_parameter_sweep_append_text(axis->name, "]", 1);
     }
     if (axis->count > PD_PARAMETER_SWEEP_MAX_RUNS) return pdi_parameter_sweep_reject_axis(ctx, text, "fewer values");
-    axis->bare = (int)strlen(unit);
+    axis->unit_bytes = (int)strlen(unit);
     PDI_TRY(PDI_NEW(ctx, "sweep", axis->count * PD_PARAMETER_SWEEP_VALUE_BYTES, axis->text));
     at = equal + 1;
     for (int k = 0; k < axis->count; k++, at = next) {
@@ -196,7 +196,7 @@ static pd_status pdi_parameter_sweep_check_scenes(pd_ctx *ctx, pd_parameter_swee
         PDI_TRY(pdi_parameter_sweep_read_scene(ctx, s, index, &setup));
         memcpy(s->name, setup.name, sizeof s->name);
         if (!s->desc.folder) memcpy(s->folder, setup.folder, sizeof s->folder);
-        s->loses = s->loses || setup.has_dissolve;
+        s->has_dissolution = s->has_dissolution || setup.has_dissolve;
         pd_setup_free(ctx, &setup);
     }
     for (int index = 0; index < s->runs; index++) {
@@ -378,8 +378,8 @@ static pd_status pdi_parameter_sweep_write_row(pd_ctx *ctx, const pd_parameter_s
     PDI_TRY(pdi_file_write_text(ctx, file, run));
     for (int k = 0; k < s->axes; k++) {
         const char *value = strchr(pdi_parameter_sweep_get_axis_value(s, index, k), '=') + 1;
-        length = strlen(value) - (size_t)s->axis[k].bare;
-        while (s->axis[k].bare && length > 0 && value[length - 1] == ' ') length--;
+        length = strlen(value) - (size_t)s->axis[k].unit_bytes;
+        while (s->axis[k].unit_bytes && length > 0 && value[length - 1] == ' ') length--;
         PDI_TRY(pdi_file_write_text(ctx, file, ","));
         PDI_TRY(pdi_parameter_sweep_write_csv_field(ctx, file, value, length));
     }
@@ -502,7 +502,7 @@ static pd_status pdi_parameter_sweep_draw_curves(pd_ctx *ctx, const pd_parameter
 static pd_status pdi_parameter_sweep_write_plot(pd_ctx *ctx, const pd_parameter_sweep *s)
 {
     pdi_parameter_sweep_loss_curves *c = NULL;
-    if (!s->loses) return PD_OK;
+    if (!s->has_dissolution) return PD_OK;
     PDI_TRY(PDI_NEW(ctx, "sweep", 1, c));
     pd_status status = pdi_parameter_sweep_draw_curves(ctx, s, c);
     for (int k = 0; k < PD_PLOT_MAX_SERIES; k++) PDI_DELETE(ctx, 2 * c->rows[k], c->data[k]);

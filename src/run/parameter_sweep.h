@@ -34,7 +34,7 @@ typedef struct pd_parameter_sweep_axis {
     char name[PD_PARAMETER_SWEEP_VALUE_BYTES]; /* the key, with the unit in brackets when all values share one */
     char *text;                                /* [count][PD_PARAMETER_SWEEP_VALUE_BYTES] "key=value" */
     int count;
-    int bare;                   /* [byte] length of the unit at the end of values, which the table leaves out */
+    int unit_bytes; /* [byte] length of the unit at the end of values, which the table leaves out */
 } pd_parameter_sweep_axis;
 
 /* A parameter study. */
@@ -44,7 +44,7 @@ typedef struct pd_parameter_sweep {
     int axes, runs;
     char name[PD_SETUP_NAME];
     char folder[PD_PATH_SIZE];
-    int loses;                  /* 1: metal dissolves, so that there are loss curves */
+    int has_dissolution; /* 1: metal dissolves, so that there are loss curves */
 } pd_parameter_sweep;
 
 /* How many runs ended how. */

@@ -26,7 +26,7 @@ typedef struct pdi_pictures_frame_header {
 /* 1: the metal is drawn deformed, at its displaced place, in pictures of this field. */
 static int pdi_pictures_is_deformed(const pd_output_pictures *im, pd_field field)
 {
-    return im->move && field < PD_FIELD_COUNT && pdi_setup_is_metal_field(field);
+    return im->displacement && field < PD_FIELD_COUNT && pdi_setup_is_metal_field(field);
 }
 
 /* 1: the scene asks for pictures of this field, or of the surface. */
@@ -83,7 +83,7 @@ static int32_t pdi_pictures_get_node(const pd_output_pictures *im, int64_t cell)
         double slice = floor((m->setup->slice_at - m->grid.lo[d]) / m->grid.h[d] + PDI_SHAPE_TOLERANCE);
         i[d] = (int)pdi_max(0.0, pdi_min(slice, m->grid.n[d] - 1.0));
     }
-    i[im->up] = row < im->below ? im->below - 1 - row : row - im->below;
+    i[im->up] = row < im->mirrored_rows ? im->mirrored_rows - 1 - row : row - im->mirrored_rows;
     i[im->right] = (int)(cell % im->nx); /* 1D: one row */
     return pd_grid_node(&m->grid, i);
 }
@@ -99,10 +99,10 @@ static double pdi_pictures_round_to_float(double value)
 /* 1: an unbroken bond joins the metal of two cells. */
 static int pdi_pictures_has_bond(const pd_output_pictures *im, int64_t cell, int64_t other)
 {
-    const pd_solid_coupling *s = &im->model->structure;
+    const pd_solid_coupling *s = &im->model->solid;
     int32_t i = s->point[pdi_pictures_get_node(im, cell)], j = s->point[pdi_pictures_get_node(im, other)];
     for (pd_bond_iterator f = pdi_body_bonds_begin(&s->body, i); pdi_body_bonds_next(&f);)
-        if (f.to == j) return !pdi_body_bond_is_broken(&f);
+        if (f.neighbour == j) return !pdi_body_bond_is_broken(&f);
     return 0;
 }
 
@@ -112,16 +112,17 @@ static const int pdi_pictures_neighbour_offset[4][2] = {{1, 0}, {0, 1}, {1, 1}, 
 /* Set the bits of joined [cells]: neighbours that a cell has bonds to, so that cracks open in deformed pictures. */
 static void pdi_pictures_mark_bonded_neighbours(pd_output_pictures *im)
 {
-    int whole = pdi_body_is_intact(&im->model->structure.body);
+    int whole = pdi_body_is_intact(&im->model->solid.body);
     for (int64_t k = 0; k < im->cells; k++) {
         int x = (int)(k % im->nx), y = (int)(k / im->nx);
-        im->joined[k] = 0;
+        im->bonded[k] = 0;
         for (int b = 0; b < 4; b++) {
             int column = x + pdi_pictures_neighbour_offset[b][0], row = y + pdi_pictures_neighbour_offset[b][1];
             int64_t other = (int64_t)row * im->nx + column;
-            if (column < 0 || column >= im->nx || row >= im->ny || isnan(im->move[k]) || isnan(im->move[other]))
+            if (column < 0 || column >= im->nx || row >= im->ny || isnan(im->displacement[k]) ||
+                isnan(im->displacement[other]))
                 continue;
-            if (whole || pdi_pictures_has_bond(im, k, other)) im->joined[k] |= (uint8_t)(1 << b);
+            if (whole || pdi_pictures_has_bond(im, k, other)) im->bonded[k] |= (uint8_t)(1 << b);
         }
     }
 }
@@ -131,11 +132,13 @@ static void pdi_pictures_compute_displacements(pd_output_pictures *im)
 {
     const pd_model *m = im->model;
     for (int64_t k = 0; k < im->cells; k++) {
-        int32_t node = pdi_pictures_get_node(im, k), point = m->structure.point[node];
-        const double *u = pdi_solid_coupling_displacements(&m->structure) + (int64_t)(point < 0 ? 0 : point) * PD_DIM;
+        int32_t node = pdi_pictures_get_node(im, k), point = m->solid.point[node];
+        const double *u = pdi_solid_coupling_displacements(&m->solid) + (int64_t)(point < 0 ? 0 : point) * PD_DIM;
         int metal = point >= 0 && m->grid.kind[node] == PD_SOLID;
-        im->move[k] = metal ? pdi_pictures_round_to_float(m->setup->deformed * u[im->right]) : (double)NAN;
-        im->move[im->cells + k] = metal ? pdi_pictures_round_to_float(m->setup->deformed * u[im->up]) : (double)NAN;
+        im->displacement[k] =
+            metal ? pdi_pictures_round_to_float(m->setup->displacement_scale * u[im->right]) : (double)NAN;
+        im->displacement[im->cells + k] =
+            metal ? pdi_pictures_round_to_float(m->setup->displacement_scale * u[im->up]) : (double)NAN;
     }
     pdi_pictures_mark_bonded_neighbours(im);
 }
@@ -148,7 +151,7 @@ static int pdi_pictures_are_bonded(const void *user, int cell, int other)
     int x = high % im->nx - low % im->nx, y = high / im->nx - low / im->nx;
     for (int b = 0; b < 4; b++)
         if (pdi_pictures_neighbour_offset[b][0] == x && pdi_pictures_neighbour_offset[b][1] == y)
-            return im->joined[low] >> b & 1;
+            return im->bonded[low] >> b & 1;
     return 0;
 }
 
@@ -160,7 +163,7 @@ static void pdi_pictures_compute_velocities(pd_output_pictures *im)
     const double *up = pdi_model_velocity(m) + (int64_t)im->up * m->grid.total;
     for (int64_t k = 0; k < im->cells; k++) {
         int32_t node = pdi_pictures_get_node(im, k);
-        int fluid = m->grid.kind[node] == PD_FLUID, mirrored = k / im->nx < im->below;
+        int fluid = m->grid.kind[node] == PD_FLUID, mirrored = k / im->nx < im->mirrored_rows;
         im->velocity[k] = fluid ? pdi_pictures_round_to_float(right[node]) : (double)NAN;
         im->velocity[im->cells + k] =
             fluid ? pdi_pictures_round_to_float(mirrored ? -up[node] : up[node]) : (double)NAN;
@@ -197,7 +200,7 @@ static double pdi_pictures_interpolate_sorted(const double *sorted, int64_t coun
 /* Number of values of a frame: cells, or pixels of the rendered surface. */
 static int64_t pdi_pictures_count_values(const pd_output_pictures *im, pd_field field)
 {
-    return field == PD_PICTURES_SURFACE ? (int64_t)im->sight.width * im->sight.height : im->cells;
+    return field == PD_PICTURES_SURFACE ? (int64_t)im->surface_view.width * im->surface_view.height : im->cells;
 }
 
 /* Smallest and largest value of this frame, or percentiles, for colours, without masked and (log) non-positive ones. */
@@ -208,7 +211,7 @@ static void pdi_pictures_find_range(pd_output_pictures *im, pd_field field, doub
     *lo = HUGE_VAL;
     *hi = -HUGE_VAL;
     for (int64_t k = 0; k < values; k++) {
-        double value = surface ? (double)im->sight.value[k] : im->cell[k];
+        double value = surface ? (double)im->surface_view.value[k] : im->cell[k];
         if (!surface && im->paint[k] != PD_PAINT_FIELD) continue;
         if (isnan(value) || (pdi_pictures_is_log_scale(im, field) && !(value > 0.0))) continue;
         if (value < *lo) *lo = value;
@@ -239,13 +242,14 @@ static pd_status pdi_pictures_update_range(pd_ctx *ctx, pd_output_pictures *im, 
 {
     pd_picture_range *view = &im->view[field];
     double lo, hi;
-    if (pdi_pictures_is_deformed(im, field)) PDI_TRY(pdi_deformed_plot_extend_range(ctx, warp, view->low, view->high));
+    if (pdi_pictures_is_deformed(im, field))
+        PDI_TRY(pdi_deformed_plot_extend_range(ctx, warp, view->extent_min, view->extent_max));
     for (int64_t k = 0; pdi_pictures_has_flow_overlay(im, field) && k < im->cells; k++)
-        view->fastest = pdi_max(view->fastest, pdi_canvas_hypot(im->velocity[k], im->velocity[im->cells + k]));
+        view->max_speed = pdi_max(view->max_speed, pdi_canvas_hypot(im->velocity[k], im->velocity[im->cells + k]));
     if (pdi_pictures_is_range_fixed(im->model->setup, pdi_pictures_get_colour_field(im, field))) return PD_OK;
     pdi_pictures_find_range(im, field, &lo, &hi);
-    view->lo = pdi_min(view->lo, lo);
-    view->hi = pdi_max(view->hi, hi);
+    view->min = pdi_min(view->min, lo);
+    view->max = pdi_max(view->max, hi);
     return PD_OK;
 }
 
@@ -279,7 +283,7 @@ static const char *pdi_pictures_format_title(const pd_output_pictures *im, pd_fi
     }
     size_t used = strlen(text->title);
     if (pdi_pictures_is_deformed(im, field))
-        snprintf(text->title + used, sizeof text->title - used, ", displacements \xC3\x97 %g", u->deformed);
+        snprintf(text->title + used, sizeof text->title - used, ", displacements \xC3\x97 %g", u->displacement_scale);
     return text->title;
 }
 
@@ -301,8 +305,8 @@ static void pdi_pictures_get_range(const pd_output_pictures *im, pd_field field,
     *lo = of < PD_FIELD_COUNT ? u->drawing.range[of][0] : 0.0;
     *hi = of < PD_FIELD_COUNT ? u->drawing.range[of][1] : 0.0;
     if (*lo < *hi) return;
-    *lo = pdi_pictures_is_range_fixed(u, of) ? 0.0 : im->view[field].lo;
-    *hi = pdi_pictures_is_range_fixed(u, of) ? 1.0 : im->view[field].hi;
+    *lo = pdi_pictures_is_range_fixed(u, of) ? 0.0 : im->view[field].min;
+    *hi = pdi_pictures_is_range_fixed(u, of) ? 1.0 : im->view[field].max;
     pdi_field_plot_adjust_range(map, pdi_pictures_is_log_scale(im, field), lo, hi);
 }
 
@@ -312,12 +316,12 @@ static void pdi_pictures_set_flow_overlay(const pd_output_pictures *im, pd_field
     const pd_grid *grid = &im->model->grid;
     if (!pdi_pictures_has_flow_overlay(im, field)) return;
     picture->streamlines = im->model->setup->drawing.streamlines[field];
-    picture->vectors = im->model->setup->drawing.vectors[field];
+    picture->arrows = im->model->setup->drawing.vectors[field];
     picture->velocity = im->velocity;
-    picture->fastest = im->view[field].fastest;
+    picture->max_speed = im->view[field].max_speed;
     for (int k = 0; k < 4; k++) {
-        pd_side side = grid->side[2 * (k < 2 ? im->right : im->up) + (k == 2 && im->below ? 1 : k % 2)];
-        picture->closed[k] = side == PD_SIDE_WALL || side == PD_SIDE_MIRROR;
+        pd_side side = grid->side[2 * (k < 2 ? im->right : im->up) + (k == 2 && im->mirrored_rows ? 1 : k % 2)];
+        picture->side_closed[k] = side == PD_SIDE_WALL || side == PD_SIDE_MIRROR;
     }
 }
 
@@ -343,26 +347,26 @@ static void pdi_pictures_build_picture(const pd_output_pictures *im, pd_field fi
     picture->nx = im->nx;
     picture->ny = im->ny;
     picture->values = im->cell;
-    picture->paint = im->paint;
+    picture->cell_paint = im->paint;
     picture->lo[0] = m->grid.lo[im->right];
-    picture->lo[1] = im->below ? -m->grid.hi[im->up] : m->grid.lo[im->up];
+    picture->lo[1] = im->mirrored_rows ? -m->grid.hi[im->up] : m->grid.lo[im->up];
     picture->hi[0] = m->grid.hi[im->right];
     picture->hi[1] = m->grid.hi[im->up];
     picture->axes[0] = axes[im->right];
     picture->axes[1] = m->setup->axisymmetric ? "r" : axes[im->up];
-    picture->mirrored = im->below > 0;
+    picture->mirrored = im->mirrored_rows > 0;
     picture->map = pdi_pictures_get_colour_map(m->setup, field);
     picture->log = pdi_pictures_is_log_scale(im, field);
     picture->smooth = drawing->smooth;
     picture->width = drawing->width;
     picture->contour_count = drawing->contours[field];
-    picture->contours = drawing->levels[field] ? drawing->level[field] : NULL;
+    picture->contours = drawing->has_contour_values[field] ? drawing->contour_value[field] : NULL;
     pdi_pictures_get_range(im, field, picture->map, &picture->range_lo, &picture->range_hi);
     pdi_pictures_set_flow_overlay(im, field, picture);
     pdi_pictures_set_legend(field, picture);
     picture->title = pdi_pictures_format_title(im, field, text);
     picture->stamp = pdi_pictures_format_time(time, text);
-    picture->widest = "t = 000.000 min";
+    picture->widest_stamp = "t = 000.000 min";
     /* the title names it */
     picture->label = pdi_setup_is_categorical_field(field) ? NULL : pdi_setup_field_label(m->setup, field);
 }
@@ -373,12 +377,12 @@ static void pdi_pictures_build_deformed(const pd_output_pictures *im, pd_field f
 {
     memset(warp, 0, sizeof *warp);
     warp->undeformed = picture;
-    warp->displacement = im->move;
+    warp->displacement = im->displacement;
     warp->is_connected = pdi_pictures_are_bonded;
     warp->user = im;
-    for (int d = 0; d < 2 && im->view[field].low[0] < im->view[field].high[0]; d++) {
-        warp->lo[d] = im->view[field].low[d];
-        warp->hi[d] = im->view[field].high[d];
+    for (int d = 0; d < 2 && im->view[field].extent_min[0] < im->view[field].extent_max[0]; d++) {
+        warp->lo[d] = im->view[field].extent_min[d];
+        warp->hi[d] = im->view[field].extent_max[d];
     }
 }
 
@@ -422,7 +426,7 @@ static pd_status pdi_pictures_draw_surface(pd_ctx *ctx, const pd_output_pictures
     pdi_surface_plot relief;
     pd_field_plot labels;
     memset(&relief, 0, sizeof relief);
-    relief.rendering = &im->sight;
+    relief.rendering = &im->surface_view;
     relief.use_values = of < PD_FIELD_COUNT;
     snprintf(text.title, sizeof text.title, "%s: surface%s%s", u->name, relief.use_values ? ", " : "",
              relief.use_values ? pdi_setup_field_name(im->model->setup, of) : "");
@@ -502,9 +506,9 @@ static pd_status pdi_pictures_write_files(pd_ctx *ctx, pd_output_pictures *im, p
                       : pd_file_join(ctx, im->folder->path, name, path));
         PDI_TRY(image && k == 0 ? pdi_png_write(ctx, path, image)
                                 : pdi_pictures_draw_frame(ctx, im, field, time, path, NULL));
-        if (im->live && frame == im->last) PDI_TRY(pdi_pictures_copy_latest(ctx, im, field, ends[k], path));
+        if (im->updates_latest && frame == im->last) PDI_TRY(pdi_pictures_copy_latest(ctx, im, field, ends[k], path));
     }
-    if (im->live) im->latest |= pdi_setup_field_bit(field);
+    if (im->updates_latest) im->latest |= pdi_setup_field_bit(field);
     return PD_OK;
 }
 
@@ -541,11 +545,12 @@ static pd_status pdi_pictures_store_bytes(pd_ctx *ctx, pd_file *file, int readin
 /* Write or read the pixels of the rendered surface. */
 static pd_status pdi_pictures_store_surface(pd_ctx *ctx, pd_output_pictures *im, pd_file *file, int reading)
 {
-    size_t pixels = (size_t)im->sight.width * (size_t)im->sight.height;
-    PDI_TRY(pdi_pictures_store_bytes(ctx, file, reading, im->sight.value, pixels * sizeof *im->sight.value));
-    PDI_TRY(pdi_pictures_store_bytes(ctx, file, reading, im->sight.light, pixels));
-    PDI_TRY(pdi_pictures_store_bytes(ctx, file, reading, im->sight.cover, pixels));
-    return pdi_pictures_store_bytes(ctx, file, reading, im->sight.edge, pixels);
+    size_t pixels = (size_t)im->surface_view.width * (size_t)im->surface_view.height;
+    PDI_TRY(
+        pdi_pictures_store_bytes(ctx, file, reading, im->surface_view.value, pixels * sizeof *im->surface_view.value));
+    PDI_TRY(pdi_pictures_store_bytes(ctx, file, reading, im->surface_view.brightness, pixels));
+    PDI_TRY(pdi_pictures_store_bytes(ctx, file, reading, im->surface_view.coverage, pixels));
+    return pdi_pictures_store_bytes(ctx, file, reading, im->surface_view.edge, pixels);
 }
 
 /* Write or read the data of a frame that follow its header; a newline ends them. */
@@ -559,8 +564,8 @@ static pd_status pdi_pictures_store_frame_data(pd_ctx *ctx, pd_output_pictures *
         PDI_TRY(pdi_pictures_store_bytes(ctx, file, reading, im->paint, (size_t)im->cells));
     }
     if (pdi_pictures_is_deformed(im, field)) {
-        PDI_TRY(pdi_pictures_store_floats(ctx, file, reading, im->move, 2 * im->cells));
-        PDI_TRY(pdi_pictures_store_bytes(ctx, file, reading, im->joined, (size_t)im->cells));
+        PDI_TRY(pdi_pictures_store_floats(ctx, file, reading, im->displacement, 2 * im->cells));
+        PDI_TRY(pdi_pictures_store_bytes(ctx, file, reading, im->bonded, (size_t)im->cells));
     }
     if (pdi_pictures_has_flow_overlay(im, field))
         PDI_TRY(pdi_pictures_store_floats(ctx, file, reading, im->velocity, 2 * im->cells));
@@ -570,7 +575,7 @@ static pd_status pdi_pictures_store_frame_data(pd_ctx *ctx, pd_output_pictures *
 /* [byte] Length of the data of a frame, without header. */
 static int64_t pdi_pictures_count_frame_bytes(const pd_output_pictures *im, pd_field field)
 {
-    if (field == PD_PICTURES_SURFACE) return 7 * (int64_t)im->sight.width * im->sight.height + 1;
+    if (field == PD_PICTURES_SURFACE) return 7 * (int64_t)im->surface_view.width * im->surface_view.height + 1;
     int overlay = pdi_pictures_has_flow_overlay(im, field) ? 8 : 0;
     return im->cells * ((pdi_pictures_is_deformed(im, field) ? 14 : 5) + overlay) + 1;
 }
@@ -582,35 +587,35 @@ static pd_status pdi_pictures_append_frame(pd_ctx *ctx, pd_output_pictures *im, 
     memset(&head, 0, sizeof head);
     head.field = (double)field;
     head.frame = frame;
-    head.time = im->model->couple.time;
+    head.time = im->model->time_loop.time;
     head.view = im->view[field];
-    PDI_TRY(pdi_file_write(ctx, &im->kept, &head, sizeof head));
-    PDI_TRY(pdi_pictures_store_frame_data(ctx, im, field, &im->kept, 0));
-    return pdi_file_flush(ctx, &im->kept);
+    PDI_TRY(pdi_file_write(ctx, &im->frame_file, &head, sizeof head));
+    PDI_TRY(pdi_pictures_store_frame_data(ctx, im, field, &im->frame_file, 0));
+    return pdi_file_flush(ctx, &im->frame_file);
 }
 
 PDI_FN pd_status pdi_pictures_draw_frames(pd_ctx *ctx, pd_output_pictures *im, int frame)
 {
-    double time = im->model->couple.time;
+    double time = im->model->time_loop.time;
     pdi_pictures_labels text;
     pd_field_plot picture;
     pdi_deformed_plot warp;
     memset(&warp, 0, sizeof warp);
     im->last = frame;
-    if (im->move) pdi_pictures_compute_displacements(im);
+    if (im->displacement) pdi_pictures_compute_displacements(im);
     if (im->velocity) pdi_pictures_compute_velocities(im);
     for (int k = 0; k < PD_PICTURES_COUNT; k++) {
         pd_field field = (pd_field)k;
         if (!pdi_pictures_is_drawn(im, field)) continue;
         PDI_TRY(pdi_check_cancel(ctx, "pictures", k));
-        if (field == PD_PICTURES_SURFACE) PDI_TRY(pdi_surface_view_draw(ctx, im->model, &im->sight));
+        if (field == PD_PICTURES_SURFACE) PDI_TRY(pdi_surface_view_draw(ctx, im->model, &im->surface_view));
         else pdi_pictures_compute_cells(im, field);
         if (pdi_pictures_is_deformed(im, field)) {
             pdi_pictures_build_picture(im, field, time, &text, &picture);
             pdi_pictures_build_deformed(im, field, &picture, &warp);
         }
         PDI_TRY(pdi_pictures_update_range(ctx, im, field, &warp));
-        if (im->keeps) PDI_TRY(pdi_pictures_append_frame(ctx, im, field, frame));
+        if (im->stores_frames) PDI_TRY(pdi_pictures_append_frame(ctx, im, field, frame));
         PDI_TRY(pdi_pictures_write_files(ctx, im, field, frame, time, 1, NULL));
     }
     im->frames++;
@@ -678,8 +683,8 @@ static pd_status pdi_pictures_redraw_field(pd_ctx *ctx, pd_output_pictures *im, 
 PDI_FN pd_status pdi_pictures_finish(pd_ctx *ctx, pd_output_pictures *im)
 {
     char path[PD_PATH_SIZE];
-    if (!im->keeps) return PD_OK;
-    PDI_TRY(pdi_file_commit(ctx, &im->kept));
+    if (!im->stores_frames) return PD_OK;
+    PDI_TRY(pdi_file_commit(ctx, &im->frame_file));
     PDI_TRY(pd_file_join(ctx, im->folder->path, PD_FRAMES_FILE, path));
     for (int k = 0; k < PD_PICTURES_COUNT; k++)
         if (pdi_pictures_is_drawn(im, (pd_field)k)) PDI_TRY(pdi_pictures_redraw_field(ctx, im, (pd_field)k, path));
@@ -689,9 +694,9 @@ PDI_FN pd_status pdi_pictures_finish(pd_ctx *ctx, pd_output_pictures *im)
 PDI_FN pd_status pdi_pictures_remove_frame_file(pd_ctx *ctx, pd_output_pictures *im)
 {
     char path[PD_PATH_SIZE];
-    if (!im->keeps) return PD_OK;
+    if (!im->stores_frames) return PD_OK;
     PDI_TRY(pd_file_join(ctx, im->folder->path, PD_FRAMES_FILE, path));
-    im->keeps = 0;
+    im->stores_frames = 0;
     pdi_file_remove(path);
     return PD_OK;
 }
@@ -720,7 +725,7 @@ static int64_t pdi_pictures_count_max_values(const pd_output_pictures *im)
 static pd_status pdi_pictures_allocate(pd_ctx *ctx, pd_output_pictures *im)
 {
     const pd_setup *u = im->model->setup;
-    if (pdi_surface_view_is_requested(u)) PDI_TRY(pdi_surface_view_build(ctx, u, &im->sight));
+    if (pdi_surface_view_is_requested(u)) PDI_TRY(pdi_surface_view_build(ctx, u, &im->surface_view));
     if (u->drawing.percentile > 0.0 && u->drawing.percentile < 1.0 && (u->images || pdi_surface_view_is_requested(u)))
         PDI_TRY(PDI_NEW(ctx, "images", pdi_pictures_count_max_values(im), im->sorted));
     if (!u->images) return PD_OK;
@@ -729,9 +734,9 @@ static pd_status pdi_pictures_allocate(pd_ctx *ctx, pd_output_pictures *im)
     for (int k = 0; k < PD_FIELD_COUNT && !im->velocity; k++)
         if (pdi_pictures_has_flow_overlay(im, (pd_field)k))
             PDI_TRY(PDI_NEW(ctx, "images", 2 * im->cells, im->velocity));
-    if (!(u->deformed > 0.0)) return PD_OK;
-    PDI_TRY(PDI_NEW(ctx, "images", 2 * im->cells, im->move));
-    return PDI_NEW(ctx, "images", im->cells, im->joined);
+    if (!(u->displacement_scale > 0.0)) return PD_OK;
+    PDI_TRY(PDI_NEW(ctx, "images", 2 * im->cells, im->displacement));
+    return PDI_NEW(ctx, "images", im->cells, im->bonded);
 }
 
 PDI_FN pd_status pdi_pictures_build(pd_ctx *ctx, const pd_model *model, pd_output_folder *folder,
@@ -744,28 +749,29 @@ PDI_FN pd_status pdi_pictures_build(pd_ctx *ctx, const pd_model *model, pd_outpu
     if (!u->images && !pdi_surface_view_is_requested(u)) return PD_OK;
     im->right = PD_DIM == 3 && u->slice_axis == 0 ? 1 : 0;
     im->up = PD_DIM == 3 && u->slice_axis == 2 ? 1 : PD_DIM - 1;
-    im->below = u->axisymmetric && !(model->grid.lo[im->up] > 0.0) ? model->grid.n[im->up] : 0; /* drawn whole */
+    /* drawn whole */
+    im->mirrored_rows = u->axisymmetric && !(model->grid.lo[im->up] > 0.0) ? model->grid.n[im->up] : 0;
     im->nx = model->grid.n[im->right];
-    im->ny = im->right == im->up ? 1 : model->grid.n[im->up] + im->below;
+    im->ny = im->right == im->up ? 1 : model->grid.n[im->up] + im->mirrored_rows;
     im->cells = (int64_t)im->nx * im->ny;
     for (int k = 0; k < PD_PICTURES_COUNT; k++) {
         pd_picture_range *view = &im->view[k];
-        view->lo = view->low[0] = view->low[1] = HUGE_VAL;
-        view->hi = view->high[0] = view->high[1] = -HUGE_VAL;
+        view->min = view->extent_min[0] = view->extent_min[1] = HUGE_VAL;
+        view->max = view->extent_max[0] = view->extent_max[1] = -HUGE_VAL;
     }
     PDI_TRY(pdi_pictures_allocate(ctx, im));
-    im->keeps = u->drawing.animate || pdi_pictures_has_growing_range(im);
+    im->stores_frames = u->drawing.animate || pdi_pictures_has_growing_range(im);
     return PD_OK;
 }
 
 PDI_FN pd_status pdi_pictures_begin_frame_file(pd_ctx *ctx, pd_output_pictures *im)
 {
     char path[PD_PATH_SIZE];
-    if (!im->keeps) return PD_OK;
+    if (!im->stores_frames) return PD_OK;
     PDI_TRY(pdi_output_folder_add_file(ctx, im->folder, PD_FRAMES_FILE, path));
-    PDI_TRY(pdi_file_create(ctx, path, &im->kept)); /* empty, also where a file of this name stands */
-    PDI_TRY(pdi_file_commit(ctx, &im->kept));
-    return pdi_file_open_append(ctx, path, &im->kept);
+    PDI_TRY(pdi_file_create(ctx, path, &im->frame_file)); /* empty, also where a file of this name stands */
+    PDI_TRY(pdi_file_commit(ctx, &im->frame_file));
+    return pdi_file_open_append(ctx, path, &im->frame_file);
 }
 
 PDI_FN pd_status pdi_pictures_store(pd_ctx *ctx, pd_output_pictures *im, pd_archive *archive)
@@ -775,23 +781,24 @@ PDI_FN pd_status pdi_pictures_store(pd_ctx *ctx, pd_output_pictures *im, pd_arch
     PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "frames of pictures", &im->frames, 1));
     PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "last picture", &im->last, 1));
     PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "listed last pictures", &im->latest, 1));
-    if (im->keeps && !archive->reading) PDI_TRY(pdi_file_get_length(ctx, &im->kept, &im->length));
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "length of pictures", &im->length, 1));
-    if (!im->keeps || !archive->reading) return PD_OK;
+    if (im->stores_frames && !archive->is_reading)
+        PDI_TRY(pdi_file_get_length(ctx, &im->frame_file, &im->frame_file_bytes));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "length of pictures", &im->frame_file_bytes, 1));
+    if (!im->stores_frames || !archive->is_reading) return PD_OK;
     PDI_TRY(pd_file_join(ctx, im->folder->path, PD_FRAMES_FILE, path));
-    return pdi_file_resume(ctx, path, im->length, &im->kept);
+    return pdi_file_resume(ctx, path, im->frame_file_bytes, &im->frame_file);
 }
 
 PDI_FN void pdi_pictures_free(pd_ctx *ctx, pd_output_pictures *im)
 {
-    pdi_file_abandon(&im->kept); /* every frame has been flushed */
+    pdi_file_abandon(&im->frame_file); /* every frame has been flushed */
     PDI_DELETE(ctx, im->cells, im->cell);
     PDI_DELETE(ctx, im->cells, im->paint);
-    PDI_DELETE(ctx, 2 * im->cells, im->move);
+    PDI_DELETE(ctx, 2 * im->cells, im->displacement);
     PDI_DELETE(ctx, 2 * im->cells, im->velocity);
-    PDI_DELETE(ctx, im->cells, im->joined);
+    PDI_DELETE(ctx, im->cells, im->bonded);
     PDI_DELETE(ctx, pdi_pictures_count_max_values(im), im->sorted);
-    pdi_renderer_free(ctx, &im->sight);
+    pdi_renderer_free(ctx, &im->surface_view);
     memset(im, 0, sizeof *im);
 }
 

@@ -116,12 +116,12 @@ static double pdi_rate_step_limit_limit_law(pdi_rate_step_limit_local_law *law, 
 static double pdi_rate_step_limit_limit_metal_law(const pd_rate_step_limit *s, int32_t place, double t, double end,
                                                   pdi_rate_step_limit_local_law *law)
 {
-    const pd_etch *etch = &s->attack->etch;
+    const pd_etch *etch = &s->attack->surface_solver;
     const pd_dissolution_law *of = &s->attack->law[pdi_etch_which(etch, place)];
-    const pd_setup_metal *metal = &s->setup->metal[of->kind];
+    const pd_setup_metal *metal = &s->setup->metal[of->setup_metal];
     const double *h = s->attack->dissolve->grid->h;
     double c[PD_SPECIES_MAX], ph, phi;
-    if (!(etch->weight[place] > 0.0) || !(metal->rate.uses >> 1 & 1u)) return end;
+    if (!(etch->weight[place] > 0.0) || !(metal->rate.variables_used >> 1 & 1u)) return end;
     if (!pdi_layer_reads(etch, place, c, &ph, &phi)) return end;
     pdi_dissolution_laws_set_variables(of, etch->node[place], c, ph, phi, t, law->vars);
     law->expr = &metal->rate;
@@ -138,13 +138,13 @@ static double pdi_rate_step_limit_limit_metal_law(const pd_rate_step_limit *s, i
 static double pdi_rate_step_limit_limit_surface_state(const pd_rate_step_limit *s, int32_t place, double t, double end,
                                                       int tried, pdi_rate_step_limit_local_law *law)
 {
-    const pd_coat *coat = &s->surfaces->coat;
+    const pd_coat *coat = &s->surfaces->state_solver;
     double c[PD_SPECIES_MAX], around[PD_COAT_AROUND], y[PD_COAT_MOST], whole = tried ? end - t : 0.0;
     pd_coat_at at;
     pdi_coat_reads(coat, place, t, whole, c, around, &at, y);
     for (int k = 0; k < s->setup->states; k++) {
         const pd_setup_surface_state *state = &s->setup->state[k];
-        if (!(coat->on[coat->node[place]] >> k & 1u) || !(state->rate.uses >> 1 & 1u)) continue;
+        if (!(coat->on[coat->node[place]] >> k & 1u) || !(state->rate.variables_used >> 1 & 1u)) continue;
         pdi_surface_states_set_variables(s->surfaces, k, &at, y, law->vars);
         law->expr = &state->rate;
         law->time_index = 1;
@@ -160,14 +160,14 @@ static double pdi_rate_step_limit_limit_surface_state(const pd_rate_step_limit *
 static double pdi_rate_step_limit_limit_electrode_factor(const pd_rate_step_limit *s, int32_t place, double t,
                                                          double end, pdi_rate_step_limit_local_law *law)
 {
-    const pd_coat *coat = &s->surfaces->coat;
+    const pd_coat *coat = &s->surfaces->state_solver;
     for (int e = 0; e < s->setup->potential.electrodes; e++) {
         const pd_setup_electrode *of = &s->setup->potential.electrode[e];
-        if (!of->shares || !pdi_setup_is_time_dependent(&of->share)) continue;
+        if (!of->has_current_factor || !pdi_setup_is_time_dependent(&of->current_factor)) continue;
         memset(law->vars, 0, sizeof law->vars);
         pd_grid_position(s->surfaces->bonds->grid, coat->node[place], law->vars);
         pdi_surface_states_get_states(s->surfaces, coat->node[place], law->vars + PDI_SETUP_POSITION_VARS);
-        law->expr = &of->share;
+        law->expr = &of->current_factor;
         law->time_index = PD_DIM;
         law->scale = 1.0;
         law->minimum = 0.0;
@@ -181,9 +181,9 @@ static double pdi_rate_step_limit_limit_electrode_factor(const pd_rate_step_limi
 static double pdi_rate_step_limit_limit_all(const pd_rate_step_limit *s, double t, double end, int tried,
                                             pdi_rate_step_limit_local_law *law)
 {
-    for (int32_t p = 0; s->attack && p < s->attack->etch.count; p++)
+    for (int32_t p = 0; s->attack && p < s->attack->surface_solver.count; p++)
         end = pdi_rate_step_limit_limit_metal_law(s, p, t, end, law);
-    for (int32_t p = 0; s->surfaces && p < s->surfaces->coat.count; p++) {
+    for (int32_t p = 0; s->surfaces && p < s->surfaces->state_solver.count; p++) {
         end = pdi_rate_step_limit_limit_surface_state(s, p, t, end, tried, law);
         end = pdi_rate_step_limit_limit_electrode_factor(s, p, t, end, law);
     }
@@ -211,14 +211,14 @@ PDI_FN void pdi_rate_step_limit_build(const pd_setup *setup, const pd_dissolutio
     int laws = 0, rates = 0;
     memset(timed, 0, sizeof *timed);
     timed->setup = setup;
-    for (int m = 0; attack && m < attack->laws; m++) {
-        const pd_setup_metal *metal = &setup->metal[attack->law[m].kind];
-        laws |= pdi_setup_has_species_rate(metal) && (metal->rate.uses >> 1 & 1u);
+    for (int m = 0; attack && m < attack->law_count; m++) {
+        const pd_setup_metal *metal = &setup->metal[attack->law[m].setup_metal];
+        laws |= pdi_setup_has_species_rate(metal) && (metal->rate.variables_used >> 1 & 1u);
     }
-    for (int k = 0; k < setup->states; k++) rates |= (int)(setup->state[k].rate.uses >> 1 & 1u);
+    for (int k = 0; k < setup->states; k++) rates |= (int)(setup->state[k].rate.variables_used >> 1 & 1u);
     for (int e = 0; e < setup->potential.electrodes; e++)
-        rates |=
-            setup->potential.electrode[e].shares && pdi_setup_is_time_dependent(&setup->potential.electrode[e].share);
+        rates |= setup->potential.electrode[e].has_current_factor &&
+                 pdi_setup_is_time_dependent(&setup->potential.electrode[e].current_factor);
     if (laws) timed->attack = attack;
     if (rates) timed->surfaces = surfaces;
 }

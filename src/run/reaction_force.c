@@ -45,13 +45,13 @@ static void pdi_reaction_force_fit_corner_stress(const pd_mechanical_bc *g, cons
     for (int n = 0; n < all; n++) {
         double c[PD_DIM];
         for (int a = 0, rest = n; a < count; a++, rest /= depth) {
-            int side = g->setup->metal_body.grip[holders[a]].side;
+            int side = g->setup->metal_body.mechanical_bc[holders[a]].side;
             at[side / 2] = side % 2 ? s->grid->n[side / 2] - 1 - rest % depth : rest % depth;
         }
         int32_t j = s->point[pd_grid_node(s->grid, at)];
-        if (j < 0 || !s->held[(int64_t)j * PD_DIM + d]) continue;
+        if (j < 0 || !s->prescribed[(int64_t)j * PD_DIM + d]) continue;
         for (int a = 0; a < count; a++)
-            c[a] = pdi_mechanical_bc_get_surface_coefficient(g, j, g->setup->metal_body.grip[holders[a]].side);
+            c[a] = pdi_mechanical_bc_get_surface_coefficient(g, j, g->setup->metal_body.mechanical_bc[holders[a]].side);
         for (int a = 0; a < count; a++) {
             fit->rhs[a] += c[a] * pdi_reaction_force_get_residual(g, j, d);
             for (int b = 0; b < count; b++) fit->matrix[a][b] += c[a] * c[b];
@@ -78,9 +78,9 @@ static double pdi_reaction_force_compute_point_force(const pd_mechanical_bc *g, 
     int holders[PD_DIM], count = pdi_mechanical_bc_find_sides(g, i, d, holders), last = k, at = 0;
     double own = 0.0, rest = 0.0;
     pdi_reaction_force_corner_fit fit;
-    for (int other = k + 1; other < b->grips; other++)
-        if (b->grip[other].moves[d] && pdi_mechanical_bc_is_held(g, other, i)) last = other;
-    if (b->grip[last].side < 0 || b->grip[k].side < 0)
+    for (int other = k + 1; other < b->mechanical_bcs; other++)
+        if (b->mechanical_bc[other].has_displacement[d] && pdi_mechanical_bc_is_held(g, other, i)) last = other;
+    if (b->mechanical_bc[last].side < 0 || b->mechanical_bc[k].side < 0)
         return last == k ? -pdi_reaction_force_get_residual(g, i, d) : 0.0;
     while (at < count && holders[at] != k) at++;
     if (at == count) return 0.0;
@@ -88,7 +88,8 @@ static double pdi_reaction_force_compute_point_force(const pd_mechanical_bc *g, 
     pdi_reaction_force_fit_corner_stress(g, holders, count, i, d, &fit);
     rest = pdi_reaction_force_get_residual(g, i, d);
     for (int a = 0; a < count; a++) {
-        double part = fit.stress[a] * pdi_mechanical_bc_get_surface_coefficient(g, i, b->grip[holders[a]].side);
+        double part =
+            fit.stress[a] * pdi_mechanical_bc_get_surface_coefficient(g, i, b->mechanical_bc[holders[a]].side);
         if (holders[a] == k) own = part;
         rest -= part;
     }
@@ -97,12 +98,12 @@ static double pdi_reaction_force_compute_point_force(const pd_mechanical_bc *g, 
 
 PDI_FN pd_status pdi_reaction_force_compute(pd_ctx *ctx, const pd_mechanical_bc *g, int k, double t, double *force)
 {
-    const pd_setup_mechanical_bc *grip = &g->setup->metal_body.grip[k];
+    const pd_setup_mechanical_bc *grip = &g->setup->metal_body.mechanical_bc[k];
     int64_t count = (int64_t)g->structure->count * PD_DIM;
     double *work = NULL, reaction[PD_DIM];
     pd_status status = PD_OK;
     for (int d = 0; d < PD_DIM; d++) force[d] = reaction[d] = 0.0;
-    if (grip->pulls || grip->presses) {
+    if (grip->has_traction || grip->has_pressure) {
         PDI_TRY(PDI_NEW(ctx, "grip_force", count, work));
         status = pdi_reaction_force_compute_applied_load(ctx, g, k, t, work, force);
         PDI_DELETE(ctx, count, work);
@@ -110,10 +111,10 @@ PDI_FN pd_status pdi_reaction_force_compute(pd_ctx *ctx, const pd_mechanical_bc 
     for (int64_t n = 0; n < count; n++) {
         int32_t i = (int32_t)(n / PD_DIM);
         int d = (int)(n % PD_DIM);
-        if (grip->moves[d] && pdi_mechanical_bc_is_held(g, k, i))
+        if (grip->has_displacement[d] && pdi_mechanical_bc_is_held(g, k, i))
             reaction[d] += g->structure->body.volume[i] * pdi_reaction_force_compute_point_force(g, k, i, d);
     }
     for (int d = 0; d < PD_DIM; d++)
-        if (grip->moves[d]) force[d] = reaction[d];
+        if (grip->has_displacement[d]) force[d] = reaction[d];
     return status;
 }

@@ -24,7 +24,7 @@ static double pdi_richardson_find_coarser_value(const pd_coarsened_setup *coarse
         if (strcmp(f->section, wanted->section) != 0 || strcmp(f->name, wanted->name) != 0 ||
             strcmp(f->key, wanted->key) != 0)
             continue;
-        sum += (f->monitor < 0 ? 1.0 : coarser->share[f->monitor]) * f->value;
+        sum += (f->monitor < 0 ? 1.0 : coarser->monitor_weight[f->monitor]) * f->value;
         found = 1;
     }
     return found ? sum : (double)NAN;
@@ -47,8 +47,8 @@ static pd_status pdi_richardson_run_setup(pd_ctx *ctx, const pd_run_desc *desc, 
     pd_scalar_outputs figures;
     memset(&dry, 0, sizeof dry);
     memset(&figures, 0, sizeof figures);
-    dry.dry = 1;
-    dry.check = desc->check;
+    dry.no_files = 1;
+    dry.check_only = desc->check_only;
     dry.figures = &figures;
     dry.stop = desc->stop;
     dry.stop_user = desc->stop_user;
@@ -88,9 +88,10 @@ static void pdi_richardson_compute_error(const pd_setup *setup, pd_richardson_ou
     double value = e->figure.value, near_step = e->coarser[0] - value, far_step = e->coarser[1] - e->coarser[0];
     double noise = PDI_RICHARDSON_NOISE * fabs(value), theory = pdi_richardson_get_formal_order(setup, &e->figure);
     double order = log(far_step / near_step) / log(2.0), step = fabs(near_step);
-    e->assumed = !(order >= PDI_RICHARDSON_MIN_ORDER) || !(order <= PDI_RICHARDSON_MAX_ORDER) || !(step > noise);
-    e->order = e->assumed ? theory : order;
-    if (e->assumed) step = pdi_max(step, fabs(far_step) / pow(2.0, theory)); /* that of numbers */
+    e->is_formal_order =
+        !(order >= PDI_RICHARDSON_MIN_ORDER) || !(order <= PDI_RICHARDSON_MAX_ORDER) || !(step > noise);
+    e->order = e->is_formal_order ? theory : order;
+    if (e->is_formal_order) step = pdi_max(step, fabs(far_step) / pow(2.0, theory)); /* that of numbers */
     e->error = step / ((pow(2.0, e->order) - 1.0) * fabs(value));
     if (step <= 0.0) e->error = 0.0; /* the figure may be 0, too */
 }
@@ -104,16 +105,16 @@ static int pdi_richardson_is_same_kind(const pd_scalar_output *a, const pd_scala
 /* Mark minor outputs and find the largest relative error of the others. */
 static void pdi_richardson_mark_minor(pd_richardson *e)
 {
-    e->worst = -1;
+    e->worst_output = -1;
     for (int k = 0; k < e->count; k++) {
         pd_richardson_output *a = &e->list[k];
         double most = 0.0;
         for (int j = 0; j < e->count; j++)
             if (pdi_richardson_is_same_kind(&a->figure, &e->list[j].figure))
                 most = pdi_max(most, fabs(e->list[j].figure.value));
-        a->minor = !(fabs(a->figure.value) >= PDI_RICHARDSON_MINOR * most) || !(fabs(a->figure.value) > 0.0) ||
-                   !(a->error >= 0.0);
-        if (!a->minor && (e->worst < 0 || a->error > e->list[e->worst].error)) e->worst = k;
+        a->is_minor = !(fabs(a->figure.value) >= PDI_RICHARDSON_MINOR * most) || !(fabs(a->figure.value) > 0.0) ||
+                      !(a->error >= 0.0);
+        if (!a->is_minor && (e->worst_output < 0 || a->error > e->list[e->worst_output].error)) e->worst_output = k;
     }
 }
 
@@ -125,7 +126,7 @@ static pd_status pdi_richardson_run_coarser_grids(pd_ctx *ctx, const pd_run_desc
     pd_status status = pdi_richardson_run_coarser_grid(ctx, desc, e, 1);
     if (pdi_is_fatal(status)) return status;
     if (status == PD_OK) e->coarser_runs = 2;
-    else memcpy(e->without, ctx->message, sizeof e->without);
+    else memcpy(e->missing_reason, ctx->message, sizeof e->missing_reason);
     if (desc->stop && desc->stop(desc->stop_user)) return pdi_fail(ctx, PD_ERR_STATE, "estimate", "interrupted");
     for (int k = 0; k < e->count; k++) pdi_richardson_compute_error(e->setup, &e->list[k]);
     pdi_richardson_mark_minor(e);
@@ -138,7 +139,7 @@ pd_status pd_richardson_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_des
     double started = pdi_par_clock();
     memset(e, 0, sizeof *e);
     e->setup = setup;
-    e->worst = -1;
+    e->worst_output = -1;
     PDI_TRY(PDI_NEW(ctx, "estimate", figures->count, e->list));
     e->count = figures->count;
     e->order = figures->order;
@@ -147,7 +148,7 @@ pd_status pd_richardson_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_des
         e->list[k].coarser[0] = e->list[k].coarser[1] = (double)NAN;
     }
     pd_status status = pdi_richardson_run_coarser_grids(ctx, desc, e);
-    e->wall = pdi_par_clock() - started;
+    e->wall_time = pdi_par_clock() - started;
     if (status < 0) pd_richardson_free(ctx, e);
     return status;
 }
@@ -181,7 +182,7 @@ static int pdi_richardson_format_section(const pd_richardson *e, int first, char
         snprintf(text + used, size - used, " err_%s=%.3g order_%s=%.3g", a->figure.key, a->error, a->figure.key,
                  a->order);
         used = strlen(assumed);
-        if (a->assumed) snprintf(assumed + used, sizeof assumed - used, "%s%s", used ? "," : "", a->figure.key);
+        if (a->is_formal_order) snprintf(assumed + used, sizeof assumed - used, "%s%s", used ? "," : "", a->figure.key);
     }
     used = strlen(text);
     if (assumed[0]) snprintf(text + used, size - used, " assumed=%s", assumed);
@@ -192,14 +193,14 @@ static int pdi_richardson_format_section(const pd_richardson *e, int first, char
 static void pdi_richardson_format_scene(const pd_richardson *e, char *text, size_t size)
 {
     char worst[2 * PD_SETUP_NAME] = "none";
-    const pd_richardson_output *w = e->worst < 0 ? NULL : &e->list[e->worst];
+    const pd_richardson_output *w = e->worst_output < 0 ? NULL : &e->list[e->worst_output];
     const pd_richardson_output *a = e->count && strcmp(e->list[0].figure.section, "scene") == 0 ? &e->list[0] : NULL;
     size_t used = strlen(text);
     snprintf(text + used, size - used, " coarser_runs=%d", e->coarser_runs);
     if (a) {
         used = strlen(text);
         snprintf(text + used, size - used, " order=%.3g err_volume_loss=%.3g%s", a->order, a->error,
-                 a->assumed ? " assumed=volume_loss" : "");
+                 a->is_formal_order ? " assumed=volume_loss" : "");
     }
     if (w) pdi_richardson_format_output_name(&w->figure, worst, sizeof worst);
     used = strlen(text);
@@ -207,7 +208,7 @@ static void pdi_richardson_format_scene(const pd_richardson *e, char *text, size
     used = strlen(text);
     if (w) snprintf(text + used, size - used, " err_worst=%.3g order_worst=%.3g", w->error, w->order);
     used = strlen(text);
-    snprintf(text + used, size - used, " estimate_wall_s=%.3f", e->wall);
+    snprintf(text + used, size - used, " estimate_wall_s=%.3f", e->wall_time);
 }
 
 void pd_richardson_print(const pd_richardson *e, pd_print_fn print, void *user)
@@ -231,8 +232,8 @@ void pd_richardson_print(const pd_richardson *e, pd_print_fn print, void *user)
     pdi_richardson_format_scene(e, text, sizeof text);
     pdi_remove_nonfinite(figures);
     print(user, PD_PRINT_RESULT, text);
-    if (!e->without[0]) return;
-    snprintf(text, sizeof text, "the error estimate assumes orders: %s", e->without);
+    if (!e->missing_reason[0]) return;
+    snprintf(text, sizeof text, "the error estimate assumes orders: %s", e->missing_reason);
     print(user, PD_PRINT_NOTE, text);
 }
 
@@ -254,7 +255,7 @@ void pd_richardson_suggest_spacing(const pd_richardson *e, double accuracy, doub
     int common = 0;
     for (int k = 0; k < e->count; k++) {
         const pd_richardson_output *a = &e->list[k];
-        if (!a->minor && a->error > accuracy) finer = pdi_max(finer, pow(a->error / accuracy, 1.0 / a->order));
+        if (!a->is_minor && a->error > accuracy) finer = pdi_max(finer, pow(a->error / accuracy, 1.0 / a->order));
     }
     for (int d = 0; d < PD_DIM; d++) {
         h[d] = u->h[d];

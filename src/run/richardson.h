@@ -17,9 +17,9 @@ typedef struct pd_richardson_output {
     pd_scalar_output figure; /* of the run */
     double coarser[2]; /* [unit of the figure] at 2 h and 4 h; NaN: none */
     double order;      /* [-] */
-    int assumed;       /* 1: the formal order of the method, not the observed one */
+    int is_formal_order; /* 1: the formal order of the method, not the observed one */
     double error;      /* [-] of the figure, over its size; NaN: unknown */
-    int minor;         /* below a tenth of the largest figure of its sort (same unit, same first letter), so that its
+    int is_minor;      /* below a tenth of the largest figure of its sort (same unit, same first letter), so that its
                         * relative error says little */
 } pd_richardson_output;
 
@@ -27,12 +27,12 @@ typedef struct pd_richardson_output {
 typedef struct pd_richardson {
     const pd_setup *setup;
     int coarser_runs;            /* runs it rests on, 1 or 2 */
-    char without[PD_MESSAGE_SIZE]; /* why there is no second one; "": there is */
+    char missing_reason[PD_MESSAGE_SIZE]; /* why there is no second one; "": there is */
     pd_richardson_output *list;    /* [count] */
     int count;
     int order;                   /* of the flow of the run, which coarser runs keep; 0: theirs */
-    int worst;                   /* index of the largest error of those that are not minor; -1: none */
-    double wall;                 /* [s] that they took */
+    int worst_output;            /* index of the largest error of those that are not minor; -1: none */
+    double wall_time;            /* [s] that they took */
 } pd_richardson;
 
 #define pd_richardson_run PD_NAME(pd_richardson_run)

@@ -56,8 +56,8 @@ typedef struct pdi_run {
 static void pdi_run_print_progress_line(pdi_run *r, const char *doing, int64_t count)
 {
     char line[360], time[PD_UNITS_TEXT], dt[PD_UNITS_TEXT];
-    double now = pdi_par_clock(), until = r->setup->until;
-    const pd_time_loop *c = &r->model.couple;
+    double now = pdi_par_clock(), until = r->setup->end_time;
+    const pd_time_loop *c = &r->model.time_loop;
     if (!r->desc->print || !(until > 0.0)) return;
     r->progress_clock = now;
     pdi_progress_format_line(c->time / until, now - r->start_clock, r->setup->name, line, sizeof line);
@@ -78,7 +78,8 @@ static void pdi_run_print_progress_line(pdi_run *r, const char *doing, int64_t c
 /* Print progress a few times a second. */
 static void pdi_run_print_progress(pdi_run *r)
 {
-    if (pdi_par_clock() - r->progress_clock >= PDI_RUN_PROGRESS_INTERVAL || !(r->model.couple.time < r->setup->until))
+    if (pdi_par_clock() - r->progress_clock >= PDI_RUN_PROGRESS_INTERVAL ||
+        !(r->model.time_loop.time < r->setup->end_time))
         pdi_run_print_progress_line(r, NULL, 0);
 }
 
@@ -87,7 +88,7 @@ static void pdi_run_print_stall(pdi_run *r, const char *doing, int64_t count, do
 {
     char line[480];
     r->stall_time = 2.0 * pdi_max(waited, r->stall_time);
-    pdi_stall_note_format(&r->model.couple, waited, doing, count, line, sizeof line);
+    pdi_stall_note_format(&r->model.time_loop, waited, doing, count, line, sizeof line);
     r->desc->print(r->desc->print_user, PD_PRINT_NOTE, line);
 }
 
@@ -110,9 +111,10 @@ static int pdi_run_poll(void *user, const char *doing, int64_t count)
 /* 1: fields are written now: at multiples of `every`, at the end, and when a run without checkpoints is stopped. */
 static int pdi_run_is_frame_due(const pdi_run *r)
 {
-    double time = r->model.couple.time, every = r->setup->every, next = r->output.written + 0.5 * every;
-    int over = (r->stopped && !r->desc->checkpoints) || !(time < r->setup->until);
-    if (r->output.written < 0.0 || over) return 1;
+    double time = r->model.time_loop.time, every = r->setup->output_interval,
+           next = r->output.last_frame_time + 0.5 * every;
+    int over = (r->stopped && !r->desc->checkpoints) || !(time < r->setup->end_time);
+    if (r->output.last_frame_time < 0.0 || over) return 1;
     double multiple = floor(time / every + 0.5) * every;
     return time >= next && fabs(time - multiple) <= 1e-9 * every;
 }
@@ -129,10 +131,10 @@ static pd_status pdi_run_write_frame(pdi_run *r)
  */
 static pd_status pdi_run_write_rows(pdi_run *r)
 {
-    int asked = r->desc->observe || pdi_compare_measured_needs_output(&r->compare, r->model.couple.time);
-    if (!r->desc->dry) PDI_TRY(pdi_output_write_rows(r->ctx, &r->output, &r->observables));
-    if (!r->desc->dry || asked) PDI_TRY(pdi_monitors_step(r->ctx, &r->monitors));
-    return pdi_compare_measured_needs_output(&r->compare, r->model.couple.time)
+    int asked = r->desc->observe || pdi_compare_measured_needs_output(&r->compare, r->model.time_loop.time);
+    if (!r->desc->no_files) PDI_TRY(pdi_output_write_rows(r->ctx, &r->output, &r->observables));
+    if (!r->desc->no_files || asked) PDI_TRY(pdi_monitors_step(r->ctx, &r->monitors));
+    return pdi_compare_measured_needs_output(&r->compare, r->model.time_loop.time)
                ? pdi_compare_measured_step(r->ctx, &r->compare)
                : PD_OK;
 }
@@ -141,18 +143,18 @@ static pd_status pdi_run_write_rows(pdi_run *r)
 static void pdi_run_call_observer(pdi_run *r, pd_snapshot_stage when)
 {
     pd_snapshot at;
-    int before_end = r->model.couple.time < r->setup->until;
+    int before_end = r->model.time_loop.time < r->setup->end_time;
     if (!r->desc->observe) return;
     memset(&at, 0, sizeof at);
-    at.when = when;
+    at.stage = when;
     at.name = r->setup->name;
-    at.folder = r->desc->dry ? NULL : r->folder_path;
-    at.time = r->model.couple.time;
-    at.steps = r->model.couple.steps;
-    at.dt = r->model.couple.dt;
-    at.until = r->setup->until;
-    at.observables = &r->observables;
-    at.model = at.own = &r->model;
+    at.folder = r->desc->no_files ? NULL : r->folder_path;
+    at.time = r->model.time_loop.time;
+    at.steps = r->model.time_loop.steps;
+    at.dt = r->model.time_loop.dt;
+    at.end_time = r->setup->end_time;
+    at.diagnostics = &r->observables;
+    at.model = at.writable_model = &r->model;
     at.monitors = &r->monitors;
     at.views = &r->views;
     int ends = r->desc->observe(r->desc->observe_user, r->ctx, &at);
@@ -198,7 +200,7 @@ static pd_status pdi_run_write_checkpoint(pdi_run *r)
 static void pdi_run_keep_checkpoint(pdi_run *r)
 {
     double now = pdi_par_clock();
-    if (r->desc->dry || !r->desc->checkpoints ||
+    if (r->desc->no_files || !r->desc->checkpoints ||
         (r->kept_is_complete && now - r->kept_clock < PDI_RUN_PROGRESS_INTERVAL))
         return;
     r->kept_clock = now;
@@ -217,7 +219,7 @@ static pd_status pdi_run_write_due_checkpoint(pdi_run *r)
     r->checkpoint_clock = now;
     pd_status status = pdi_run_write_checkpoint(r);
     if (status == PD_OK || r->stopped) return status;
-    snprintf(line, sizeof line, "no checkpoint at t = %g s, the one before stays: %s", r->model.couple.time,
+    snprintf(line, sizeof line, "no checkpoint at t = %g s, the one before stays: %s", r->model.time_loop.time,
              r->ctx->message);
     if (r->desc->print) r->desc->print(r->desc->print_user, PD_PRINT_NOTE, line);
     return PD_OK;
@@ -257,8 +259,8 @@ static pd_status pdi_run_resume(pdi_run *r, pd_run_result *result)
     if (status == PD_OK) status = pdi_run_read_checkpoint(r);
     result->bad_input = status < 0 && status != PD_ERR_MEMORY && status != PD_ERR_LIMIT;
     if (status < 0) return status;
-    r->output.images.live = r->desc->live;
-    snprintf(line, sizeof line, "goes on from t = %g s", r->model.couple.time);
+    r->output.images.updates_latest = r->desc->updates_latest;
+    snprintf(line, sizeof line, "goes on from t = %g s", r->model.time_loop.time);
     if (r->desc->print) r->desc->print(r->desc->print_user, PD_PRINT_SUMMARY, line);
     return PD_OK;
 }
@@ -270,8 +272,9 @@ static pd_status pdi_run_clear_folder(pdi_run *r, pd_run_result *result)
     pd_status status = pdi_output_folder_open(r->ctx, r->folder_path, r->setup->name, &r->folder);
     result->bad_input = status == PD_ERR_STATE || status == PD_ERR_ARGUMENT;
     PDI_TRY(status);
-    snprintf(line, sizeof line, "removed %d files of the former run from '%s'", r->folder.removed, r->folder_path);
-    if (r->folder.removed && r->desc->print) r->desc->print(r->desc->print_user, PD_PRINT_NOTE, line);
+    snprintf(line, sizeof line, "removed %d files of the former run from '%s'", r->folder.removed_count,
+             r->folder_path);
+    if (r->folder.removed_count && r->desc->print) r->desc->print(r->desc->print_user, PD_PRINT_NOTE, line);
     pdi_file_remove(r->checkpoint_path);
     return pdi_output_folder_add_file(r->ctx, &r->folder, PD_RUN_CHECKPOINT, r->checkpoint_path);
 }
@@ -279,12 +282,12 @@ static pd_status pdi_run_clear_folder(pdi_run *r, pd_run_result *result)
 /* Open the files of a run: new ones, or those of a checkpoint. */
 static pd_status pdi_run_open_files(pdi_run *r, pd_run_result *result)
 {
-    if (r->desc->dry) return PD_OK;
+    if (r->desc->no_files) return PD_OK;
     PDI_TRY(pd_file_join(r->ctx, r->folder_path, PD_RUN_CHECKPOINT, r->checkpoint_path));
     if (r->desc->resume) return pdi_run_resume(r, result);
     PDI_TRY(pdi_run_clear_folder(r, result));
     PDI_TRY(pdi_output_open(r->ctx, &r->model, &r->folder, &r->output));
-    r->output.images.live = r->desc->live;
+    r->output.images.updates_latest = r->desc->updates_latest;
     return pdi_monitors_open(r->ctx, &r->monitors, &r->folder);
 }
 
@@ -298,15 +301,15 @@ static int pdi_run_observe_step(void *user, const pd_time_loop *couple)
     (void)couple;
     pdi_step_diagnostics_update(r->ctx, &r->model, &r->observables);
     pdi_depletion_notes_update(&r->depletion, r->desc->print, r->desc->print_user);
-    int before_end = r->model.couple.time < r->setup->until;
+    int before_end = r->model.time_loop.time < r->setup->end_time;
     if (before_end && r->desc->stop && r->desc->stop(r->desc->stop_user)) r->stopped = 1;
     r->writing = r->stopped; /* what a step that is done has to show */
     r->status = pdi_run_write_rows(r);
     if (r->status >= 0)
-        pdi_run_call_observer(r, r->model.couple.steps ? PD_SNAPSHOT_STAGE_STEP : PD_SNAPSHOT_STAGE_START);
+        pdi_run_call_observer(r, r->model.time_loop.steps ? PD_SNAPSHOT_STAGE_STEP : PD_SNAPSHOT_STAGE_START);
     r->writing = r->stopped;
-    if (!r->desc->dry && r->status >= 0 && pdi_run_is_frame_due(r)) r->status = pdi_run_write_frame(r);
-    if (!r->desc->dry && before_end && r->status >= 0) r->status = pdi_run_write_due_checkpoint(r);
+    if (!r->desc->no_files && r->status >= 0 && pdi_run_is_frame_due(r)) r->status = pdi_run_write_frame(r);
+    if (!r->desc->no_files && before_end && r->status >= 0) r->status = pdi_run_write_due_checkpoint(r);
     if (before_end && !r->stopped && r->status >= 0) pdi_run_keep_checkpoint(r);
     pdi_run_print_progress(r);
     r->poll_clock = r->step_clock = pdi_par_clock();
@@ -316,10 +319,11 @@ static int pdi_run_observe_step(void *user, const pd_time_loop *couple)
 /* Step to the end; steps also end on the times of measured points. */
 static pd_status pdi_run_step_to_end(pdi_run *r)
 {
-    double until = r->setup->until, reached;
+    double until = r->setup->end_time, reached;
     do {
-        reached = pdi_compare_measured_find_next_time(&r->compare, r->model.couple.time, until);
-        PDI_TRY(pd_time_loop_run(r->ctx, &r->model.couple, reached, r->setup->every, pdi_run_observe_step, r));
+        reached = pdi_compare_measured_find_next_time(&r->compare, r->model.time_loop.time, until);
+        PDI_TRY(
+            pd_time_loop_run(r->ctx, &r->model.time_loop, reached, r->setup->output_interval, pdi_run_observe_step, r));
         PDI_TRY(r->status);
     } while (!r->stopped && reached < until);
     return PD_OK;
@@ -329,9 +333,11 @@ static pd_status pdi_run_step_to_end(pdi_run *r)
 static void pdi_run_print_flux_error(const pdi_run *r)
 {
     char text[256];
-    if (!(r->observables.flux_max > PDI_RUN_MAX_FLUX_ERROR) || !r->desc->print) return;
-    snprintf(text, sizeof text, "flow: velocities of a layer of nodes carry %.3g times the flow more or less than its "
-             "fluxes (flux_max): they are not those of the flow; expected a smaller m or h", r->observables.flux_max);
+    if (!(r->observables.layer_flux_error > PDI_RUN_MAX_FLUX_ERROR) || !r->desc->print) return;
+    snprintf(text, sizeof text,
+             "flow: velocities of a layer of nodes carry %.3g times the flow more or less than its "
+             "fluxes (flux_max): they are not those of the flow; expected a smaller m or h",
+             r->observables.layer_flux_error);
     r->desc->print(r->desc->print_user, PD_PRINT_NOTE, text);
 }
 
@@ -339,7 +345,7 @@ static void pdi_run_print_flux_error(const pdi_run *r)
 static void pdi_run_print_overlap(const pdi_run *r)
 {
     char line[320];
-    double depth = r->model.structure.overlap.most;
+    double depth = r->model.solid.overlap.max_crack_overlap;
     if (!r->desc->print || !(depth > 0.0)) return;
     snprintf(line, sizeof line, "solid: faces of a crack or of a gap overlapped by up to %.3g m, as if they were not "
              "there: no contact is computed, so displacements, stresses and J are not those of faces that touch",
@@ -350,9 +356,9 @@ static void pdi_run_print_overlap(const pdi_run *r)
 /* Copy the values computed at measured points for the caller. */
 static void pdi_run_copy_measured(const pdi_run *r)
 {
-    double *to = r->desc->computed;
-    for (int k = 0; to && k < r->setup->records; k++) {
-        int points = r->setup->record[k].points;
+    double *to = r->desc->computed_at_points;
+    for (int k = 0; to && k < r->setup->measured_count; k++) {
+        int points = r->setup->measured[k].points;
         memcpy(to, r->compare.list[k].computed, (size_t)points * sizeof *to);
         to += points;
     }
@@ -361,7 +367,7 @@ static void pdi_run_copy_measured(const pdi_run *r)
 /* A run stopped within a step: write the checkpoint of the step before. */
 static pd_status pdi_run_write_kept_checkpoint(pdi_run *r)
 {
-    if (r->desc->dry || !r->desc->checkpoints || !r->kept_is_complete) return PD_OK;
+    if (r->desc->no_files || !r->desc->checkpoints || !r->kept_is_complete) return PD_OK;
     return pdi_archive_file_write_memory(r->ctx, &r->kept_checkpoint, r->checkpoint_path);
 }
 
@@ -369,7 +375,7 @@ static pd_status pdi_run_write_kept_checkpoint(pdi_run *r)
 static pd_status pdi_run_run_steps(pdi_run *r)
 {
     pdi_run_keep_checkpoint(r);
-    if (r->desc->resume && !r->desc->dry) pdi_run_call_observer(r, PD_SNAPSHOT_STAGE_START);
+    if (r->desc->resume && !r->desc->no_files) pdi_run_call_observer(r, PD_SNAPSHOT_STAGE_START);
     pd_status status = r->stopped ? PD_OK : pdi_run_step_to_end(r);
     if (status == PD_CANCELLED || r->status == PD_CANCELLED) {
         status = r->status = PD_OK;
@@ -377,9 +383,9 @@ static pd_status pdi_run_run_steps(pdi_run *r)
     }
     if (status < 0) return status;
     pdi_run_copy_measured(r);
-    if (r->desc->dry) PDI_TRY(pdi_monitors_step(r->ctx, &r->monitors));
+    if (r->desc->no_files) PDI_TRY(pdi_monitors_step(r->ctx, &r->monitors));
     if (r->desc->figures) PDI_TRY(pdi_scalar_outputs_collect(r->ctx, &r->model, &r->monitors, 0, r->desc->figures));
-    if (r->desc->dry) {
+    if (r->desc->no_files) {
         pdi_run_call_observer(r, PD_SNAPSHOT_STAGE_END);
         return PD_OK;
     }
@@ -404,12 +410,12 @@ static pd_status pdi_run_run_steps(pdi_run *r)
 static double pdi_run_compute_evolved_gas(const pdi_run *r)
 {
     const pd_setup *u = r->setup;
-    const pd_course *course = &r->model.course;
+    const pd_course *course = &r->model.species_integrator;
     int goes = pdi_setup_find_species_rate_metal(u);
     double gas = 0.0;
     if (!course->reactive) return 0.0;
-    if (!course->each) return u->metal[goes > 0 ? goes : 0].gas_shed * pdi_course_lost(course, 0);
-    for (int m = 0; m < u->metals; m++) gas += u->metal[m].gas_shed * pdi_course_lost(course, m);
+    if (!course->each) return u->metal[goes > 0 ? goes : 0].gas_released * pdi_course_lost(course, 0);
+    for (int m = 0; m < u->metals; m++) gas += u->metal[m].gas_released * pdi_course_lost(course, m);
     return gas;
 }
 
@@ -417,7 +423,7 @@ static double pdi_run_compute_evolved_gas(const pdi_run *r)
 static void pdi_run_set_result(const pdi_run *r, pd_run_result *result)
 {
     const pd_model *m = &r->model;
-    const pd_time_loop *c = &m->couple;
+    const pd_time_loop *c = &m->time_loop;
     pdi_model_statistics effort;
     pdi_model_get_statistics(m, &effort);
     int64_t nodes = m->grid.fluid_count + m->grid.solid_count;
@@ -428,28 +434,29 @@ static void pdi_run_set_result(const pdi_run *r, pd_run_result *result)
     result->h = r->setup->h[0];
     result->m = m->stencil.m;
     result->volume_loss = r->observables.volume_loss;
-    result->ledger = pd_time_loop_imbalance(c);
+    result->mass_balance_error = pd_time_loop_imbalance(c);
     result->has_front = r->setup->has_corrode;
-    result->front = r->observables.front;
-    result->sheds = r->setup->sheds && r->setup->gas[0];
+    result->corrosion_depth = r->observables.corrosion_depth;
+    result->evolves_gas = r->setup->has_surface_reaction && r->setup->gas[0];
     result->gas = pdi_run_compute_evolved_gas(r);
     result->gas_volume = result->gas * PDI_GAS_CONSTANT * r->setup->electrolyte.temperature / PDI_MODEL_ATMOSPHERE;
     result->has_potential = r->setup->has_potential;
     result->current_balance = m->cell.result.imbalance;
     result->current = m->cell.result.anodic;
-    if (m->attack.polarise.setup)
-        result->current = pdi_species_electrodes_compute_total_current(&m->attack.polarise, &result->current_balance);
+    if (m->dissolution_laws.species_electrodes.setup)
+        result->current = pdi_species_electrodes_compute_total_current(&m->dissolution_laws.species_electrodes,
+                                                                       &result->current_balance);
     result->has_flux = r->observables.has_flux;
-    result->flux = r->observables.flux;
-    result->flux_max = r->observables.flux_max;
+    result->flux_error = r->observables.flux_error;
+    result->layer_flux_error = r->observables.layer_flux_error;
     result->peclet = pdi_step_diagnostics_compute_peclet(m, &slowest);
     result->residual = pdi_max(effort.momentum, effort.continuity);
     result->evaluations = effort.flow_evaluations;
-    result->settled = r->setup->settle;
-    result->change = effort.steady_change;
-    result->defect = effort.mass_defect;
+    result->is_steady = r->setup->steady_transport;
+    result->steady_change = effort.steady_change;
+    result->steady_imbalance = effort.mass_defect;
     result->steps = c->steps;
-    result->unsolved = c->unsolved;
+    result->unconverged_steps = c->unsolved;
     result->threads = pdi_par_available_threads(r->ctx, INT64_MAX);
     for (int k = 0; k < PD_PART_COUNT; k++) result->unknowns += m->unknowns[k];
     result->bytes_per_node = nodes ? (double)r->ctx->peak / (double)nodes : 0.0;
@@ -469,20 +476,20 @@ PDI_FN void pdi_run_prefix_message(pd_ctx *ctx, const pd_setup *setup, int line)
  * before. */
 static pd_status pdi_run_build(pdi_run *r, pd_run_result *result)
 {
-    pd_status status = pdi_memory_estimate_check_limit(r->ctx, r->setup, r->desc->dry);
+    pd_status status = pdi_memory_estimate_check_limit(r->ctx, r->setup, r->desc->no_files);
     int line = r->setup->line[PD_PART_GRID];
     if (status == PD_OK) {
         status = pdi_model_build(r->ctx, r->setup, &r->model);
-        line = r->model.line;
+        line = r->model.error_line;
     }
     if (status == PD_OK) {
         status = pdi_monitors_build(r->ctx, &r->model, &r->monitors);
-        line = r->monitors.line;
+        line = r->monitors.error_line;
     }
     if (status == PD_OK) {
-        status =
-            pdi_compare_measured_build(r->ctx, &r->model, &r->monitors, r->desc->share, !r->desc->dry, &r->compare);
-        line = r->compare.line;
+        status = pdi_compare_measured_build(r->ctx, &r->model, &r->monitors, r->desc->monitor_weight,
+                                            !r->desc->no_files, &r->compare);
+        line = r->compare.error_line;
     }
     result->bad_input = status < 0 && !pdi_is_fatal(status);
     if (result->bad_input) pdi_run_prefix_message(r->ctx, r->setup, line);
@@ -516,7 +523,7 @@ static pd_status pdi_run_execute(pdi_run *r, pd_run_result *result)
     pdi_run_set_result(r, result);
     PDI_TRY(pdi_step_diagnostics_build(r->ctx, &r->model, &r->observables));
     PDI_TRY(pdi_depletion_notes_build(r->ctx, &r->model, &r->depletion));
-    if (r->desc->check) return r->desc->dry ? PD_OK : pdi_run_check_resume(r, result);
+    if (r->desc->check_only) return r->desc->no_files ? PD_OK : pdi_run_check_resume(r, result);
     PDI_TRY(pdi_run_open_files(r, result));
     pd_status status = pdi_run_run_steps(r);
     result->unknowns = 0;
@@ -533,18 +540,18 @@ pd_status pd_run(pd_ctx *ctx, const pd_setup *setup, const pd_run_desc *desc, pd
     r->desc = desc;
     r->setup = setup;
     r->start_clock = r->progress_clock = r->checkpoint_clock = r->step_clock = pdi_par_clock();
-    r->stall_time = desc->silence > 0.0 ? desc->silence : PDI_RUN_STALL_TIME;
+    r->stall_time = desc->stall_note_after > 0.0 ? desc->stall_note_after : PDI_RUN_STALL_TIME;
     if (setup->threads > 0 && ctx->threads == 0) ctx->threads = setup->threads;
-    r->poll = ctx->poll;
-    r->poll_user = ctx->poll_user;
+    r->poll = ctx->cancel;
+    r->poll_user = ctx->cancel_user;
     if (r->poll || desc->print) {
-        ctx->poll = pdi_run_poll;
-        ctx->poll_user = r;
+        ctx->cancel = pdi_run_poll;
+        ctx->cancel_user = r;
     }
     pd_status status = pdi_run_build(r, result);
     if (status == PD_OK) status = pdi_run_execute(r, result);
-    ctx->poll = r->poll;
-    ctx->poll_user = r->poll_user;
+    ctx->cancel = r->poll;
+    ctx->cancel_user = r->poll_user;
     result->stopped = r->stopped;
     pdi_archive_file_free_memory(ctx, &r->kept_checkpoint);
     pdi_output_free(ctx, &r->output);
@@ -566,15 +573,15 @@ void pd_run_format_result(const pd_run_result *r, char *text, size_t size)
     pdi_append(text, size, "result case=%s", r->name);
     char *figures = text + strlen(text);
     pdi_append(text, size, " dim=%d h=%.6g m=%.6g volume_loss=%.9g ledger=%.3g", PD_DIM, r->h, r->m, r->volume_loss,
-               r->ledger);
-    if (r->settled) pdi_append(text, size, " defect=%.3g", r->defect);
-    if (r->unsolved) pdi_append(text, size, " unsolved=%.0f", (double)r->unsolved);
-    if (r->sheds) pdi_append(text, size, " gas=%.9g gas_mL=%.6g", r->gas, r->gas_volume * 1e6);
+               r->mass_balance_error);
+    if (r->is_steady) pdi_append(text, size, " defect=%.3g", r->steady_imbalance);
+    if (r->unconverged_steps) pdi_append(text, size, " unsolved=%.0f", (double)r->unconverged_steps);
+    if (r->evolves_gas) pdi_append(text, size, " gas=%.9g gas_mL=%.6g", r->gas, r->gas_volume * 1e6);
     if (r->has_potential)
         pdi_append(text, size, " current=%.9g current_balance=%.3g", r->current, r->current_balance);
-    if (r->has_flux) pdi_append(text, size, " flux=%.3g flux_max=%.3g", r->flux, r->flux_max);
+    if (r->has_flux) pdi_append(text, size, " flux=%.3g flux_max=%.3g", r->flux_error, r->layer_flux_error);
     if (r->peclet > 0.0) pdi_append(text, size, " peclet=%.3g", r->peclet);
-    if (r->has_front) pdi_append(text, size, " front=%.6g", r->front);
+    if (r->has_front) pdi_append(text, size, " front=%.6g", r->corrosion_depth);
     else pdi_append(text, size, " residual=%.3g evals=%.0f", r->residual, (double)r->evaluations);
     pdi_append(text, size, " steps=%.0f unknowns=%.0f bytes_per_node=%.0f", (double)r->steps, (double)r->unknowns,
                    r->bytes_per_node);

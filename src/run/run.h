@@ -16,14 +16,15 @@
 /* Zero-initialise. */
 typedef struct pd_run_desc {
     const char *folder;      /* of the output; NULL: that of the setup */
-    int check;               /* 1: build and summarise, run nothing, write nothing; what the run would be refused for is
+    int check_only;          /* 1: build and summarise, run nothing, write nothing; what the run would be refused for is
                               * refused, with `resume` also for its checkpoint */
-    int dry;                 /* 1: run, write nothing */
+    int no_files;            /* 1: run, write nothing */
     pd_scalar_outputs *figures; /* zeroed; gets the last figures of the run (`check`: those before it), for
                                  * pd_scalar_outputs_free. NULL: not wanted */
-    double *computed;        /* [points] [unit of the columns in SI] of all measured sections: gets what the run
-                              * computes there, NaN where it does not come. NULL: not wanted */
-    const double *share;     /* [-] of each monitor in the figures of its section, see coarsen_setup.h; NULL: 1 */
+    double *computed_at_points; /* [points] [unit of the columns in SI] of all measured sections: gets what the run
+                                 * computes there, NaN where it does not come. NULL: not wanted */
+    /* [-] of each monitor in the figures of its section, see coarsen_setup.h; NULL: 1 */
+    const double *monitor_weight;
     pd_print_fn print;       /* NULL: silent */
     void *print_user;
     int (*stop)(void *user); /* asked after every step before the end; not 0: the run ends there. NULL: never. The poll
@@ -33,11 +34,11 @@ typedef struct pd_run_desc {
     pd_snapshot_fn observe; /* called at the start, after every step and at the end, see snapshot.h; may stop the run.
                              * NULL: none */
     void *observe_user;
-    int live;                /* 1: the last picture of each field is also there as latest_C.png and so on, and the curve
+    int updates_latest;      /* 1: the last picture of each field is also there as latest_C.png and so on, and the curve
                               * of the volume loss goes as far; both whole at any moment */
     int checkpoints;         /* 1: keep the state in the folder, in PD_RUN_CHECKPOINT, now and then and when stopped */
     double checkpoint_every; /* [s] of wall time, 0: after every step */
-    double silence;          /* [s] of wall time without a step after which a note says what is being computed, and
+    double stall_note_after; /* [s] of wall time without a step after which a note says what is being computed, and
                               * again whenever that has doubled; 0: 10 */
     int resume;              /* 1: go on from the checkpoint in the folder; the files become, byte for byte, those of a
                               * run that was never stopped */
@@ -54,24 +55,24 @@ typedef struct pd_run_result {
     double h;             /* [m] along x */
     double m;             /* [-] */
     double volume_loss;   /* [-] */
-    double ledger;        /* [-] relative error of the mass balance */
+    double mass_balance_error; /* [-] relative error of the mass balance */
     int has_front;        /* 1: bond-based corrosion, with: */
-    double front;         /* [m] corrosion depth, see pd_step_diagnostics */
+    double corrosion_depth; /* [m] corrosion depth, see pd_step_diagnostics */
     int has_flux;
-    int sheds;            /* 1: dissolution evolves a gas: */
+    int evolves_gas;      /* 1: dissolution evolves a gas: */
     double gas;           /* [mol] per m in planar 2D, per m2 in 1D */
     double gas_volume;    /* [m3] the same as a volume at the temperature of the electrolyte and 1 atm */
-    double flux, flux_max; /* [-] see pd_step_diagnostics */
+    double flux_error, layer_flux_error; /* [-] see pd_step_diagnostics */
     double peclet;        /* [-] largest cell Peclet number v h/D of species in a flow; 0: none are in one */
     double residual;      /* [-] larger one of the last flow solve */
-    int settled;          /* the transport was solved for its steady field */
-    double change;        /* [-] of that field in the last step of its solver, over the largest value */
-    double defect;        /* [-] largest imbalance of that field, over the fluxes */
+    int is_steady;        /* the transport was solved for its steady field */
+    double steady_change; /* [-] of that field in the last step of its solver, over the largest value */
+    double steady_imbalance; /* [-] largest imbalance of that field, over the fluxes */
     int has_potential;
     double current_balance; /* [-] sum of all currents, over the sum of their sizes and of what 0.1 mV drives */
     double current;       /* [A] per m in planar 2D, per m2 in 1D: what leaves metal, and enters it elsewhere */
     int64_t evaluations, steps, unknowns;
-    int64_t unsolved;     /* steps in which the linear solver of transport missed its tolerance */
+    int64_t unconverged_steps; /* steps in which the linear solver of transport missed its tolerance */
     int threads;          /* at most in use */
     double bytes_per_node; /* [byte] peak memory over fluid and solid nodes */
 } pd_run_result;

@@ -46,9 +46,9 @@ static double pdi_sample_get_node_density(const pd_model *m, int32_t i)
 static const double *pdi_sample_get_species_field(const pd_model *m, pd_field field)
 {
     int species = pdi_setup_field_species_index(m->setup, field);
-    int n = species < 0 ? -1 : m->reactive.components.place[species];
+    int n = species < 0 ? -1 : m->reactive.components.solute_of_species[species];
     for (int s = 0; s < m->reactive.minerals.count; s++)
-        if (species >= 0 && m->reactive.minerals.of[s].species == species)
+        if (species >= 0 && m->reactive.minerals.mineral[s].species == species)
             return m->reactive.solid + (int64_t)s * m->grid.total;
     return n < 0 ? NULL : m->reactive.c + (int64_t)n * m->grid.total;
 }
@@ -58,14 +58,14 @@ static double pdi_sample_get_stress(const pd_solid_coupling *s, pd_field field, 
 {
     static const int row[6] = {0, 1, 2, 0, 1, 2}, column[6] = {0, 1, 2, 1, 2, 0};
     int p = row[field - PD_FIELD_SIGMA_XX], q = column[field - PD_FIELD_SIGMA_XX];
-    if (PD_DIM == 2 && p == 2) return s->across[point];
+    if (PD_DIM == 2 && p == 2) return s->out_of_plane_stress[point];
     return s->stress[((int64_t)point * PD_DIM + p) * PD_DIM + q];
 }
 
 /* Value of a mechanical field at node i; 0 outside the metal. */
 static double pdi_sample_get_solid(const pd_model *m, pd_field field, int32_t i)
 {
-    const pd_solid_coupling *s = &m->structure;
+    const pd_solid_coupling *s = &m->solid;
     int32_t point = s->point[i];
     double square = 0.0;
     if (point < 0 || m->grid.kind[i] != PD_SOLID) return 0.0;
@@ -78,7 +78,7 @@ static double pdi_sample_get_solid(const pd_model *m, pd_field field, int32_t i)
         return sqrt(square);
     case PD_FIELD_MISES: return s->mises[point];
     case PD_FIELD_MEAN_STRESS: return s->pressure[point];
-    case PD_FIELD_PLASTIC_STRAIN: return s->slip[point];
+    case PD_FIELD_PLASTIC_STRAIN: return s->plastic_strain[point];
     case PD_FIELD_BROKEN: return pdi_solid_coupling_damage(s, point);
     case PD_FIELD_STRAIN_ENERGY: return s->density[point];
     default: return pdi_sample_get_stress(s, field, point);
@@ -94,14 +94,16 @@ PDI_FN double pdi_sample_get_node(const pd_model *m, pd_field field, int32_t i)
     double square = 0.0, j[PD_DIM];
     if (species) return fluid ? species[i] : 0.0;
     int state = pdi_setup_field_state_index(m->setup, field);
-    if (state >= 0) return fluid ? pdi_surface_states_get_state(m->surfaces, state, i) : (double)NAN;
+    if (state >= 0) return fluid ? pdi_surface_states_get_state(m->surface_states, state, i) : (double)NAN;
     switch (field) {
     case PD_FIELD_PHI:
-        if (m->attack.polarise.setup) return fluid ? pd_reactive_potential(&m->reactive, i) : (double)NAN;
+        if (m->dissolution_laws.species_electrodes.setup)
+            return fluid ? pd_reactive_potential(&m->reactive, i) : (double)NAN;
         return fluid ? m->cell.potential.phi[i] : (double)NAN;
     case PD_FIELD_CURRENT_METAL:
-        if (m->attack.polarise.setup)
-            return fluid ? pdi_species_electrodes_compute_current_density(&m->attack.polarise, i) : (double)NAN;
+        if (m->dissolution_laws.species_electrodes.setup)
+            return fluid ? pdi_species_electrodes_compute_current_density(&m->dissolution_laws.species_electrodes, i)
+                         : (double)NAN;
         return fluid ? pdi_cell_density(&m->cell, i) : (double)NAN;
     case PD_FIELD_CURRENT_FLUID:
         if (fluid) pdi_cell_current(&m->cell, i, j);
@@ -149,15 +151,15 @@ PDI_FN double pdi_sample_get_node(const pd_model *m, pd_field field, int32_t i)
 
 PDI_FN void pdi_sample_prepare(pd_ctx *ctx, pd_model *m, pd_fields fields)
 {
-    const pd_material_interface *solid = &m->structure.solid;
+    const pd_material_interface *solid = &m->solid.solid;
     const pd_ghosts *g = &m->bonds.ghosts;
     double *c = m->transport.c;
     /* behind outlets there is no gradient (eq. 5.1); inlets hold their own values */
-    for (int32_t k = 0; k < g->count && c; k++) c[g->node[k]] = c[g->source[k]];
+    for (int32_t k = 0; k < g->outlets_end && c; k++) c[g->node[k]] = c[g->source[k]];
     for (int n = 0; n < m->reactive.components.solutes; n++)
         pd_ghosts_set_scalar(g, m->reactive.c + (int64_t)n * m->grid.total);
-    if (((fields >> PD_FIELD_STRAIN_ENERGY) & 1u) && m->structure.count)
-        solid->density(ctx, solid->self, pdi_solid_coupling_displacements(&m->structure), m->structure.density);
+    if (((fields >> PD_FIELD_STRAIN_ENERGY) & 1u) && m->solid.count)
+        solid->density(ctx, solid->self, pdi_solid_coupling_displacements(&m->solid), m->solid.density);
 }
 
 /* Nodes of the cells that x [m] touches, into node [PDI_SAMPLE_MAX_CELLS]; returns their number. */
@@ -296,7 +298,7 @@ static void pdi_sample_add_get_nodes(pdi_sample_point_query *job, int32_t base)
 {
     const pd_bonds *bonds = &job->m->bonds;
     const pd_stencil *s = bonds->stencil;
-    int32_t row = bonds->row[base];
+    int32_t row = bonds->row_of_node[base];
     double place[PD_DIM], normal[PD_DIM];
     pd_grid_position(bonds->grid, base, place);
     if (!(pdi_sample_compute_medium_distance(job->m, place) * job->medium_side < 0.0))
@@ -406,7 +408,7 @@ PDI_FN double pdi_sample_get_point(const pd_model *m, pd_field field, int compon
     int32_t node[PDI_SAMPLE_MAX_CELLS];
     pdi_sample_point_query job;
     double sum = 0.0;
-    if (field == PD_FIELD_PHI && m->attack.polarise.setup) field = PD_FIELD_DIFFUSION_POTENTIAL;
+    if (field == PD_FIELD_PHI && m->dissolution_laws.species_electrodes.setup) field = PD_FIELD_DIFFUSION_POTENTIAL;
     job.m = m;
     job.field = field;
     job.component = component;
@@ -440,7 +442,7 @@ PDI_FN double pdi_sample_get_probe(const pd_model *m, pd_field field, int compon
 {
     double value = pdi_sample_get_point(m, field, component, x);
     int32_t node[PDI_SAMPLE_MAX_CELLS];
-    int cells = value == value || !m->fresh ? 0 : pdi_sample_find_cells(&m->grid, x, node);
+    int cells = value == value || !m->just_converted ? 0 : pdi_sample_find_cells(&m->grid, x, node);
     for (int k = 0; k < cells; k++)
         if (pdi_model_is_undefined(m, field, node[k])) return value;
     return value == value || pdi_sample_is_surface_field(m, field) ? value : 0.0;

@@ -8,10 +8,10 @@
 static pd_status pdi_scalar_outputs_add(pd_ctx *ctx, pd_scalar_outputs *f, const char *section, const char *name,
                                         int monitor, const char *key, const char *unit, double value)
 {
-    if (f->count == f->room) {
-        int fresh = 2 * f->room + 32;
-        PDI_TRY(PDI_GROW(ctx, "figures", f->room, fresh, f->list));
-        f->room = fresh;
+    if (f->count == f->capacity) {
+        int fresh = 2 * f->capacity + 32;
+        PDI_TRY(PDI_GROW(ctx, "figures", f->capacity, fresh, f->list));
+        f->capacity = fresh;
     }
     pd_scalar_output *g = &f->list[f->count++];
     snprintf(g->section, sizeof g->section, "%s", section);
@@ -42,7 +42,7 @@ static pd_status pdi_scalar_outputs_add_probe_field(pd_ctx *ctx, const pd_model 
     for (int d = 0; d < (field == PD_FIELD_V ? PD_DIM : 1); d++) {
         const char *name = pdi_setup_field_name(model->setup, field);
         snprintf(key, sizeof key, field == PD_FIELD_V ? "%.16s%c" : "%.16s", name, "xyz"[d]);
-        PDI_TRY(pdi_scalar_outputs_add(ctx, f, "probe", p->name, -1, key, unit, sample(model, field, d, p->at)));
+        PDI_TRY(pdi_scalar_outputs_add(ctx, f, "probe", p->name, -1, key, unit, sample(model, field, d, p->position)));
     }
     return PD_OK;
 }
@@ -73,12 +73,12 @@ PDI_FN pd_status pdi_scalar_outputs_collect(pd_ctx *ctx, pd_model *model, const 
     f->order = u->has_flow && model->flow.order > 0 ? model->flow.order : 0;
     if (u->has_dissolve)
         PDI_TRY(pdi_scalar_outputs_add(ctx, f, "scene", "", -1, "volume_loss", "-",
-                                       pd_time_loop_volume_loss(&model->couple)));
+                                       pd_time_loop_volume_loss(&model->time_loop)));
     for (int k = 0; k < u->monitors; k++) {
         const pd_monitor *m = &monitors->monitor[k];
         for (int j = 0; j < m->count; j++)
             PDI_TRY(pdi_scalar_outputs_add(ctx, f, pdi_setup_monitor_section_name(m->desc->kind), m->desc->name, k,
-                                           m->figure[j].key, m->figure[j].unit, m->figure[j].value));
+                                           m->output[j].key, m->output[j].unit, m->output[j].value));
     }
     pd_fields fields = 0;
     for (int k = 0; k < u->probes && all; k++) fields |= u->probe[k].fields;
@@ -89,6 +89,6 @@ PDI_FN pd_status pdi_scalar_outputs_collect(pd_ctx *ctx, pd_model *model, const 
 
 void pd_scalar_outputs_free(pd_ctx *ctx, pd_scalar_outputs *f)
 {
-    PDI_DELETE(ctx, f->room, f->list);
+    PDI_DELETE(ctx, f->capacity, f->list);
     memset(f, 0, sizeof *f);
 }

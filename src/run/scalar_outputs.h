@@ -16,7 +16,7 @@ typedef struct pd_scalar_output {
 /* A list of scalar outputs. */
 typedef struct pd_scalar_outputs {
     pd_scalar_output *list; /* [room] */
-    int count, room; /* length and capacity */
+    int count, capacity;    /* length and capacity */
     int order; /* order of the flow discretisation: 2 or 4; 0: there is no flow, or not yet */
 } pd_scalar_outputs;
 

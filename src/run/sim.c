@@ -11,7 +11,7 @@ static pd_status pdi_sim_build(pd_ctx *ctx, pd_sim *sim)
     int line = sim->setup.line[PD_PART_GRID];
     if (status >= 0) {
         status = pdi_model_build(ctx, &sim->setup, &sim->model);
-        line = sim->model.line;
+        line = sim->model.error_line;
     }
     if (status < 0) pdi_run_prefix_message(ctx, &sim->setup, line);
     return status < 0 ? status : PD_OK;
@@ -30,13 +30,13 @@ pd_status pd_sim_open(pd_ctx *ctx, const char *scene, const char *const *overrid
 pd_status pd_sim_start(pd_ctx *ctx, pd_sim *sim)
 {
     pd_status status = pdi_sim_build(ctx, sim);
-    if (status >= 0) status = pd_time_loop_start(ctx, &sim->model.couple);
+    if (status >= 0) status = pd_time_loop_start(ctx, &sim->model.time_loop);
     if (status < 0) {
         pd_sim_close(ctx, sim);
         return status;
     }
-    sim->until = sim->setup.until;
-    sim->time = sim->model.couple.time;
+    sim->end_time = sim->setup.end_time;
+    sim->time = sim->model.time_loop.time;
     return status;
 }
 
@@ -45,9 +45,9 @@ pd_status pd_sim_step(pd_ctx *ctx, pd_sim *sim, double t_limit)
     if (!(t_limit > sim->time))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "sim", "a step from %g s to %g s, expected a time ahead", sim->time,
                         t_limit);
-    pd_status status = pd_time_loop_step(ctx, &sim->model.couple, t_limit);
-    sim->time = sim->model.couple.time;
-    sim->steps = sim->model.couple.steps;
+    pd_status status = pd_time_loop_step(ctx, &sim->model.time_loop, t_limit);
+    sim->time = sim->model.time_loop.time;
+    sim->steps = sim->model.time_loop.steps;
     return status;
 }
 
@@ -65,7 +65,7 @@ void pd_sim_detach_view(pd_sim *sim, const pd_field_view *view)
 void pd_sim_free_view(pd_ctx *ctx, pd_field_view *view)
 {
     double *data = (double *)view->data; /* was allocated as such */
-    PDI_DELETE(ctx, view->components * view->part, data);
+    PDI_DELETE(ctx, view->components * view->component_stride, data);
     memset(view, 0, sizeof *view);
 }
 

@@ -9,7 +9,7 @@ typedef struct pd_sim {
     pd_setup setup;
     pd_model model;
     double time;  /* [s] */
-    double until; /* [s] end time of the scene; steps may go beyond it */
+    double end_time; /* [s] end time of the scene; steps may go beyond it */
     int64_t steps;
     pd_field_views views;
 } pd_sim;

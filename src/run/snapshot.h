@@ -23,15 +23,15 @@ typedef enum pd_snapshot_stage {
 
 /* State of a run; read-only, and valid until the observer returns. */
 typedef struct pd_snapshot {
-    pd_snapshot_stage when;
+    pd_snapshot_stage stage;
     const char *name;     /* of the scene */
     const char *folder;   /* of the files; NULL: none are written */
     double time, dt;      /* [s] dt: of the last step, 0 before the first */
-    double until;         /* [s] end of the run */
+    double end_time;      /* [s] end of the run */
     int64_t steps;
-    const pd_step_diagnostics *observables;
+    const pd_step_diagnostics *diagnostics;
     const pd_model *model;
-    pd_model *own;        /* the same, writable: ghosts and fields computed on request are filled in */
+    pd_model *writable_model; /* the same, writable: ghosts and fields computed on request are filled in */
     const pd_monitors *monitors;
     pd_field_views *views;
 } pd_snapshot;

@@ -129,8 +129,8 @@ static pd_status pdi_speciation_report_print_equilibrium(pd_ctx *ctx, const pdi_
     pdi_speciation_report_print(w, PD_PRINT_SUMMARY, "%s: equilibrium at %.2f C, %s, %s", w->name,
                                 w->electrolyte.temperature - PDI_SPECIATION_REPORT_ZERO_CELSIUS,
                                 w->electrolyte.activity == PD_ACTIVITY_DAVIES ? "Davies" : "ideal",
-                                w->electrolyte.precipitates ? "all minerals form that can"
-                                                            : "minerals that are not there do not form");
+                                w->electrolyte.all_minerals_form ? "all minerals form that can"
+                                                                 : "minerals that are not there do not form");
     pdi_speciation_report_print_missing_enthalpies(w);
     pdi_speciation_report_print_charge_balance(w);
     pdi_speciation_report_print(w, PD_PRINT_SUMMARY, "pH                   %14.4f", s.ph);

@@ -32,13 +32,14 @@ static double pdi_species_electrodes_compute_curve(void *user, int electrode, do
     const pd_components *s = &p->etch->reactive->components;
     double vars[PD_EXPR_VARS], u = drop, slope;
     (void)t;
-    if (e->bare) return 0.0;
-    if (!e->reads && !(e->film > 0.0)) return share * pd_electrode_current(&p->cell->curve[electrode], drop, NULL);
-    if (!e->reads) return pdi_electrode_through(&p->cell->curve[electrode], share, drop, 0.0, &u, &slope);
+    if (e->has_no_curve) return 0.0;
+    if (!e->has_species_curve && !(e->film_resistance > 0.0))
+        return share * pd_electrode_current(&p->cell->curve[electrode], drop, NULL);
+    if (!e->has_species_curve) return pdi_electrode_through(&p->cell->curve[electrode], share, drop, 0.0, &u, &slope);
     vars[0] = drop;
     vars[1] = ph;
-    for (int k = 0; k < e->species; k++) vars[2 + k] = c[s->place[e->of[k]]];
-    return share * pdi_expr_eval(&e->law, vars);
+    for (int k = 0; k < e->species_count; k++) vars[2 + k] = c[s->solute_of_species[e->species_index[k]]];
+    return share * pdi_expr_eval(&e->species_curve, vars);
 }
 
 /* Prescribed potential or current of a circuit at time t [s], as of pdi_electrode_map_get_circuit_value. */
@@ -58,9 +59,10 @@ static void pdi_species_electrodes_find_decrease(const pd_expr *law, int of, dou
         vars[of] = stride * k - PDI_SPECIES_ELECTRODES_SCAN_RANGE;
         double i = pdi_max(pdi_expr_eval(law, vars), least);
         if (i < last - PDI_SPECIES_ELECTRODES_MONOTONE_TOLERANCE * fabs(last)) {
-            p->low = p->falls ? pdi_min(p->low, vars[of] - stride) : vars[of] - stride;
-            p->high = p->falls ? pdi_max(p->high, vars[of]) : vars[of];
-            p->falls = 1;
+            p->decreasing_from =
+                p->has_decreasing_range ? pdi_min(p->decreasing_from, vars[of] - stride) : vars[of] - stride;
+            p->decreasing_to = p->has_decreasing_range ? pdi_max(p->decreasing_to, vars[of]) : vars[of];
+            p->has_decreasing_range = 1;
         }
         last = i;
     }
@@ -87,19 +89,19 @@ static void pdi_species_electrodes_find_decreasing_range(pd_species_electrodes *
         for (int k = 0; k < PD_EXPR_VARS; k++) vars[k] = concentration[n];
         for (int m = 0; m < u->metals && u->has_dissolve; m++) {
             const pd_setup_metal *metal = &u->metal[m];
-            if (!(metal->rate.uses >> PDI_SETUP_RATE_POTENTIAL & 1u)) continue;
+            if (!(metal->rate.variables_used >> PDI_SETUP_RATE_POTENTIAL & 1u)) continue;
             for (int d = 0; d < PD_DIM; d++) vars[2 + d] = u->lo[d] + 0.5 * n * (u->hi[d] - u->lo[d]);
             vars[PDI_SETUP_RATE_PH] = ph[n];
             for (int k = 0; k < u->states; k++)
-                vars[PDI_SETUP_RATE_PH + 1 + metal->species + k] =
+                vars[PDI_SETUP_RATE_PH + 1 + metal->species_count + k] =
                     pdi_species_electrodes_get_sample_state(&u->state[k], trial / 3);
             pdi_species_electrodes_find_decrease(&metal->rate, PDI_SETUP_RATE_POTENTIAL, vars, 0.0, p);
         }
         for (int k = 0; k < PD_EXPR_VARS; k++) vars[k] = concentration[n];
         vars[1] = ph[n];
         for (int e = 0; e < u->potential.electrodes && trial < 3; e++)
-            if (u->potential.electrode[e].reads)
-                pdi_species_electrodes_find_decrease(&u->potential.electrode[e].law, 0, vars, -HUGE_VAL, p);
+            if (u->potential.electrode[e].has_species_curve)
+                pdi_species_electrodes_find_decrease(&u->potential.electrode[e].species_curve, 0, vars, -HUGE_VAL, p);
     }
 }
 
@@ -114,25 +116,28 @@ PDI_FN pd_status pdi_species_electrodes_build(pd_ctx *ctx, const pd_setup *setup
     p->map = map;
     p->cell = cell;
     p->etch = etch;
-    PDI_TRY(PDI_NEW(ctx, "polarise", (int64_t)count * species, p->part));
+    PDI_TRY(PDI_NEW(ctx, "polarise", (int64_t)count * species, p->stoichiometry));
     for (int e = 0; e < count; e++) {
         const pd_setup_electrode *of = &setup->potential.electrode[e];
-        for (int k = 0; k < species && of->reacts; k++) p->part[e * species + k] = of->shed[k];
-        if (of->reads && (of->law.uses >> 1 & 1u)) p->reads[e] |= PDI_SPECIES_ELECTRODES_READS_PH;
-        for (int k = 0; k < of->species && of->reads; k++)
-            if (of->law.uses >> (2 + k) & 1u) p->reads[e] |= (uint32_t)1 << reactive->components.place[of->of[k]];
+        for (int k = 0; k < species && of->has_reaction; k++)
+            p->stoichiometry[e * species + k] = of->species_released[k];
+        if (of->has_species_curve && (of->species_curve.variables_used >> 1 & 1u))
+            p->depends_on[e] |= PDI_SPECIES_ELECTRODES_READS_PH;
+        for (int k = 0; k < of->species_count && of->has_species_curve; k++)
+            if (of->species_curve.variables_used >> (2 + k) & 1u)
+                p->depends_on[e] |= (uint32_t)1 << reactive->components.solute_of_species[of->species_index[k]];
     }
     for (int n = 0; n < map->circuits; n++) p->circuit[n].holds = map->circuit[n].control == PD_CIRCUIT_POTENTIAL;
     electrodes->count = count;
     electrodes->curve = pdi_species_electrodes_compute_curve;
     electrodes->given = pdi_species_electrodes_get_circuit_value;
     electrodes->user = p;
-    electrodes->part = p->part;
-    electrodes->reads = p->reads;
-    electrodes->member = map->member;
+    electrodes->part = p->stoichiometry;
+    electrodes->reads = p->depends_on;
+    electrodes->member = map->circuit_of_electrode;
     electrodes->circuit = p->circuit;
     electrodes->circuits = map->circuits;
-    for (int e = 0; e < count; e++) electrodes->shares |= setup->potential.electrode[e].shares;
+    for (int e = 0; e < count; e++) electrodes->shares |= setup->potential.electrode[e].has_current_factor;
     pdi_species_electrodes_find_decreasing_range(p);
     return PD_OK;
 }
@@ -144,7 +149,7 @@ static pd_status pdi_species_electrodes_reject_multiple_roots(pd_ctx *ctx, const
     const pd_setup_potential *of = &p->setup->potential;
     char text[160];
     int e = 0, shown = found < 4 ? found : 4;
-    while (p->map->member[e] != circuit) e++;
+    while (p->map->circuit_of_electrode[e] != circuit) e++;
     text[0] = '\0';
     for (int k = 0; k < shown; k++)
         pdi_append(text, sizeof text, "%s%.3g V", k == 0 ? "" : k + 1 < shown ? ", " : " and ", root[k]);
@@ -160,31 +165,31 @@ PDI_FN pd_status pdi_species_electrodes_check_unique_potential(pd_ctx *ctx, pd_s
     int64_t total = s->reactive->grid->total;
     double root[4];
     int found = 0, circuit = 0;
-    memcpy(p->former, s->speed, (size_t)(s->kinds * total) * sizeof *p->former);
-    memcpy(p->former + s->kinds * total, s->flow, (size_t)total * sizeof *p->former);
+    memcpy(p->saved_rates, s->speed, (size_t)(s->kinds * total) * sizeof *p->saved_rates);
+    memcpy(p->saved_rates + s->kinds * total, s->flow, (size_t)total * sizeof *p->saved_rates);
     for (int n = 0; n < s->desc.electrodes.circuits && found < 2; n++) {
         double level = s->level[n];
         circuit = n;
         if (s->desc.electrodes.circuit[n].holds) continue;
         pdi_levels_trials trials = {level - PDI_SPECIES_ELECTRODES_ROOT_SEARCH_RANGE,
                                     level + PDI_SPECIES_ELECTRODES_ROOT_SEARCH_RANGE,
-                                    p->low,
-                                    p->high,
+                                    p->decreasing_from,
+                                    p->decreasing_to,
                                     PDI_SPECIES_ELECTRODES_ROOT_FINE_STEP,
                                     PDI_SPECIES_ELECTRODES_ROOT_COARSE_STEP};
         found = pdi_levels_roots(ctx, s, n, &trials, root, 4);
         s->level[n] = level;
     }
-    memcpy(s->speed, p->former, (size_t)(s->kinds * total) * sizeof *p->former);
-    memcpy(s->flow, p->former + s->kinds * total, (size_t)total * sizeof *p->former);
+    memcpy(s->speed, p->saved_rates, (size_t)(s->kinds * total) * sizeof *p->saved_rates);
+    memcpy(s->flow, p->saved_rates + s->kinds * total, (size_t)total * sizeof *p->saved_rates);
     return found < 2 ? PD_OK : pdi_species_electrodes_reject_multiple_roots(ctx, p, circuit, found, root);
 }
 
 PDI_FN void pdi_species_electrodes_free(pd_ctx *ctx, pd_species_electrodes *p)
 {
-    PDI_DELETE(ctx, p->formers, p->former);
+    PDI_DELETE(ctx, p->saved_count, p->saved_rates);
     if (p->setup)
-        PDI_DELETE(ctx, (int64_t)p->setup->potential.electrodes * p->setup->electrolyte.count, p->part);
+        PDI_DELETE(ctx, (int64_t)p->setup->potential.electrodes * p->setup->electrolyte.count, p->stoichiometry);
     memset(p, 0, sizeof *p);
 }
 

@@ -16,14 +16,15 @@ typedef struct pd_species_electrodes {
     pd_electrode_map *map;
     pd_cell *cell;
     pd_etch *etch;
-    double *part;                                  /* [electrodes][species] [-] see pd_etch_electrodes */
-    uint32_t reads[PD_SETUP_ELECTRODES];           /* see pd_etch_electrodes */
+    double *stoichiometry;                    /* [electrodes][species] [-] see pd_etch_electrodes */
+    uint32_t depends_on[PD_SETUP_ELECTRODES]; /* see pd_etch_electrodes */
     pd_etch_circuit circuit[PD_SETUP_ELECTRODES];
-    int falls;                                     /* 1: a rate law or curve decreases with E (passivation), */
-    double low, high;                              /* [V] within this range of potentials */
-    double *former;                                /* [kinds + 1][total] [m/s], [mol/m2/s] saved speeds and electron
-                                                    * fluxes, with `falls`; else NULL */
-    int64_t formers;                               /* length of `former` */
+    /* 1: a rate law or curve decreases with E (passivation), */
+    int has_decreasing_range;
+    double decreasing_from, decreasing_to; /* [V] within this range of potentials */
+    double *saved_rates;                   /* [kinds + 1][total] [m/s], [mol/m2/s] saved speeds and electron
+                                            * fluxes, with `falls`; else NULL */
+    int64_t saved_count;                   /* length of `former` */
 } pd_species_electrodes;
 
 #ifdef PDI_INTERNAL

@@ -15,10 +15,11 @@ static void pdi_stall_note_append_attempt(const pd_attempt *now, char *line, siz
         return;
     }
     pdi_append(line, size, ": %s tries a step of %s from t = %s", now->name, dt, time);
-    if (now->steps) pdi_append(line, size, ", after %.0f step%s of its own", (double)now->steps,
-                               now->steps > 1 ? "s" : "");
-    if (!now->trial) return;
-    pdi_append(line, size, ", attempt %d", now->trial + 1);
+    if (now->accepted_steps)
+        pdi_append(line, size, ", after %.0f step%s of its own", (double)now->accepted_steps,
+                   now->accepted_steps > 1 ? "s" : "");
+    if (!now->rejected) return;
+    pdi_append(line, size, ", attempt %d", now->rejected + 1);
     if (!(now->error < HUGE_VAL)) pdi_append(line, size, "; the one before found no solution");
     else if (now->error > 1.0)
         pdi_append(line, size, "; the error of the one before was %.3g of what is allowed", now->error);
@@ -33,6 +34,6 @@ PDI_FN void pdi_stall_note_format(const pd_time_loop *c, double waited, const ch
     pdi_setup_format_value(c->time, "s", time);
     if (c->started) pdi_append(line, size, "no step for %s, at t = %s", spent, time);
     else pdi_append(line, size, "the start takes %s so far", spent);
-    if (c->now.name) pdi_stall_note_append_attempt(&c->now, line, size);
+    if (c->current.name) pdi_stall_note_append_attempt(&c->current, line, size);
     pdi_append(line, size, " (%.40s %.0f)", doing, (double)count);
 }

@@ -67,12 +67,12 @@ static pd_status pdi_step_diagnostics_compute_depths_inner(pd_ctx *ctx, const pd
     PDI_TRY(PDI_NEW(ctx, "observe", longest, w->parabola_node));
     PDI_TRY(PDI_NEW(ctx, "observe", longest, w->interval_start));
     for (int32_t i = 0; i < o->nodes; i++)
-        o->depth[i] = grid->kind[i] == PD_FLUID ? 0.0f : PDI_STEP_DIAGNOSTICS_INFINITE_DISTANCE;
+        o->initial_depth[i] = grid->kind[i] == PD_FLUID ? 0.0f : PDI_STEP_DIAGNOSTICS_INFINITE_DISTANCE;
     for (int axis = 0; axis < PD_DIM; axis++) {
-        pdi_step_diagnostics_distance_transform_axis(grid, axis, w, o->depth, *work);
-        memcpy(o->depth, *work, (size_t)o->nodes * sizeof **work);
+        pdi_step_diagnostics_distance_transform_axis(grid, axis, w, o->initial_depth, *work);
+        memcpy(o->initial_depth, *work, (size_t)o->nodes * sizeof **work);
     }
-    for (int32_t i = 0; i < o->nodes; i++) o->depth[i] = sqrtf(o->depth[i]);
+    for (int32_t i = 0; i < o->nodes; i++) o->initial_depth[i] = sqrtf(o->initial_depth[i]);
     return PD_OK;
 }
 
@@ -85,7 +85,7 @@ static pd_status pdi_step_diagnostics_compute_depths(pd_ctx *ctx, const pd_grid 
     memset(&way, 0, sizeof way);
     for (int d = 0; d < PD_DIM; d++) longest = grid->n[d] > longest ? grid->n[d] : longest;
     o->nodes = grid->total;
-    PDI_TRY(PDI_NEW(ctx, "observe", o->nodes, o->depth));
+    PDI_TRY(PDI_NEW(ctx, "observe", o->nodes, o->initial_depth));
     pd_status status = pdi_step_diagnostics_compute_depths_inner(ctx, grid, longest, &way, &work, o);
     PDI_DELETE(ctx, longest, way.interval_start);
     PDI_DELETE(ctx, longest, way.parabola_node);
@@ -105,9 +105,9 @@ static pd_status pdi_step_diagnostics_build_inner(pd_ctx *ctx, const pd_model *m
     if (!through || !(fabs(model->inlet.mean[inlet]) > 0.0)) return PD_OK;
     o->has_flux = 1;
     o->flux_axis = inlet / 2;
-    o->flux_up = inlet % 2 == 0;
+    o->flux_towards_plus = inlet % 2 == 0;
     o->layers = model->grid.n[o->flux_axis];
-    return PDI_NEW(ctx, "observe", o->layers, o->layer);
+    return PDI_NEW(ctx, "observe", o->layers, o->layer_flux);
 }
 
 PDI_FN pd_status pdi_step_diagnostics_build(pd_ctx *ctx, const pd_model *model, pd_step_diagnostics *o)
@@ -119,8 +119,8 @@ PDI_FN pd_status pdi_step_diagnostics_build(pd_ctx *ctx, const pd_model *model, 
 
 PDI_FN void pdi_step_diagnostics_free(pd_ctx *ctx, pd_step_diagnostics *o)
 {
-    PDI_DELETE(ctx, o->layers, o->layer);
-    PDI_DELETE(ctx, o->nodes, o->depth);
+    PDI_DELETE(ctx, o->layers, o->layer_flux);
+    PDI_DELETE(ctx, o->nodes, o->initial_depth);
     memset(o, 0, sizeof *o);
 }
 
@@ -129,18 +129,18 @@ static void pdi_step_diagnostics_compute_extremes(const pd_model *m, pd_step_dia
 {
     int32_t total = m->grid.total;
     const double *c = m->transport.c, *u = pdi_model_velocity(m);
-    double c_max = 0.0, v_max = 0.0, front = o->front;
+    double c_max = 0.0, v_max = 0.0, front = o->corrosion_depth;
     for (int32_t i = 0; i < total; i++) {
         double square = 0.0;
         if (m->grid.kind[i] != PD_FLUID) continue;
         if (c && c[i] > c_max && !pdi_model_is_undefined(m, PD_FIELD_C, i)) c_max = c[i];
-        if (o->depth && (double)o->depth[i] > front) front = (double)o->depth[i];
+        if (o->initial_depth && (double)o->initial_depth[i] > front) front = (double)o->initial_depth[i];
         for (int d = 0; d < PD_DIM && u; d++) square += u[(int64_t)d * total + i] * u[(int64_t)d * total + i];
         if (square > v_max) v_max = square;
     }
     o->c_max = c_max;
     o->v_max = sqrt(v_max);
-    o->front = front;
+    o->corrosion_depth = front;
 }
 
 /* Planes (between layers index - 1 and index) a quarter of the free length away from the low and the high end. */
@@ -166,13 +166,13 @@ static void pdi_step_diagnostics_compute_layer_fluxes(const pd_model *m, pd_step
 {
     const pd_grid *grid = &m->grid;
     double face = m->stencil.volume / grid->h[o->flux_axis];
-    for (int32_t k = 0; k < o->layers; k++) o->layer[k] = 0.0;
+    for (int32_t k = 0; k < o->layers; k++) o->layer_flux[k] = 0.0;
     for (int32_t node = 0; node < grid->total; node++) {
         int i[PD_DIM];
         if (grid->kind[node] != PD_FLUID) continue;
         pdi_grid_index(grid, node, i);
         double area = face * pdi_grid_circumference(grid, node);
-        o->layer[i[o->flux_axis]] += area * m->flow.u[(int64_t)o->flux_axis * grid->total + node];
+        o->layer_flux[i[o->flux_axis]] += area * m->flow.u[(int64_t)o->flux_axis * grid->total + node];
     }
 }
 
@@ -183,36 +183,37 @@ static void pdi_step_diagnostics_compute_flux_error(pd_ctx *ctx, pd_model *m, pd
     int low, high;
     pdi_step_diagnostics_choose_planes(&m->grid, o->flux_axis, &low, &high);
     if (low >= high) return;
-    int up = o->flux_up ? low : high, down = o->flux_up ? high : low;
+    int up = o->flux_towards_plus ? low : high, down = o->flux_towards_plus ? high : low;
     double before = pd_flow_integrate_section(ctx, &m->flow, o->flux_axis, up);
     double behind = pd_flow_integrate_section(ctx, &m->flow, o->flux_axis, down);
     pdi_step_diagnostics_compute_layer_fluxes(m, o);
-    double reference = o->layer[o->flux_up ? up : up - 1]; /* the layer behind the plane */
+    double reference = o->layer_flux[o->flux_towards_plus ? up : up - 1]; /* the layer behind the plane */
     double scale = fabs(before), wide = fabs(reference);
-    if (m->inlet.timed) { /* a stream that turns is at rest now and then */
-        o->most[0] = scale = pdi_max(scale, o->most[0]);
-        o->most[1] = wide = pdi_max(wide, o->most[1]);
+    if (m->inlet.is_time_dependent) { /* a stream that turns is at rest now and then */
+        o->max_flux[0] = scale = pdi_max(scale, o->max_flux[0]);
+        o->max_flux[1] = wide = pdi_max(wide, o->max_flux[1]);
     }
-    o->flux = pdi_max(o->flux, fabs(behind - before) / scale);
-    for (int32_t k = 0; k < o->layers; k++) o->flux_max = pdi_max(o->flux_max, fabs(o->layer[k] - reference) / wide);
+    o->flux_error = pdi_max(o->flux_error, fabs(behind - before) / scale);
+    for (int32_t k = 0; k < o->layers; k++)
+        o->layer_flux_error = pdi_max(o->layer_flux_error, fabs(o->layer_flux[k] - reference) / wide);
 }
 
 PDI_FN void pdi_step_diagnostics_update(pd_ctx *ctx, pd_model *m, pd_step_diagnostics *o)
 {
-    o->volume_loss = pd_time_loop_volume_loss(&m->couple);
+    o->volume_loss = pd_time_loop_volume_loss(&m->time_loop);
     pdi_step_diagnostics_compute_extremes(m, o);
     pdi_model_statistics effort;
     pdi_model_get_statistics(m, &effort);
-    if (!o->has_flux || effort.flow_solves == o->seen) return;
-    o->seen = effort.flow_solves;
+    if (!o->has_flux || effort.flow_solves == o->flow_solves) return;
+    o->flow_solves = effort.flow_solves;
     pdi_step_diagnostics_compute_flux_error(ctx, m, o);
 }
 
 PDI_FN pd_status pdi_step_diagnostics_store(pd_ctx *ctx, pd_step_diagnostics *o, pd_archive *archive)
 {
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "flux", &o->flux, 1));
-    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "largest flux", o->most, 2));
-    return PDI_ARCHIVE_ARRAY(ctx, archive, "flux_max", &o->flux_max, 1);
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "flux", &o->flux_error, 1));
+    PDI_TRY(PDI_ARCHIVE_ARRAY(ctx, archive, "largest flux", o->max_flux, 2));
+    return PDI_ARCHIVE_ARRAY(ctx, archive, "flux_max", &o->layer_flux_error, 1);
 }
 
 PDI_FN double pdi_step_diagnostics_compute_peclet(const pd_model *m, const char **slowest)
@@ -224,7 +225,7 @@ PDI_FN double pdi_step_diagnostics_compute_peclet(const pd_model *m, const char 
     if (!m->setup->has_chemistry || !r->flow) return 0.0;
     for (int k = 0; k < e->count; k++) {
         double d = e->species[k].diffusivity;
-        if (r->components.place[k] < 0 || !(d > 0.0) || !(d < least)) continue;
+        if (r->components.solute_of_species[k] < 0 || !(d > 0.0) || !(d < least)) continue;
         least = d;
         *slowest = e->species[k].name;
     }

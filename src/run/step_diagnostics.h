@@ -8,19 +8,22 @@ typedef struct pd_step_diagnostics {
     double volume_loss;   /* [-] share of the initial solid */
     double v_max;         /* [m/s] */
     double c_max;         /* [mol/m3] dissolved */
-    double front;         /* [m] bond-based corrosion: how far metal has turned fluid, from the nearest first fluid */
+    /* [m] bond-based corrosion: how far metal has turned fluid, from the nearest first fluid */
+    double corrosion_depth;
     int has_flux;         /* the flow enters on one side and leaves through the opposite one */
-    double flux;          /* [-] flux that the scheme conserves, far downstream against far upstream of the solid, worst
+    double flux_error;    /* [-] flux that the scheme conserves, far downstream against far upstream of the solid, worst
                            * so far */
-    double flux_max;      /* [-] largest deviation of the flux through a layer of nodes from the upstream one, worst
-                           * so far */
-    int flux_axis, flux_up; /* axis of the flow; 1: towards + */
-    double most[2];       /* [m3/s] (per m in 2D) where inlets follow a clock: largest flux upstream, and of nodes */
-    int64_t seen;         /* flow solves that flux and flux_max know */
+    double layer_flux_error; /* [-] largest deviation of the flux through a layer of nodes from the upstream one, worst
+                              * so far */
+    int flux_axis, flux_towards_plus; /* axis of the flow; 1: towards + */
+    /* [m3/s] (per m in 2D) where inlets follow a clock: largest flux upstream, and of nodes */
+    double max_flux[2];
+    int64_t flow_solves; /* flow solves that flux and flux_max know */
     int32_t layers;
     int32_t nodes;
-    float *depth;         /* [nodes] [m] bond-based corrosion: distance from the nearest fluid node of the start */
-    double *layer;        /* [layers] [m^d/s] flux of each layer of nodes, work */
+    /* [nodes] [m] bond-based corrosion: distance from the nearest fluid node of the start */
+    float *initial_depth;
+    double *layer_flux; /* [layers] [m^d/s] flux of each layer of nodes, work */
 } pd_step_diagnostics;
 
 #ifdef PDI_INTERNAL

@@ -49,8 +49,8 @@ static void pdi_summary_print_grid(const pdi_summary *s)
         pdi_setup_format_value(m->grid.h[d], "m", text);
         snprintf(spacing + length, sizeof spacing - length, "%s%s", d ? " x " : "", text);
     }
-    if (m->setup->has_dissolve && m->across.count != m->stencil.count)
-        snprintf(metal, sizeof metal, "; metal m = %g (%d bonds)", m->across.m, m->across.count);
+    if (m->setup->has_dissolve && m->interface_stencil.count != m->stencil.count)
+        snprintf(metal, sizeof metal, "; metal m = %g (%d bonds)", m->interface_stencil.m, m->interface_stencil.count);
     pdi_summary_print_line(s, "%s: %dD%s, %s nodes at %s, m = %g (%d bonds a node)%s", m->setup->name, PD_DIM,
                            m->setup->axisymmetric ? " axisymmetric" : "", size, spacing, m->stencil.m, m->stencil.count,
                            metal);
@@ -68,13 +68,13 @@ static void pdi_summary_print_flow(const pdi_summary *s)
     pdi_setup_format_value(m->flow.reference_length, "m", length);
     char how[112];
     const char *order = m->flow.order == 4 ? ", order 4" : "";
-    if (m->setup->motion == PD_FLOW_IMPLICIT)
+    if (m->setup->flow_time == PD_FLOW_IMPLICIT)
         snprintf(how, sizeof how, "incompressible flow in time, implicit, step error %g%s",
                  m->implicit.desc.rtol, order);
-    else if (m->setup->motion == PD_FLOW_EXPLICIT)
-        snprintf(how, sizeof how, "weakly compressible flow in time, explicit, c0 = %g m/s", m->setup->sound);
-    else if (m->setup->motion == PD_FLOW_PRESCRIBED) snprintf(how, sizeof how, "given flow");
-    else snprintf(how, sizeof how, "steady Navier-Stokes to residual %g%s", m->setup->steady, order);
+    else if (m->setup->flow_time == PD_FLOW_EXPLICIT)
+        snprintf(how, sizeof how, "weakly compressible flow in time, explicit, c0 = %g m/s", m->setup->sound_speed);
+    else if (m->setup->flow_time == PD_FLOW_PRESCRIBED) snprintf(how, sizeof how, "given flow");
+    else snprintf(how, sizeof how, "steady Navier-Stokes to residual %g%s", m->setup->steady_tolerance, order);
     snprintf(text, sizeof text, "%s, U = %s, L = %s, Re = %.4g", how, speed, length,
              m->flow.reference_speed * m->flow.reference_length / m->flow.nu);
     pdi_summary_print_part(s, PD_PART_FLOW, "flow", text);
@@ -85,7 +85,7 @@ static void pdi_summary_print_gas(const pdi_summary *s)
     const pd_setup *u = s->model->setup;
     char text[192], until[PD_UNITS_TEXT];
     if (!u->has_gas) return;
-    pdi_setup_format_value(u->until, "s", until);
+    pdi_setup_format_value(u->end_time, "s", until);
     snprintf(text, sizeof text, "ideal gas with gamma = %g, %s order, explicit, until %s", u->gas_gamma,
              u->gas_order == PD_GAS_SECOND ? "second" : "first", until);
     pdi_summary_print_part(s, PD_PART_GAS, "gas", text);
@@ -99,10 +99,11 @@ static void pdi_summary_print_transport(const pdi_summary *s)
     pdi_setup_format_value(u->diffusivity, "m2/s", value);
     pdi_setup_format_value(u->medium_diffusivity, "m2/s", inside);
     if (u->medium >= 0) snprintf(value + strlen(value), sizeof value - strlen(value), " and %s in the medium", inside);
-    pdi_setup_format_value(u->until, "s", until);
-    snprintf(text, sizeof text, u->settle ? "%s, D = %s, steady" : "%s, D = %s, implicit, until %s",
-             !u->has_flow ? "diffusion" : u->advection == PD_ADVECTION_UPWIND ? "upwind advection and diffusion"
-                                                                               : "limited advection and diffusion",
+    pdi_setup_format_value(u->end_time, "s", until);
+    snprintf(text, sizeof text, u->steady_transport ? "%s, D = %s, steady" : "%s, D = %s, implicit, until %s",
+             !u->has_flow                          ? "diffusion"
+             : u->advection == PD_ADVECTION_UPWIND ? "upwind advection and diffusion"
+                                                   : "limited advection and diffusion",
              value, until);
     pdi_summary_print_part(s, PD_PART_TRANSPORT, "transport", text);
 }
@@ -117,9 +118,9 @@ static void pdi_summary_print_released_species(const pdi_summary *s, int m)
     snprintf(text, sizeof text,
              "one of %s:", pdi_setup_count_species_rate_metals(u) > 1 ? metal->material.name : "metal");
     for (int k = 0; k < u->electrolyte.count; k++)
-        if (fabs(metal->shed[k]) > 0.0)
-            pdi_append(text, sizeof text, " %+g %s", metal->shed[k], u->electrolyte.species[k].name);
-    if (fabs(metal->gas_shed) > 0.0) pdi_append(text, sizeof text, " %+g %s", metal->gas_shed, u->gas);
+        if (fabs(metal->species_released[k]) > 0.0)
+            pdi_append(text, sizeof text, " %+g %s", metal->species_released[k], u->electrolyte.species[k].name);
+    if (fabs(metal->gas_released) > 0.0) pdi_append(text, sizeof text, " %+g %s", metal->gas_released, u->gas);
     pdi_summary_print_line(s, "  %-12s%s", "", text);
 }
 
@@ -129,16 +130,16 @@ static void pdi_summary_print_chemistry(const pdi_summary *s)
     const pd_components *c = &s->model->reactive.components;
     char text[384], until[PD_UNITS_TEXT];
     if (!u->has_chemistry) return;
-    pdi_setup_format_value(u->until, "s", until);
+    pdi_setup_format_value(u->end_time, "s", until);
     snprintf(text, sizeof text, "%d solutes of %d components, %d reactions (%d with a rate), %s, %.5g K, %s%s",
              c->solutes, c->count, u->electrolyte.reactions, c->kinetics,
              u->electrolyte.activity == PD_ACTIVITY_DAVIES ? "Davies" : "ideal", u->electrolyte.temperature,
-             u->settle ? "steady" : "implicit, until ", u->settle ? "" : until);
+             u->steady_transport ? "steady" : "implicit, until ", u->steady_transport ? "" : until);
     pdi_summary_print_part(s, PD_PART_CHEMISTRY, "chemistry", text);
     snprintf(text, sizeof text, "states of surfaces:");
     for (int k = 0; k < u->states; k++) pdi_append(text, sizeof text, "%s %s", k ? "," : "", u->state[k].label);
     if (u->states) pdi_summary_print_line(s, "  %-12s%s", "", text);
-    for (int m = 0; m < u->metals && u->sheds; m++) pdi_summary_print_released_species(s, m);
+    for (int m = 0; m < u->metals && u->has_surface_reaction; m++) pdi_summary_print_released_species(s, m);
 }
 
 static void pdi_summary_print_potential(const pdi_summary *s)
@@ -170,7 +171,7 @@ static void pdi_summary_format_rate(const pd_setup *setup, int m, char *text, si
     }
     snprintf(text, size, "%s%ssurface rate %s at C = 0%s (%.4g mm/year, %.4g A/m2 with z = %g), Cs = %.6g mol/m3",
              setup->metals > 1 ? metal->material.name : "", setup->metals > 1 ? ": " : "", speed,
-             metal->rate.uses > 1 ? ", t = 0 and the origin" : "", v * 1e3 * 31557600.0,
+             metal->rate.variables_used > 1 ? ", t = 0 and the origin" : "", v * 1e3 * 31557600.0,
              v * metal->solid_c * z * PDI_FARADAY, z, metal->solid_c);
 }
 
@@ -241,13 +242,16 @@ static void pdi_summary_print_solid(const pdi_summary *s)
     pdi_setup_format_value(b->young, "Pa", young);
     pdi_setup_format_value(b->yield, "Pa", yield);
     snprintf(text, sizeof text, "%s, E = %s, nu = %g%s, m = %g, %.0f bonds", materials[b->material], young, b->poisson,
-             PD_DIM != 2 ? "" : b->plane == PD_PLANE_STRESS ? ", plane stress" : ", plane strain", b->m,
-             0.5 * (double)m->structure.body.bonds);
+             PD_DIM != 2                   ? ""
+             : b->plane == PD_PLANE_STRESS ? ", plane stress"
+                                           : ", plane strain",
+             b->m, 0.5 * (double)m->solid.body.bonds);
     pdi_summary_print_part(s, PD_PART_SOLID, "solid", text);
     if (b->yield > 0.0) pdi_summary_print_line(s, "  %-12sflows at %s", "", yield);
     pdi_summary_print_fracture(s);
     if (b->density > 0.0)
-        pdi_summary_print_line(s, "  %-12smoves, %g kg/m3, steps of %g s", "", b->density, m->structure.motion.longest);
+        pdi_summary_print_line(s, "  %-12smoves, %g kg/m3, steps of %g s", "", b->density,
+                               m->solid.dynamic_solver.max_step);
 }
 
 /* Print a note where metal has too few cells across for bending. */
@@ -256,10 +260,11 @@ static void pdi_summary_print_thin_metal(const pdi_summary *s)
     static const char *const across[] = {"6 m", "2 m + 2", "4 m", "6 m", "6 m"};
     const pd_setup_mechanics *b = &s->model->setup->metal_body;
     char text[320];
-    if (!(s->model->thin > 0.0)) return;
-    snprintf(text, sizeof text, "solid: %.3g %% of the metal is in parts thinner than %d cells, %s: where they are "
+    if (!(s->model->thin_fraction > 0.0)) return;
+    snprintf(text, sizeof text,
+             "solid: %.3g %% of the metal is in parts thinner than %d cells, %s: where they are "
              "bent they are more than 5 %% off; expected a smaller h, or a smaller m",
-             100.0 * s->model->thin, s->model->thin_cells,
+             100.0 * s->model->thin_fraction, s->model->min_cells_across,
              b->yield > 0.0 ? "5 m + 6 of metal that flows" : across[b->material]);
     s->print(s->user, PD_PRINT_NOTE, text);
 }
@@ -285,7 +290,7 @@ static void pdi_summary_print_absent(const pdi_summary *s)
     const char *const names[] = {"flow", "transport", "dissolution", "grains", "inertia of the flow in time", "gas",
                                  "mechanics", "chemistry", "potential"};
     const int has[] = {
-        u->has_flow, u->has_transport, u->has_dissolve,  u->has_grains,   u->motion != PD_FLOW_STEADY || u->has_gas,
+        u->has_flow, u->has_transport, u->has_dissolve,  u->has_grains,   u->flow_time != PD_FLOW_STEADY || u->has_gas,
         u->has_gas,  u->has_solid,     u->has_chemistry, u->has_potential};
     int absent = 0;
     for (int k = 0; k < (int)(sizeof has / sizeof has[0]); k++) {
@@ -320,7 +325,7 @@ PDI_FN void pdi_summary_print(const pd_model *model, pd_print_fn print, void *us
     pd_memory_estimate_compute(model->setup, &footprint);
     pdi_summary_print_line(
         &s, "  %-12s%.3g MB, %.0f bytes a node; about %.3g MB with files and pictures", "in all", (double)bytes * 1e-6,
-        (double)bytes / (double)(model->grid.fluid_count + model->grid.solid_count), footprint.all * 1e-6);
+        (double)bytes / (double)(model->grid.fluid_count + model->grid.solid_count), footprint.total_bytes * 1e-6);
     for (int k = 0; k < model->setup->notes; k++) print(user, PD_PRINT_NOTE, model->setup->note[k]);
     pdi_summary_print_thin_metal(&s);
 }

@@ -29,7 +29,7 @@ static pd_status pdi_surface_states_mark_nodes(pd_ctx *ctx, void *user, int anew
     if (!s->cell && anew) {
         pdi_contact_metal metal;
         memset(&metal, 0, sizeof metal);
-        metal.wide = s->across;
+        metal.wide = s->interface_stencil;
         PDI_TRY(pdi_contact_find(ctx, s->bonds, &metal, &s->contacts));
     }
     const pd_contacts *c = pdi_surface_states_get_contacts(s);
@@ -76,8 +76,8 @@ PDI_FN void pdi_surface_states_set_variables(const pd_surface_states *s, int k, 
     vars[PDI_SETUP_RATE_CURRENT] = at->around[0];
     vars[PDI_SETUP_RATE_POTENTIAL] = at->around[1];
     vars[PDI_SETUP_RATE_PH] = at->ph;
-    for (int n = 0; n < state->species; n++)
-        vars[next++] = at->c[s->coat.reactive->components.place[state->of[n]]];
+    for (int n = 0; n < state->species_count; n++)
+        vars[next++] = at->c[s->state_solver.reactive->components.solute_of_species[state->species_index[n]]];
     for (int n = 0; n < s->setup->states; n++) vars[next++] = y[n];
 }
 
@@ -97,19 +97,20 @@ static void pdi_surface_states_compute_rates(void *user, const pd_coat_at *at, c
 static void pdi_surface_states_add_film_flux(void *user, int32_t node, double *flows)
 {
     const pd_surface_states *s = (const pd_surface_states *)user;
-    const pd_reactive *r = s->coat.reactive;
+    const pd_reactive *r = s->state_solver.reactive;
     int count = r->components.count;
-    int32_t place = s->etch ? s->etch->slot[node] : -1;
+    int32_t place = s->surface_solver ? s->surface_solver->slot[node] : -1;
     if (place >= 0)
         for (int k = 0; k < count; k++)
-            flows[k] += s->etch->kind->gain[k] * s->etch->thick[place] * s->etch->speed[node];
-    if (!s->comes) return;
+            flows[k] +=
+                s->surface_solver->kind->gain[k] * s->surface_solver->thick[place] * s->surface_solver->speed[node];
+    if (!s->has_faradaic_source) return;
     const pd_potential *p = &s->cell->potential;
     for (int32_t n = s->cell->first[node]; n >= 0 && n < p->contacts.count && p->contacts.list[n].node == node; n++) {
         const pd_contact *c = &p->contacts.list[n];
         double electrons = p->current[n] / PDI_FARADAY * c->way / r->diffusion.desc.diffusivity;
         if (!pdi_surface_states_get_electrode_states(s, c->electrode)) continue;
-        for (int k = 0; k < count; k++) flows[k] += s->gain[c->electrode][k] * electrons;
+        for (int k = 0; k < count; k++) flows[k] += s->components_per_electron[c->electrode][k] * electrons;
     }
 }
 
@@ -118,8 +119,8 @@ static void pdi_surface_states_add_film_flux(void *user, int32_t node, double *f
 static int pdi_surface_states_average_ion_surface(void *user, int32_t node, double *c, double *around)
 {
     const pd_surface_states *s = (const pd_surface_states *)user;
-    const pd_etch *etch = s->etch;
-    const pd_reactive *r = s->coat.reactive;
+    const pd_etch *etch = s->surface_solver;
+    const pd_reactive *r = s->state_solver.reactive;
     int count = r->components.solutes;
     double at[PD_SPECIES_MAX], sum[PD_SPECIES_MAX], psi, whole = 0.0;
     double volume = r->bonds->stencil->volume * pdi_grid_circumference(r->grid, node);
@@ -146,7 +147,7 @@ static int pdi_surface_states_average_ion_surface(void *user, int32_t node, doub
 static pd_status pdi_surface_states_solve_species_potential(pd_ctx *ctx, void *user, double t)
 {
     const pd_surface_states *s = (const pd_surface_states *)user;
-    return s->find(ctx, s->finder, t);
+    return s->solve(ctx, s->solve_user, t);
 }
 
 /* Without migrating ions: solve the potential at time t [s]. The `solve` callback of pd_coat_desc. */
@@ -159,14 +160,15 @@ PDI_FN void pdi_surface_states_set_desc(const pd_setup *setup, const pd_reactive
 {
     desc->count = setup->states;
     desc->stages =
-        setup->migrates && (pdi_setup_find_species_rate_metal(setup) >= 0 || pdi_setup_has_ion_electrodes(setup));
+        setup->has_migration && (pdi_setup_find_species_rate_metal(setup) >= 0 || pdi_setup_has_ion_electrodes(setup));
     for (int k = 0; k < setup->states; k++) {
         const pd_setup_surface_state *state = &setup->state[k];
-        desc->reads_ph |= (int)(state->rate.uses >> PDI_SETUP_RATE_PH & 1u);
-        for (int n = 0; n < state->species; n++)
-            if (state->rate.uses >> (PDI_SETUP_RATE_PH + 1 + n) & 1u)
-                desc->reads |= (uint32_t)1 << reactive->components.place[state->of[n]];
-        if (pdi_setup_has_ion_electrodes(setup)) desc->reads_around |= state->rate.uses >> PDI_SETUP_RATE_CURRENT & 3u;
+        desc->reads_ph |= (int)(state->rate.variables_used >> PDI_SETUP_RATE_PH & 1u);
+        for (int n = 0; n < state->species_count; n++)
+            if (state->rate.variables_used >> (PDI_SETUP_RATE_PH + 1 + n) & 1u)
+                desc->reads |= (uint32_t)1 << reactive->components.solute_of_species[state->species_index[n]];
+        if (pdi_setup_has_ion_electrodes(setup))
+            desc->reads_around |= state->rate.variables_used >> PDI_SETUP_RATE_CURRENT & 3u;
     }
 }
 
@@ -179,25 +181,26 @@ PDI_FN pd_status pdi_surface_states_build(pd_ctx *ctx, const pd_setup *setup, pd
     memset(&desc, 0, sizeof desc);
     s->setup = setup;
     s->bonds = bonds;
-    s->across = across;
+    s->interface_stencil = across;
     s->cell = cell;
-    s->etch = etch;
+    s->surface_solver = etch;
     for (int k = 0; k < setup->states; k++) {
         const pd_setup_surface_state *state = &setup->state[k];
         desc.name[k] = state->name;
         desc.low[k] = state->low;
         desc.high[k] = state->high;
-        s->moves |= (state->rate.uses >> PDI_SETUP_RATE_CURRENT & 3u) != 0;
+        s->affects_potential |= (state->rate.variables_used >> PDI_SETUP_RATE_CURRENT & 3u) != 0;
     }
     for (int e = 0; e < setup->potential.electrodes; e++) {
         const pd_setup_electrode *is = &setup->potential.electrode[e];
         double shed[PD_SPECIES_MAX];
         memset(shed, 0, sizeof shed);
-        for (int n = 0; n < setup->electrolyte.count && is->reacts; n++)
-            if (reactive->components.place[n] >= 0) shed[reactive->components.place[n]] = is->shed[n];
-        pdi_components_compute_totals(&reactive->components, shed, s->gain[e]);
-        s->comes |= is->reacts;
-        s->moves |= is->shares;
+        for (int n = 0; n < setup->electrolyte.count && is->has_reaction; n++)
+            if (reactive->components.solute_of_species[n] >= 0)
+                shed[reactive->components.solute_of_species[n]] = is->species_released[n];
+        pdi_components_compute_totals(&reactive->components, shed, s->components_per_electron[e]);
+        s->has_faradaic_source |= is->has_reaction;
+        s->affects_potential |= is->has_current_factor;
     }
     pdi_surface_states_set_desc(setup, reactive, &desc);
     desc.rtol = setup->rtol > 0.0 ? setup->rtol : 1e-3;
@@ -209,16 +212,16 @@ PDI_FN pd_status pdi_surface_states_build(pd_ctx *ctx, const pd_setup *setup, pd
         desc.solve = pdi_surface_states_solve_species_potential;
     } else {
         if (s->cell) desc.around = pdi_surface_states_average_electrode;
-        if (s->cell && s->moves) desc.solve = pdi_surface_states_solve_currents;
-        if (s->comes || s->etch) desc.film = pdi_surface_states_add_film_flux;
+        if (s->cell && s->affects_potential) desc.solve = pdi_surface_states_solve_currents;
+        if (s->has_faradaic_source || s->surface_solver) desc.film = pdi_surface_states_add_film_flux;
     }
     desc.user = s;
-    return pdi_coat_build(ctx, reactive, &desc, &s->coat);
+    return pdi_coat_build(ctx, reactive, &desc, &s->state_solver);
 }
 
 PDI_FN void pdi_surface_states_free(pd_ctx *ctx, pd_surface_states *s)
 {
-    pdi_coat_free(ctx, &s->coat);
+    pdi_coat_free(ctx, &s->state_solver);
     pdi_contact_free(ctx, &s->contacts);
     memset(s, 0, sizeof *s);
 }
@@ -227,13 +230,13 @@ PDI_FN void pdi_surface_states_free(pd_ctx *ctx, pd_surface_states *s)
 
 PDI_FN void pdi_surface_states_get_states(const pd_surface_states *s, int32_t node, double *value)
 {
-    for (int k = 0; k < s->setup->states; k++) value[k] = pdi_coat_value(&s->coat, k, node);
+    for (int k = 0; k < s->setup->states; k++) value[k] = pdi_coat_value(&s->state_solver, k, node);
 }
 
 PDI_FN double pdi_surface_states_get_state(const pd_surface_states *s, int k, int32_t node)
 {
-    if (!(s->coat.on[node] >> k & 1u)) return (double)NAN;
-    return s->coat.value[k * (int64_t)s->bonds->grid->total + node];
+    if (!(s->state_solver.on[node] >> k & 1u)) return (double)NAN;
+    return s->state_solver.value[k * (int64_t)s->bonds->grid->total + node];
 }
 
 PDI_FN void pdi_surface_states_compute_statistics(const pd_surface_states *s, int k, pd_surface_state_statistics *f)
@@ -241,7 +244,7 @@ PDI_FN void pdi_surface_states_compute_statistics(const pd_surface_states *s, in
     const pd_contacts *c = pdi_surface_states_get_contacts(s);
     const pd_grid *grid = s->bonds->grid;
     double sum = 0.0;
-    f->least = f->most = (double)NAN;
+    f->min = f->max = (double)NAN;
     f->area = 0.0;
     for (int32_t n = 0; n < c->count; n++) {
         const pd_contact *at = &c->list[n];
@@ -250,8 +253,8 @@ PDI_FN void pdi_surface_states_compute_statistics(const pd_surface_states *s, in
         if (!(pdi_surface_states_get_electrode_states(s, at->electrode) >> k & 1u) || !(y == y)) continue;
         f->area += area;
         sum += area * y;
-        f->least = f->least <= y ? f->least : y;
-        f->most = f->most >= y ? f->most : y;
+        f->min = f->min <= y ? f->min : y;
+        f->max = f->max >= y ? f->max : y;
     }
     f->mean = sum / f->area;
 }
@@ -262,11 +265,11 @@ PDI_FN pd_status pdi_surface_states_compute_curve_factor(pd_ctx *ctx, const pd_s
     const pd_setup_electrode *e = &s->setup->potential.electrode[electrode];
     double vars[PD_EXPR_VARS];
     char place[PDI_GRID_POSITION_LENGTH];
-    if (!e->shares) return PD_OK;
+    if (!e->has_current_factor) return PD_OK;
     pd_grid_position(s->bonds->grid, node, vars);
     vars[PD_DIM] = t;
     pdi_surface_states_get_states(s, node, vars + PDI_SETUP_POSITION_VARS);
-    *share = pdi_expr_eval(&e->share, vars);
+    *share = pdi_expr_eval(&e->current_factor, vars);
     if (*share >= 0.0 && *share < 1e100) return PD_OK;
     return pdi_fail(ctx, PD_ERR_STATE, "electrode",
                     "the factor of %s is %g at %s m and t = %g s, expected a finite "

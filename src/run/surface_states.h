@@ -11,22 +11,23 @@
 typedef struct pd_surface_states {
     const pd_setup *setup;
     const pd_bonds *bonds;
-    const pd_stencil *across; /* of bonds across surfaces */
+    const pd_stencil *interface_stencil; /* of bonds across surfaces */
     pd_cell *cell;            /* potential solver of the electrodes; NULL: there are none */
-    const pd_etch *etch;      /* surface solver: metal that dissolves by a law in the species, or electrodes among
-                               * migrating ions; NULL: neither */
-    pd_solve_at_fn find;      /* with migrating ions: solves rate laws and curves at a time; */
-    void *finder;             /* its user pointer; both set by the owner */
+    const pd_etch *surface_solver; /* surface solver: metal that dissolves by a law in the species, or electrodes among
+                                    * migrating ions; NULL: neither */
+    pd_solve_at_fn solve;          /* with migrating ions: solves rate laws and curves at a time; */
+    void *solve_user;              /* its user pointer; both set by the owner */
     pd_contacts contacts;     /* without electrodes: of metal and fluid */
-    pd_coat coat;
-    int moves;                /* 1: the potential depends on states, or rates of states on it */
-    int comes;                /* 1: electrode reactions are sources of species */
-    double gain[PD_SETUP_ELECTRODES][PD_SPECIES_MAX]; /* [-] components released per electron, of each electrode */
+    pd_coat state_solver;
+    int affects_potential;   /* 1: the potential depends on states, or rates of states on it */
+    int has_faradaic_source; /* 1: electrode reactions are sources of species */
+    /* [-] components released per electron, of each electrode */
+    double components_per_electron[PD_SETUP_ELECTRODES][PD_SPECIES_MAX];
 } pd_surface_states;
 
 /* Statistics of a state over its surface, as it is now. */
 typedef struct pd_surface_state_statistics {
-    double mean, least, most; /* [unit of the state] over the area; NaN without any */
+    double mean, min, max;    /* [unit of the state] over the area; NaN without any */
     double area;              /* [m^(d-1)] axisymmetric: over the whole circumference */
 } pd_surface_state_statistics;
 

@@ -19,8 +19,8 @@ PDI_FN pd_status pdi_surface_view_build(pd_ctx *ctx, const pd_setup *u, pd_rende
         lo[d] = u->lo[d];
         hi[d] = u->hi[d];
     }
-    return pdi_renderer_build(ctx, lo, hi, u->drawing.way, u->drawing.width ? u->drawing.width : PD_FIELD_PLOT_WIDTH,
-                              shade);
+    return pdi_renderer_build(ctx, lo, hi, u->drawing.view_direction,
+                              u->drawing.width ? u->drawing.width : PD_FIELD_PLOT_WIDTH, shade);
 }
 
 /* Fraction [-] of the metal of cell i that is left, for the position of the surface. */

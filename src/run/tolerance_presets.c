@@ -25,7 +25,7 @@ static void pdi_tolerance_presets_set_unless_given(pdi_tolerance_presets *a, con
 /* 1: the scene gives this setting. */
 static int pdi_tolerance_presets_is_given(const pdi_tolerance_presets *a, pd_solver_setting knob)
 {
-    return (int)((a->setup->given >> knob) & 1u);
+    return (int)((a->setup->settings_given >> knob) & 1u);
 }
 
 /* Set all tolerances. The constants are measured (guide: 5.3). */
@@ -35,20 +35,20 @@ static void pdi_tolerance_presets_set_all(pdi_tolerance_presets *a)
     double w = a->accuracy;
     int rtol = pdi_tolerance_presets_is_given(a, PD_SOLVER_SETTING_RTOL),
         fraction = pdi_tolerance_presets_is_given(a, PD_SOLVER_SETTING_FRACTION);
-    if (u->has_flow && u->motion == PD_FLOW_STEADY)
+    if (u->has_flow && u->flow_time == PD_FLOW_STEADY)
         pdi_tolerance_presets_set_unless_given(a, "steady", pdi_tolerance_presets_is_given(a, PD_SOLVER_SETTING_STEADY),
-                                               pdi_min(0.1, 0.1 * w), &u->steady);
-    if (u->has_flow && u->motion == PD_FLOW_IMPLICIT)
+                                               pdi_min(0.1, 0.1 * w), &u->steady_tolerance);
+    if (u->has_flow && u->flow_time == PD_FLOW_IMPLICIT)
         pdi_tolerance_presets_set_unless_given(a, "flow.rtol",
                                                pdi_tolerance_presets_is_given(a, PD_SOLVER_SETTING_FLOW_RTOL),
                                                pdi_min(0.1, 0.5 * w), &u->flow_rtol);
-    if (u->has_transport && !u->has_dissolve && !u->settle)
+    if (u->has_transport && !u->has_dissolve && !u->steady_transport)
         pdi_tolerance_presets_set_unless_given(a, "run.rtol", rtol, pdi_min(0.1, 0.5 * w), &u->rtol);
     if (u->has_dissolve && !u->has_corrode)
         pdi_tolerance_presets_set_unless_given(a, rtol && !fraction ? "fraction (of rtol)" : "fraction",
-                                               rtol || fraction, pdi_min(0.5, 2.5 * w), &u->fraction);
+                                               rtol || fraction, pdi_min(0.5, 2.5 * w), &u->max_node_fraction);
     if (u->has_transport && u->has_flow && u->advection == PD_ADVECTION_LIMITED)
-        pdi_tolerance_presets_set_unless_given(a, "limiter", 0, 0.1 * w, &u->limiter);
+        pdi_tolerance_presets_set_unless_given(a, "limiter", 0, 0.1 * w, &u->limiter_tolerance);
 }
 
 pd_status pd_tolerance_presets_apply(pd_ctx *ctx, double accuracy, pd_setup *setup, char *text, size_t size)

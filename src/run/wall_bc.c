@@ -17,16 +17,16 @@ static int pdi_wall_bc_is_on_side(const pd_setup *setup, int side, const double 
 PDI_FN int pdi_wall_bc_has_motion(const pd_setup *setup)
 {
     for (int s = 0; s < 2 * PD_DIM; s++)
-        if (setup->side[s].slides) return 1;
+        if (setup->side[s].has_wall_velocity) return 1;
     return 0;
 }
 
 PDI_FN int pdi_wall_bc_has_concentration(const pd_setup *setup)
 {
     for (int s = 0; s < 2 * PD_DIM; s++)
-        if (setup->side[s].holds) return 1;
+        if (setup->side[s].has_fixed_c) return 1;
     for (int k = 0; k < setup->wall_count; k++)
-        if (setup->walls[k].holds) return 1;
+        if (setup->wall_shape[k].has_fixed_c) return 1;
     return 0;
 }
 
@@ -42,8 +42,8 @@ PDI_FN void pdi_wall_bc_get_velocity(void *user, const double *x, double *v)
     for (int s = 0; s < 2 * PD_DIM; s++) {
         if (!pdi_wall_bc_is_on_side(u, s, at)) continue;
         met++;
-        for (int d = 0; d < PD_DIM && u->side[s].slides; d++)
-            v[d] += pdi_setup_eval_expr(&u->side[s].slide[d], at, inlet->time);
+        for (int d = 0; d < PD_DIM && u->side[s].has_wall_velocity; d++)
+            v[d] += pdi_setup_eval_expr(&u->side[s].wall_velocity[d], at, inlet->time);
     }
     for (int d = 0; d < PD_DIM; d++) {
         if (met > 1) v[d] /= met;
@@ -68,12 +68,12 @@ static double pdi_wall_bc_shape_concentration(const pd_setup *setup, const doubl
     for (int d = 0; d < PD_DIM; d++) nearest = pdi_max(nearest, setup->h[d]);
     if (setup->solid >= 0) nearest = pdi_min(nearest, fabs(pd_shape_distance(setup->shape, setup->solid, x)));
     for (int k = 0; k < setup->wall_count; k++) {
-        double distance = fabs(pd_shape_distance(setup->shape, setup->walls[k].shape, x));
+        double distance = fabs(pd_shape_distance(setup->shape, setup->wall_shape[k].shape, x));
         if (!(distance < nearest - pdi_shape_tolerance(setup->h, x))) continue; /* of several, the first one */
         nearest = distance;
-        found = &setup->walls[k];
+        found = &setup->wall_shape[k];
     }
-    return found && found->holds ? pdi_wall_bc_compute_concentration(&found->held, x, t) : (double)NAN;
+    return found && found->has_fixed_c ? pdi_wall_bc_compute_concentration(&found->fixed_c, x, t) : (double)NAN;
 }
 
 PDI_FN double pdi_wall_bc_get_concentration(void *user, const double *x)
@@ -85,8 +85,8 @@ PDI_FN double pdi_wall_bc_get_concentration(void *user, const double *x)
     for (int s = 0; s < 2 * PD_DIM; s++) {
         if (!pdi_wall_bc_is_on_side(u, s, x)) continue;
         side = 1;
-        if (!u->side[s].holds) continue;
-        sum += pdi_wall_bc_compute_concentration(&u->side[s].held, x, inlet->time);
+        if (!u->side[s].has_fixed_c) continue;
+        sum += pdi_wall_bc_compute_concentration(&u->side[s].fixed_c, x, inlet->time);
         hold++;
     }
     if (hold) return sum / hold; /* where two sides meet, the mean: neither comes first */
@@ -97,7 +97,7 @@ PDI_FN double pdi_wall_bc_is_dirichlet_species(void *user, const double *x)
 {
     const pd_setup *u = ((const pd_inlet *)user)->setup;
     for (int s = 0; s < 2 * PD_DIM; s++)
-        if (u->side[s].steeps && pdi_wall_bc_is_on_side(u, s, x)) return 1.0;
+        if (u->side[s].has_fixed_species && pdi_wall_bc_is_on_side(u, s, x)) return 1.0;
     return (double)NAN;
 }
 

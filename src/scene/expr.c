@@ -89,7 +89,8 @@ static pd_status pdi_expr_fail(pdi_expr_parser *p, size_t at, const char *format
     va_start(args, format);
     vsnprintf(message, sizeof message, format, args);
     va_end(args);
-    return pdi_fail(p->ctx, PD_ERR_PARSE, p->desc->where ? p->desc->where : "expr", "column %d: %s", column, message);
+    return pdi_fail(p->ctx, PD_ERR_PARSE, p->desc->location ? p->desc->location : "expr", "column %d: %s", column,
+                    message);
 }
 
 /* Report the token at the current position and what was expected. Returns PD_ERR_PARSE. */
@@ -242,7 +243,7 @@ static pd_status pdi_expr_compute_power_dims(pdi_expr_parser *p, pdi_expr_type *
     }
     if (!pdi_expr_is_constant_operand(p, 1))
         return pdi_expr_fail(p, exponent->start, "the base has a dimension, so the exponent must be a constant");
-    for (int k = 0; k < 6; k++) base->dims.e[k] *= p->value[p->value_count - 1];
+    for (int k = 0; k < 6; k++) base->dims.exponent[k] *= p->value[p->value_count - 1];
     return PD_OK;
 }
 
@@ -250,7 +251,7 @@ static pd_status pdi_expr_compute_power_dims(pdi_expr_parser *p, pdi_expr_type *
 static void pdi_expr_compute_product_dims(pdi_expr_type *a, const pdi_expr_type *b, double sign)
 {
     a->is_zero_literal = a->is_zero_literal || (b->is_zero_literal && sign > 0);
-    for (int k = 0; k < 6; k++) a->dims.e[k] += sign * b->dims.e[k];
+    for (int k = 0; k < 6; k++) a->dims.exponent[k] += sign * b->dims.exponent[k];
 }
 
 /* ---- names ---- */
@@ -498,7 +499,7 @@ static pd_status pdi_expr_parse_call(pdi_expr_parser *p, size_t size, pdi_expr_t
     case PDI_EXPR_RULE_DIMENSIONLESS: pdi_expr_set_dimensionless(type); break;
     case PDI_EXPR_RULE_KEEP: break;
     case PDI_EXPR_RULE_SQRT:
-        for (int k = 0; k < 6; k++) type->dims.e[k] *= 0.5;
+        for (int k = 0; k < 6; k++) type->dims.exponent[k] *= 0.5;
         break;
     case PDI_EXPR_RULE_POWER: PDI_TRY(pdi_expr_compute_power_dims(p, type, &arg[1])); break;
     case PDI_EXPR_RULE_CHOICE:
@@ -717,7 +718,7 @@ static pd_status pdi_expr_copy_result(pd_ctx *ctx, const pdi_expr_parser *p, con
     PDI_TRY(PDI_NEW(ctx, "expr", p->value_count, expr->value));
     memcpy(expr->code, p->code, (size_t)p->code_count * sizeof *p->code);
     memcpy(expr->value, p->value, (size_t)p->value_count * sizeof *p->value);
-    expr->uses = p->uses;
+    expr->variables_used = p->uses;
     expr->dims = type->dims;
     expr->tables = p->desc->tables;
     return PD_OK;
@@ -747,7 +748,7 @@ PDI_FN void pdi_expr_free(pd_ctx *ctx, pd_expr *expr)
 {
     PDI_DELETE(ctx, expr->code_count, expr->code);
     PDI_DELETE(ctx, expr->value_count, expr->value);
-    PDI_DELETE(ctx, expr->break_count, expr->breaks);
+    PDI_DELETE(ctx, expr->discontinuity_count, expr->discontinuities);
     memset(expr, 0, sizeof *expr);
 }
 PDI_COLD_END
@@ -774,7 +775,7 @@ PDI_FN double pdi_expr_eval(const pd_expr *expr, const double *vars)
     return top == 1 ? stack[0] : NAN;
 }
 
-PDI_FN int pdi_expr_is_constant(const pd_expr *expr) { return expr->uses == 0; }
+PDI_FN int pdi_expr_is_constant(const pd_expr *expr) { return expr->variables_used == 0; }
 
 PDI_FN void pdi_expr_get_table_range(const pd_expr *expr, int var, double *range)
 {
@@ -783,7 +784,7 @@ PDI_FN void pdi_expr_get_table_range(const pd_expr *expr, int var, double *range
     for (int k = 1; k < expr->code_count; k++) {
         if ((expr->code[k] & 255) != PDI_EXPR_TABLE || expr->code[k - 1] != (PDI_EXPR_VAR | var << 8)) continue;
         const pd_monotone_cubic *curve = expr->tables[expr->code[k] >> 8].curve;
-        if (curve->strict) continue;
+        if (curve->nan_outside) continue;
         range[0] = pdi_max(range[0], curve->x[0]);
         range[1] = pdi_min(range[1], curve->x[curve->count - 1]);
     }

@@ -43,7 +43,7 @@ typedef struct pd_expr_desc {
     int table_count;
     const char *unit;  /* dimension of the result, also "mm/year" for a speed; NULL: any */
     int allow_bare;    /* 1: a number without unit is taken as SI of that dimension */
-    const char *where; /* location at the start of messages; NULL: "expr" */
+    const char *location; /* location at the start of messages; NULL: "expr" */
     int column;        /* of the first character of text in messages; 0: 1 */
 } pd_expr_desc;
 
@@ -55,13 +55,14 @@ typedef struct pd_expr {
     int32_t *code; /* [code_count] operation, and for operands 256 times the index */
     double *value; /* [value_count] constants [unit of each in SI] */
     int code_count, value_count;
-    uint32_t uses; /* bit k: depends on variable k */
+    uint32_t variables_used; /* bit k: depends on variable k */
     pd_dims dims;  /* of the result; that of desc.unit when it was given */
     const pd_expr_table *tables; /* those of desc */
     pd_expr_fn fn; /* user function in place of the code; NULL: none */
     void *user;
-    double *breaks;  /* [break_count] [-] values of variable `clock` (time) at which fn is discontinuous, ascending */
-    int break_count, clock;
+    /* [break_count] [-] values of variable `clock` (time) at which fn is discontinuous, ascending */
+    double *discontinuities;
+    int discontinuity_count, time_variable;
 } pd_expr;
 
 #ifdef PDI_INTERNAL

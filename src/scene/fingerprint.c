@@ -40,7 +40,7 @@ static int pdi_fingerprint_is_ignored(const pd_text *text, const pd_text_entry *
     const char *section = text->section[e->section].name;
     return (strcmp(section, "grid") == 0 && strcmp(e->key, "threads") == 0) ||
            (strcmp(section, "output") == 0 && strcmp(e->key, "folder") == 0) ||
-           (text->flat && strcmp(e->key, "output_dir") == 0);
+           (text->is_flat && strcmp(e->key, "output_dir") == 0);
 }
 
 PDI_FN pd_status pdi_fingerprint_build(pd_ctx *ctx, const pd_text *text, pd_setup *u)
@@ -50,7 +50,7 @@ PDI_FN pd_status pdi_fingerprint_build(pd_ctx *ctx, const pd_text *text, pd_setu
     PDI_TRY(pdi_fingerprint_add_line(ctx, u, line));
     for (int k = 1; k < text->section_count; k++) {
         const pd_section *s = &text->section[k];
-        if (!s->present) continue;
+        if (!s->is_present) continue;
         snprintf(line, sizeof line, "[%.200s%s%.200s]", s->name, s->label[0] ? " " : "", s->label);
         PDI_TRY(pdi_fingerprint_add_line(ctx, u, line));
     }
@@ -68,15 +68,15 @@ PDI_FN pd_status pdi_fingerprint_build(pd_ctx *ctx, const pd_text *text, pd_setu
                  (unsigned)pdi_zlib_crc32(0, u->mask[k], u->mask_size[k]));
         PDI_TRY(pdi_fingerprint_add_line(ctx, u, line));
     }
-    for (int k = 0; k < u->surfaces; k++) {
-        const pd_facets *f = u->surface[k];
+    for (int k = 0; k < u->facets_count; k++) {
+        const pd_facets *f = u->facets[k];
         snprintf(line, sizeof line, "surface %d = %d triangles, %08x", k, (int)f->count,
                  (unsigned)pdi_zlib_crc32(0, (const uint8_t *)f->corner, (size_t)f->count * 9 * sizeof *f->corner));
         PDI_TRY(pdi_fingerprint_add_line(ctx, u, line));
     }
     /* that of a flat file depends on what it said before overrides */
     snprintf(line, sizeof line, "scale of the rate = %.17g", u->metal[0].rate_scale);
-    return text->flat ? pdi_fingerprint_add_line(ctx, u, line) : PD_OK;
+    return text->is_flat ? pdi_fingerprint_add_line(ctx, u, line) : PD_OK;
 }
 
 /* Length of the first line of text, without newline. */

@@ -61,7 +61,7 @@ static pd_status pdi_include_files_merge_text(pd_ctx *ctx, pd_text *text, const 
     for (int k = 0; k < from->section_count; k++) {
         const pd_section *s = &from->section[k];
         int fits = 0, section;
-        if (!s->present) continue;
+        if (!s->is_present) continue;
         for (size_t a = 0; a < sizeof allowed / sizeof allowed[0]; a++) fits |= strcmp(s->name, allowed[a]) == 0;
         if (!fits)
             return pdi_text_fail_line(ctx, from->name, s->line > 0 ? s->line : 1,
@@ -70,10 +70,10 @@ static pd_status pdi_include_files_merge_text(pd_ctx *ctx, pd_text *text, const 
                                       "alone",
                                       k ? "[" : "pairs before a section", s->name, k ? "]" : "");
         PDI_TRY(pdi_text_find_or_add_section(ctx, text, s->name, s->label, &section));
-        if (!text->section[section].present) {
+        if (!text->section[section].is_present) {
             text->section[section].line = s->line;
             text->section[section].file = file;
-            text->section[section].present = 1;
+            text->section[section].is_present = 1;
         }
         for (int e = 0; e < from->entry_count; e++)
             if (from->entry[e].section == k && strcmp(from->entry[e].key, "include") != 0)

@@ -175,8 +175,8 @@ static pdi_interval pdi_interval_eval_function(const pd_expr *expr, const double
 {
     double at[PD_EXPR_VARS], low = HUGE_VAL, high = -HUGE_VAL;
     memcpy(at, vars, sizeof at);
-    for (int k = 0; k < expr->break_count && index == expr->clock; k++)
-        if (expr->breaks[k] >= a && expr->breaks[k] <= b && b > a) return pdi_interval_all_reals();
+    for (int k = 0; k < expr->discontinuity_count && index == expr->time_variable; k++)
+        if (expr->discontinuities[k] >= a && expr->discontinuities[k] <= b && b > a) return pdi_interval_all_reals();
     for (int k = 0; k < 3; k++) {
         at[index] = k < 2 ? (k ? b : a) : 0.5 * (a + b);
         double value = expr->fn(expr->user, at);

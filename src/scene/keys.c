@@ -577,8 +577,8 @@ PDI_FN int pdi_keys_is_consistent(const char *section, const char *key, const ch
     if (!k) return !section[0];
     if (unit && unit[0] == '\0') unit = "-"; /* a plain number */
     if (unit && strcmp(k->unit, unit) != 0 && strcmp(k->unit, "any") != 0 && strcmp(k->unit, "m^(d-1)") != 0) return 0;
-    if (!fallback || strncmp(k->fallback, "the ", 4) == 0 || strncmp(k->fallback, "that of ", 8) == 0) return 1;
-    return pdi_keys_has_word(k->fallback, fallback);
+    if (!fallback || strncmp(k->default_text, "the ", 4) == 0 || strncmp(k->default_text, "that of ", 8) == 0) return 1;
+    return pdi_keys_has_word(k->default_text, fallback);
 }
 #endif
 

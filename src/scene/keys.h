@@ -10,7 +10,7 @@ typedef struct pd_key {
     const char *keys;     /* one, or several with one meaning: "vx, vy, vz" */
     const char *unit;     /* of the SI, any other of its dimension will do; "-": none; "any": a name of the user's;
                            * "text": a value with = in it; the first key of a section stands without it */
-    const char *fallback; /* the default; "required"; "-": absent; "the ...", "that of ...": where it comes from */
+    const char *default_text; /* the default; "required"; "-": absent; "the ...", "that of ...": where it comes from */
     const char *meaning;
 } pd_key;
 

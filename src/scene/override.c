@@ -27,7 +27,7 @@ static pd_status pdi_override_find_bare_key(pd_ctx *ctx, const pd_text *text, co
     pdi_units_format_suggestion(&near_word, hint);
     if (count > 1)
         return pdi_text_fail_line(ctx, text->name, 0, "found the key '%.40s', expected one of %s", key, list);
-    if (count == 0 && !text->flat) {
+    if (count == 0 && !text->is_flat) {
         int sections;
         const pd_key_section *known = pd_key_sections(&sections);
         list[0] = '\0';
@@ -54,7 +54,7 @@ static pd_status pdi_override_find_named_section(pd_ctx *ctx, pd_text *text, con
     char list[PDI_TEXT_LIST_SIZE] = "";
     for (int k = 0; k < text->section_count; k++) {
         const pd_section *s = &text->section[k];
-        if (!s->present || strcmp(s->name, name) != 0) continue;
+        if (!s->is_present || strcmp(s->name, name) != 0) continue;
         char path[3 * 64];
         snprintf(path, sizeof path, "%.60s.%.60s.%.60s", name, s->label, key);
         pdi_text_add_to_list(list, ", ", path);
@@ -74,7 +74,7 @@ static pd_status pdi_override_find_labelled_section(pd_ctx *ctx, const pd_text *
     char list[PDI_TEXT_LIST_SIZE] = "";
     for (int k = 0; k < text->section_count; k++) {
         const pd_section *s = &text->section[k];
-        if (!s->present || strcmp(s->name, name) != 0) continue;
+        if (!s->is_present || strcmp(s->name, name) != 0) continue;
         *section = k;
         if (strcmp(s->label, label) == 0) return PD_OK;
         pdi_text_add_to_list(list, ", ", s->label[0] ? s->label : "no label");

@@ -51,10 +51,10 @@ static pd_status pdi_read_chemistry_mineral_rate(pdi_reader *s, int section, pd_
     PDI_TRY(pdi_read_chemistry_nonnegative(s, section, "surface", "m2/mol", "0", HUGE_VAL, &surface));
     PDI_TRY(pdi_read_chemistry_nonnegative(s, section, "exponent", "", "1", HUGE_VAL, &m->exponent));
     PDI_TRY(pdi_read_chemistry_nonnegative(s, section, "nucleation", "", "0", HUGE_VAL, &m->nucleation));
-    PDI_TRY(pdi_read_chemistry_nonnegative(s, section, "porosity", "", "0.1", 1.0, &m->porosity));
+    PDI_TRY(pdi_read_chemistry_nonnegative(s, section, "porosity", "", "0.1", 1.0, &m->min_porosity));
     m->rate = rate * area;
-    m->surface = rate * surface;
-    if (given && !(m->rate + m->surface > 0.0))
+    m->surface_rate = rate * surface;
+    if (given && !(m->rate + m->surface_rate > 0.0))
         return pdi_text_fail_key(s->ctx, s->text, section, "rate",
                                  "found without a surface, expected a positive value, "
                                  "and area = 1e4 1/m or another, or surface in m2/mol");
@@ -110,7 +110,7 @@ static pd_status pdi_read_chemistry_minerals(pdi_reader *s)
     PDI_TRY(pdi_read_chemistry_nonnegative(s, pdi_text_get_section(s->ctx, s->text, "chemistry", NULL), "tortuosity",
                                            "", "1", HUGE_VAL, &u->tortuosity));
     PDI_TRY(pdi_read_chemistry_nonnegative(s, pdi_text_get_section(s->ctx, s->text, "chemistry", NULL), "cover", "m",
-                                           "0", HUGE_VAL, &u->cover));
+                                           "0", HUGE_VAL, &u->shielding_thickness));
     for (int k = 0; k < e->count; k++) {
         const char *name = e->species[k].name;
         int section = pdi_read_chemistry_find_section(s, name),
@@ -127,7 +127,7 @@ static pd_status pdi_read_chemistry_minerals(pdi_reader *s)
                                      "expected [species %s] D = 1e-9 m2/s or another positive value",
                                      name, name);
         if (e->species[k].phase == PD_PHASE_SOLUTE || e->species[k].phase == PD_PHASE_SOLVENT) continue;
-        if (e->species[k].phase != PD_PHASE_SOLID || (e->initial[k] > 0.0 && !given && !e->precipitates))
+        if (e->species[k].phase != PD_PHASE_SOLID || (e->initial[k] > 0.0 && !given && !e->all_minerals_form))
             return pdi_text_fail_key(
                 s->ctx, s->text, section, "initial", "found %s, which is no solute, expected%s", name,
                 e->species[k].phase == PD_PHASE_SOLID
@@ -135,8 +135,8 @@ static pd_status pdi_read_chemistry_minerals(pdi_reader *s)
                       "dissolves and grows, minerals = all in [chemistry], or initial = 0, which leaves "
                       "it out"
                     : " none in a run, or --speciate for the equilibrium");
-        left_out += !given && !e->precipitates;
-        if (!given && !e->precipitates) continue;
+        left_out += !given && !e->all_minerals_form;
+        if (!given && !e->all_minerals_form) continue;
         if (u->minerals == PD_MINERAL_MAX)
             return pdi_text_fail_key(s->ctx, s->text, section, "mineral",
                                      "found more than %d solids that may form, "
@@ -175,9 +175,9 @@ PDI_FN pd_status pdi_read_chemistry_read(pdi_reader *s)
         u->species_label[k][0] = '\0';
         pdi_append(u->species_label[k], sizeof u->species_label[k], "%s [mol/m3]", u->electrolyte.species[k].name);
     }
-    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "time", times, "implicit", &u->settle));
-    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "migration", answers, "no", &u->migrates));
-    if (!u->settle || !u->has_dissolve) return PD_OK;
+    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "time", times, "implicit", &u->steady_transport));
+    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "migration", answers, "no", &u->has_migration));
+    if (!u->steady_transport || !u->has_dissolve) return PD_OK;
     return pdi_text_fail_key(s->ctx, s->text, section, "time",
                              "found 'steady' beside metal that dissolves, expected implicit");
 }
@@ -248,11 +248,11 @@ PDI_FN pd_status pdi_read_chemistry_electrode_reaction(pdi_reader *s, int sectio
         return pdi_text_fail_key(s->ctx, s->text, section, "reaction",
                                  "found without species, expected [species OH-] "
                                  "and others");
-    if (s->setup->sheds && !s->setup->migrates)
+    if (s->setup->has_surface_reaction && !s->setup->has_migration)
         return pdi_text_fail_key(s->ctx, s->text, section, "reaction",
                                  "found beside reaction of [dissolve], which takes "
                                  "the same current, expected one of them");
-    if (s->setup->settle && !s->setup->migrates)
+    if (s->setup->steady_transport && !s->setup->has_migration)
         return pdi_text_fail_key(s->ctx, s->text, section, "reaction",
                                  "found beside time = steady in [chemistry], "
                                  "expected implicit");
@@ -276,7 +276,7 @@ static pd_status pdi_read_chemistry_check_electrons(pdi_reader *s, int section, 
         return pdi_text_fail_key(s->ctx, s->text, section, "reaction",
                                  "found e- on the left, expected it on the right, "
                                  "as in Fe = Fe2+ + 2 e-");
-    if (!u->migrates && !u->has_potential)
+    if (!u->has_migration && !u->has_potential)
         return pdi_text_fail_key(
             s->ctx, s->text, section, "reaction",
             "found e- where nothing carries the current, "
@@ -330,10 +330,10 @@ static pd_status pdi_read_chemistry_metal_reaction(pdi_reader *s, int section, i
                                  "on the left, and a gas on the right",
                                  all.species[one > 0.0 ? gas : metal].name);
     if (electron >= 0) PDI_TRY(pdi_read_chemistry_check_electrons(s, section, m, reaction.nu[electron] / one));
-    for (int k = 0; k < u->electrolyte.count; k++) u->metal[m].shed[k] = reaction.nu[k] / one;
+    for (int k = 0; k < u->electrolyte.count; k++) u->metal[m].species_released[k] = reaction.nu[k] / one;
     if (gas >= 0) PDI_TRY(pdi_read_chemistry_set_gas(s, section, all.species[gas].name));
-    if (gas >= 0) u->metal[m].gas_shed = reaction.nu[gas] / one;
-    u->sheds = 1;
+    if (gas >= 0) u->metal[m].gas_released = reaction.nu[gas] / one;
+    u->has_surface_reaction = 1;
     return PD_OK;
 }
 

@@ -101,10 +101,10 @@ static pd_status pdi_read_dissolution_check_rate(pdi_reader *s, int section, con
 {
     double v = pdi_setup_compute_rate_at_zero(metal);
     char slow[PD_UNITS_TEXT];
-    if ((metal->rate.uses >> PDI_SETUP_RATE_GRAIN & 1u) && !s->setup->has_grains)
+    if ((metal->rate.variables_used >> PDI_SETUP_RATE_GRAIN & 1u) && !s->setup->has_grains)
         return pdi_text_fail_key(s->ctx, s->text, section, key,
                                  "found the variable grain, expected grains = SIZE in a solid [shape ...]");
-    if (metal->rate.uses <= 1 && (!(v >= 0.0) || v > 1.0))
+    if (metal->rate.variables_used <= 1 && (!(v >= 0.0) || v > 1.0))
         return pdi_text_fail_key(s->ctx, s->text, section, key,
                                  "found a recession speed of %.6g m/s at C = 0, expected 0 to 1 m/s", v);
     if (strcmp(key, "law") != 0) return PD_OK;
@@ -121,15 +121,15 @@ static pd_status pdi_read_dissolution_rate_symbols(pdi_reader *s, int section, c
 {
     const char *at;
     memcpy(vars, pdi_setup_get_rate_symbols(), PDI_SETUP_RATE_VARS * sizeof *vars);
-    if (!s->setup->has_potential || s->setup->migrates) vars[PDI_SETUP_RATE_CURRENT].name = "";
-    if (!s->setup->has_potential && !metal->polarised) vars[PDI_SETUP_RATE_POTENTIAL].name = "";
+    if (!s->setup->has_potential || s->setup->has_migration) vars[PDI_SETUP_RATE_CURRENT].name = "";
+    if (!s->setup->has_potential && !metal->has_potential) vars[PDI_SETUP_RATE_POTENTIAL].name = "";
     memset(&vars[PDI_SETUP_RATE_PH], 0, sizeof *vars);
     vars[PDI_SETUP_RATE_PH].name = "pH";
     vars[PDI_SETUP_RATE_PH].unit = "";
     *count = PDI_SETUP_RATE_PH + 1;
-    metal->species = 0;
+    metal->species_count = 0;
     if (!pdi_text_has_key(s->ctx, s->text, section, key)) return PD_OK;
-    if (s->setup->has_potential && s->setup->migrates) {
+    if (s->setup->has_potential && s->setup->has_migration) {
         PDI_TRY(pdi_text_get_string(s->ctx, s->text, section, key, NULL, &at));
         if (strcmp(at, "i") == 0)
             return pdi_text_fail_key(
@@ -138,19 +138,20 @@ static pd_status pdi_read_dissolution_rate_symbols(pdi_reader *s, int section, c
                 "that migrate, in E: current = 0.1 A/m2*exp((E + 0.4 V)/(26 mV)); the curve of the "
                 "electrode is what passes beside it");
     }
-    return pdi_read_surface_states_symbols(s, section, key, vars, name, count, metal->of, &metal->species);
+    return pdi_read_surface_states_symbols(s, section, key, vars, name, count, metal->species_index,
+                                           &metal->species_count);
 }
 
 /* Read the prescribed electrode potential [V] of a metal in an electrolyte whose ions migrate, a function of t. */
 static pd_status pdi_read_dissolution_potential(pdi_reader *s, int section, pd_setup_metal *metal)
 {
-    if (pdi_setup_has_ion_electrodes(s->setup)) metal->polarised = 1;
+    if (pdi_setup_has_ion_electrodes(s->setup)) metal->has_potential = 1;
     if (!pdi_text_has_key(s->ctx, s->text, section, "potential")) return PD_OK;
-    if (metal->polarised)
+    if (metal->has_potential)
         return pdi_text_fail_key(s->ctx, s->text, section, "potential",
                                  "found beside an [electrode NAME], expected "
                                  "potential = E there");
-    if (!s->setup->migrates)
+    if (!s->setup->has_migration)
         return pdi_text_fail_key(s->ctx, s->text, section, "potential",
                                  "found without ions that carry a current, "
                                  "expected migration = yes in [chemistry], or [potential] and an [electrode NAME] with "
@@ -162,8 +163,8 @@ static pd_status pdi_read_dissolution_potential(pdi_reader *s, int section, pd_s
                                      "expected another one");
     PDI_TRY(pdi_text_get_expr(s->ctx, s->text, section, "potential", "V", pdi_setup_get_position_symbols(),
                               PDI_SETUP_POSITION_VARS, NULL, &metal->potential));
-    metal->polarised = 1;
-    if (!(metal->potential.uses & ~((uint32_t)1 << PD_DIM))) return PD_OK;
+    metal->has_potential = 1;
+    if (!(metal->potential.variables_used & ~((uint32_t)1 << PD_DIM))) return PD_OK;
     return pdi_text_fail_key(s->ctx, s->text, section, "potential",
                              "found a function of the place, expected one of t "
                              "alone");
@@ -176,11 +177,11 @@ static pd_status pdi_read_dissolution_check_species_rate(pdi_reader *s, int sect
     const pd_setup *u = s->setup;
     if (!pdi_setup_has_species_rate(metal)) return PD_OK;
     int acid = u->has_chemistry && pdi_electrolyte_find_species(&u->electrolyte, "H+") >= 0;
-    if ((metal->rate.uses >> PDI_SETUP_RATE_PH & 1u) && !acid)
+    if ((metal->rate.variables_used >> PDI_SETUP_RATE_PH & 1u) && !acid)
         return pdi_text_fail_key(s->ctx, s->text, section, key,
                                  "found pH without the species H+, expected [species H+] "
                                  "and others, or include = electrolytes/hbss.electrolyte in [chemistry]");
-    if (metal->rate.uses & 1u)
+    if (metal->rate.variables_used & 1u)
         return pdi_text_fail_key(s->ctx, s->text, section, key,
                                  "found C beside pH, species or E, expected the species "
                                  "of the dissolved metal, such as [Mg2+]");
@@ -250,7 +251,7 @@ static pd_status pdi_read_dissolution_check_several(pdi_reader *s)
     for (int m = 0; m < u->metals; m++) {
         const pd_setup_metal *metal = &u->metal[m];
         if (pdi_setup_has_species_rate(metal) ||
-            (!metal->rate.uses && !(fabs(pdi_setup_compute_rate_at_zero(metal)) > 0.0)))
+            (!metal->rate.variables_used && !(fabs(pdi_setup_compute_rate_at_zero(metal)) > 0.0)))
             continue;
         return pdi_text_fail_key(
             s->ctx, s->text, pdi_read_dissolution_find_section(s, m, NULL), "rate",
@@ -259,7 +260,7 @@ static pd_status pdi_read_dissolution_check_several(pdi_reader *s)
             "law in E, or rate = 0 in [dissolve %s]",
             metal->material.name);
     }
-    if (pdi_setup_count_species_rate_metals(u) == 1 || !(u->cover > 0.0) || !u->minerals) return PD_OK;
+    if (pdi_setup_count_species_rate_metals(u) == 1 || !(u->shielding_thickness > 0.0) || !u->minerals) return PD_OK;
     return pdi_text_fail_key(s->ctx, s->text, pdi_text_get_section(s->ctx, s->text, "chemistry", NULL), "cover",
                              "found "
                              "with several metals that dissolve among ions that migrate, expected one, or none");
@@ -330,16 +331,16 @@ PDI_FN pd_status pdi_read_dissolution_horizons(pdi_reader *s, int grid)
     int metal = pdi_text_get_section(s->ctx, s->text, pdi_read_dissolution_section_name(u), NULL);
     int given = pdi_text_has_key(s->ctx, s->text, grid, "m");
     int own = u->has_dissolve && pdi_text_has_key(s->ctx, s->text, metal, "m");
-    u->m = u->has_corrode ? PDI_READ_DISSOLUTION_ISOTROPIC_M : 1.0;
-    if (given) PDI_TRY(pdi_reader_get_bounded(s, grid, "m", "", NULL, 1.0, 6.0, 0, &u->m));
-    u->metal_m = u->has_corrode ? u->m : pdi_max(PDI_READ_DISSOLUTION_ISOTROPIC_M, u->m);
+    u->fluid_m = u->has_corrode ? PDI_READ_DISSOLUTION_ISOTROPIC_M : 1.0;
+    if (given) PDI_TRY(pdi_reader_get_bounded(s, grid, "m", "", NULL, 1.0, 6.0, 0, &u->fluid_m));
+    u->metal_m = u->has_corrode ? u->fluid_m : pdi_max(PDI_READ_DISSOLUTION_ISOTROPIC_M, u->fluid_m);
     if (!own) return PD_OK;
     PDI_TRY(pdi_reader_get_bounded(s, metal, "m", "", NULL, 1.0, 6.0, 0, &u->metal_m));
-    if (u->has_corrode && !given) u->m = u->metal_m;
-    if (u->has_corrode || u->metal_m >= u->m) return PD_OK;
+    if (u->has_corrode && !given) u->fluid_m = u->metal_m;
+    if (u->has_corrode || u->metal_m >= u->fluid_m) return PD_OK;
     return pdi_text_fail_key(s->ctx, s->text, metal, "m",
                              "found %.6g, expected at least the horizon of the fluid, m = %.6g of [grid]", u->metal_m,
-                             u->m);
+                             u->fluid_m);
 }
 
 /* Read the variant of the bond-based model: control, driving force, kernel, weights, random breaking of bonds. */
@@ -388,7 +389,7 @@ static pd_status pdi_read_dissolution_corrode_fluid(pdi_reader *s, int section)
     }
     if (u->activation && (u->diffusivity > 0.0 || pdi_text_has_key(s->ctx, s->text, section, "initial")))
         pdi_setup_add_note(u, "D and initial belong to control = diffusion; with activation all fluid holds bulk");
-    return pdi_reader_get_bounded(s, section, "bulk", "mol/m3", "0", 0.0, u->saturation, 0, &u->bulk);
+    return pdi_reader_get_bounded(s, section, "bulk", "mol/m3", "0", 0.0, u->saturation, 0, &u->bulk_c);
 }
 
 /* A concentration of the fluid: metal begins at Cs. */

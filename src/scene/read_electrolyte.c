@@ -150,7 +150,7 @@ static pd_status pdi_read_electrolyte_one_species(pdi_read_electrolyte_state *s,
     if (pd_species_read(s->ctx, &desc, &e->species[k]) < 0) return pdi_read_electrolyte_fail(s, section, "species");
     PDI_TRY(pdi_read_electrolyte_concentration(s, section, "initial", "0", &e->initial[k]));
     PDI_TRY(pdi_read_electrolyte_other_concentration(s, section, "inlet", &e->inlet[k]));
-    PDI_TRY(pdi_read_electrolyte_other_concentration(s, section, "inside", &e->inside[k]));
+    PDI_TRY(pdi_read_electrolyte_other_concentration(s, section, "inside", &e->shape_initial[k]));
     PDI_TRY(pdi_text_get_number(s->ctx, s->text, section, "volume", "m3/mol", "0", &e->volume[k]));
     if (!(e->volume[k] >= 0.0) || (e->volume[k] > 0.0 && e->species[k].phase != PD_PHASE_SOLID))
         return pdi_text_fail_key(s->ctx, s->text, section, "volume",
@@ -188,7 +188,7 @@ static pd_status pdi_read_electrolyte_species(pdi_read_electrolyte_state *s)
                                  "expected at most %d",
                                  e->count, PD_SPECIES_MAX - 1);
     if (!(e->initial[solvent] > 0.0)) e->initial[solvent] = PDI_READ_ELECTROLYTE_WATER_C;
-    e->inlet[solvent] = e->inside[solvent] = e->initial[solvent];
+    e->inlet[solvent] = e->shape_initial[solvent] = e->initial[solvent];
     return PD_OK;
 }
 
@@ -204,8 +204,8 @@ static pd_status pdi_read_electrolyte_constant(pdi_read_electrolyte_state *s, in
     pd_dims dims = expr.dims;
     *value = pdi_expr_eval(&expr, NULL);
     pdi_expr_free(s->ctx, &expr);
-    double power[3] = {dims.e[4], dims.e[0] / 3.0, dims.e[2]};
-    if (dims.e[1] != 0.0 || dims.e[3] != 0.0 || dims.e[5] != 0.0) {
+    double power[3] = {dims.exponent[4], dims.exponent[0] / 3.0, dims.exponent[2]};
+    if (dims.exponent[1] != 0.0 || dims.exponent[3] != 0.0 || dims.exponent[5] != 0.0) {
         char found[PD_UNITS_TEXT];
         pdi_units_describe(&dims, found);
         return pdi_text_fail_key(s->ctx, s->text, section, key, "found %s, expected a unit of mol, L and s", found);
@@ -352,21 +352,21 @@ static pd_status pdi_read_electrolyte_chemistry(pdi_read_electrolyte_state *s)
         PDI_TRY(pdi_text_get_string(s->ctx, s->text, at, "include", NULL, &files));
     PDI_TRY(pdi_text_get_choice(s->ctx, s->text, at, "activity", activities, "davies", &activity));
     e->activity = (pd_activity)activity;
-    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, at, "minerals", minerals, "given", &e->precipitates));
-    PDI_TRY(pdi_read_electrolyte_ion(s, "balance", &e->balance));
-    PDI_TRY(pdi_read_electrolyte_ion(s, "counter", &e->counter));
-    if (e->counter < 0) e->counter = e->balance;
-    if (e->counter >= 0 &&
-        (strcmp(e->species[e->counter].name, "H+") == 0 || strcmp(e->species[e->counter].name, "OH-") == 0) &&
+    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, at, "minerals", minerals, "given", &e->all_minerals_form));
+    PDI_TRY(pdi_read_electrolyte_ion(s, "balance", &e->balance_ion));
+    PDI_TRY(pdi_read_electrolyte_ion(s, "counter", &e->counter_ion));
+    if (e->counter_ion < 0) e->counter_ion = e->balance_ion;
+    if (e->counter_ion >= 0 &&
+        (strcmp(e->species[e->counter_ion].name, "H+") == 0 || strcmp(e->species[e->counter_ion].name, "OH-") == 0) &&
         pdi_text_has_key(s->ctx, s->text, at, "pH"))
         return pdi_text_fail_key(s->ctx, s->text, at, "pH",
                                  "found beside balance or counter = %s, expected another ion, "
                                  "that of a salt",
-                                 e->species[e->counter].name);
+                                 e->species[e->counter_ion].name);
     PDI_TRY(pdi_read_electrolyte_ph(s, "pH", &e->ph));
-    e->inlet_ph = e->inside_ph = e->ph;
+    e->inlet_ph = e->shape_ph = e->ph;
     PDI_TRY(pdi_read_electrolyte_ph(s, "inlet_pH", &e->inlet_ph));
-    return pdi_read_electrolyte_ph(s, "inside_pH", &e->inside_ph);
+    return pdi_read_electrolyte_ph(s, "inside_pH", &e->shape_ph);
 }
 
 /* Make the inlet or inside solution c[species] [mol/m3] neutral with its pH; errors name the key of one of its
@@ -396,7 +396,7 @@ static pd_status pdi_read_electrolyte_close_solutions(pdi_read_electrolyte_state
     if (pd_electrolyte_neutralise(s->ctx, e, e->ph, e->initial) < 0)
         return pdi_read_electrolyte_fail(s, s->chemistry, "pH");
     PDI_TRY(pdi_read_electrolyte_close_solution(s, "inlet", "inlet_pH", e->inlet_ph, e->inlet));
-    return pdi_read_electrolyte_close_solution(s, "inside", "inside_pH", e->inside_ph, e->inside);
+    return pdi_read_electrolyte_close_solution(s, "inside", "inside_pH", e->shape_ph, e->shape_initial);
 }
 
 PDI_FN int pdi_read_electrolyte_has_sections(pd_ctx *ctx, pd_text *text)
@@ -417,7 +417,7 @@ PDI_FN pd_status pdi_read_electrolyte_sections(pd_ctx *ctx, pd_text *text, pdi_r
     s.ctx = ctx;
     s.text = text;
     s.electrolyte = e;
-    e->ph = e->inlet_ph = e->inside_ph = NAN;
+    e->ph = e->inlet_ph = e->shape_ph = NAN;
     s.chemistry = pdi_text_get_section(ctx, text, "chemistry", NULL);
     PDI_TRY(pdi_read_electrolyte_temperature(&s, named));
     PDI_TRY(pdi_read_electrolyte_species(&s));
@@ -447,7 +447,7 @@ static pd_status pdi_read_electrolyte_text(pd_ctx *ctx, pd_text *text, const cha
                                            pd_electrolyte *e)
 {
     pdi_read_constants_table named;
-    text->scene = 1;
+    text->check_keys = 1;
     PDI_TRY(pdi_read_electrolyte_prepare(ctx, text, overrides, count));
     PDI_TRY(pdi_key_check_all(ctx, text));
     if (!pdi_read_electrolyte_has_sections(ctx, text))

@@ -63,7 +63,7 @@ static pd_status pdi_read_image_options_eval_value(pdi_read_image_options_state 
     desc.tables = r->text->tables;
     desc.table_count = r->text->table_count;
     desc.unit = unit;
-    desc.where = where;
+    desc.location = where;
     if (pdi_expr_build(r->ctx, &desc, &expr) < 0) return pdi_input_files_fail(r->ctx, r->text, r->section, key);
     *value = pdi_expr_eval(&expr, NULL);
     pdi_expr_free(r->ctx, &expr);
@@ -204,7 +204,7 @@ static pd_status pdi_read_image_options_contour_values(pdi_read_image_options_st
                                      PD_SETUP_CONTOURS, name);
         snprintf(one, sizeof one, "%.*s %s", (int)length, at, behind);
         PDI_TRY(pdi_read_image_options_eval_value(r, "contours", one, unit,
-                                                  &drawing->level[field][drawing->contours[field]++]));
+                                                  &drawing->contour_value[field][drawing->contours[field]++]));
         at += length;
     }
     if (drawing->contours[field] > 0) return PD_OK;
@@ -218,7 +218,7 @@ static pd_status pdi_read_image_options_contour_values(pdi_read_image_options_st
 static pd_status pdi_read_image_options_check_undeformed(pdi_read_image_options_state *r, const char *key, int field)
 {
     const char *name = pdi_setup_field_name(r->setup, (pd_field)field);
-    if (!pdi_setup_is_metal_field((pd_field)field) || !(r->setup->deformed > 0.0)) return PD_OK;
+    if (!pdi_setup_is_metal_field((pd_field)field) || !(r->setup->displacement_scale > 0.0)) return PD_OK;
     return pdi_text_fail_key(r->ctx, r->text, r->section, key,
                              "found '%s', which 'deformed' draws where the metal has "
                              "moved to, expected a field of the fluid",
@@ -240,7 +240,7 @@ static pd_status pdi_read_image_options_contour(pdi_read_image_options_state *r,
     if (drawing->contours[field])
         return pdi_text_fail_key(r->ctx, r->text, r->section, "contours", "found '%s' twice", item);
     if (strncmp(from, "at", 2) == 0 && (from[2] == ' ' || from[2] == '\t' || from[2] == '\0')) {
-        drawing->levels[field] = 1;
+        drawing->has_contour_values[field] = 1;
         return pdi_read_image_options_contour_values(r, from + 2 + strspn(from + 2, " \t"), field);
     }
     drawing->contours[field] = pdi_read_image_options_parse_count(from, 1, PD_SETUP_CONTOURS);
@@ -302,8 +302,10 @@ static pd_status pdi_read_image_options_surface(pdi_read_image_options_state *r)
     const char *word;
     int count = 3, k = 0;
     PDI_TRY(pdi_text_get_string(r->ctx, r->text, r->section, "surface", "no", &word));
-    PDI_TRY(pdi_text_get_numbers(r->ctx, r->text, r->section, "view", "", "1, -1, 1", 3, drawing->way, &count));
-    if (count != 3 || !(fabs(drawing->way[0]) + fabs(drawing->way[1]) + fabs(drawing->way[2]) > 0.0))
+    PDI_TRY(
+        pdi_text_get_numbers(r->ctx, r->text, r->section, "view", "", "1, -1, 1", 3, drawing->view_direction, &count));
+    if (count != 3 ||
+        !(fabs(drawing->view_direction[0]) + fabs(drawing->view_direction[1]) + fabs(drawing->view_direction[2]) > 0.0))
         return pdi_text_fail_key(r->ctx, r->text, r->section, "view",
                                  "found no direction, expected three numbers, for "
                                  "example 1, -1, 1");

@@ -36,7 +36,7 @@ static pd_status pdi_read_measured_fail_row(const pdi_read_tables_state *s, int 
                                             const char *expected)
 {
     return pdi_text_fail_key(s->ctx, s->text, s->section, key, "%.200s:%d: found %.6g, expected %s", s->table.path,
-                             s->table.line[row], found, expected);
+                             s->table.row_line[row], found, expected);
 }
 
 /* Read the column of times, ascending, as time since the start of the run [s]. */
@@ -90,12 +90,12 @@ static pd_status pdi_read_measured_output_name(const pdi_read_tables_state *s, p
     const char *of;
     PDI_TRY(pdi_text_get_string(s->ctx, s->text, s->section, "of", "volume_loss", &of));
     const char *first = strchr(of, '.'), *last = strrchr(of, '.');
-    if (strlen(of) >= sizeof r->figure || (strcmp(of, "volume_loss") != 0 && first == last))
+    if (strlen(of) >= sizeof r->output_name || (strcmp(of, "volume_loss") != 0 && first == last))
         return pdi_text_fail_key(s->ctx, s->text, s->section, "of",
                                  "found '%.80s', expected volume_loss or a figure of"
                                  " another section such as plane.NAME.flow or probe.NAME.C",
                                  of);
-    memcpy(r->figure, of, strlen(of) + 1);
+    memcpy(r->output_name, of, strlen(of) + 1);
     return PD_OK;
 }
 
@@ -110,8 +110,8 @@ static pd_status pdi_read_measured_check_times(const pdi_read_tables_state *s, c
 {
     char until[PD_UNITS_TEXT];
     for (int k = 0; k < r->points; k++)
-        if (pdi_read_measured_is_in_run(r, k, u->until)) return PD_OK;
-    pdi_setup_format_value(u->until, "s", until);
+        if (pdi_read_measured_is_in_run(r, k, u->end_time)) return PD_OK;
+    pdi_setup_format_value(u->end_time, "s", until);
     return pdi_text_fail_key(s->ctx, s->text, s->section, "file",
                              "%.200s: found no point behind the start of the run and"
                              " before its end at t = %s; 'start' is the time of the file at which the run begins",
@@ -123,12 +123,12 @@ static pd_status pdi_read_measured_section(pdi_read_tables_state *s, pd_setup *u
 {
     const char *label = s->text->section[s->section].label;
     char path[PD_PATH_SIZE];
-    if (u->records >= PD_SETUP_MEASURED_MAX)
+    if (u->measured_count >= PD_SETUP_MEASURED_MAX)
         return pdi_text_fail_key(s->ctx, s->text, s->section, "measured", "found more than %d sections of this sort",
                                  PD_SETUP_MEASURED_MAX);
     if (label[0] == '\0' || strlen(label) >= PD_SETUP_NAME - 24)
         return pdi_text_fail_key(s->ctx, s->text, s->section, "measured", "expected a short name: [measured NAME]");
-    pd_setup_measured *r = &u->record[u->records++];
+    pd_setup_measured *r = &u->measured[u->measured_count++];
     memcpy(r->name, label, strlen(label) + 1);
     r->line = s->text->section[s->section].line;
     PDI_TRY(pdi_input_files_get_path(s->ctx, s->text, s->section, "file", s->folder, path));
@@ -175,7 +175,7 @@ PDI_FN pd_status pdi_read_measured_replace(pd_ctx *ctx, const char *where, const
     pd_status status = pdi_read_measured_read(ctx, &scene, "", setup);
     if (status == PD_OK) status = pdi_text_check_unused(ctx, &scene);
     pdi_text_free(ctx, &scene);
-    for (int k = 0; k < setup->records; k++) setup->record[k].line = 0;
+    for (int k = 0; k < setup->measured_count; k++) setup->measured[k].line = 0;
     return status;
 }
 
@@ -193,7 +193,7 @@ PDI_FN void pdi_read_measured_build_series(const pd_setup_measured *r, double x_
     series->name = r->name;
     series->x = work;
     series->y = y;
-    series->spread = spread;
+    series->error_bar = spread;
     series->stroke = PD_SERIES_STYLE_MARKERS;
 }
 

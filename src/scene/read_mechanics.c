@@ -11,11 +11,11 @@ static pd_status pdi_read_mechanics_add_bc(pd_ctx *ctx, pd_text *text, int secti
                                            pd_setup_mechanical_bc **grip)
 {
     pd_setup_mechanics *b = &u->metal_body;
-    if (b->grips == PD_SETUP_MECHANICAL_BCS)
+    if (b->mechanical_bcs == PD_SETUP_MECHANICAL_BCS)
         return pdi_text_fail_key(ctx, text, section, "ux",
                                  "found more than %d sides and shapes that hold or load metal",
                                  PD_SETUP_MECHANICAL_BCS);
-    *grip = &b->grip[b->grips++];
+    *grip = &b->mechanical_bc[b->mechanical_bcs++];
     (*grip)->side = (*grip)->shape = -1;
     (*grip)->section = section;
     return PD_OK;
@@ -27,8 +27,9 @@ static pd_status pdi_read_mechanics_displacements(pd_ctx *ctx, pd_text *text, in
     for (int d = 0; d < PD_DIM; d++) {
         if (!pdi_text_has_key(ctx, text, section, pdi_read_mechanics_displacement_keys[d])) continue;
         PDI_TRY(pdi_text_get_expr(ctx, text, section, pdi_read_mechanics_displacement_keys[d], "m",
-                                  pdi_setup_get_position_symbols(), PDI_SETUP_POSITION_VARS, NULL, &grip->move[d]));
-        grip->moves[d] = 1;
+                                  pdi_setup_get_position_symbols(), PDI_SETUP_POSITION_VARS, NULL,
+                                  &grip->displacement[d]));
+        grip->has_displacement[d] = 1;
     }
     return PD_OK;
 }
@@ -41,7 +42,7 @@ PDI_FN pd_status pdi_read_mechanics_shape_bc(pd_ctx *ctx, pd_text *text, int sec
     PDI_TRY(pdi_read_mechanics_add_bc(ctx, text, section, u, &grip));
     grip->shape = shape;
     PDI_TRY(pdi_read_mechanics_displacements(ctx, text, section, grip));
-    for (int d = 0; d < PD_DIM; d++) moves = moves || grip->moves[d];
+    for (int d = 0; d < PD_DIM; d++) moves = moves || grip->has_displacement[d];
     if (moves) return PD_OK;
     return pdi_text_fail_key(ctx, text, section, "kind",
                              "found a grip that holds nothing, expected ux = ... or another "
@@ -72,12 +73,12 @@ static pd_status pdi_read_mechanics_side_bc(pdi_reader *s, int side)
     PDI_TRY(pdi_read_mechanics_add_bc(s->ctx, s->text, section, s->setup, &grip));
     grip->side = side;
     PDI_TRY(pdi_read_mechanics_displacements(s->ctx, s->text, section, grip));
-    grip->pulls = pdi_text_has_key(s->ctx, s->text, section, "traction");
-    grip->presses = pdi_text_has_key(s->ctx, s->text, section, "pressure");
-    if (grip->pulls) PDI_TRY(pdi_read_mechanics_vector(s, section, "traction", "Pa", grip->pull));
-    if (!grip->presses) return PD_OK;
+    grip->has_traction = pdi_text_has_key(s->ctx, s->text, section, "traction");
+    grip->has_pressure = pdi_text_has_key(s->ctx, s->text, section, "pressure");
+    if (grip->has_traction) PDI_TRY(pdi_read_mechanics_vector(s, section, "traction", "Pa", grip->traction));
+    if (!grip->has_pressure) return PD_OK;
     return pdi_text_get_expr(s->ctx, s->text, section, "pressure", "Pa", pdi_setup_get_position_symbols(),
-                             PDI_SETUP_POSITION_VARS, NULL, &grip->press);
+                             PDI_SETUP_POSITION_VARS, NULL, &grip->pressure);
 }
 
 /* Read the mechanical boundary conditions of all sides; check that something loads the metal and that no side is
@@ -91,7 +92,7 @@ static pd_status pdi_read_mechanics_sides(pdi_reader *s, int section)
             return pdi_text_fail_key(s->ctx, s->text, section, "solid",
                                      "found beside a periodic side, expected sides"
                                      " that end the metal: bonds of a body do not pass them");
-    if (u->metal_body.grips || u->metal_body.weighs) return PD_OK;
+    if (u->metal_body.mechanical_bcs || u->metal_body.has_body_force) return PD_OK;
     return pdi_text_fail_key(
         s->ctx, s->text, section, "solid",
         "found nothing that loads the metal, expected ux = ..., "
@@ -118,9 +119,9 @@ static pd_status pdi_read_mechanics_add_monitor(pdi_reader *s, int section, pd_m
 static pd_status pdi_read_mechanics_add_monitors(pdi_reader *s, int section)
 {
     const pd_setup_mechanics *b = &s->setup->metal_body;
-    for (int k = 0; k < b->grips; k++) {
-        const char *name = s->text->section[b->grip[k].section].label;
-        PDI_TRY(pdi_read_mechanics_add_monitor(s, b->grip[k].section, PD_MONITOR_MECHANICAL_BC, k, name));
+    for (int k = 0; k < b->mechanical_bcs; k++) {
+        const char *name = s->text->section[b->mechanical_bc[k].section].label;
+        PDI_TRY(pdi_read_mechanics_add_monitor(s, b->mechanical_bc[k].section, PD_MONITOR_MECHANICAL_BC, k, name));
     }
     return pdi_read_mechanics_add_monitor(s, section, PD_MONITOR_SOLID, 0, "metal");
 }
@@ -295,7 +296,7 @@ PDI_FN void pdi_read_mechanics_add_notes(pdi_reader *s)
                            "solid: %.40s has the E and nu of %.40s, since [solid] has one of each; expected the metal "
                            "that bears the load alone with kind = solid, and a grip where the other one holds it",
                            u->metal[k].material.name, u->metal[0].material.name);
-    if (b->toughness > 0.0 && !b->cuts)
+    if (b->toughness > 0.0 && !b->precracks)
         pdi_setup_add_note(u, "solid: toughness without a [cut]: the load that begins a crack in smooth metal, or at a "
                               "notch, depends on h, about as 1/sqrt(h); expected a [cut ...], or strength = ...");
     if (PD_DIM > 1 && !stress && families &&
@@ -315,8 +316,8 @@ static pd_status pdi_read_mechanics_rate_factor(pdi_reader *s, int section)
         return pdi_text_fail_key(s->ctx, s->text, section, "speed_factor",
                                  "found without metal that dissolves, expected a [dissolve] or [corrode] section");
     PDI_TRY(pdi_text_get_expr(s->ctx, s->text, section, "speed_factor", "", pdi_setup_get_stress_symbols(),
-                              PDI_SETUP_STRESS_VARS, NULL, &b->pace));
-    b->paces = 1;
+                              PDI_SETUP_STRESS_VARS, NULL, &b->rate_factor));
+    b->has_rate_factor = 1;
     return PD_OK;
 }
 
@@ -324,15 +325,15 @@ static pd_status pdi_read_mechanics_rate_factor(pdi_reader *s, int section)
 static int pdi_read_mechanics_is_time_dependent(const pd_setup_mechanics *b)
 {
     int timed = 0;
-    for (int k = 0; k < b->grips; k++) {
-        const pd_setup_mechanical_bc *grip = &b->grip[k];
+    for (int k = 0; k < b->mechanical_bcs; k++) {
+        const pd_setup_mechanical_bc *grip = &b->mechanical_bc[k];
         for (int d = 0; d < PD_DIM; d++) {
-            timed = timed || (grip->moves[d] && pdi_setup_is_time_dependent(&grip->move[d]));
-            timed = timed || (grip->pulls && pdi_setup_is_time_dependent(&grip->pull[d]));
+            timed = timed || (grip->has_displacement[d] && pdi_setup_is_time_dependent(&grip->displacement[d]));
+            timed = timed || (grip->has_traction && pdi_setup_is_time_dependent(&grip->traction[d]));
         }
-        timed = timed || (grip->presses && pdi_setup_is_time_dependent(&grip->press));
+        timed = timed || (grip->has_pressure && pdi_setup_is_time_dependent(&grip->pressure));
     }
-    for (int d = 0; d < PD_DIM; d++) timed = timed || (b->weighs && pdi_setup_is_time_dependent(&b->force[d]));
+    for (int d = 0; d < PD_DIM; d++) timed = timed || (b->has_body_force && pdi_setup_is_time_dependent(&b->force[d]));
     return timed;
 }
 
@@ -353,10 +354,11 @@ PDI_FN pd_status pdi_read_mechanics_read(pdi_reader *s)
             return pdi_text_fail_key(s->ctx, s->text, section, "solid",
                                      "found different spacings of the axes, expected one h");
     PDI_TRY(pdi_read_mechanics_material(s, section));
-    u->metal_body.weighs = pdi_text_has_key(s->ctx, s->text, section, "force");
-    if (u->metal_body.weighs) PDI_TRY(pdi_read_mechanics_vector(s, section, "force", "N/m3", u->metal_body.force));
+    u->metal_body.has_body_force = pdi_text_has_key(s->ctx, s->text, section, "force");
+    if (u->metal_body.has_body_force)
+        PDI_TRY(pdi_read_mechanics_vector(s, section, "force", "N/m3", u->metal_body.force));
     PDI_TRY(pdi_read_mechanics_sides(s, section));
-    u->metal_body.timed = pdi_read_mechanics_is_time_dependent(&u->metal_body);
+    u->metal_body.is_time_dependent = pdi_read_mechanics_is_time_dependent(&u->metal_body);
     PDI_TRY(pdi_read_mechanics_add_monitors(s, section));
     return pdi_read_mechanics_rate_factor(s, section);
 }

@@ -59,7 +59,7 @@ PDI_FN pd_status pdi_read_monitors_plane_position(pd_ctx *ctx, pd_text *text, co
     desc.tables = text->tables;
     desc.table_count = text->table_count;
     desc.unit = "m";
-    desc.where = key;
+    desc.location = key;
     desc.column = 3;
     if (pdi_expr_build(ctx, &desc, &expr) < 0) return pdi_input_files_fail(ctx, text, section, key);
     *at = pdi_expr_eval(&expr, NULL);
@@ -186,7 +186,7 @@ static pd_status pdi_read_monitors_shape(pdi_read_monitors_state *w, pd_setup_mo
     PDI_TRY(pdi_text_get_string(w->ctx, w->text, w->section, "shape", NULL, &name));
     for (int s = -1; (s = pdi_text_next_section(w->ctx, w->text, "shape", s)) >= 0; k++) {
         if (strcmp(w->text->section[s].label, name) != 0) continue;
-        m->shape = 1 + w->setup->named[k];
+        m->shape = 1 + w->setup->section_shape[k];
         if (m->shape > 0) return PD_OK;
         return pdi_text_fail_key(w->ctx, w->text, w->section, "shape",
                                  "found '%.40s', which is no body, expected a [shape] with kind = solid or wall", name);
@@ -204,7 +204,7 @@ static pd_status pdi_read_monitors_force(pdi_read_monitors_state *w, pd_setup_mo
     int named = pdi_text_has_key(w->ctx, w->text, w->section, "shape");
     if (named) PDI_TRY(pdi_read_monitors_shape(w, m));
     PDI_TRY(pdi_read_monitors_box(w, named, m));
-    PDI_TRY(pdi_text_get_bool(w->ctx, w->text, w->section, "balance", named ? "no" : "yes", &m->balance));
+    PDI_TRY(pdi_text_get_bool(w->ctx, w->text, w->section, "balance", named ? "no" : "yes", &m->momentum_balance));
     if (!pdi_text_has_key(w->ctx, w->text, w->section, "speed") && !pdi_text_has_key(w->ctx, w->text, w->section, size))
         return PD_OK;
     PDI_TRY(pdi_read_monitors_positive(w, "speed", "m/s", NULL, &m->speed));
@@ -220,19 +220,19 @@ static pd_status pdi_read_monitors_reference_fluid(pdi_read_monitors_state *w, p
     int inlets = 0;
     PDI_TRY(pdi_text_get_string(w->ctx, w->text, w->section, "fluid", NULL, &value));
     for (int side = 0; side < 2 * PD_DIM; side++)
-        inlets += u->side[side].kind == PD_SIDE_INLET && !u->side[side].open;
+        inlets += u->side[side].kind == PD_SIDE_INLET && !u->side[side].is_open;
     if (strcmp(value, "inlet") == 0) {
-        m->against = PD_REFERENCE_FLUID_INLET;
-        m->fluid = u->inlet;
-        if (inlets && u->enters)
+        m->reference = PD_REFERENCE_FLUID_INLET;
+        m->fluid_c = u->inlet_c;
+        if (inlets && u->has_inlet_c_by_side)
             return pdi_text_fail_key(w->ctx, w->text, w->section, "fluid",
                                      "found 'inlet', whose C is no constant, expected bulk or a concentration");
         if (inlets) return PD_OK;
         return pdi_text_fail_key(w->ctx, w->text, w->section, "fluid",
                                  "found 'inlet' in a scene without one, expected bulk or a concentration");
     }
-    if (strcmp(value, "bulk") != 0) return pdi_read_monitors_concentration(w, "fluid", &m->fluid);
-    m->against = PD_REFERENCE_FLUID_BULK;
+    if (strcmp(value, "bulk") != 0) return pdi_read_monitors_concentration(w, "fluid", &m->fluid_c);
+    m->reference = PD_REFERENCE_FLUID_BULK;
     PDI_TRY(pdi_read_monitors_check_section(w, u->has_flow, "flow"));
     if (m->axis >= 0) return PD_OK;
     return pdi_text_fail_key(w->ctx, w->text, w->section, "fluid",
@@ -259,7 +259,7 @@ static pd_status pdi_read_monitors_transfer(pdi_read_monitors_state *w, pd_setup
         PDI_TRY(pdi_read_monitors_positive(w, "area", unit, NULL, &m->area));
     if (!pdi_text_has_key(w->ctx, w->text, w->section, "length")) return PD_OK;
     PDI_TRY(pdi_read_monitors_positive(w, "length", "m", NULL, &m->length));
-    PDI_TRY(pdi_read_monitors_concentration(w, "surface", &m->surface));
+    PDI_TRY(pdi_read_monitors_concentration(w, "surface", &m->surface_c));
     PDI_TRY(pdi_read_monitors_reference_fluid(w, m));
     snprintf(diffusivity, sizeof diffusivity, "%.17g m2/s", w->setup->diffusivity);
     return pdi_read_monitors_positive(w, "D", "m2/s", diffusivity, &m->diffusivity);
@@ -306,7 +306,7 @@ static pd_status pdi_read_monitors_probe(pdi_read_monitors_state *w)
     pd_setup_probe *p = &u->probe[u->probes++];
     memcpy(p->name, label, strlen(label) + 1);
     p->line = w->text->section[w->section].line;
-    PDI_TRY(pdi_read_monitors_point(w, "at", p->at));
+    PDI_TRY(pdi_read_monitors_point(w, "at", p->position));
     return pdi_read_monitors_fields(w->ctx, w->text, u, w->section, "fields",
                                     u->has_transport ? "C" : u->has_chemistry ? "pH" : u->has_potential ? "phi" : "v",
                                     &p->fields);

@@ -136,7 +136,7 @@ static pd_status pdi_read_param_file_box(pd_ctx *ctx, const pd_text *text, const
         setup->lo[d] = d == 0 ? -f->L_upstream : -half;
         setup->hi[d] = d == 0 ? f->L_wire + f->L_downstream : half;
     }
-    setup->m = setup->metal_m = f->m_ratio;
+    setup->fluid_m = setup->metal_m = f->m_ratio;
     if (!(f->axisymmetric > 0.0)) return PD_OK;
     if (PD_DIM != 2 || f->axisymmetric < 1.0)
         return pdi_text_fail_key(ctx, text, 0, "axisymmetric", "found %g in %dD, expected 0, or 1 in 2D",
@@ -152,7 +152,7 @@ static void pdi_read_param_file_init_cylinder(double radius, pd_shape *shape)
 {
     memset(shape, 0, sizeof *shape);
     shape->type = PD_SHAPE_CYLINDER;
-    shape->r = radius;
+    shape->radius = radius;
 }
 
 /* Add the shapes: tube wall (3D) and wire. */
@@ -182,7 +182,7 @@ static pd_status pdi_read_param_file_shapes(pd_ctx *ctx, const pd_text *text, co
     PDI_TRY(pdi_setup_add_shape(ctx, setup, &shape, &wire));
     memset(&shape, 0, sizeof shape);
     shape.type = PD_SHAPE_INTERSECT;
-    shape.children = 2;
+    shape.child_count = 2;
     shape.child[0] = piece;
     shape.child[1] = wire;
     return pdi_setup_add_shape(ctx, setup, &shape, &setup->solid);
@@ -195,10 +195,10 @@ static void pdi_read_param_file_flow(const pdi_read_param_file_values *f, pd_set
     if (!setup->has_flow) return;
     setup->rho = f->rho_f;
     setup->mu = f->mu_f;
-    setup->steady = f->flow_conv_tol;
+    setup->steady_tolerance = f->flow_conv_tol;
     setup->side[0].kind = PD_SIDE_INLET;
     setup->side[0].profile = PD_PROFILE_PARABOLA;
-    setup->side[0].mean = f->Q_flow / (PDI_PI * f->R_tube * f->R_tube);
+    setup->side[0].mean_speed = f->Q_flow / (PDI_PI * f->R_tube * f->R_tube);
     setup->side[1].kind = PD_SIDE_OUTLET;
     pdi_setup_add_note(setup, "flow_conv_tol = %g is the tolerance of the residuals, not of the change per step",
                        f->flow_conv_tol);
@@ -214,13 +214,13 @@ static pd_status pdi_read_param_file_transport(pd_ctx *ctx, const pdi_read_param
     setup->diffusivity = f->D_liquid;
     setup->metal[0].material.density = f->rho_m;
     setup->metal[0].solid_c = f->C_solid_init * intact;
-    setup->inlet = f->C_liquid_init * intact;
-    snprintf(text, sizeof text, "%.17g", setup->inlet);
+    setup->inlet_c = f->C_liquid_init * intact;
+    snprintf(text, sizeof text, "%.17g", setup->inlet_c);
     memset(&desc, 0, sizeof desc);
     desc.text = text;
     desc.unit = "mol/m3";
     desc.allow_bare = 1;
-    return pdi_expr_build(ctx, &desc, &setup->initial);
+    return pdi_expr_build(ctx, &desc, &setup->initial_c);
 }
 
 /* Sums over the bonds that a plane front along an axis opens. While the front passes a node, the node has been in all
@@ -345,9 +345,9 @@ static pd_status pdi_read_param_file_output(pd_ctx *ctx, pd_text *text, const pd
                                             pd_setup *setup)
 {
     PDI_TRY(pdi_setup_read_folder(ctx, text, 0, "output_dir", setup));
-    setup->until = f->T_final;
-    setup->every = f->T_final / PDI_READ_PARAM_FILE_FRAMES;
-    setup->fraction = 0.1;
+    setup->end_time = f->T_final;
+    setup->output_interval = f->T_final / PDI_READ_PARAM_FILE_FRAMES;
+    setup->max_node_fraction = 0.1;
     for (int k = 0; k < PD_FIELD_COUNT; k++)
         if (!pdi_setup_field_lacks(setup, (pd_field)k)) setup->fields |= pdi_setup_field_bit(k);
     setup->images = setup->fields & (pdi_setup_field_bit(PD_FIELD_C) | pdi_setup_field_bit(PD_FIELD_V) |
@@ -371,7 +371,7 @@ PDI_FN pd_status pdi_read_param_file_read(pd_ctx *ctx, pd_text *text, const char
     PDI_TRY(pdi_read_param_file_box(ctx, text, &f, setup));
     PDI_TRY(pdi_read_param_file_shapes(ctx, text, &f, setup));
     pdi_read_param_file_flow(&f, setup);
-    if (pdi_text_has_key(ctx, text, 0, "flow_conv_tol")) setup->given |= 1u << PD_SOLVER_SETTING_STEADY;
+    if (pdi_text_has_key(ctx, text, 0, "flow_conv_tol")) setup->settings_given |= 1u << PD_SOLVER_SETTING_STEADY;
     PDI_TRY(pdi_read_param_file_transport(ctx, &f, setup));
     PDI_TRY(pdi_read_param_file_dissolve(ctx, text, &f, setup));
     pdi_read_param_file_grains(&f, setup);

@@ -55,8 +55,8 @@ static pd_status pdi_read_potential_shape(pdi_reader *s, int section, pd_setup_e
          at = pdi_text_next_section(s->ctx, s->text, "shape", at), k++) {
         int solid = 0;
         if (strcmp(s->text->section[at].label, name) != 0) continue;
-        e->shape = u->named[k];
-        for (int w = 0; w < u->wall_count; w++) solid |= u->walls[w].section == at;
+        e->shape = u->section_shape[k];
+        for (int w = 0; w < u->wall_count; w++) solid |= u->wall_shape[w].section == at;
         e->metal = pdi_read_potential_find_metal(s, at);
         if (e->shape >= 0 && !solid) return PD_OK;
         return pdi_text_fail_key(s->ctx, s->text, section, "shape",
@@ -162,7 +162,7 @@ static pd_status pdi_read_potential_check_rising(pdi_reader *s, int section, con
     vars[1] = 7.0;
     for (int k = 0; k <= PDI_READ_POTENTIAL_CHECK_POINTS; k++) {
         vars[0] = PDI_READ_POTENTIAL_CHECK_RANGE * (2.0 * k / PDI_READ_POTENTIAL_CHECK_POINTS - 1.0);
-        double i = pdi_expr_eval(&e->law, vars);
+        double i = pdi_expr_eval(&e->species_curve, vars);
         if (!(fabs(i) < PDI_READER_MAX_NUMBER)) continue;
         if (i < last - PDI_READ_POTENTIAL_CHECK_TOL * fabs(last))
             return pdi_text_fail_key(s->ctx, s->text, section, "i",
@@ -184,22 +184,23 @@ static pd_status pdi_read_potential_species_curve(pdi_reader *s, int section, pd
     char name[PD_EXPR_VARS][PD_SPECIES_NAME + 2];
     const char *text;
     int count = 2;
-    if (!s->setup->migrates || !pdi_text_has_key(s->ctx, s->text, section, "i")) return PD_OK;
+    if (!s->setup->has_migration || !pdi_text_has_key(s->ctx, s->text, section, "i")) return PD_OK;
     PDI_TRY(pdi_text_get_string(s->ctx, s->text, section, "i", NULL, &text));
     if (!strchr(text, '[') && !strstr(text, "pH")) return PD_OK;
     memset(vars, 0, sizeof vars);
     vars[0] = pdi_read_potential_curve_symbol[0];
     vars[1].name = "pH";
     vars[1].unit = "";
-    PDI_TRY(pdi_read_surface_states_species_symbols(s, section, "i", vars, name, &count, e->of, &e->species));
-    PDI_TRY(pdi_text_get_expr(s->ctx, s->text, section, "i", "A/m2", vars, count, NULL, &e->law));
-    e->reads = 1;
-    if ((e->law.uses >> 1 & 1u) && pdi_electrolyte_find_species(&s->setup->electrolyte, "H+") < 0)
+    PDI_TRY(pdi_read_surface_states_species_symbols(s, section, "i", vars, name, &count, e->species_index,
+                                                    &e->species_count));
+    PDI_TRY(pdi_text_get_expr(s->ctx, s->text, section, "i", "A/m2", vars, count, NULL, &e->species_curve));
+    e->has_species_curve = 1;
+    if ((e->species_curve.variables_used >> 1 & 1u) && pdi_electrolyte_find_species(&s->setup->electrolyte, "H+") < 0)
         return pdi_text_fail_key(s->ctx, s->text, section, "i",
                                  "found pH without the species H+, expected [species H+] "
                                  "and others");
-    if (e->film > 0.0 || pdi_text_has_key(s->ctx, s->text, section, "range"))
-        return pdi_text_fail_key(s->ctx, s->text, section, e->film > 0.0 ? "film" : "range",
+    if (e->film_resistance > 0.0 || pdi_text_has_key(s->ctx, s->text, section, "range"))
+        return pdi_text_fail_key(s->ctx, s->text, section, e->film_resistance > 0.0 ? "film" : "range",
                                  "found beside a curve in pH "
                                  "or species, expected none");
     return pdi_read_potential_check_rising(s, section, e);
@@ -210,7 +211,7 @@ static pd_status pdi_read_potential_expression_curve(pdi_reader *s, int section,
 {
     pd_expr curve;
     PDI_TRY(pdi_read_potential_species_curve(s, section, e));
-    if (e->reads) return PD_OK;
+    if (e->has_species_curve) return PD_OK;
     PDI_TRY(pdi_text_get_expr(s->ctx, s->text, section, "i", "A/m2", pdi_read_potential_curve_symbol, 1, NULL, &curve));
     pdi_expr_get_table_range(&curve, 0, e->table_range);
     pd_status status = pdi_read_potential_tabulate_curve(s, section, &curve, e);
@@ -223,19 +224,19 @@ static pd_status pdi_read_potential_kinetics(pdi_reader *s, int section, pd_setu
 {
     static const char *const curves[] = {"butler_volmer", "tafel", "linear", "expression", "primary", NULL};
     int curve = 0;
-    e->bare = s->setup->migrates && !pdi_text_has_key(s->ctx, s->text, section, "curve");
-    if (e->bare) return PD_OK;
+    e->has_no_curve = s->setup->has_migration && !pdi_text_has_key(s->ctx, s->text, section, "curve");
+    if (e->has_no_curve) return PD_OK;
     if (!pdi_text_has_key(s->ctx, s->text, section, "curve"))
         return pdi_text_fail_key(s->ctx, s->text, section, "curve",
                                  "found no polarisation curve, expected curve = "
                                  "butler_volmer, tafel, linear, expression or primary");
     PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "curve", curves, NULL, &curve));
-    PDI_TRY(pdi_reader_get_nonnegative(s, section, "film", "ohm m2", "0", &e->film));
+    PDI_TRY(pdi_reader_get_nonnegative(s, section, "film", "ohm m2", "0", &e->film_resistance));
     if (curve == PDI_READ_POTENTIAL_EXPRESSION) return pdi_read_potential_expression_curve(s, section, e);
     PDI_TRY(pdi_reader_get_bounded(s, section, "E0", "V", "0", -PDI_READ_POTENTIAL_MAX_VOLTAGE,
                                    PDI_READ_POTENTIAL_MAX_VOLTAGE, 0, &e->term.equilibrium));
     e->primary = curve == PDI_READ_POTENTIAL_PRIMARY;
-    if (e->primary && s->setup->migrates)
+    if (e->primary && s->setup->has_migration)
         return pdi_text_fail_key(s->ctx, s->text, section, "curve",
                                  "found primary beside migration = yes of [chemistry],"
                                  " expected another curve");
@@ -251,15 +252,15 @@ static pd_status pdi_read_potential_kinetics(pdi_reader *s, int section, pd_setu
 /* Read the prescribed potential [V] or current [A] of an electrode, a function of t; neither: it floats. */
 static pd_status pdi_read_potential_control(pdi_reader *s, int section, pd_setup_electrode *e)
 {
-    e->holds = pdi_text_has_key(s->ctx, s->text, section, "potential");
-    e->gives = pdi_text_has_key(s->ctx, s->text, section, "current");
-    if (e->holds && e->gives)
+    e->has_fixed_potential = pdi_text_has_key(s->ctx, s->text, section, "potential");
+    e->has_fixed_current = pdi_text_has_key(s->ctx, s->text, section, "current");
+    if (e->has_fixed_potential && e->has_fixed_current)
         return pdi_text_fail_key(s->ctx, s->text, section, "current", "found beside 'potential', expected one of them");
-    if (!e->holds && !e->gives) return PD_OK;
-    const char *key = e->holds ? "potential" : "current";
-    PDI_TRY(pdi_text_get_expr(s->ctx, s->text, section, key, e->holds ? "V" : "A", pdi_setup_get_position_symbols(),
-                              PDI_SETUP_POSITION_VARS, NULL, &e->given));
-    if (!(e->given.uses & ~((uint32_t)1 << PD_DIM))) return PD_OK;
+    if (!e->has_fixed_potential && !e->has_fixed_current) return PD_OK;
+    const char *key = e->has_fixed_potential ? "potential" : "current";
+    PDI_TRY(pdi_text_get_expr(s->ctx, s->text, section, key, e->has_fixed_potential ? "V" : "A",
+                              pdi_setup_get_position_symbols(), PDI_SETUP_POSITION_VARS, NULL, &e->fixed_value));
+    if (!(e->fixed_value.variables_used & ~((uint32_t)1 << PD_DIM))) return PD_OK;
     return pdi_text_fail_key(s->ctx, s->text, section, key, "found a function of the place, expected one of t alone");
 }
 
@@ -278,9 +279,9 @@ static pd_status pdi_read_potential_connections(pdi_reader *s, int section, int 
                                      "found '%s', expected the name of another "
                                      "[electrode NAME]",
                                      list.word[w]);
-        int a = p->electrode[own].wire, b = p->electrode[other].wire;
+        int a = p->electrode[own].circuit, b = p->electrode[other].circuit;
         for (int k = 0; k < p->electrodes; k++)
-            if (p->electrode[k].wire == (a < b ? b : a)) p->electrode[k].wire = a < b ? a : b;
+            if (p->electrode[k].circuit == (a < b ? b : a)) p->electrode[k].circuit = a < b ? a : b;
     }
     return PD_OK;
 }
@@ -292,9 +293,11 @@ static pd_status pdi_read_potential_check_circuits(pdi_reader *s)
     for (int k = 0; k < p->electrodes; k++)
         for (int j = 0; j < k; j++) {
             const pd_setup_electrode *a = &p->electrode[j], *b = &p->electrode[k];
-            if (a->wire != b->wire || !(a->holds || a->gives) || !(b->holds || b->gives)) continue;
+            if (a->circuit != b->circuit || !(a->has_fixed_potential || a->has_fixed_current) ||
+                !(b->has_fixed_potential || b->has_fixed_current))
+                continue;
             return pdi_text_fail_key(s->ctx, s->text, pdi_text_get_section(s->ctx, s->text, "electrode", b->name),
-                                     b->holds ? "potential" : "current",
+                                     b->has_fixed_potential ? "potential" : "current",
                                      "found beside that of %s, which %s is connected "
                                      "to, expected one of them",
                                      a->name, b->name);
@@ -332,19 +335,19 @@ static pd_status pdi_read_potential_electrode(pdi_reader *s, int section)
     pd_setup_electrode *e = &p->electrode[p->electrodes];
     memcpy(e->name, label, strlen(label) + 1);
     e->line = s->text->section[section].line;
-    e->wire = p->electrodes++;
+    e->circuit = p->electrodes++;
     PDI_TRY(pdi_read_potential_location(s, section, e));
     PDI_TRY(pdi_read_potential_kinetics(s, section, e));
-    PDI_TRY(pdi_read_surface_states_current_factor(s, section, e->wire));
+    PDI_TRY(pdi_read_surface_states_current_factor(s, section, e->circuit));
     PDI_TRY(pdi_read_potential_control(s, section, e));
-    e->reacts = pdi_text_has_key(s->ctx, s->text, section, "reaction");
-    if (e->reacts) PDI_TRY(pdi_read_chemistry_electrode_reaction(s, section, e->shed));
-    if (s->setup->migrates && !e->reacts && !e->bare)
+    e->has_reaction = pdi_text_has_key(s->ctx, s->text, section, "reaction");
+    if (e->has_reaction) PDI_TRY(pdi_read_chemistry_electrode_reaction(s, section, e->species_released));
+    if (s->setup->has_migration && !e->has_reaction && !e->has_no_curve)
         return pdi_text_fail_key(s->ctx, s->text, section, "reaction",
                                  "found none, expected the half-reaction by which "
                                  "the current of the curve enters the ions: reaction = O2 + 2 H2O + 4 e- = 4 OH-");
-    p->reacts = p->reacts || e->reacts;
-    return pdi_read_potential_add_monitor(s, section, e->wire);
+    p->has_reaction = p->has_reaction || e->has_reaction;
+    return pdi_read_potential_add_monitor(s, section, e->circuit);
 }
 
 /* Read the Dirichlet potentials [V] of the fluid at walls and inlets. */
@@ -354,13 +357,13 @@ static pd_status pdi_read_potential_sides(pdi_reader *s)
     for (int k = 0; k < 2 * PD_DIM; k++) {
         int section = pdi_text_get_section(s->ctx, s->text, "side", pdi_setup_side_name(k));
         if (!pdi_text_has_key(s->ctx, s->text, section, "potential")) continue;
-        if (u->migrates)
+        if (u->has_migration)
             return pdi_text_fail_key(s->ctx, s->text, section, "potential",
                                      "found beside migration = yes of [chemistry],"
                                      " expected species = inlet, which holds ions at the potential 0");
         PDI_TRY(pdi_reader_get_bounded(s, section, "potential", "V", NULL, -PDI_READ_POTENTIAL_MAX_VOLTAGE,
-                                       PDI_READ_POTENTIAL_MAX_VOLTAGE, 0, &u->potential.hold[k]));
-        u->potential.held[k] = 1;
+                                       PDI_READ_POTENTIAL_MAX_VOLTAGE, 0, &u->potential.fixed_potential[k]));
+        u->potential.has_fixed_potential[k] = 1;
         if (u->side[k].kind == PD_SIDE_WALL || u->side[k].kind == PD_SIDE_INLET) continue;
         return pdi_text_fail_key(s->ctx, s->text, section, "potential",
                                  "found at a side that is no wall and no inlet, "
@@ -373,7 +376,7 @@ static pd_status pdi_read_potential_sides(pdi_reader *s)
 static pd_status pdi_read_potential_conductivity(pdi_reader *s, int section)
 {
     pd_setup_potential *p = &s->setup->potential;
-    if (s->setup->migrates && pdi_text_has_key(s->ctx, s->text, section, "conductivity"))
+    if (s->setup->has_migration && pdi_text_has_key(s->ctx, s->text, section, "conductivity"))
         return pdi_text_fail_key(s->ctx, s->text, section, "conductivity",
                                  "found beside migration = yes of [chemistry], "
                                  "expected none: it is that of the ions");

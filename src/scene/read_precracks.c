@@ -39,15 +39,16 @@ static pd_status pdi_read_precracks_direction(pdi_reader *s, int section, pd_set
 {
     double square = 0.0;
     int count = PD_DIM;
-    cut->watched = PD_DIM == 2;
+    cut->is_recorded = PD_DIM == 2;
     if (pdi_text_has_key(s->ctx, s->text, section, "way")) {
-        cut->watched = PD_DIM > 1;
-        PDI_TRY(pdi_text_get_numbers(s->ctx, s->text, section, "way", "", NULL, PD_DIM, cut->way, &count));
-    } else if (cut->watched)
+        cut->is_recorded = PD_DIM > 1;
+        PDI_TRY(pdi_text_get_numbers(s->ctx, s->text, section, "way", "", NULL, PD_DIM, cut->direction, &count));
+    } else if (cut->is_recorded)
         for (int d = 0; d < PD_DIM; d++)
-            cut->way[d] = cut->corner[(cut->corners - 1) * PD_DIM + d] - cut->corner[(cut->corners - 2) * PD_DIM + d];
-    for (int d = 0; d < PD_DIM; d++) square += cut->way[d] * cut->way[d];
-    if (!cut->watched || (count == PD_DIM && square > 0.0 && square < PDI_READER_MAX_NUMBER)) return PD_OK;
+            cut->direction[d] =
+                cut->corner[(cut->corners - 1) * PD_DIM + d] - cut->corner[(cut->corners - 2) * PD_DIM + d];
+    for (int d = 0; d < PD_DIM; d++) square += cut->direction[d] * cut->direction[d];
+    if (!cut->is_recorded || (count == PD_DIM && square > 0.0 && square < PDI_READER_MAX_NUMBER)) return PD_OK;
     return pdi_text_fail_key(s->ctx, s->text, section, "way", "expected a direction, %d numbers that are not all zero",
                              PD_DIM);
 }
@@ -83,7 +84,7 @@ static pd_status pdi_read_precracks_j_contours(pdi_reader *s, int section, pd_se
                                      "found %.6g and %.6g m, expected growing radii"
                                      " a horizon m h or more apart, here %.6g m",
                                      cut->radius[k], cut->radius[k + 1], least);
-    cut->rings = 2;
+    cut->j_domains = 2;
     return PD_OK;
 }
 
@@ -91,14 +92,14 @@ static pd_status pdi_read_precracks_j_contours(pdi_reader *s, int section, pd_se
 static pd_status pdi_read_precracks_add_monitor(pdi_reader *s, const pd_setup_precrack *cut)
 {
     pd_setup *u = s->setup;
-    if (!cut->watched) return PD_OK;
+    if (!cut->is_recorded) return PD_OK;
     if (u->monitors == PD_SETUP_MONITORS)
         return pdi_text_fail_key(s->ctx, s->text, pdi_text_get_section(s->ctx, s->text, "cut", cut->name), "cut",
                                  "found more than %d tables", PD_SETUP_MONITORS);
     pd_setup_monitor *m = &u->monitor[u->monitors++];
     memset(m, 0, sizeof *m);
     m->kind = PD_MONITOR_PRECRACK;
-    m->index = u->metal_body.cuts - 1;
+    m->index = u->metal_body.precracks - 1;
     m->line = cut->line;
     memcpy(m->name, cut->name, sizeof m->name);
     return PD_OK;
@@ -111,11 +112,11 @@ static pd_status pdi_read_precracks_section(pdi_reader *s, int section)
     const char *label = s->text->section[section].label;
     if (!s->setup->has_solid)
         return pdi_text_fail_key(s->ctx, s->text, section, "cut", "found no [solid] section, expected one");
-    if (b->cuts == PD_SETUP_PRECRACKS)
+    if (b->precracks == PD_SETUP_PRECRACKS)
         return pdi_text_fail_key(s->ctx, s->text, section, "cut", "found more than %d cuts", PD_SETUP_PRECRACKS);
     if (label[0] == '\0' || strlen(label) >= PD_SETUP_NAME - 24)
         return pdi_text_fail_key(s->ctx, s->text, section, "cut", "expected a short name: [cut NAME]");
-    pd_setup_precrack *cut = &b->cut[b->cuts++];
+    pd_setup_precrack *cut = &b->precrack[b->precracks++];
     memcpy(cut->name, label, strlen(label) + 1);
     cut->line = s->text->section[section].line;
     PDI_TRY(pdi_read_precracks_corners(s, section, cut));

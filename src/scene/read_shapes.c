@@ -95,7 +95,7 @@ static pd_status pdi_read_shapes_cylinder(pdi_read_shapes_state *s, pd_shape *sh
     PDI_TRY(pdi_text_get_choice(s->ctx, s->text, s->section, "cylinder", axes, NULL, &shape->axis));
     if (pdi_text_has_key(s->ctx, s->text, s->section, "centre"))
         PDI_TRY(pdi_read_shapes_point(s, "centre", "m", shape->a));
-    return pdi_read_shapes_length(s, "radius", NULL, &shape->r);
+    return pdi_read_shapes_length(s, "radius", NULL, &shape->radius);
 }
 
 /* Read a half space: a point of its plane and the outward normal. */
@@ -154,8 +154,8 @@ static pd_status pdi_read_shapes_png(pdi_read_shapes_state *s, pd_shape *shape)
                                    !most       ? "it is black or transparent everywhere"
                                    : most < 16 ? "numbers of labels are no lightness; make theirs 255"
                                                : "white is inside");
-    shape->n[0] = image.width;
-    shape->n[PD_DIM - 1] = image.height;
+    shape->mask_size[0] = image.width;
+    shape->mask_size[PD_DIM - 1] = image.height;
     shape->mask = mask;
     pdi_image_free(s->ctx, &image);
     return status;
@@ -174,7 +174,7 @@ static pd_status pdi_read_shapes_raw(pdi_read_shapes_state *s, pd_shape *shape)
         if (!(number[d] >= 1.0) || !(number[d] < 1e6) || number[d] > floor(number[d]))
             return pdi_text_fail_key(s->ctx, s->text, s->section, "size", "found %.6g, expected whole numbers from 1",
                                      number[d]);
-        shape->n[d] = (int)number[d];
+        shape->mask_size[d] = (int)number[d];
         voxels *= number[d];
     }
     /* a longer file need not be read to its end to see that it is too long */
@@ -234,12 +234,12 @@ static pd_status pdi_read_shapes_stl(pdi_read_shapes_state *s, pd_shape *shape)
     shape->facets = surface;
     if (pd_facets_read(s->ctx, path, scale, shift, surface) < 0)
         return pdi_input_files_fail(s->ctx, s->text, s->section, "stl");
-    if (surface->turned)
+    if (surface->flipped)
         pdi_setup_add_note(s->setup, "%.200s is inside out, its normals point inward: all its triangles are turned",
                            path);
-    if (surface->joined)
+    if (surface->merged)
         pdi_setup_add_note(s->setup, "%.200s is closed where corners within 3e-6 of its extent are one: %d have moved",
-                           path, (int)surface->joined);
+                           path, (int)surface->merged);
     return PD_OK;
 }
 
@@ -270,7 +270,7 @@ static pd_status pdi_read_shapes_set_operation(pdi_read_shapes_state *s, pdi_rea
         return pdi_text_fail_key(s->ctx, s->text, s->section, key, "found %d name%s, expected 2 to %d", list.count,
                                  list.count > 1 ? "s" : "", room);
     for (int k = 0; k < list.count; k++) PDI_TRY(pdi_read_shapes_find_shape(s, key, list.word[k], &shape->child[k]));
-    shape->children = list.count;
+    shape->child_count = list.count;
     return PD_OK;
 }
 
@@ -308,7 +308,7 @@ static pd_status pdi_read_shapes_geometry(pdi_read_shapes_state *s, int *index)
     case PDI_READ_SHAPES_BALL:
         shape.type = PD_SHAPE_BALL;
         PDI_TRY(pdi_read_shapes_point(s, "ball", "m", shape.a));
-        PDI_TRY(pdi_read_shapes_length(s, "radius", NULL, &shape.r));
+        PDI_TRY(pdi_read_shapes_length(s, "radius", NULL, &shape.radius));
         break;
     case PDI_READ_SHAPES_CYLINDER: PDI_TRY(pdi_read_shapes_cylinder(s, &shape)); break;
     case PDI_READ_SHAPES_HALF_SPACE: PDI_TRY(pdi_read_shapes_half_space(s, &shape)); break;
@@ -332,7 +332,7 @@ static pd_status pdi_read_shapes_material(pdi_read_shapes_state *s, int index)
     int found = 0;
     const char *name;
     pd_material material;
-    pd_setup_solid_shape *piece = &u->piece[u->pieces++];
+    pd_setup_solid_shape *piece = &u->solid_shape[u->solid_shapes++];
     snprintf(piece->name, sizeof piece->name, "%.*s", PD_SETUP_NAME - 1, s->text->section[s->section].label);
     piece->shape = index;
     piece->metal = 0;
@@ -394,16 +394,16 @@ static pd_status pdi_read_shapes_wall(pdi_read_shapes_state *s, int index)
     pd_setup *u = s->setup;
     if (u->wall_count >= PD_SETUP_WALLS)
         return pdi_text_fail_key(s->ctx, s->text, s->section, "kind", "found more than %d walls", PD_SETUP_WALLS);
-    pd_setup_wall *w = &u->walls[u->wall_count++];
+    pd_setup_wall *w = &u->wall_shape[u->wall_count++];
     w->shape = index;
     w->section = s->section;
     if (u->has_transport && pdi_text_has_key(s->ctx, s->text, s->section, "C")) {
         PDI_TRY(pdi_text_get_expr(s->ctx, s->text, s->section, "C", "mol/m3", pdi_setup_get_position_symbols(),
-                                  PDI_SETUP_POSITION_VARS, NULL, &w->held));
-        if (!w->held.uses && !(pdi_expr_eval(&w->held, NULL) >= 0.0))
+                                  PDI_SETUP_POSITION_VARS, NULL, &w->fixed_c));
+        if (!w->fixed_c.variables_used && !(pdi_expr_eval(&w->fixed_c, NULL) >= 0.0))
             return pdi_text_fail_key(s->ctx, s->text, s->section, "C", "found %.6g mol/m3, expected at least 0",
-                                     pdi_expr_eval(&w->held, NULL));
-        w->holds = 1;
+                                     pdi_expr_eval(&w->fixed_c, NULL));
+        w->has_fixed_c = 1;
     }
     return pdi_setup_add_union(s->ctx, u, index, &u->wall);
 }
@@ -458,7 +458,7 @@ static pd_status pdi_read_shapes_section(pdi_read_shapes_state *s)
     PDI_TRY(pdi_read_shapes_geometry(s, &index));
     s->name[s->count] = label;
     s->index[s->count] = index;
-    s->setup->named[s->count] = kind == PDI_READ_SHAPES_SOLID || kind == PDI_READ_SHAPES_WALL ? index : -1;
+    s->setup->section_shape[s->count] = kind == PDI_READ_SHAPES_SOLID || kind == PDI_READ_SHAPES_WALL ? index : -1;
     s->used[s->count++] = kind != PDI_READ_SHAPES_PART;
     int line = s->text->section[s->section].line;
     if (s->count == 1 || (kind == PDI_READ_SHAPES_SOLID && s->setup->solid < 0)) s->setup->shape_line = line;

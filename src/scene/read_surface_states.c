@@ -131,7 +131,7 @@ static pd_status pdi_read_surface_states_check_physics(pdi_reader *s, int sectio
         return pdi_text_fail_key(s->ctx, s->text, section, "surface",
                                  "found without species, expected [species Mg2+] "
                                  "and others, or include = electrolytes/hbss.electrolyte in [chemistry]");
-    if (u->settle)
+    if (u->steady_transport)
         return pdi_text_fail_key(s->ctx, s->text, section, "surface",
                                  "found beside time = steady in [chemistry], "
                                  "expected implicit");
@@ -209,8 +209,8 @@ PDI_FN pd_status pdi_read_surface_states_current_factor(pdi_reader *s, int secti
     pd_expr_symbol vars[PD_EXPR_VARS];
     char name[PD_EXPR_VARS][PD_SPECIES_NAME + 2];
     int count = PDI_SETUP_POSITION_VARS, species_index[PD_EXPR_VARS], species;
-    e->shares = pdi_text_has_key(s->ctx, s->text, section, "factor");
-    if (!e->shares) return PD_OK;
+    e->has_current_factor = pdi_text_has_key(s->ctx, s->text, section, "factor");
+    if (!e->has_current_factor) return PD_OK;
     if (!u->states)
         return pdi_text_fail_key(s->ctx, s->text, section, "factor",
                                  "found without states of surfaces, expected a "
@@ -226,7 +226,7 @@ PDI_FN pd_status pdi_read_surface_states_current_factor(pdi_reader *s, int secti
                                  "found %s, expected states of surfaces, x, y, z and "
                                  "t",
                                  name[0]);
-    return pdi_text_get_expr(s->ctx, s->text, section, "factor", "", vars, count, NULL, &e->share);
+    return pdi_text_get_expr(s->ctx, s->text, section, "factor", "", vars, count, NULL, &e->current_factor);
 }
 
 /* ---- rates ---- */
@@ -271,16 +271,17 @@ static pd_status pdi_read_surface_states_rate(pdi_reader *s, int section, pd_set
     if (!u->has_potential) vars[PDI_SETUP_RATE_CURRENT].name = vars[PDI_SETUP_RATE_POTENTIAL].name = "";
     vars[PDI_SETUP_RATE_PH].name = "pH";
     vars[PDI_SETUP_RATE_PH].unit = "";
-    PDI_TRY(pdi_read_surface_states_symbols(s, section, "rate", vars, name, &count, state->of, &state->species));
+    PDI_TRY(pdi_read_surface_states_symbols(s, section, "rate", vars, name, &count, state->species_index,
+                                            &state->species_count));
     PDI_TRY(pdi_text_get_expr(s->ctx, s->text, section, "rate", NULL, vars, count, NULL, &state->rate));
-    dims.e[2] -= 1.0; /* per s */
+    dims.exponent[2] -= 1.0; /* per s */
     pdi_units_describe(&state->rate.dims, found);
     pdi_units_describe(&dims, wanted);
     if (!pdi_read_surface_states_has_dims(&state->rate, &dims))
         return pdi_text_fail_key(s->ctx, s->text, section, "rate", "found %s, expected %s, that of %s per time", found,
                                  wanted, state->name);
     int acid = pdi_electrolyte_find_species(&u->electrolyte, "H+") >= 0;
-    if (!(state->rate.uses >> PDI_SETUP_RATE_PH & 1u) || acid) return PD_OK;
+    if (!(state->rate.variables_used >> PDI_SETUP_RATE_PH & 1u) || acid) return PD_OK;
     return pdi_text_fail_key(s->ctx, s->text, section, "rate",
                              "found pH without the species H+, expected [species H+] "
                              "and others, or include = electrolytes/hbss.electrolyte in [chemistry]");
@@ -315,7 +316,7 @@ static pd_status pdi_read_surface_states_check_metal(pdi_reader *s, int m, int k
     const pd_setup *u = s->setup;
     const pd_setup_metal *metal = &u->metal[m];
     uint32_t all = 0;
-    if (!(metal->rate.uses >> (PDI_SETUP_RATE_PH + 1 + metal->species + k) & 1u)) return PD_OK;
+    if (!(metal->rate.variables_used >> (PDI_SETUP_RATE_PH + 1 + metal->species_count + k) & 1u)) return PD_OK;
     for (int e = 0; e < u->potential.electrodes; e++)
         if (u->potential.electrode[e].metal == m) all |= (uint32_t)1 << e;
     return pdi_read_surface_states_check_carried(s, pdi_read_surface_states_find_rate_section(s, metal), "rate", k,
@@ -329,11 +330,11 @@ static pd_status pdi_read_surface_states_check_uses(pdi_reader *s)
     int goes = pdi_setup_find_species_rate_metal(u);
     for (int k = 0; k < u->states; k++) {
         for (int n = 0; n < u->states; n++)
-            if (u->state[n].rate.uses >> (PDI_SETUP_RATE_PH + 1 + u->state[n].species + k) & 1u)
+            if (u->state[n].rate.variables_used >> (PDI_SETUP_RATE_PH + 1 + u->state[n].species_count + k) & 1u)
                 PDI_TRY(pdi_read_surface_states_check_carried(s, pdi_read_surface_states_find_section(s, &u->state[n]),
                                                               "rate", k, u->state[n].electrodes));
         for (int e = 0; e < u->potential.electrodes; e++)
-            if (u->potential.electrode[e].share.uses >> (PDI_SETUP_POSITION_VARS + k) & 1u)
+            if (u->potential.electrode[e].current_factor.variables_used >> (PDI_SETUP_POSITION_VARS + k) & 1u)
                 PDI_TRY(pdi_read_surface_states_check_carried(
                     s, pdi_text_get_section(s->ctx, s->text, "electrode", u->potential.electrode[e].name), "factor", k,
                     (uint32_t)1 << e));

@@ -115,7 +115,7 @@ static pd_status pdi_read_tables_build_curve(const pdi_read_tables_state *s, dou
         if (wrong && k) snprintf(before, sizeof before, " behind x = %.6g, y = %.6g", x[k - 1], y[k - 1]);
         if (wrong)
             return pdi_text_fail_key(s->ctx, s->text, s->section, "file", "%.200s:%d: found x = %.6g, y = %.6g%s, %s",
-                                     s->table.path, s->table.line[k], x[k], y[k], before, wrong);
+                                     s->table.path, s->table.row_line[k], x[k], y[k], before, wrong);
     }
     for (int k = 0; k < s->table.rows; k++) {
         x[k] *= x_unit;

@@ -35,7 +35,7 @@ PDI_FN pd_status pdi_reader_get_nonnegative(pdi_reader *s, int section, const ch
 
 PDI_FN pd_status pdi_reader_read_initial(pdi_reader *s, int section)
 {
-    pd_expr *initial = &s->setup->initial;
+    pd_expr *initial = &s->setup->initial_c;
     PDI_TRY(pdi_text_get_expr(s->ctx, s->text, section, "initial", "mol/m3", pdi_setup_get_position_symbols(), PD_DIM,
                               "0", initial));
     if (pdi_expr_is_constant(initial) && pdi_expr_eval(initial, NULL) < 0.0)

@@ -28,7 +28,7 @@
 /* Mark in setup->given that the scene sets a solver setting, so that the `accuracy` preset leaves it alone. */
 static void pdi_scene_mark_given(pdi_reader *s, int section, const char *key, pd_solver_setting knob)
 {
-    if (pdi_text_has_key(s->ctx, s->text, section, key)) s->setup->given |= 1u << knob;
+    if (pdi_text_has_key(s->ctx, s->text, section, key)) s->setup->settings_given |= 1u << knob;
 }
 
 /* ---- [grid] ---- */
@@ -145,7 +145,7 @@ static pd_status pdi_scene_read_time_expr(pdi_reader *s, int section, const char
                                           pd_expr *stream)
 {
     PDI_TRY(pdi_scene_read_expr(s, section, key, unit, NULL, stream));
-    if (!(stream->uses & ~((uint32_t)1 << PD_DIM))) return PD_OK;
+    if (!(stream->variables_used & ~((uint32_t)1 << PD_DIM))) return PD_OK;
     return pdi_text_fail_key(s->ctx, s->text, section, key,
                              "found a function of the place, expected one of t alone, or"
                              " profile = expression with a velocity");
@@ -155,17 +155,17 @@ static pd_status pdi_scene_read_time_expr(pdi_reader *s, int section, const char
 static pd_status pdi_scene_read_inflow(pdi_reader *s, int section, pd_setup_side *side)
 {
     int volume = pdi_text_has_key(s->ctx, s->text, section, "flow_rate");
-    if (!volume) PDI_TRY(pdi_scene_read_time_expr(s, section, "mean", "m/s", &side->stream));
-    if (!volume && side->stream.uses) return PD_OK;
-    if (!volume) return pdi_reader_get_nonnegative(s, section, "mean", "m/s", NULL, &side->mean);
+    if (!volume) PDI_TRY(pdi_scene_read_time_expr(s, section, "mean", "m/s", &side->inflow_of_time));
+    if (!volume && side->inflow_of_time.variables_used) return PD_OK;
+    if (!volume) return pdi_reader_get_nonnegative(s, section, "mean", "m/s", NULL, &side->mean_speed);
     if (pdi_text_has_key(s->ctx, s->text, section, "mean"))
         return pdi_text_fail_key(s->ctx, s->text, section, "flow_rate", "found beside 'mean', expected one of them");
     if (PD_DIM == 1)
         return pdi_text_fail_key(s->ctx, s->text, section, "flow_rate",
                                  "found a volume flow in 1D, expected mean = speed");
     side->flow_rate = 1.0;
-    PDI_TRY(pdi_scene_read_time_expr(s, section, "flow_rate", "m3/s", &side->stream));
-    if (side->stream.uses) return PD_OK;
+    PDI_TRY(pdi_scene_read_time_expr(s, section, "flow_rate", "m3/s", &side->inflow_of_time));
+    if (side->inflow_of_time.variables_used) return PD_OK;
     return pdi_reader_get_positive(s, section, "flow_rate", "m3/s", NULL, &side->flow_rate);
 }
 
@@ -177,13 +177,14 @@ static pd_status pdi_scene_read_inlet(pdi_reader *s, int section, pd_setup_side 
     int profile;
     PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "profile", profiles, NULL, &profile));
     side->profile = (pd_profile)(profile + PD_PROFILE_UNIFORM);
-    side->scaled = side->profile == PD_PROFILE_EXPRESSION && (pdi_text_has_key(s->ctx, s->text, section, "mean") ||
-                                                              pdi_text_has_key(s->ctx, s->text, section, "flow_rate"));
-    if (side->profile != PD_PROFILE_EXPRESSION || side->scaled) PDI_TRY(pdi_scene_read_inflow(s, section, side));
+    side->is_scaled =
+        side->profile == PD_PROFILE_EXPRESSION &&
+        (pdi_text_has_key(s->ctx, s->text, section, "mean") || pdi_text_has_key(s->ctx, s->text, section, "flow_rate"));
+    if (side->profile != PD_PROFILE_EXPRESSION || side->is_scaled) PDI_TRY(pdi_scene_read_inflow(s, section, side));
     if (side->profile != PD_PROFILE_EXPRESSION) return PD_OK;
     for (int d = 0; d < PD_DIM; d++) {
         PDI_TRY(pdi_scene_read_expr(s, section, keys[d], "m/s", "0", &side->velocity[d]));
-        if (side->scaled && pdi_setup_is_time_dependent(&side->velocity[d]))
+        if (side->is_scaled && pdi_setup_is_time_dependent(&side->velocity[d]))
             return pdi_text_fail_key(s->ctx, s->text, section, keys[d],
                                      "found a function of t that 'mean' or "
                                      "'flow_rate' scales, expected one of the place alone: let 'mean' depend on t");
@@ -214,8 +215,8 @@ static pd_status pdi_scene_read_shared_value(pdi_reader *s, int section, const c
 static pd_status pdi_scene_read_open_side(pdi_reader *s, int section, pd_setup_side *side)
 {
     side->kind = PD_SIDE_INLET;
-    side->open = 1;
-    return pdi_scene_read_expr(s, section, "C", "mol/m3", "0", &side->entering);
+    side->is_open = 1;
+    return pdi_scene_read_expr(s, section, "C", "mol/m3", "0", &side->inlet_c);
 }
 
 /* Read the concentration of an inlet: one constant of all inlets, or an expression of the side. *inlets 1: the constant
@@ -224,12 +225,12 @@ static pd_status pdi_scene_read_inlet_concentration(pdi_reader *s, int section, 
 {
     pd_expr found;
     PDI_TRY(pdi_scene_read_expr(s, section, "C", "mol/m3", "0", &found));
-    if (!found.uses) {
+    if (!found.variables_used) {
         pdi_expr_free(s->ctx, &found);
-        return pdi_scene_read_shared_value(s, section, "C", "mol/m3", inlets, &s->setup->inlet);
+        return pdi_scene_read_shared_value(s, section, "C", "mol/m3", inlets, &s->setup->inlet_c);
     }
-    side->entering = found;
-    s->setup->enters = 1;
+    side->inlet_c = found;
+    s->setup->has_inlet_c_by_side = 1;
     return PD_OK;
 }
 
@@ -237,8 +238,8 @@ static pd_status pdi_scene_read_inlet_concentration(pdi_reader *s, int section, 
 static pd_status pdi_scene_read_wall_species(pdi_reader *s, int section, pd_setup_side *side)
 {
     static const char *const ways[] = {"closed", "inlet", NULL};
-    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "species", ways, "closed", &side->steeps));
-    if (!side->steeps || s->setup->has_chemistry) return PD_OK;
+    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "species", ways, "closed", &side->has_fixed_species));
+    if (!side->has_fixed_species || s->setup->has_chemistry) return PD_OK;
     return pdi_text_fail_key(s->ctx, s->text, section, "species",
                              "found without species, expected [species Na+] and "
                              "others");
@@ -251,21 +252,22 @@ static pd_status pdi_scene_read_wall(pdi_reader *s, int section, int k)
     int count;
     if (s->setup->has_flow && pdi_text_has_key(s->ctx, s->text, section, "velocity")) {
         PDI_TRY(pdi_text_get_exprs(s->ctx, s->text, section, "velocity", "m/s", pdi_setup_get_position_symbols(),
-                                   PDI_SETUP_POSITION_VARS, NULL, PD_DIM, side->slide, &count));
+                                   PDI_SETUP_POSITION_VARS, NULL, PD_DIM, side->wall_velocity, &count));
         for (int d = 0; d < count; d++)
-            side->slides = side->slides || side->slide[d].uses || fabs(pdi_expr_eval(&side->slide[d], NULL)) > 0.0;
-        const pd_expr *across = &side->slide[k / 2];
-        if (count != PD_DIM || across->uses || fabs(pdi_expr_eval(across, NULL)) > 0.0)
+            side->has_wall_velocity = side->has_wall_velocity || side->wall_velocity[d].variables_used ||
+                                      fabs(pdi_expr_eval(&side->wall_velocity[d], NULL)) > 0.0;
+        const pd_expr *across = &side->wall_velocity[k / 2];
+        if (count != PD_DIM || across->variables_used || fabs(pdi_expr_eval(across, NULL)) > 0.0)
             return pdi_text_fail_key(s->ctx, s->text, section, "velocity",
                                      "expected %d components, that along %c being 0: a wall slides along itself",
                                      PD_DIM, "xyz"[k / 2]);
     }
     PDI_TRY(pdi_scene_read_wall_species(s, section, side));
     if (!s->setup->has_transport || !pdi_text_has_key(s->ctx, s->text, section, "C")) return PD_OK;
-    side->holds = 1;
-    PDI_TRY(pdi_scene_read_expr(s, section, "C", "mol/m3", NULL, &side->held));
+    side->has_fixed_c = 1;
+    PDI_TRY(pdi_scene_read_expr(s, section, "C", "mol/m3", NULL, &side->fixed_c));
     double held;
-    return side->held.uses ? PD_OK : pdi_reader_get_nonnegative(s, section, "C", "mol/m3", NULL, &held);
+    return side->fixed_c.variables_used ? PD_OK : pdi_reader_get_nonnegative(s, section, "C", "mol/m3", NULL, &held);
 }
 
 /* Check that periodic sides come in pairs. */
@@ -290,9 +292,9 @@ static pd_status pdi_scene_read_bulk_side(pdi_reader *s, int section, pd_setup_s
         return pdi_text_fail_key(s->ctx, s->text, section, "C",
                                  "found beside flow = open, expected bulk in [corrode], or C without open");
     side->kind = PD_SIDE_WALL;
-    side->holds = 1;
+    side->has_fixed_c = 1;
     PDI_TRY(pdi_scene_read_wall_species(s, section, side));
-    return pdi_scene_read_expr(s, corrode, "bulk", "mol/m3", "0", &side->held);
+    return pdi_scene_read_expr(s, corrode, "bulk", "mol/m3", "0", &side->fixed_c);
 }
 
 /* Read one [side ...] section; k: index of the side. *inlets, *outlets: 1 once the shared C and p are known. */
@@ -353,26 +355,26 @@ static pd_status pdi_scene_read_flow_time(pdi_reader *s, int section)
     pd_setup *u = s->setup;
     int motion;
     PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "time", motions, "steady", &motion));
-    u->motion = (pd_flow_time)motion;
+    u->flow_time = (pd_flow_time)motion;
     for (int k = 0; k < 2 * PD_DIM; k++)
-        if (u->side[k].open && u->motion != PD_FLOW_PRESCRIBED)
+        if (u->side[k].is_open && u->flow_time != PD_FLOW_PRESCRIBED)
             return pdi_text_fail_key(s->ctx, s->text, section, "time", "found '%s' beside an open side, expected given",
                                      motions[motion]);
-    if (u->motion == PD_FLOW_STEADY) return PD_OK;
-    if (u->has_dissolve && u->motion == PD_FLOW_PRESCRIBED)
+    if (u->flow_time == PD_FLOW_STEADY) return PD_OK;
+    if (u->has_dissolve && u->flow_time == PD_FLOW_PRESCRIBED)
         return pdi_text_fail_key(s->ctx, s->text, section, "time",
                                  "found 'given' beside [dissolve], expected steady,"
                                  " implicit or explicit: a given flow does not enter where metal was");
     for (int d = 0; d < PD_DIM; d++)
         PDI_TRY(pdi_text_get_expr(s->ctx, s->text, section, keys[d], "m/s", pdi_setup_get_position_symbols(), PD_DIM,
-                                  "0", &u->start[d]));
-    if (u->motion == PD_FLOW_PRESCRIBED) return PD_OK;
-    if (u->motion == PD_FLOW_IMPLICIT) {
+                                  "0", &u->initial_velocity[d]));
+    if (u->flow_time == PD_FLOW_PRESCRIBED) return PD_OK;
+    if (u->flow_time == PD_FLOW_IMPLICIT) {
         pdi_scene_mark_given(s, section, "rtol", PD_SOLVER_SETTING_FLOW_RTOL);
         return pdi_reader_get_bounded(s, section, "rtol", "", "1e-4", 0.0, 0.1, 1, &u->flow_rtol);
     }
-    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "eos", states, "tait", &u->linear));
-    return pdi_reader_get_positive(s, section, "c0", "m/s", NULL, &u->sound);
+    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "eos", states, "tait", &u->linear_eos));
+    return pdi_reader_get_positive(s, section, "c0", "m/s", NULL, &u->sound_speed);
 }
 
 /* Read and ignore eos and c0 in a scene whose flow is steady; adds a note. */
@@ -381,7 +383,7 @@ static pd_status pdi_scene_read_ignored_eos(pdi_reader *s, int section)
     static const char *const states[] = {"tait", "linear", NULL};
     double sound;
     int state, given = pdi_text_has_key(s->ctx, s->text, section, "c0");
-    if (s->setup->motion != PD_FLOW_STEADY) return PD_OK;
+    if (s->setup->flow_time != PD_FLOW_STEADY) return PD_OK;
     if (!given && !pdi_text_has_key(s->ctx, s->text, section, "eos")) return PD_OK;
     PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "eos", states, "tait", &state));
     if (given) PDI_TRY(pdi_reader_get_positive(s, section, "c0", "m/s", NULL, &sound));
@@ -397,10 +399,10 @@ static pd_status pdi_scene_read_body_force(pdi_reader *s, int section)
     int count;
     if (!pdi_text_has_key(s->ctx, s->text, section, "force")) return PD_OK;
     PDI_TRY(pdi_text_get_exprs(s->ctx, s->text, section, "force", "m/s2", pdi_setup_get_position_symbols(),
-                               PDI_SETUP_POSITION_VARS, NULL, PD_DIM, u->body, &count));
-    for (int d = 0; d < count; d++) u->pushed = u->pushed || u->body[d].uses;
-    if (u->pushed) return PD_OK;
-    for (int d = 0; d < count; d++) pdi_expr_free(s->ctx, &u->body[d]);
+                               PDI_SETUP_POSITION_VARS, NULL, PD_DIM, u->body_force, &count));
+    for (int d = 0; d < count; d++) u->has_body_force_expr = u->has_body_force_expr || u->body_force[d].variables_used;
+    if (u->has_body_force_expr) return PD_OK;
+    for (int d = 0; d < count; d++) pdi_expr_free(s->ctx, &u->body_force[d]);
     return pdi_text_get_numbers(s->ctx, s->text, section, "force", "m/s2", NULL, PD_DIM, u->force, &count);
 }
 
@@ -413,12 +415,12 @@ static pd_status pdi_scene_read_flow_order(pdi_reader *s, int section)
     PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "order", orders, "auto", &twice));
     s->setup->flow_order = 2 * twice;
     if (twice < 2) return PD_OK;
-    if (u->m > 1.0)
+    if (u->fluid_m > 1.0)
         return pdi_text_fail_key(s->ctx, s->text, section, "order", "found 4 and m = %g, expected m = 1 in [grid]",
-                                 u->m);
+                                 u->fluid_m);
     if (u->axisymmetric)
         return pdi_text_fail_key(s->ctx, s->text, section, "order", "found 4 in an axisymmetric box, expected 2");
-    if (u->motion == PD_FLOW_EXPLICIT || u->motion == PD_FLOW_PRESCRIBED)
+    if (u->flow_time == PD_FLOW_EXPLICIT || u->flow_time == PD_FLOW_PRESCRIBED)
         return pdi_text_fail_key(s->ctx, s->text, section, "order",
                                  "found 4 beside time = explicit or given, expected steady or implicit");
     return PD_OK;
@@ -432,7 +434,7 @@ static pd_status pdi_scene_read_flow(pdi_reader *s)
     if (!u->has_flow) return PD_OK;
     PDI_TRY(pdi_reader_get_positive(s, section, "rho", "kg/m3", NULL, &u->rho));
     PDI_TRY(pdi_reader_get_positive(s, section, "mu", "Pa s", NULL, &u->mu));
-    PDI_TRY(pdi_reader_get_bounded(s, section, "steady", "", "1e-6", 0.0, 0.1, 1, &u->steady));
+    PDI_TRY(pdi_reader_get_bounded(s, section, "steady", "", "1e-6", 0.0, 0.1, 1, &u->steady_tolerance));
     pdi_scene_mark_given(s, section, "steady", PD_SOLVER_SETTING_STEADY);
     PDI_TRY(pdi_scene_read_body_force(s, section));
     if (pdi_text_has_key(s->ctx, s->text, section, "speed"))
@@ -443,7 +445,7 @@ static pd_status pdi_scene_read_flow(pdi_reader *s)
     PDI_TRY(pdi_scene_read_flow_order(s, section));
     PDI_TRY(pdi_scene_read_ignored_eos(s, section));
     for (int k = 0; k < 2 * PD_DIM; k++) {
-        inflow += u->side[k].kind == PD_SIDE_INLET && !u->side[k].open;
+        inflow += u->side[k].kind == PD_SIDE_INLET && !u->side[k].is_open;
         outflow += u->side[k].kind == PD_SIDE_OUTLET;
     }
     if (inflow && !outflow)
@@ -457,18 +459,18 @@ static pd_status pdi_scene_read_transport(pdi_reader *s)
 {
     static const char *const schemes[] = {"limited", "upwind", NULL}, *const times[] = {"implicit", "steady", NULL};
     pd_setup *u = s->setup;
-    int section = pdi_text_get_section(s->ctx, s->text, "transport", NULL), scheme, species = u->settle;
+    int section = pdi_text_get_section(s->ctx, s->text, "transport", NULL), scheme, species = u->steady_transport;
     if (!pdi_text_has_key(s->ctx, s->text, section, NULL)) return PD_OK;
     PDI_TRY(pdi_reader_get_nonnegative(s, section, "D", "m2/s", NULL, &u->diffusivity));
     PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "advection", schemes, "limited", &scheme));
     u->advection = (pd_advection)scheme;
-    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "time", times, times[species], &u->settle));
-    if (u->has_chemistry && u->settle != species)
+    PDI_TRY(pdi_text_get_choice(s->ctx, s->text, section, "time", times, times[species], &u->steady_transport));
+    if (u->has_chemistry && u->steady_transport != species)
         return pdi_text_fail_key(s->ctx, s->text, section, "time",
                                  "found '%s' beside [chemistry] with time = %s, "
                                  "expected the same",
-                                 times[u->settle], times[species]);
-    if (u->settle && u->has_dissolve)
+                                 times[u->steady_transport], times[species]);
+    if (u->steady_transport && u->has_dissolve)
         return pdi_text_fail_key(s->ctx, s->text, section, "time",
                                  "found 'steady' beside metal that dissolves, expected implicit");
     return pdi_reader_read_initial(s, section);
@@ -498,33 +500,33 @@ static pd_status pdi_scene_check_steady_scene(pdi_reader *s)
         const pd_setup_side *side = &u->side[k];
         int section = pdi_text_get_section(s->ctx, s->text, "side", pdi_setup_side_name(k));
         PDI_TRY(pdi_scene_check_time_independent(s, section, side->flow_rate > 0.0 ? "flow_rate" : "mean",
-                                                 &side->stream, 1));
+                                                 &side->inflow_of_time, 1));
         for (int d = 0; d < PD_DIM; d++)
             PDI_TRY(pdi_scene_check_time_independent(s, section, keys[d], &side->velocity[d], 1));
-        PDI_TRY(pdi_scene_check_time_independent(s, section, "C", &side->entering, 1));
-        PDI_TRY(pdi_scene_check_time_independent(s, section, "C", &side->held, 1));
-        PDI_TRY(pdi_scene_check_time_independent(s, section, "velocity", side->slide, PD_DIM));
+        PDI_TRY(pdi_scene_check_time_independent(s, section, "C", &side->inlet_c, 1));
+        PDI_TRY(pdi_scene_check_time_independent(s, section, "C", &side->fixed_c, 1));
+        PDI_TRY(pdi_scene_check_time_independent(s, section, "velocity", side->wall_velocity, PD_DIM));
     }
     for (int k = 0; k < u->wall_count; k++)
-        PDI_TRY(pdi_scene_check_time_independent(s, u->walls[k].section, "C", &u->walls[k].held, 1));
-    for (int k = 0; k < u->metal_body.grips; k++) {
-        const pd_setup_mechanical_bc *grip = &u->metal_body.grip[k];
+        PDI_TRY(pdi_scene_check_time_independent(s, u->wall_shape[k].section, "C", &u->wall_shape[k].fixed_c, 1));
+    for (int k = 0; k < u->metal_body.mechanical_bcs; k++) {
+        const pd_setup_mechanical_bc *grip = &u->metal_body.mechanical_bc[k];
         for (int d = 0; d < PD_DIM; d++) {
             static const char *const moves[] = {"ux", "uy", "uz"};
-            PDI_TRY(pdi_scene_check_time_independent(s, grip->section, moves[d], &grip->move[d], 1));
+            PDI_TRY(pdi_scene_check_time_independent(s, grip->section, moves[d], &grip->displacement[d], 1));
         }
-        PDI_TRY(pdi_scene_check_time_independent(s, grip->section, "traction", grip->pull, PD_DIM));
-        PDI_TRY(pdi_scene_check_time_independent(s, grip->section, "pressure", &grip->press, 1));
+        PDI_TRY(pdi_scene_check_time_independent(s, grip->section, "traction", grip->traction, PD_DIM));
+        PDI_TRY(pdi_scene_check_time_independent(s, grip->section, "pressure", &grip->pressure, 1));
     }
     PDI_TRY(pdi_scene_check_time_independent(s, pdi_text_get_section(s->ctx, s->text, "solid", NULL), "force",
                                              u->metal_body.force, PD_DIM));
     for (int k = 0; k < u->potential.electrodes; k++) {
         const pd_setup_electrode *e = &u->potential.electrode[k];
         PDI_TRY(pdi_scene_check_time_independent(s, pdi_text_get_section(s->ctx, s->text, "electrode", e->name),
-                                                 e->holds ? "potential" : "current", &e->given, 1));
+                                                 e->has_fixed_potential ? "potential" : "current", &e->fixed_value, 1));
     }
-    return pdi_scene_check_time_independent(s, pdi_text_get_section(s->ctx, s->text, "flow", NULL), "force", u->body,
-                                            PD_DIM);
+    return pdi_scene_check_time_independent(s, pdi_text_get_section(s->ctx, s->text, "flow", NULL), "force",
+                                            u->body_force, PD_DIM);
 }
 
 /* Read the section [run]: end time, largest step, tolerances. A steady scene has none. */
@@ -533,33 +535,33 @@ static pd_status pdi_scene_read_run(pdi_reader *s)
     pd_setup *u = s->setup;
     int section = pdi_text_get_section(s->ctx, s->text, "run", NULL);
     int carries = u->has_transport || u->has_chemistry;
-    int rests = u->motion == PD_FLOW_STEADY || u->motion == PD_FLOW_PRESCRIBED;
+    int rests = u->flow_time == PD_FLOW_STEADY || u->flow_time == PD_FLOW_PRESCRIBED;
     /* a steady flow may follow what stands outside of it, when a time to follow it for is given */
-    int follows = (u->motion == PD_FLOW_STEADY || u->has_solid || u->has_potential) && !carries &&
+    int follows = (u->flow_time == PD_FLOW_STEADY || u->has_solid || u->has_potential) && !carries &&
                   pdi_text_has_key(s->ctx, s->text, section, "until");
     rests = rests && !(u->metal_body.density > 0.0);
-    if (rests && !follows && !u->has_gas && (!carries || u->settle)) return pdi_scene_check_steady_scene(s);
-    PDI_TRY(pdi_reader_get_positive(s, section, "until", "s", NULL, &u->until));
+    if (rests && !follows && !u->has_gas && (!carries || u->steady_transport)) return pdi_scene_check_steady_scene(s);
+    PDI_TRY(pdi_reader_get_positive(s, section, "until", "s", NULL, &u->end_time));
     PDI_TRY(pdi_reader_get_bounded(s, section, "max_step", "s", "0", 0.0, PDI_READER_MAX_NUMBER, 0, &u->max_step));
-    if (u->max_step > 0.0 && u->until > PDI_SCENE_MAX_STEPS * u->max_step)
+    if (u->max_step > 0.0 && u->end_time > PDI_SCENE_MAX_STEPS * u->max_step)
         return pdi_text_fail_key(s->ctx, s->text, section, "max_step",
                                  "found %.3g steps until the end, expected at most"
                                  " %.0g",
-                                 u->until / u->max_step, PDI_SCENE_MAX_STEPS);
+                                 u->end_time / u->max_step, PDI_SCENE_MAX_STEPS);
     if (!carries) return PD_OK;
     if (u->has_corrode) { /* loss in proportion to a difference: (1 - x)^n is not exp(-n x) */
         const char *share = u->drive == PD_DRIVE_DIFFERENCE ? "0.01" : u->activation ? "0.1" : "0.2";
         PDI_TRY(pdi_reader_get_bounded(s, section, "rtol", "", "1e-3", 0.0, 0.1, 1, &u->rtol));
-        return pdi_reader_get_bounded(s, section, "fraction", "", share, 0.0, 1.0, 1, &u->fraction);
+        return pdi_reader_get_bounded(s, section, "fraction", "", share, 0.0, 1.0, 1, &u->max_node_fraction);
     }
     pdi_scene_mark_given(s, section, "rtol", PD_SOLVER_SETTING_RTOL);
     pdi_scene_mark_given(s, section, "fraction", PD_SOLVER_SETTING_FRACTION);
     PDI_TRY(pdi_reader_get_bounded(s, section, "rtol", "", u->has_dissolve ? "4e-3" : "1e-3", 0.0, 0.1, 1, &u->rtol));
     /* Measured on a dissolving disc of radius 12 h, law 1 - C/Csat, after 4 h of recession: the volume loss is off by
      * 3e-3 when a step takes at most 0.1 of a node, by 1e-3 with 0.025. */
-    u->fraction = pdi_min(1.0, 25.0 * u->rtol);
+    u->max_node_fraction = pdi_min(1.0, 25.0 * u->rtol);
     if (!pdi_text_has_key(s->ctx, s->text, section, "fraction")) return PD_OK;
-    return pdi_reader_get_bounded(s, section, "fraction", "", NULL, 0.0, 1.0, 1, &u->fraction);
+    return pdi_reader_get_bounded(s, section, "fraction", "", NULL, 0.0, 1.0, 1, &u->max_node_fraction);
 }
 
 /* Read the plane that images of a 3D run show. */
@@ -594,7 +596,7 @@ static pd_status pdi_scene_read_magnification(pdi_reader *s, int section)
         return pdi_text_fail_key(s->ctx, s->text, section, "deformed",
                                  PD_DIM == 1 ? "found in 1D, where images are curves, expected it in 2D and 3D"
                                              : "found without [solid], whose displacements it magnifies");
-    return pdi_reader_get_nonnegative(s, section, "deformed", "", NULL, &s->setup->deformed);
+    return pdi_reader_get_nonnegative(s, section, "deformed", "", NULL, &s->setup->displacement_scale);
 }
 
 /* Read the section [output]: interval, fields, images and their options, folder. */
@@ -602,13 +604,14 @@ static pd_status pdi_scene_read_output(pdi_reader *s)
 {
     pd_setup *u = s->setup;
     int section = pdi_text_get_section(s->ctx, s->text, "output", NULL);
-    u->every = u->until / 20.0;
-    if (u->until > 0.0 && pdi_text_has_key(s->ctx, s->text, section, "every"))
-        PDI_TRY(pdi_reader_get_positive(s, section, "every", "s", NULL, &u->every));
-    if (u->has_gas && !(u->max_step > 0.0)) u->max_step = u->every / 20.0; /* rows of the tables */
-    if (u->until > 0.0 && u->until / u->every > 9e5)
+    u->output_interval = u->end_time / 20.0;
+    if (u->end_time > 0.0 && pdi_text_has_key(s->ctx, s->text, section, "every"))
+        PDI_TRY(pdi_reader_get_positive(s, section, "every", "s", NULL, &u->output_interval));
+    if (u->has_gas && !(u->max_step > 0.0)) u->max_step = u->output_interval / 20.0; /* rows of the tables */
+    if (u->end_time > 0.0 && u->end_time / u->output_interval > 9e5)
         return pdi_text_fail_key(s->ctx, s->text, section, "every",
-                                 "found %.3g frames until the end, expected at most 900000", u->until / u->every);
+                                 "found %.3g frames until the end, expected at most 900000",
+                                 u->end_time / u->output_interval);
     PDI_TRY(pdi_read_monitors_fields(s->ctx, s->text, u, section, "fields",
                                      u->has_gas ? "density, v, p, energy, kind" :
                                      u->has_solid ? "C, v, p, kind, grain, u, mises, sigma_h, eps_p, broken" :
@@ -653,7 +656,7 @@ static pd_status pdi_scene_read_sections(pd_ctx *ctx, pd_text *text, const char 
     s.ctx = ctx;
     s.text = text;
     s.setup = setup;
-    text->scene = 1;
+    text->check_keys = 1;
     pdi_setup_split_path(path, name, folder);
     PDI_TRY(pdi_key_check_all(ctx, text));
     pdi_scene_set_section_lines(&s);

@@ -35,7 +35,7 @@ PDI_FN pd_status pdi_setup_init(pd_ctx *ctx, pd_setup *setup)
 {
     memset(setup, 0, sizeof *setup);
     setup->solid = setup->wall = setup->medium = setup->passive = setup->solution = -1;
-    setup->m = 1.0;
+    setup->fluid_m = 1.0;
     setup->metal_m = 3.0;
     setup->gb_factor = 1.0;
     setup->slice_axis = PD_DIM - 1;
@@ -54,13 +54,13 @@ PDI_FN pd_status pdi_setup_init(pd_ctx *ctx, pd_setup *setup)
 /* Free the expressions of loads, supports and stress factor. */
 static void pdi_setup_free_mechanics(pd_ctx *ctx, pd_setup_mechanics *b)
 {
-    for (int k = 0; k < b->grips; k++) {
-        for (int d = 0; d < PD_DIM; d++) pdi_expr_free(ctx, &b->grip[k].move[d]);
-        for (int d = 0; d < PD_DIM; d++) pdi_expr_free(ctx, &b->grip[k].pull[d]);
-        pdi_expr_free(ctx, &b->grip[k].press);
+    for (int k = 0; k < b->mechanical_bcs; k++) {
+        for (int d = 0; d < PD_DIM; d++) pdi_expr_free(ctx, &b->mechanical_bc[k].displacement[d]);
+        for (int d = 0; d < PD_DIM; d++) pdi_expr_free(ctx, &b->mechanical_bc[k].traction[d]);
+        pdi_expr_free(ctx, &b->mechanical_bc[k].pressure);
     }
     for (int d = 0; d < PD_DIM; d++) pdi_expr_free(ctx, &b->force[d]);
-    pdi_expr_free(ctx, &b->pace);
+    pdi_expr_free(ctx, &b->rate_factor);
 }
 
 /* Free expressions and tables of all electrodes. */
@@ -68,11 +68,11 @@ static void pdi_setup_free_electrodes(pd_ctx *ctx, pd_setup_potential *p)
 {
     for (int k = 0; k < p->electrodes; k++) {
         pd_setup_electrode *e = &p->electrode[k];
-        pdi_expr_free(ctx, &e->law);
+        pdi_expr_free(ctx, &e->species_curve);
         PDI_DELETE(ctx, e->points, e->potential);
         PDI_DELETE(ctx, e->points, e->current);
-        pdi_expr_free(ctx, &e->given);
-        pdi_expr_free(ctx, &e->share);
+        pdi_expr_free(ctx, &e->fixed_value);
+        pdi_expr_free(ctx, &e->current_factor);
     }
 }
 
@@ -82,17 +82,17 @@ void pd_setup_free(pd_ctx *ctx, pd_setup *setup)
     pdi_setup_free_electrodes(ctx, &setup->potential);
     for (int s = 0; s < 2 * PD_DIM; s++) {
         for (int d = 0; d < PD_DIM; d++) pdi_expr_free(ctx, &setup->side[s].velocity[d]);
-        for (int d = 0; d < PD_DIM; d++) pdi_expr_free(ctx, &setup->side[s].slide[d]);
-        pdi_expr_free(ctx, &setup->side[s].stream);
-        pdi_expr_free(ctx, &setup->side[s].entering);
-        pdi_expr_free(ctx, &setup->side[s].held);
+        for (int d = 0; d < PD_DIM; d++) pdi_expr_free(ctx, &setup->side[s].wall_velocity[d]);
+        pdi_expr_free(ctx, &setup->side[s].inflow_of_time);
+        pdi_expr_free(ctx, &setup->side[s].inlet_c);
+        pdi_expr_free(ctx, &setup->side[s].fixed_c);
     }
-    for (int k = 0; k < setup->wall_count; k++) pdi_expr_free(ctx, &setup->walls[k].held);
-    for (int d = 0; d < PD_DIM; d++) pdi_expr_free(ctx, &setup->body[d]);
-    for (int d = 0; d < PD_DIM; d++) pdi_expr_free(ctx, &setup->start[d]);
+    for (int k = 0; k < setup->wall_count; k++) pdi_expr_free(ctx, &setup->wall_shape[k].fixed_c);
+    for (int d = 0; d < PD_DIM; d++) pdi_expr_free(ctx, &setup->body_force[d]);
+    for (int d = 0; d < PD_DIM; d++) pdi_expr_free(ctx, &setup->initial_velocity[d]);
     pdi_expr_free(ctx, &setup->gas_rho);
     pdi_expr_free(ctx, &setup->gas_p);
-    pdi_expr_free(ctx, &setup->initial);
+    pdi_expr_free(ctx, &setup->initial_c);
     for (int k = 0; k < setup->metals; k++) {
         pdi_expr_free(ctx, &setup->metal[k].rate);
         pdi_expr_free(ctx, &setup->metal[k].potential);
@@ -102,9 +102,9 @@ void pd_setup_free(pd_ctx *ctx, pd_setup *setup)
         pdi_expr_free(ctx, &setup->state[k].rate);
     }
     for (int k = 0; k < setup->masks; k++) PDI_DELETE(ctx, setup->mask_size[k], setup->mask[k]);
-    for (int k = 0; k < setup->surfaces; k++) {
-        pd_facets_free(ctx, setup->surface[k]);
-        PDI_DELETE(ctx, 1, setup->surface[k]);
+    for (int k = 0; k < setup->facets_count; k++) {
+        pd_facets_free(ctx, setup->facets[k]);
+        PDI_DELETE(ctx, 1, setup->facets[k]);
     }
     PDI_DELETE(ctx, PD_SHAPE_MAX, setup->shape);
     for (int k = 0; k < setup->tables; k++) pdi_monotone_cubic_free(ctx, &setup->table[k].curve);
@@ -129,29 +129,29 @@ static pd_status pdi_setup_find_side_expr(pd_ctx *ctx, pd_setup *u, const char *
     const char *name = key + 3;
     int inlet = side->kind == PD_SIDE_INLET && side->profile != PD_PROFILE_NONE;
     if (strcmp(name, "mean") == 0) {
-        if (!inlet || (side->profile == PD_PROFILE_EXPRESSION && !side->scaled))
+        if (!inlet || (side->profile == PD_PROFILE_EXPRESSION && !side->is_scaled))
             return pdi_setup_fail_function(ctx, key,
                                            "expected an inlet with profile = uniform or parabola, or with "
                                            "'mean' beside an expression");
         side->flow_rate = 0.0;
-        *expr = &side->stream;
+        *expr = &side->inflow_of_time;
         return PD_OK;
     }
     for (int d = 0; d < PD_DIM; d++) {
         if (name[0] != 'v' || name[1] != "xyz"[d] || name[2]) continue;
         *expr = &side->velocity[d];
-        if (inlet && side->profile == PD_PROFILE_EXPRESSION && !side->scaled) return PD_OK;
+        if (inlet && side->profile == PD_PROFILE_EXPRESSION && !side->is_scaled) return PD_OK;
         return pdi_setup_fail_function(ctx, key, "expected an inlet with profile = expression, without 'mean'");
     }
     if (strcmp(name, "C") != 0)
         return pdi_setup_fail_function(ctx, key, "expected C, mean or vx, vy, vz behind the side");
-    *expr = side->holds ? &side->held : &side->entering;
-    if (!u->has_transport || !(side->holds || side->kind == PD_SIDE_INLET))
+    *expr = side->has_fixed_c ? &side->fixed_c : &side->inlet_c;
+    if (!u->has_transport || !(side->has_fixed_c || side->kind == PD_SIDE_INLET))
         return pdi_setup_fail_function(ctx, key, "expected an inlet, or a wall that holds a concentration");
-    for (int k = 0; k < u->monitors && !side->holds; k++)
-        if (u->monitor[k].kind == PD_MONITOR_TRANSFER && u->monitor[k].against == PD_REFERENCE_FLUID_INLET)
+    for (int k = 0; k < u->monitors && !side->has_fixed_c; k++)
+        if (u->monitor[k].kind == PD_MONITOR_TRANSFER && u->monitor[k].reference == PD_REFERENCE_FLUID_INLET)
             return pdi_setup_fail_function(ctx, key, "[transfer] has fluid = inlet, expected bulk or a concentration");
-    u->enters = u->enters || !side->holds;
+    u->has_inlet_c_by_side = u->has_inlet_c_by_side || !side->has_fixed_c;
     return PD_OK;
 }
 
@@ -182,7 +182,7 @@ static pd_status pdi_setup_find_expr(pd_ctx *ctx, pd_setup *u, const char *key, 
         PDI_TRY(pdi_setup_find_rate_expr(ctx, u, key, uses, &expr));
     } else if (strcmp(key, "initial") == 0) {
         if (!u->has_transport) return pdi_setup_fail_function(ctx, key, "expected [transport] or [corrode]");
-        expr = &u->initial;
+        expr = &u->initial_c;
     }
     for (int s = 0; s < 2 * PD_DIM; s++)
         if (strncmp(key, pdi_setup_side_names[s], 2) == 0 && key[2] == '.')
@@ -199,7 +199,7 @@ pd_status pd_setup_set_function(pd_ctx *ctx, pd_setup *u, const char *key, pd_ex
     PDI_TRY(pdi_setup_find_expr(ctx, u, key, uses, &expr));
     expr->fn = fn;
     expr->user = user;
-    expr->uses = strcmp(key + 2, ".mean") == 0 ? (uint32_t)1 << PD_DIM : uses;
+    expr->variables_used = strcmp(key + 2, ".mean") == 0 ? (uint32_t)1 << PD_DIM : uses;
     return PD_OK;
 }
 
@@ -214,25 +214,25 @@ pd_status pd_setup_set_breaks(pd_ctx *ctx, pd_setup *u, const char *key, const d
         if (!(fabs(t[k]) < HUGE_VAL) || (k && !(t[k] > t[k - 1])))
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "setup", "break %d of '%.40s' is %g s, expected a finite time behind "
                             "the one before", k, key, t[k]);
-    PDI_DELETE(ctx, expr->break_count, expr->breaks);
-    expr->break_count = count;
-    expr->clock = strncmp(key, "rate", 4) == 0 ? 1 : PD_DIM;
+    PDI_DELETE(ctx, expr->discontinuity_count, expr->discontinuities);
+    expr->discontinuity_count = count;
+    expr->time_variable = strncmp(key, "rate", 4) == 0 ? 1 : PD_DIM;
     if (!count) return PD_OK;
-    PDI_TRY(PDI_NEW(ctx, "setup", count, expr->breaks));
-    memcpy(expr->breaks, t, (size_t)count * sizeof *t);
+    PDI_TRY(PDI_NEW(ctx, "setup", count, expr->discontinuities));
+    memcpy(expr->discontinuities, t, (size_t)count * sizeof *t);
     return PD_OK;
 }
 
 PDI_FN void pdi_setup_free_measured(pd_ctx *ctx, pd_setup *setup)
 {
-    for (int k = 0; k < setup->records; k++) {
-        pd_setup_measured *r = &setup->record[k];
+    for (int k = 0; k < setup->measured_count; k++) {
+        pd_setup_measured *r = &setup->measured[k];
         PDI_DELETE(ctx, r->points, r->time);
         PDI_DELETE(ctx, r->points, r->value);
         PDI_DELETE(ctx, r->points, r->spread);
     }
-    memset(setup->record, 0, sizeof setup->record);
-    setup->records = 0;
+    memset(setup->measured, 0, sizeof setup->measured);
+    setup->measured_count = 0;
 }
 
 PDI_FN int pdi_setup_has_surface_area(const pd_setup *setup)
@@ -244,7 +244,9 @@ PDI_FN int pdi_setup_has_surface_area(const pd_setup *setup)
 
 PDI_FN int pdi_setup_count_ghost_layers(const pd_setup *setup)
 {
-    return (int)ceil((pdi_setup_has_surface_area(setup) ? pdi_max(setup->m, setup->metal_m) : setup->m) + 0.5) - 1;
+    return (int)ceil((pdi_setup_has_surface_area(setup) ? pdi_max(setup->fluid_m, setup->metal_m) : setup->fluid_m) +
+                     0.5) -
+           1;
 }
 
 PDI_FN int pdi_setup_get_bond_options(const pd_setup *setup)
@@ -266,8 +268,8 @@ PDI_FN void pdi_setup_get_reactive_desc(const pd_setup *u, pd_reactive_desc *des
     desc->tortuosity = u->tortuosity;
     desc->activity = e->activity;
     desc->temperature = e->temperature;
-    desc->order = u->settle ? 1 : 2;
-    desc->migration = u->migrates;
+    desc->order = u->steady_transport ? 1 : 2;
+    desc->migration = u->has_migration;
 }
 
 PDI_FN int pdi_setup_field_species_index(const pd_setup *setup, int64_t field)
@@ -375,7 +377,7 @@ static const char *pdi_setup_chemistry_field_lacks(const pd_setup *setup, pd_fie
         field == PD_FIELD_PH ? pdi_electrolyte_find_species(e, "H+") : pdi_setup_field_species_index(setup, field);
     if (pdi_setup_field_state_index(setup, field) >= 0) return NULL;
     if (!setup->has_chemistry) return "a [chemistry] section";
-    if (field == PD_FIELD_DIFFUSION_POTENTIAL) return setup->migrates ? NULL : "[chemistry] migration = yes";
+    if (field == PD_FIELD_DIFFUSION_POTENTIAL) return setup->has_migration ? NULL : "[chemistry] migration = yes";
     if (field == PD_FIELD_MINERAL_FRACTION || field == PD_FIELD_SATURATION_INDEX)
         return setup->minerals ? NULL : "a [mineral ...] section";
     if (species >= 0 && species < e->count && e->species[species].phase != PD_PHASE_SOLVENT) return NULL;
@@ -412,7 +414,7 @@ PDI_FN const char *pdi_setup_field_lacks(const pd_setup *setup, pd_field field)
     case PD_FIELD_D: return setup->has_transport ? NULL : "a [transport] or [corrode] section";
     case PD_FIELD_RATE: return setup->has_dissolve ? NULL : "a [dissolve] or [corrode] section";
     case PD_FIELD_CURRENT_FLUID:
-        if (setup->has_potential && setup->migrates) return "[potential] without migration = yes";
+        if (setup->has_potential && setup->has_migration) return "[potential] without migration = yes";
         return setup->has_potential ? NULL : "a [potential] section";
     case PD_FIELD_PHI:
     case PD_FIELD_CURRENT_METAL: return setup->has_potential ? NULL : "a [potential] section";
@@ -486,7 +488,7 @@ PDI_FN pd_status pdi_setup_add_union(pd_ctx *ctx, pd_setup *setup, int index, in
     }
     memset(&both, 0, sizeof both);
     both.type = PD_SHAPE_UNION;
-    both.children = 2;
+    both.child_count = 2;
     both.child[0] = *whole;
     both.child[1] = index;
     return pdi_setup_add_shape(ctx, setup, &both, whole);
@@ -497,7 +499,7 @@ PDI_FN pd_status pdi_setup_add_complement(pd_ctx *ctx, pd_setup *setup, int *ind
     pd_shape outside;
     memset(&outside, 0, sizeof outside);
     outside.type = PD_SHAPE_COMPLEMENT;
-    outside.children = 1;
+    outside.child_count = 1;
     outside.child[0] = *index;
     return pdi_setup_add_shape(ctx, setup, &outside, index);
 }
@@ -532,12 +534,12 @@ PDI_FN pd_status pdi_setup_add_mask(pd_ctx *ctx, pd_setup *setup, size_t size, u
 
 PDI_FN pd_status pdi_setup_add_facets(pd_ctx *ctx, pd_setup *setup, pd_facets **surface)
 {
-    int k = setup->surfaces;
+    int k = setup->facets_count;
     if (k >= PD_SETUP_SURFACES)
         return pdi_fail(ctx, PD_ERR_SIZE, "setup", "more than %d surfaces of triangles", PD_SETUP_SURFACES);
-    PDI_TRY(PDI_NEW(ctx, "setup", 1, setup->surface[k]));
-    *surface = setup->surface[k];
-    setup->surfaces++;
+    PDI_TRY(PDI_NEW(ctx, "setup", 1, setup->facets[k]));
+    *surface = setup->facets[k];
+    setup->facets_count++;
     return PD_OK;
 }
 

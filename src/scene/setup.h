@@ -99,19 +99,19 @@ typedef enum pd_profile {
 typedef struct pd_setup_side {
     pd_side kind;
     pd_profile profile;
-    double mean;              /* [m/s] mean inflow speed; unused with flow_rate or with an unscaled expression */
-    int scaled;               /* 1: the profile expression is scaled to mean or flow_rate */
+    double mean_speed;        /* [m/s] mean inflow speed; unused with flow_rate or with an unscaled expression */
+    int is_scaled;            /* 1: the profile expression is scaled to mean or flow_rate */
     double flow_rate;         /* [m3/s] volume flow rate. 0: mean is used instead. With a time-dependent `stream` any
                                * positive value. Planar 2D: of a tube as wide as the open part of the side */
-    pd_expr stream;           /* mean [m/s] or flow_rate [m3/s] as a function of t, when it changes in time */
+    pd_expr inflow_of_time;   /* mean [m/s] or flow_rate [m3/s] as a function of t, when it changes in time */
     pd_expr velocity[PD_DIM]; /* [m/s] of x, y, z, t: inlet velocity of profile = expression */
-    int open;                 /* 1: inlet where the prescribed flow enters, outlet where it leaves */
-    pd_expr entering;         /* [mol/m3] of x, y, z, t: concentration of the inflow */
-    pd_expr slide[PD_DIM];    /* [m/s] of x, y, z, t: tangential velocity of a moving wall */
-    int slides;               /* 1: the wall moves tangentially */
-    int holds;                /* 1: wall with a Dirichlet condition for the concentration */
-    int steeps;               /* 1: wall with a Dirichlet condition for all species, at their inlet values */
-    pd_expr held;             /* [mol/m3] of x, y, z, t: the Dirichlet concentration of the wall */
+    int is_open;              /* 1: inlet where the prescribed flow enters, outlet where it leaves */
+    pd_expr inlet_c;          /* [mol/m3] of x, y, z, t: concentration of the inflow */
+    pd_expr wall_velocity[PD_DIM]; /* [m/s] of x, y, z, t: tangential velocity of a moving wall */
+    int has_wall_velocity;         /* 1: the wall moves tangentially */
+    int has_fixed_c;               /* 1: wall with a Dirichlet condition for the concentration */
+    int has_fixed_species;         /* 1: wall with a Dirichlet condition for all species, at their inlet values */
+    pd_expr fixed_c;               /* [mol/m3] of x, y, z, t: the Dirichlet concentration of the wall */
     int line;                 /* line of the section in the file, 0: none */
 } pd_setup_side;
 
@@ -119,8 +119,8 @@ typedef struct pd_setup_side {
 typedef struct pd_setup_wall {
     int shape;   /* index of the shape in pd_setup.shape */
     int section; /* index of its section in the text */
-    int holds;   /* 1: Dirichlet condition for the concentration */
-    pd_expr held; /* [mol/m3] of x, y, z, t: the Dirichlet concentration */
+    int has_fixed_c; /* 1: Dirichlet condition for the concentration */
+    pd_expr fixed_c; /* [mol/m3] of x, y, z, t: the Dirichlet concentration */
 } pd_setup_wall;
 
 /* Time treatment of the flow. */
@@ -133,7 +133,7 @@ typedef enum pd_flow_time {
 
 typedef struct pd_setup_probe {
     char name[PD_SETUP_NAME];
-    double at[PD_DIM]; /* [m] */
+    double position[PD_DIM]; /* [m] */
     pd_fields fields;
     int line;          /* of the file */
 } pd_setup_probe;
@@ -176,20 +176,20 @@ typedef struct pd_setup_monitor {
     int axis;                      /* plane: its normal; transfer: axis of the local values, -1: none */
     int index;                     /* plane: it lies between the cells index - 1 and index; grip, cut, electrode,
                                   * state: index in its array */
-    int balance;                   /* force: 1: also from the momentum balance around the box */
+    int momentum_balance;          /* force: 1: also from the momentum balance around the box */
     int shape;                     /* force: 1 + index of the only shape that counts, 0: all bodies in the box */
     double speed;                  /* [m/s] force: reference speed of the coefficients, 0: no coefficients */
     double area;                   /* [m^(d-1)] force: reference area; transfer: surface area, 0: measured */
     double length;                 /* [m] transfer: reference length, 0: no Sherwood number */
     double diffusivity;            /* [m2/s] transfer: of the Sherwood number */
-    double surface, fluid;         /* [mol/m3] transfer: concentrations at the surface and of the reference fluid */
-    pd_reference_fluid against;
+    double surface_c, fluid_c;     /* [mol/m3] transfer: concentrations at the surface and of the reference fluid */
+    pd_reference_fluid reference;
 } pd_setup_monitor;
 
 /* Experimental data points of a scalar output, read from a [measured] section, that the run is compared with. */
 typedef struct pd_setup_measured {
     char name[PD_SETUP_NAME];
-    char figure[2 * PD_SETUP_NAME]; /* "volume_loss", "plane.up.flow" */
+    char output_name[2 * PD_SETUP_NAME]; /* "volume_loss", "plane.up.flow" */
     int line;                       /* of the file */
     int points;
     double *time;                   /* [points] [s] of the run, rising */
@@ -214,13 +214,14 @@ typedef struct pd_setup_metal {
     double solid_c;    /* [mol/m3] Cs: molar concentration of the intact metal */
     int shape;         /* index of its shape; -1: all solid that belongs to no later metal */
     pd_expr rate;      /* rate law in C, t, x, y, z, grain, i, E, pH, species, surface states; [m/s], [1/s] or [A/m2] */
-    int species;       /* number of species variables of the rate law, which follow pH */
-    int of[PD_EXPR_VARS]; /* their indices in the electrolyte; behind them follow all surface states */
+    int species_count; /* number of species variables of the rate law, which follow pH */
+    int species_index[PD_EXPR_VARS]; /* their indices in the electrolyte; behind them follow all surface states */
     double rate_scale; /* factor from rate to recession speed: [-] of a speed, [m] of layers, [m3/(A s)] of a current */
-    int polarised;     /* 1: with migrating ions it has an electrode potential, of an electrode or `potential` */
+    int has_potential; /* 1: with migrating ions it has an electrode potential, of an electrode or `potential` */
     pd_expr potential; /* [V] of t: prescribed potential against inlets and walls that hold the species */
-    double shed[PD_SPECIES_MAX]; /* [-] moles of each species released per mole of metal; negative: consumed */
-    double gas_shed;   /* [-] moles of gas released per mole of metal */
+    /* [-] moles of each species released per mole of metal; negative: consumed */
+    double species_released[PD_SPECIES_MAX];
+    double gas_released; /* [-] moles of gas released per mole of metal */
 } pd_setup_metal;
 
 /* A mechanical boundary condition: prescribed displacement, traction or pressure on a side of the box or in a shape. */
@@ -228,12 +229,12 @@ typedef struct pd_setup_mechanical_bc {
     int side;               /* -1: the shape */
     int shape;              /* index of the shape, -1: a side */
     int section;            /* index of its section in the text */
-    int moves[PD_DIM];      /* 1: the displacement along this axis is prescribed */
-    pd_expr move[PD_DIM];   /* [m] of x, y, z, t: prescribed displacement */
-    int pulls;              /* 1: a side with a traction */
-    pd_expr pull[PD_DIM];   /* [Pa] of x, y, z, t: traction */
-    int presses;            /* 1: a side under pressure */
-    pd_expr press;          /* [Pa] of x, y, z, t: pressure */
+    int has_displacement[PD_DIM]; /* 1: the displacement along this axis is prescribed */
+    pd_expr displacement[PD_DIM]; /* [m] of x, y, z, t: prescribed displacement */
+    int has_traction;             /* 1: a side with a traction */
+    pd_expr traction[PD_DIM];     /* [Pa] of x, y, z, t: traction */
+    int has_pressure;             /* 1: a side under pressure */
+    pd_expr pressure;             /* [Pa] of x, y, z, t: pressure */
 } pd_setup_mechanical_bc;
 
 /* A pre-crack of the metal: a point (1D), a polyline (2D) or a plane convex polygon (3D) that cuts bonds. */
@@ -241,9 +242,9 @@ typedef struct pd_setup_precrack {
     char name[PD_SETUP_NAME];
     int corners;
     double corner[PD_SETUP_CORNERS * PD_DIM]; /* [m] */
-    int watched;                              /* 1: the crack tip is recorded in a table */
-    double way[PD_DIM];                       /* [-] direction of growth, of any length */
-    int rings;                                /* number of domains of the J-integral: 2 or 0 */
+    int is_recorded;                          /* 1: the crack tip is recorded in a table */
+    double direction[PD_DIM];                 /* [-] direction of growth, of any length */
+    int j_domains;                            /* number of domains of the J-integral: 2 or 0 */
     double radius[3];                         /* [m] radii about the tip that bound those domains */
     int line;                                 /* line of the section in the file */
 } pd_setup_precrack;
@@ -260,16 +261,16 @@ typedef struct pd_setup_mechanics {
     double strength;         /* [Pa] critical largest principal stress, 0: unused */
     double toughness;        /* [J/m2] critical energy release rate, 0: unused */
     double density;          /* [kg/m3] of dynamics; 0: quasi-static equilibrium */
-    int timed;               /* 1: loads depend on time */
+    int is_time_dependent;   /* 1: loads depend on time */
     double rtol;             /* [-] relative tolerance of equilibrium */
     pd_expr force[PD_DIM];   /* [N/m3] of x, y, z, t: body force */
-    int weighs;              /* 1: there is a body force */
-    pd_setup_mechanical_bc grip[PD_SETUP_MECHANICAL_BCS];
-    int grips;
-    pd_setup_precrack cut[PD_SETUP_PRECRACKS];
-    int cuts;
-    int paces;               /* 1: stress changes the dissolution rate */
-    pd_expr pace;            /* [-] factor of the dissolution rate, of sigma_h, mises, eps_p, x, y, z, t */
+    int has_body_force;      /* 1: there is a body force */
+    pd_setup_mechanical_bc mechanical_bc[PD_SETUP_MECHANICAL_BCS];
+    int mechanical_bcs;
+    pd_setup_precrack precrack[PD_SETUP_PRECRACKS];
+    int precracks;
+    int has_rate_factor; /* 1: stress changes the dissolution rate */
+    pd_expr rate_factor; /* [-] factor of the dissolution rate, of sigma_h, mises, eps_p, x, y, z, t */
 } pd_setup_mechanics;
 
 /* Options of images: colour ranges and maps, contours, streamlines, arrows, surface view. All zero: defaults. */
@@ -283,12 +284,13 @@ typedef struct pd_setup_image_options {
     int animate;                     /* 1: an animation of each field */
     unsigned formats;                /* bit 0: PNG, bit 1: SVG; 0: PNG */
     int contours[PD_FIELD_COUNT];    /* number of contour lines */
-    int levels[PD_FIELD_COUNT];      /* 1: contour values are in `level`; 0: evenly spaced over the colour range */
-    double level[PD_FIELD_COUNT][PD_SETUP_CONTOURS]; /* [unit of the field] contour values */
+    /* 1: contour values are in `level`; 0: evenly spaced over the colour range */
+    int has_contour_values[PD_FIELD_COUNT];
+    double contour_value[PD_FIELD_COUNT][PD_SETUP_CONTOURS]; /* [unit of the field] contour values */
     int streamlines[PD_FIELD_COUNT]; /* density of streamlines drawn over the field, as of pd_field_plot; 0: none */
     int vectors[PD_FIELD_COUNT];     /* density of velocity arrows drawn over the field; 0: none */
     int surface;                     /* 3D: 1: view of the metal surface; 2 + pd_field: coloured by that field */
-    double way[3];                   /* [-] direction from the surface to the viewer */
+    double view_direction[3];        /* [-] direction from the surface to the viewer */
 } pd_setup_image_options;
 
 /* A state variable of metal surfaces (film coverage, thickness) with its rate law, from a [surface NAME] section. */
@@ -301,8 +303,8 @@ typedef struct pd_setup_surface_state {
     pd_expr initial;        /* of x, y, z: initial value */
     double low, high;       /* [unit of the state] bounds; infinite: none */
     pd_expr rate;           /* time derivative, of C, t, x, y, z, grain (unused), i, E, pH, species, surface states */
-    int species;            /* number of species variables of the rate, which follow pH */
-    int of[PD_EXPR_VARS];   /* their indices in the electrolyte */
+    int species_count;      /* number of species variables of the rate, which follow pH */
+    int species_index[PD_EXPR_VARS]; /* their indices in the electrolyte */
 } pd_setup_surface_state;
 
 /* An electrode: metal with a polarisation curve, its electrical control and half-reaction. */
@@ -316,30 +318,34 @@ typedef struct pd_setup_electrode {
     int points;               /* of the table of the polarisation curve */
     double *potential, *current; /* [points] [V] [A/m2] table of the polarisation curve */
     double table_range[2];    /* [V] range of measured tables inside the curve, constant beyond; infinite: no table */
-    double film;              /* [m2/S] area-specific film resistance */
-    int shares;               /* 1: the current density is multiplied by `share` */
-    pd_expr share;            /* [-] of x, y, z, t and all surface states */
-    int holds, gives;         /* 1: potential control, 1: current control, with the value in `given` */
-    pd_expr given;            /* [V] or [A] (per m in planar 2D, per m2 in 1D) of t: prescribed potential or current */
-    int wire;                 /* connected electrodes share one number: the index of the first of them */
-    int bare;                 /* 1: with migrating ions, no polarisation curve beside the rate law of its metal */
-    int reads;                /* 1: with migrating ions, the polarisation curve is `law` */
-    pd_expr law;              /* [A/m2] of E, pH and species: polarisation curve */
-    int species;              /* number of species variables of `law`, which follow pH */
-    int of[PD_EXPR_VARS];     /* their indices in the electrolyte */
-    int reacts;               /* 1: its half-reaction releases or consumes species */
-    double shed[PD_SPECIES_MAX]; /* [-] moles of each species per mole of electrons that pass from fluid to metal */
+    double film_resistance;   /* [m2/S] area-specific film resistance */
+    int has_current_factor;   /* 1: the current density is multiplied by `share` */
+    pd_expr current_factor;   /* [-] of x, y, z, t and all surface states */
+    /* 1: potential control, 1: current control, with the value in `given` */
+    int has_fixed_potential, has_fixed_current;
+    /* [V] or [A] (per m in planar 2D, per m2 in 1D) of t: prescribed potential or current */
+    pd_expr fixed_value;
+    int circuit; /* connected electrodes share one number: the index of the first of them */
+    /* 1: with migrating ions, no polarisation curve beside the rate law of its metal */
+    int has_no_curve;
+    int has_species_curve;           /* 1: with migrating ions, the polarisation curve is `law` */
+    pd_expr species_curve;           /* [A/m2] of E, pH and species: polarisation curve */
+    int species_count;               /* number of species variables of `law`, which follow pH */
+    int species_index[PD_EXPR_VARS]; /* their indices in the electrolyte */
+    int has_reaction;                /* 1: its half-reaction releases or consumes species */
+    /* [-] moles of each species per mole of electrons that pass from fluid to metal */
+    double species_released[PD_SPECIES_MAX];
 } pd_setup_electrode;
 
 /* Electric potential of the fluid: conductivity, boundary values, electrodes. */
 typedef struct pd_setup_potential {
     double conductivity;      /* [S/m] of the fluid; 0: computed from the species */
     double tolerance;         /* [-] relative tolerance of the current balance */
-    int held[2 * PD_DIM];     /* 1: Dirichlet condition for the potential at a side */
-    double hold[2 * PD_DIM];  /* [V] its value */
+    int has_fixed_potential[2 * PD_DIM]; /* 1: Dirichlet condition for the potential at a side */
+    double fixed_potential[2 * PD_DIM];  /* [V] its value */
     pd_setup_electrode electrode[PD_SETUP_ELECTRODES];
     int electrodes;
-    int reacts;               /* 1: some electrode has a half-reaction */
+    int has_reaction; /* 1: some electrode has a half-reaction */
 } pd_setup_potential;
 
 /* A shape of kind = solid and its metal. */
@@ -357,27 +363,27 @@ typedef struct pd_setup {
     char *fingerprint;          /* normalised input that identifies the scene, one item a line; NULL: no file */
     size_t fingerprint_size;   /* [byte] */
     int threads;               /* number of threads, 0: all */
-    unsigned given;            /* bit k: the scene sets solver setting pd_solver_setting k */
+    unsigned settings_given;   /* bit k: the scene sets solver setting pd_solver_setting k */
     /* lattice and geometry */
-    double m;                          /* [-] horizon of the fluid operators over the spacing */
+    double fluid_m;                    /* [-] horizon of the fluid operators over the spacing */
     double metal_m;                    /* [-] horizon of the bonds between metal and fluid over the spacing */
     double h[PD_DIM];                  /* [m] grid spacing along each axis */
     double lo[PD_DIM], hi[PD_DIM];     /* [m] corners of the box */
     int axisymmetric;                  /* 1: 2D, x is the axis, y the radius */
     pd_shape *shape;                   /* [PD_SHAPE_MAX] geometry tree, children before their parents */
     int shapes;                        /* entries in use */
-    int named[PD_SETUP_SHAPES];        /* for [shape] section k: index of its shape if solid or wall, else -1 */
-    pd_setup_solid_shape piece[PD_SETUP_SHAPES];
-    int pieces;                        /* number of shapes joined in `solid`, in the order of the file */
+    int section_shape[PD_SETUP_SHAPES]; /* for [shape] section k: index of its shape if solid or wall, else -1 */
+    pd_setup_solid_shape solid_shape[PD_SETUP_SHAPES];
+    int solid_shapes;                  /* number of shapes joined in `solid`, in the order of the file */
     int solid, wall, medium, passive;  /* index of the union of all shapes of that kind, -1: none */
     int solution;                      /* the same for fluid that starts with the composition `inside` */
-    pd_setup_wall walls[PD_SETUP_WALLS]; /* the shapes joined in `wall` */
+    pd_setup_wall wall_shape[PD_SETUP_WALLS]; /* the shapes joined in `wall` */
     int wall_count;
     uint8_t *mask[PD_SETUP_MASKS];     /* voxel masks that shapes point to; owned */
     size_t mask_size[PD_SETUP_MASKS];
     int masks;
-    pd_facets *surface[PD_SETUP_SURFACES]; /* triangle surfaces that shapes point to; owned */
-    int surfaces;
+    pd_facets *facets[PD_SETUP_SURFACES]; /* triangle surfaces that shapes point to; owned */
+    int facets_count;
     pd_setup_side side[2 * PD_DIM];    /* boundary conditions of the sides x-, x+, y-, ... */
     int has_flow, has_gas, has_transport, has_grains;
     int has_dissolve;                  /* 1: metal dissolves */
@@ -387,18 +393,18 @@ typedef struct pd_setup {
     double rho;             /* [kg/m3] */
     double mu;              /* [Pa s] */
     double force[PD_DIM];   /* [m/s2] constant body force per mass */
-    pd_expr body[PD_DIM];   /* [m/s2] of x, y, z, t: body force per mass that is not constant */
-    int pushed;             /* 1: `body` is used in place of `force` */
+    pd_expr body_force[PD_DIM]; /* [m/s2] of x, y, z, t: body force per mass that is not constant */
+    int has_body_force_expr;    /* 1: `body` is used in place of `force` */
     double p_out;           /* [Pa] outlet pressure */
     double speed;           /* [m/s] reference speed; 0: mean speed of the inlet */
     double length;          /* [m] reference length; 0: width of the inlet */
-    double steady;          /* [-] tolerance of the steady residual */
-    pd_flow_time motion;
+    double steady_tolerance; /* [-] tolerance of the steady residual */
+    pd_flow_time flow_time;
     int flow_order;         /* order of the flow discretisation, 2 or 4; 0: 4 in steady flow where it pays */
-    pd_expr start[PD_DIM];  /* [m/s] of x, y, z: prescribed velocity, or initial velocity of flow or gas */
+    pd_expr initial_velocity[PD_DIM]; /* [m/s] of x, y, z: prescribed velocity, or initial velocity of flow or gas */
     double flow_rtol;       /* [-] error tolerance of an implicit step */
-    int linear;             /* explicit: 1: equation of state p = c0^2 (rho - rho0), 0: Tait */
-    double sound;           /* [m/s] explicit: artificial speed of sound c0 */
+    int linear_eos;         /* explicit: 1: equation of state p = c0^2 (rho - rho0), 0: Tait */
+    double sound_speed;     /* [m/s] explicit: artificial speed of sound c0 */
     /* gas */
     double gas_gamma;       /* [-] ratio of specific heats */
     pd_expr gas_rho, gas_p; /* [kg/m3] [Pa] of x, y, z: initial state, and inlet state */
@@ -407,13 +413,13 @@ typedef struct pd_setup {
     /* transport */
     double diffusivity;     /* [m2/s] */
     double medium_diffusivity; /* [m2/s] of fluid inside the medium */
-    double inlet;           /* [mol/m3] concentration of all inlets when `enters` is 0 */
-    int enters;             /* 1: each side has its own inlet concentration, `entering` */
-    pd_expr initial;        /* [mol/m3] of x, y, z: initial concentration */
+    double inlet_c;            /* [mol/m3] concentration of all inlets when `enters` is 0 */
+    int has_inlet_c_by_side;   /* 1: each side has its own inlet concentration, `entering` */
+    pd_expr initial_c;         /* [mol/m3] of x, y, z: initial concentration */
     pd_advection advection;
-    double limiter;         /* [-] tolerance of the flux limiter iteration; 0: default of transport.h */
-    int migrates;           /* 1: ions migrate in the diffusion potential of electroneutrality */
-    int settle;             /* 1: only the steady concentration is solved for */
+    double limiter_tolerance; /* [-] tolerance of the flux limiter iteration; 0: default of transport.h */
+    int has_migration;        /* 1: ions migrate in the diffusion potential of electroneutrality */
+    int steady_transport;     /* 1: only the steady concentration is solved for */
     /* dissolution */
     pd_setup_metal metal[PD_SETUP_METALS];
     int metals;             /* at least 1 */
@@ -422,7 +428,7 @@ typedef struct pd_setup {
     double threshold;       /* [-] remaining fraction of the metal at which a node becomes fluid */
     pd_grain_desc grain;
     /* bond-based corrosion, with D and `initial` of transport, Cs, Csat and rate of dissolution */
-    double bulk;            /* [mol/m3] concentration behind open sides, and everywhere with `activation` */
+    double bulk_c;          /* [mol/m3] concentration behind open sides, and everywhere with `activation` */
     int activation;         /* 1: activation control */
     double repassivation;   /* [mol/m3] concentration below which a passive film forms; 0: none forms */
     int stochastic;         /* 1: mechanical bonds break at random */
@@ -437,9 +443,11 @@ typedef struct pd_setup {
     pd_mineral mineral[PD_MINERAL_MAX];
     int minerals;
     double tortuosity;               /* [-] tortuosity of the pores of minerals */
-    double cover;                    /* [m] mineral thickness that leaves 1/e of the metal bare; 0: none shields it */
+    /* [m] mineral thickness that leaves 1/e of the metal bare; 0: none shields it */
+    double shielding_thickness;
     char species_label[PD_SPECIES_MAX][PD_SPECIES_NAME + 12]; /* "Mg2+ [mol/m3]" */
-    int sheds;                       /* 1: dissolved metal enters the species by a reaction at its surface */
+    /* 1: dissolved metal enters the species by a reaction at its surface */
+    int has_surface_reaction;
     char gas[PD_SPECIES_NAME];       /* gas that this reaction evolves; "": none */
     /* electric potential */
     int has_potential;
@@ -452,24 +460,24 @@ typedef struct pd_setup {
     pd_expr_table *function; /* [tables] the same as declarations for expressions */
     int tables;
     /* run */
-    double until;           /* [s] end time */
+    double end_time;        /* [s] end time */
     double rtol;            /* [-] tolerance of the volume loss; without dissolution of a transport step; 0: 1e-3 */
-    double fraction;        /* [-] largest fraction of a node that dissolves in one step */
+    double max_node_fraction; /* [-] largest fraction of a node that dissolves in one step */
     double max_step;        /* [s] largest time step, 0: no limit */
     /* output */
-    double every;           /* [s] interval of output */
+    double output_interval;   /* [s] interval of output */
     pd_fields fields, images; /* fields written to files, fields drawn as images */
     char prefix[PD_SETUP_NAME];
     int slice_axis;         /* 3D: normal of the drawn plane */
     double slice_at;        /* [m] its coordinate */
     pd_setup_image_options drawing;
-    double deformed;        /* [-] magnification of displacements in images of the metal; 0: undeformed */
+    double displacement_scale; /* [-] magnification of displacements in images of the metal; 0: undeformed */
     pd_setup_probe probe[PD_SETUP_PROBES];
     int probes;
     pd_setup_monitor monitor[PD_SETUP_MONITORS];
     int monitors;
-    pd_setup_measured record[PD_SETUP_MEASURED_MAX];
-    int records;
+    pd_setup_measured measured[PD_SETUP_MEASURED_MAX];
+    int measured_count;
     /* notes of the readers for the printed summary, a line each */
     char note[PD_SETUP_NOTES][200];
     int notes;
@@ -560,8 +568,8 @@ PDI_FN const pd_expr_symbol *pdi_setup_get_rate_symbols(void);
 /* 1: the rate law of the metal depends on pH, species, surface states, or on E with migrating ions. */
 static inline int pdi_setup_has_species_rate(const pd_setup_metal *metal)
 {
-    return metal->rate.uses >> PDI_SETUP_RATE_PH != 0 ||
-           (metal->polarised && (metal->rate.uses >> PDI_SETUP_RATE_POTENTIAL & 1u) != 0);
+    return metal->rate.variables_used >> PDI_SETUP_RATE_PH != 0 ||
+           (metal->has_potential && (metal->rate.variables_used >> PDI_SETUP_RATE_POTENTIAL & 1u) != 0);
 }
 /* Index of the first metal whose rate law depends on species or, with migrating ions, on E; -1: none does. */
 static inline int pdi_setup_find_species_rate_metal(const pd_setup *setup)
@@ -581,12 +589,12 @@ static inline int pdi_setup_count_species_rate_metals(const pd_setup *setup)
 /* 1: electrodes in an electrolyte whose ions migrate. */
 static inline int pdi_setup_has_ion_electrodes(const pd_setup *setup)
 {
-    return setup->migrates && setup->has_potential;
+    return setup->has_migration && setup->has_potential;
 }
 /* 1: the rate law depends on i or E of the electric potential solver. */
 static inline int pdi_setup_has_electric_rate(const pd_setup_metal *metal)
 {
-    return !metal->polarised && (metal->rate.uses >> PDI_SETUP_RATE_CURRENT & 3u) != 0;
+    return !metal->has_potential && (metal->rate.variables_used >> PDI_SETUP_RATE_CURRENT & 3u) != 0;
 }
 #define PDI_SETUP_STRESS_VARS (PD_DIM + 4)
 /* Symbol table of the stress factor of the dissolution rate: sigma_h, mises, eps_p, x, y, z, t; PDI_SETUP_STRESS_VARS
@@ -597,7 +605,10 @@ PDI_FN double pdi_setup_compute_rate_at_zero(const pd_setup_metal *metal);
 /* Value of an expression in x, y, z, t at the point x[PD_DIM] [m] and time t [s]. */
 PDI_FN double pdi_setup_eval_expr(const pd_expr *expr, const double *x, double t);
 /* 1: an expression in x, y, z, t depends on t. */
-static inline int pdi_setup_is_time_dependent(const pd_expr *expr) { return (int)(expr->uses >> PD_DIM & 1u); }
+static inline int pdi_setup_is_time_dependent(const pd_expr *expr)
+{
+    return (int)(expr->variables_used >> PD_DIM & 1u);
+}
 /* Append a shape to the geometry tree; *index: its position. PD_ERR_SIZE: too many shapes. */
 PDI_FN pd_status pdi_setup_add_shape(pd_ctx *ctx, pd_setup *setup, const pd_shape *shape, int *index);
 /* Append the union of the shapes `index` and *whole and put its index into *whole. *whole = -1: it becomes `index`. */

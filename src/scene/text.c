@@ -21,7 +21,7 @@
 
 PDI_FN pd_status pdi_text_copy_string(pd_ctx *ctx, pd_text *text, const char *bytes, size_t size, char **copy)
 {
-    PDI_TEXT_GROW(ctx, text->block, text->block_count, text->block_room);
+    PDI_TEXT_GROW(ctx, text->block, text->block_count, text->block_capacity);
     pd_text_memory *block = &text->block[text->block_count];
     PDI_TRY(PDI_NEW(ctx, "text", size + 1, block->bytes));
     block->size = size + 1;
@@ -54,7 +54,7 @@ PDI_FN pd_status pdi_text_fail_line(pd_ctx *ctx, const char *file, int line, con
 static void pdi_text_format_section(const pd_text *text, int section, char *title)
 {
     const pd_section *s = &text->section[section];
-    if (section == 0) snprintf(title, PD_UNITS_TEXT, text->flat ? "the file" : "the lines before the first section");
+    if (section == 0) snprintf(title, PD_UNITS_TEXT, text->is_flat ? "the file" : "the lines before the first section");
     else snprintf(title, PD_UNITS_TEXT, "[%.40s%s%.40s]", s->name, s->label[0] ? " " : "", s->label);
 }
 
@@ -75,19 +75,19 @@ PDI_FN pd_status pdi_text_find_or_add_section(pd_ctx *ctx, pd_text *text, const 
     char *kept_name, *kept_label;
     for (int k = text->section_count - 1; k >= 0; k--) {
         if (strcmp(text->section[k].name, name) != 0) continue;
-        group = text->section[k].group;
+        group = text->section[k].group_first;
         if (strcmp(text->section[k].label, label) != 0) continue;
         *index = k;
         return PD_OK;
     }
-    PDI_TEXT_GROW(ctx, text->section, text->section_count, text->section_room);
+    PDI_TEXT_GROW(ctx, text->section, text->section_count, text->section_capacity);
     PDI_TRY(pdi_text_copy_string(ctx, text, name, strlen(name), &kept_name));
     PDI_TRY(pdi_text_copy_string(ctx, text, label, strlen(label), &kept_label));
     pd_section *s = &text->section[text->section_count];
     s->name = kept_name;
     s->label = kept_label;
     s->file = text->name ? text->name : "";
-    s->group = group;
+    s->group_first = group;
     *index = text->section_count++;
     return PD_OK;
 }
@@ -111,7 +111,7 @@ PDI_FN pd_status pdi_text_add_entry(pd_ctx *ctx, pd_text *text, int section, con
                                   old->line);
     if (text->entry_count >= PD_TEXT_ENTRIES)
         return pdi_text_fail_line(ctx, text->name, line, "found more than %d pairs, expected fewer", PD_TEXT_ENTRIES);
-    PDI_TEXT_GROW(ctx, text->entry, text->entry_count, text->entry_room);
+    PDI_TEXT_GROW(ctx, text->entry, text->entry_count, text->entry_capacity);
     pd_text_entry *e = &text->entry[text->entry_count++];
     e->key = key;
     e->value = value;
@@ -119,7 +119,7 @@ PDI_FN pd_status pdi_text_add_entry(pd_ctx *ctx, pd_text *text, int section, con
     e->file = text->name;
     e->line = line;
     e->column = column;
-    text->section[section].present = 1;
+    text->section[section].is_present = 1;
     return PD_OK;
 }
 
@@ -183,8 +183,8 @@ static pd_status pdi_text_parse_section(pd_ctx *ctx, pd_text *text, char *t, int
     t[close] = t[label + label_size] = t[name + name_size] = '\0';
     PDI_TRY(pdi_text_find_or_add_section(ctx, text, t + name, label_size > 0 ? t + label : "", section));
     if (text->section[*section].line == 0) text->section[*section].line = line;
-    text->section[*section].present = 1;
-    text->flat = 0;
+    text->section[*section].is_present = 1;
+    text->is_flat = 0;
     *at = close + 1;
     return PD_OK;
 }
@@ -313,14 +313,14 @@ static pd_status pdi_text_parse(pd_ctx *ctx, pd_text *text, const char *name, co
                         PD_TEXT_SIZE);
     PDI_TRY(pdi_text_check_bytes(ctx, text, bytes, size));
     PDI_TRY(pdi_text_copy_string(ctx, text, bytes, size, &t));
-    text->flat = 1;
+    text->is_flat = 1;
     while (t) {
         char *end = strchr(t, '\n');
         if (end) *end = '\0';
         PDI_TRY(pdi_text_parse_line(ctx, text, t, ++line, &section));
         t = end ? end + 1 : NULL;
     }
-    text->bare = text->flat;
+    text->allow_bare_numbers = text->is_flat;
     return PD_OK;
 }
 
@@ -346,14 +346,14 @@ PDI_FN pd_status pdi_text_read(pd_ctx *ctx, const char *path, pd_text *text)
 PDI_FN void pdi_text_free(pd_ctx *ctx, pd_text *text)
 {
     for (int k = 0; k < text->block_count; k++) PDI_DELETE(ctx, text->block[k].size, text->block[k].bytes);
-    PDI_DELETE(ctx, text->block_room, text->block);
-    PDI_DELETE(ctx, text->section_room, text->section);
-    PDI_DELETE(ctx, text->entry_room, text->entry);
-    PDI_DELETE(ctx, text->asked_room, text->asked);
+    PDI_DELETE(ctx, text->block_capacity, text->block);
+    PDI_DELETE(ctx, text->section_capacity, text->section);
+    PDI_DELETE(ctx, text->entry_capacity, text->entry);
+    PDI_DELETE(ctx, text->asked_capacity, text->asked_key);
     memset(text, 0, sizeof *text);
 }
 
-PDI_FN int pdi_text_is_flat(const pd_text *text) { return text->flat; }
+PDI_FN int pdi_text_is_flat(const pd_text *text) { return text->is_flat; }
 
 /* ---- look-up ---- */
 
@@ -361,8 +361,8 @@ PDI_FN int pdi_text_get_section(pd_ctx *ctx, pd_text *text, const char *name, co
 {
     int index = -1;
     pd_status status = pdi_text_find_or_add_section(ctx, text, name, label ? label : "", &index);
-    if (status < 0) text->failed = status;
-    else text->section[text->section[index].group].asked = 1;
+    if (status < 0) text->pending_status = status;
+    else text->section[text->section[index].group_first].is_looked_up = 1;
     return index;
 }
 
@@ -370,14 +370,14 @@ PDI_FN int pdi_text_next_section(pd_ctx *ctx, pd_text *text, const char *name, i
 {
     if (after < 0 && pdi_text_get_section(ctx, text, name, NULL) < 0) return -1;
     for (int k = after + 1; k < text->section_count; k++)
-        if (text->section[k].present && strcmp(text->section[k].name, name) == 0) return k;
+        if (text->section[k].is_present && strcmp(text->section[k].name, name) == 0) return k;
     return -1;
 }
 
 /* Report the pending out-of-memory error of an earlier call that returned no status. */
 static pd_status pdi_text_fail_memory(pd_ctx *ctx, const pd_text *text)
 {
-    return pdi_fail(ctx, text->failed, text->name, "memory for its keys could not be allocated");
+    return pdi_fail(ctx, text->pending_status, text->name, "memory for its keys could not be allocated");
 }
 
 /* Record that a reader looked up the key, for the suggestions of pdi_text_check_unused. PD_ERR_ARGUMENT: no such
@@ -385,28 +385,28 @@ static pd_status pdi_text_fail_memory(pd_ctx *ctx, const pd_text *text)
 static pd_status pdi_text_mark_asked(pd_ctx *ctx, pd_text *text, int section, const char *key)
 {
     char *copy;
-    if (text->failed) return pdi_text_fail_memory(ctx, text);
+    if (text->pending_status) return pdi_text_fail_memory(ctx, text);
     if (section < 0 || section >= text->section_count)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "text", "section %d of %d was asked for '%.40s'", section,
                         text->section_count, key);
-    int group = text->section[section].group;
-    text->section[group].asked = 1;
+    int group = text->section[section].group_first;
+    text->section[group].is_looked_up = 1;
     for (int k = 0; k < text->asked_count; k++)
-        if (text->asked[k].group == group && strcmp(text->asked[k].key, key) == 0) return PD_OK;
-    PDI_TEXT_GROW(ctx, text->asked, text->asked_count, text->asked_room);
+        if (text->asked_key[k].group == group && strcmp(text->asked_key[k].key, key) == 0) return PD_OK;
+    PDI_TEXT_GROW(ctx, text->asked_key, text->asked_count, text->asked_capacity);
     PDI_TRY(pdi_text_copy_string(ctx, text, key, strlen(key), &copy));
-    text->asked[text->asked_count].key = copy;
-    text->asked[text->asked_count++].group = group;
+    text->asked_key[text->asked_count].key = copy;
+    text->asked_key[text->asked_count++].group = group;
     return PD_OK;
 }
 
 PDI_FN int pdi_text_has_key(pd_ctx *ctx, pd_text *text, int section, const char *key)
 {
     if (section < 0 || section >= text->section_count) return 0;
-    if (!key) return text->section[section].present;
-    PD_ASSERT(!text->scene || pdi_keys_is_consistent(text->section[section].name, key, NULL, NULL));
+    if (!key) return text->section[section].is_present;
+    PD_ASSERT(!text->check_keys || pdi_keys_is_consistent(text->section[section].name, key, NULL, NULL));
     pd_status status = pdi_text_mark_asked(ctx, text, section, key);
-    if (status < 0) text->failed = status;
+    if (status < 0) text->pending_status = status;
     return status == PD_OK && pdi_text_find_entry(text, section, key) != NULL;
 }
 
@@ -425,11 +425,11 @@ static pd_status pdi_text_find_value(pd_ctx *ctx, pd_text *text, int section, co
     char title[PD_UNITS_TEXT];
     PDI_TRY(pdi_text_mark_asked(ctx, text, section, key));
     (void)unit; /* where there are no assertions */
-    PD_ASSERT(!text->scene || pdi_keys_is_consistent(text->section[section].name, key, unit, fallback));
+    PD_ASSERT(!text->check_keys || pdi_keys_is_consistent(text->section[section].name, key, unit, fallback));
     pd_text_entry *e = pdi_text_find_entry(text, section, key);
     pdi_text_format_section(text, section, title);
     if (e) {
-        e->used = 1;
+        e->is_read = 1;
         v->value = e->value;
         v->line = e->line;
         v->column = e->column;
@@ -481,8 +481,8 @@ static pd_status pdi_text_compile_expr(pd_ctx *ctx, const pd_text *text, const p
     desc.tables = text->tables;
     desc.table_count = text->table_count;
     desc.unit = unit;
-    desc.allow_bare = text->bare;
-    desc.where = v->location;
+    desc.allow_bare = text->allow_bare_numbers;
+    desc.location = v->location;
     desc.column = v->column + (int)first;
     return pdi_expr_build(ctx, &desc, expr);
 }
@@ -708,7 +708,7 @@ PDI_FN pd_status pdi_text_fail_key(pd_ctx *ctx, const pd_text *text, int section
                                    ...)
 {
     char message[PD_MESSAGE_SIZE], where[PDI_TEXT_LOCATION_SIZE];
-    if (text->failed) return pdi_text_fail_memory(ctx, text);
+    if (text->pending_status) return pdi_text_fail_memory(ctx, text);
     const pd_text_entry *e = pdi_text_find_entry(text, section, key);
     int known = section >= 0 && section < text->section_count, line = known ? text->section[section].line : 0;
     const char *file = known ? text->section[section].file : text->name;
@@ -729,7 +729,7 @@ static pd_status pdi_text_fail_unknown_section(pd_ctx *ctx, const pd_text *text,
     pdi_units_suggestion near_word;
     pdi_units_init_suggestion(&near_word, s->name, strlen(s->name));
     for (int k = 1; k < text->section_count; k++) {
-        if (!text->section[k].asked || text->section[k].group != k) continue;
+        if (!text->section[k].is_looked_up || text->section[k].group_first != k) continue;
         pdi_units_try_candidate(&near_word, text->section[k].name);
         pdi_text_add_to_list(list, ", ", text->section[k].name);
     }
@@ -745,13 +745,13 @@ static pd_status pdi_text_fail_unknown_key(pd_ctx *ctx, const pd_text *text, con
     pdi_text_format_section(text, e->section, title);
     pdi_units_init_suggestion(&near_word, e->key, strlen(e->key));
     for (int k = 0; k < text->asked_count; k++) {
-        if (text->asked[k].group != text->section[e->section].group) continue;
-        if (strcmp(text->asked[k].key, e->key) == 0)
+        if (text->asked_key[k].group != text->section[e->section].group_first) continue;
+        if (strcmp(text->asked_key[k].key, e->key) == 0)
             return pdi_text_fail_line(ctx, e->file, e->line,
                                       "found '%.40s' in %s, where it has no effect; expected it to be left out", e->key,
                                       title);
-        pdi_units_try_candidate(&near_word, text->asked[k].key);
-        pdi_text_add_to_list(list, ", ", text->asked[k].key);
+        pdi_units_try_candidate(&near_word, text->asked_key[k].key);
+        pdi_text_add_to_list(list, ", ", text->asked_key[k].key);
     }
     pdi_units_format_suggestion(&near_word, hint);
     return pdi_text_fail_line(ctx, e->file, e->line, "found the unknown key '%.40s' in %s, expected %s%s%s", e->key,
@@ -760,15 +760,15 @@ static pd_status pdi_text_fail_unknown_key(pd_ctx *ctx, const pd_text *text, con
 
 PDI_FN pd_status pdi_text_check_unused(pd_ctx *ctx, const pd_text *text)
 {
-    if (text->failed) return pdi_text_fail_memory(ctx, text);
+    if (text->pending_status) return pdi_text_fail_memory(ctx, text);
     for (int k = 0; k < text->entry_count; k++) {
         const pd_text_entry *e = &text->entry[k];
-        int known = e->section == 0 || text->section[text->section[e->section].group].asked;
-        if (!e->used && known) return pdi_text_fail_unknown_key(ctx, text, e);
-        if (!e->used) return pdi_text_fail_unknown_section(ctx, text, e->section, e->file, e->line);
+        int known = e->section == 0 || text->section[text->section[e->section].group_first].is_looked_up;
+        if (!e->is_read && known) return pdi_text_fail_unknown_key(ctx, text, e);
+        if (!e->is_read) return pdi_text_fail_unknown_section(ctx, text, e->section, e->file, e->line);
     }
     for (int k = 1; k < text->section_count; k++)
-        if (text->section[k].present && !text->section[text->section[k].group].asked)
+        if (text->section[k].is_present && !text->section[text->section[k].group_first].is_looked_up)
             return pdi_text_fail_unknown_section(ctx, text, k, text->section[k].file, text->section[k].line);
     return PD_OK;
 }

@@ -29,9 +29,9 @@ typedef struct pd_section {
     const char *name, *label; /* "" when absent */
     const char *file;         /* file that contains it, for messages */
     int line;                 /* of that file, 0: not in a file */
-    int group;                /* index of the first section of the same name */
-    int present;              /* 1: it is in the file, or has a pair */
-    int asked;                /* of the first section of a group: 1: a reader has looked up that name */
+    int group_first;          /* index of the first section of the same name */
+    int is_present;           /* 1: it is in the file, or has a pair */
+    int is_looked_up;         /* of the first section of a group: 1: a reader has looked up that name */
 } pd_section;
 
 /* A `key = value` pair. */
@@ -41,7 +41,7 @@ typedef struct pd_text_entry {
     const char *file;
     int line, column; /* of the value; line 0: command line */
     int depth;        /* nesting depth of included files, 0: the scene file */
-    int used;         /* 1: a reader has read the value */
+    int is_read;      /* 1: a reader has read the value */
 } pd_text_entry;
 
 /* A key that a reader has looked up in a group of sections, for suggestions in messages. */
@@ -59,23 +59,24 @@ typedef struct pd_text_memory {
 /* A parsed file: its sections and pairs, the names that its expressions know, and which keys the readers looked up. */
 typedef struct pd_text {
     const char *name;             /* of the file, for messages */
-    int flat;                     /* 1: a file without sections */
-    int bare;                     /* 1: numbers may lack their unit; set for flat files, the caller may change it */
+    int is_flat;                  /* 1: a file without sections */
+    /* 1: numbers may lack their unit; set for flat files, the caller may change it */
+    int allow_bare_numbers;
     const pd_expr_symbol *consts; /* the caller's named constants in numbers and expressions; borrowed */
     int const_count;
     const pd_expr_table *tables;  /* the caller's functions there; borrowed as long as expressions live */
     int table_count;
     /* set by the caller: with PD_DEBUG each look-up is compared with the table pd_key_sections */
-    int scene;
+    int check_keys;
     pd_section *section; /* section 0 holds the pairs before the first section line */
-    int section_count, section_room;
+    int section_count, section_capacity;
     pd_text_entry *entry;
-    int entry_count, entry_room;
-    pd_text_asked_key *asked; /* keys that readers have looked up, by group */
-    int asked_count, asked_room;
+    int entry_count, entry_capacity;
+    pd_text_asked_key *asked_key; /* keys that readers have looked up, by group */
+    int asked_count, asked_capacity;
     pd_text_memory *block; /* memory of all strings, at fixed addresses until pdi_text_free */
-    int block_count, block_room;
-    pd_status failed; /* pending error (out of memory) of a call that returns no status */
+    int block_count, block_capacity;
+    pd_status pending_status; /* pending error (out of memory) of a call that returns no status */
 } pd_text;
 
 /* A comma-separated list of words, copied. */

@@ -155,7 +155,7 @@ static int pdi_units_parse_symbol(const char *text, size_t size, pdi_units_produ
     if (!entry) return 0;
     unit->num *= entry->num;
     unit->den *= entry->den;
-    for (int k = 0; k < 6; k++) unit->dims.e[k] = entry->e[k];
+    for (int k = 0; k < 6; k++) unit->dims.exponent[k] = entry->e[k];
     return 1;
 }
 
@@ -190,7 +190,7 @@ static void pdi_units_multiply(pdi_units_product *unit, const pdi_units_product 
     }
     unit->num *= power > 0 ? num : den;
     unit->den *= power > 0 ? den : num;
-    for (int k = 0; k < 6; k++) unit->dims.e[k] += power * factor->dims.e[k];
+    for (int k = 0; k < 6; k++) unit->dims.exponent[k] += power * factor->dims.exponent[k];
 }
 
 /* The dimensionless unit 1. */
@@ -333,7 +333,7 @@ pd_status pd_units_parse(pd_ctx *ctx, const char *unit, double *scale, pd_dims *
 PDI_FN int pdi_units_is_same(const pd_dims *a, const pd_dims *b)
 {
     for (int k = 0; k < 6; k++)
-        if (!(fabs(a->e[k] - b->e[k]) < 1e-9)) return 0;
+        if (!(fabs(a->exponent[k] - b->exponent[k]) < 1e-9)) return 0;
     return 1;
 }
 
@@ -364,7 +364,7 @@ static void pdi_units_format_si(const pd_dims *dims, char *text)
     size_t at = 0;
     text[0] = '\0';
     for (int k = 0; k < 6; k++) {
-        double power = dims->e[order[k]];
+        double power = dims->exponent[order[k]];
         const char *gap = at > 0 ? " " : "";
         const char *name = base[order[k]];
         int n = 0;

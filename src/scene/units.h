@@ -10,7 +10,7 @@
 
 /* Physical dimension: exponents of m, kg, s, A, mol, K. Real numbers, since sqrt of a length is a quantity too. */
 typedef struct pd_dims {
-    double e[6]; /* [-] */
+    double exponent[6]; /* [-] */
 } pd_dims;
 
 #define PD_UNITS_TEXT 96 /* [byte] room for what pdi_units_format_value and pdi_units_describe write */

@@ -43,19 +43,19 @@ PDI_FN void pdi_body_list_points(pdi_array_visitor *owner, void *object)
     pd_body *body = (pd_body *)object;
     PDI_ARRAY(owner, body, position, (int64_t)body->count * PD_DIM, "m");
     PDI_ARRAY(owner, body, volume, body->count, "m^d");
-    PDI_ARRAY(owner, body, row, body->count ? body->count + 1 : 0, "1");
+    PDI_ARRAY(owner, body, first_bond, body->count ? body->count + 1 : 0, "1");
     int64_t parts = 1;
-    for (int d = 0; d < PD_DIM; d++) parts *= body->cells;
-    PDI_ARRAY(owner, body, part, parts, "1");
+    for (int d = 0; d < PD_DIM; d++) parts *= body->fraction_cells;
+    PDI_ARRAY(owner, body, cell_fraction, parts, "1");
 }
 
 PDI_FN void pdi_body_list_families(pdi_array_visitor *owner, void *object)
 {
     pd_body *body = (pd_body *)object;
-    PDI_ARRAY(owner, body, member, body->places, "1");
-    PDI_ARRAY(owner, body, shift, body->shifts, "1");
-    PDI_ARRAY(owner, body, place, body->lattice ? body->count : 0, "1");
-    PDI_ARRAY(owner, body, image, pdi_body_is_periodic(body) ? body->bonds : 0, "1");
+    PDI_ARRAY(owner, body, point_table, body->table_entries, "1");
+    PDI_ARRAY(owner, body, stencil_shift, body->shifts, "1");
+    PDI_ARRAY(owner, body, table_index, body->lattice ? body->count : 0, "1");
+    PDI_ARRAY(owner, body, bond_image, pdi_body_is_periodic(body) ? body->bonds : 0, "1");
 }
 
 /* Bytes of the broken-bond bits of all families. */
@@ -220,14 +220,14 @@ static int pdi_body_max_image(const pd_body *body)
 /* Stores the family of point i: sorted by image number, then by position. */
 static void pdi_body_store_family(pd_body *body, const pdi_body_cell_list *c, int32_t i)
 {
-    int64_t begin = body->row[i];
+    int64_t begin = body->first_bond[i];
     int most = pdi_body_max_image(body);
     for (int image = -most; image <= most; image++) {
-        int32_t *family = body->member + begin;
+        int32_t *family = body->point_table + begin;
         size_t length = (size_t)pdi_body_find_family(body, c, i, image, family);
         qsort(family, length, sizeof *family, pdi_body_compare_ranks);
         for (size_t k = 0; k < length; k++) family[k] = c->point_of_rank[family[k]];
-        for (size_t k = 0; k < length && most; k++) body->image[begin + (int64_t)k] = (int8_t)image;
+        for (size_t k = 0; k < length && most; k++) body->bond_image[begin + (int64_t)k] = (int8_t)image;
         begin += (int64_t)length;
     }
 }
@@ -236,12 +236,12 @@ static void pdi_body_store_family(pd_body *body, const pdi_body_cell_list *c, in
 static int32_t pdi_body_number_bonds(pd_body *body)
 {
     int64_t longest = 0;
-    body->row[0] = 0;
+    body->first_bond[0] = 0;
     for (int32_t i = 0; i < body->count; i++) {
-        if (body->row[i + 1] > longest) longest = body->row[i + 1];
-        body->row[i + 1] += body->row[i];
+        if (body->first_bond[i + 1] > longest) longest = body->first_bond[i + 1];
+        body->first_bond[i + 1] += body->first_bond[i];
     }
-    body->bonds = body->row[body->count];
+    body->bonds = body->first_bond[body->count];
     return (int32_t)longest;
 }
 
@@ -253,14 +253,14 @@ static pd_status pdi_body_build_families(pd_ctx *ctx, pd_body *body, const pdi_b
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) {
-        body->row[i + 1] = 0;
+        body->first_bond[i + 1] = 0;
         for (int image = -most; image <= most; image++)
-            body->row[i + 1] += pdi_body_find_family(body, c, i, image, NULL);
+            body->first_bond[i + 1] += pdi_body_find_family(body, c, i, image, NULL);
     }
-    body->shifts = body->kinds = pdi_body_number_bonds(body);
-    body->places = body->charted = body->bonds;
+    body->shifts = body->stencil_bonds = pdi_body_number_bonds(body);
+    body->table_entries = body->lattice_entries = body->bonds;
     PDI_TRY(pdi_array_registry_build(ctx, pdi_body_list_families, body));
-    for (int32_t k = 0; k < body->kinds; k++) body->shift[k] = k;
+    for (int32_t k = 0; k < body->stencil_bonds; k++) body->stencil_shift[k] = k;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) pdi_body_store_family(body, c, i);
     return PD_OK;
@@ -314,7 +314,7 @@ static int pdi_body_init_lattice_box(pd_body *body, pdi_body_lattice_axes *a)
     double places = pdi_body_count_table_entries(n, steps);
     if (!(places <= 2.0 * most * (double)body->count) || !(places < 2e9)) return 0;
     a->steps = (int32_t)steps;
-    body->places = body->charted = (int64_t)places;
+    body->table_entries = body->lattice_entries = (int64_t)places;
     int64_t stride = 1;
     for (int d = 0; d < PD_DIM; d++) {
         a->n[d] = (int32_t)n[d];
@@ -394,29 +394,29 @@ static int32_t pdi_body_find_stencil(const pd_body *body, const pdi_body_lattice
 /* Fills the table of lattice positions. Returns 0: two points at one position, or stored families are shorter. */
 static int pdi_body_build_lattice_table(const pd_ctx *ctx, pd_body *body, const pdi_body_lattice_axes *a)
 {
-    int nt = pdi_par_threads(ctx, (int64_t)body->count * body->kinds);
+    int nt = pdi_par_threads(ctx, (int64_t)body->count * body->stencil_bonds);
     (void)nt;
-    pdi_body_find_stencil(body, a, body->shift);
-    for (int64_t k = 0; k < body->places; k++) body->member[k] = -1;
+    pdi_body_find_stencil(body, a, body->stencil_shift);
+    for (int64_t k = 0; k < body->table_entries; k++) body->point_table[k] = -1;
     for (int32_t i = 0; i < body->count; i++) {
         int64_t place = a->margin;
         for (int d = 0; d < PD_DIM; d++) {
             double at = (body->position[(int64_t)i * PD_DIM + d] - a->lo[d]) / body->spacing;
             place += (int64_t)floor(at + 0.5) * a->stride[d];
         }
-        if (body->member[place] >= 0) return 0;
-        body->member[place] = i;
-        body->place[i] = (int32_t)place;
+        if (body->point_table[place] >= 0) return 0;
+        body->point_table[place] = i;
+        body->table_index[i] = (int32_t)place;
     }
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) {
-        const int32_t *at = body->member + body->place[i];
+        const int32_t *at = body->point_table + body->table_index[i];
         int32_t found = 0;
-        for (int32_t k = 0; k < body->kinds; k++) found += at[body->shift[k]] >= 0;
-        body->row[i + 1] = found;
+        for (int32_t k = 0; k < body->stencil_bonds; k++) found += at[body->stencil_shift[k]] >= 0;
+        body->first_bond[i + 1] = found;
     }
     pdi_body_number_bonds(body);
-    return body->places + body->count <= 2 * body->bonds;
+    return body->table_entries + body->count <= 2 * body->bonds;
 }
 
 /* Families by a shared stencil where that takes less memory; body->lattice says so. They equal those of the cell list:
@@ -430,7 +430,7 @@ static pd_status pdi_body_build_lattice_families(pd_ctx *ctx, pd_body *body)
     int32_t kinds = 0;
     if (status == PD_OK && pdi_body_try_coordinates(body, &axes)) kinds = pdi_body_find_stencil(body, &axes, NULL);
     if (kinds > 0) {
-        body->shifts = body->kinds = kinds;
+        body->shifts = body->stencil_bonds = kinds;
         body->lattice = 1;
         status = pdi_array_registry_build(ctx, pdi_body_list_families, body);
         if (status == PD_OK && !pdi_body_build_lattice_table(ctx, body, &axes)) {
@@ -449,9 +449,9 @@ static int pdi_body_is_joined(const pd_body *body, const pd_body_desc *desc, int
     int first = 0;
     pdi_body_bond_vector(body, i, f, xi);
     for (int d = 0; d < PD_DIM && !first; d++) first = xi[d] > 0.0 ? 1 : xi[d] < 0.0 ? -1 : 0;
-    if (first > 0) return desc->joined(desc->user, i, f->to, xi);
+    if (first > 0) return desc->joined(desc->user, i, f->neighbour, xi);
     for (int d = 0; d < PD_DIM; d++) xi[d] = -xi[d];
-    return desc->joined(desc->user, f->to, i, xi);
+    return desc->joined(desc->user, f->neighbour, i, xi);
 }
 
 /* Sets lost [bonds] to 1 for bonds that leave the body; set entries stay. Returns how many are set. */
@@ -473,8 +473,8 @@ static int64_t pdi_body_mark_leaving_bonds(const pd_ctx *ctx, const pd_body *bod
 /* Number of bonds of point i that do not leave the body. */
 static int64_t pdi_body_count_left(const pd_body *body, const uint8_t *lost, int32_t i)
 {
-    int64_t left = body->row[i + 1] - body->row[i];
-    for (int64_t k = body->row[i]; k < body->row[i + 1]; k++) left -= lost[k];
+    int64_t left = body->first_bond[i + 1] - body->first_bond[i];
+    for (int64_t k = body->first_bond[i]; k < body->first_bond[i + 1]; k++) left -= lost[k];
     return left;
 }
 
@@ -484,35 +484,37 @@ static void pdi_body_renumber_bonds(pd_body *body, const uint8_t *lost)
     int64_t begin = 0;
     for (int32_t i = 0; i < body->count; i++) {
         int64_t left = pdi_body_count_left(body, lost, i);
-        body->row[i] = begin;
+        body->first_bond[i] = begin;
         begin += left;
     }
-    body->row[body->count] = body->bonds = begin;
+    body->first_bond[body->count] = body->bonds = begin;
 }
 
 /* Lattice: points whose families lack bonds get lists of their own. PD_ERR_SIZE: too many. */
 static pd_status pdi_body_store_incomplete_families(pd_ctx *ctx, pd_body *body, const uint8_t *lost)
 {
-    int64_t lists = 0, room = body->places;
+    int64_t lists = 0, room = body->table_entries;
     for (int32_t i = 0; i < body->count; i++)
-        lists += pdi_body_count_left(body, lost, i) < body->row[i + 1] - body->row[i];
-    room += lists * body->kinds;
+        lists += pdi_body_count_left(body, lost, i) < body->first_bond[i + 1] - body->first_bond[i];
+    room += lists * body->stencil_bonds;
     if (room >= INT32_MAX)
-        return pdi_fail(ctx, PD_ERR_SIZE, "body", "%g families of %d bonds have lists of their own, too many: use a "
-                        "shorter horizon", (double)lists, (int)body->kinds);
-    PDI_TRY(PDI_GROW(ctx, "body", body->places, room, body->member));
-    body->places = room;
-    PDI_TRY(PDI_GROW(ctx, "body", body->shifts, 2 * (int64_t)body->kinds, body->shift));
-    body->shifts = 2 * (int64_t)body->kinds;
-    for (int32_t k = 0; k < body->kinds; k++) body->shift[body->kinds + k] = k;
-    int64_t list = body->charted;
+        return pdi_fail(ctx, PD_ERR_SIZE, "body",
+                        "%g families of %d bonds have lists of their own, too many: use a "
+                        "shorter horizon",
+                        (double)lists, (int)body->stencil_bonds);
+    PDI_TRY(PDI_GROW(ctx, "body", body->table_entries, room, body->point_table));
+    body->table_entries = room;
+    PDI_TRY(PDI_GROW(ctx, "body", body->shifts, 2 * (int64_t)body->stencil_bonds, body->stencil_shift));
+    body->shifts = 2 * (int64_t)body->stencil_bonds;
+    for (int32_t k = 0; k < body->stencil_bonds; k++) body->stencil_shift[body->stencil_bonds + k] = k;
+    int64_t list = body->lattice_entries;
     for (int32_t i = 0; i < body->count; i++) {
-        if (pdi_body_count_left(body, lost, i) == body->row[i + 1] - body->row[i]) continue;
-        for (int32_t k = 0; k < body->kinds; k++) body->member[list + k] = -1;
+        if (pdi_body_count_left(body, lost, i) == body->first_bond[i + 1] - body->first_bond[i]) continue;
+        for (int32_t k = 0; k < body->stencil_bonds; k++) body->point_table[list + k] = -1;
         for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);)
-            if (!lost[pdi_body_bond_number(&f)]) body->member[list + f.kind] = f.to;
-        body->place[i] = (int32_t)list;
-        list += body->kinds;
+            if (!lost[pdi_body_bond_number(&f)]) body->point_table[list + f.stencil_position] = f.neighbour;
+        body->table_index[i] = (int32_t)list;
+        list += body->stencil_bonds;
     }
     return PD_OK;
 }
@@ -523,19 +525,19 @@ static pd_status pdi_body_remove_lost_bonds(pd_ctx *ctx, pd_body *body, const ui
     int64_t left = 0, longest = 0, bonds = body->bonds;
     for (int32_t i = 0; i < body->count; i++) {
         int64_t begin = left;
-        for (int64_t k = body->row[i]; k < body->row[i + 1]; k++) {
+        for (int64_t k = body->first_bond[i]; k < body->first_bond[i + 1]; k++) {
             if (lost[k]) continue;
-            body->member[left] = body->member[k];
-            if (pdi_body_is_periodic(body)) body->image[left] = body->image[k];
+            body->point_table[left] = body->point_table[k];
+            if (pdi_body_is_periodic(body)) body->bond_image[left] = body->bond_image[k];
             left++;
         }
         longest = left - begin > longest ? left - begin : longest;
     }
-    PDI_TRY(PDI_GROW(ctx, "body", bonds, left, body->member));
-    body->places = body->charted = left;
-    PDI_TRY(PDI_GROW(ctx, "body", body->shifts, longest, body->shift));
-    body->shifts = body->kinds = (int32_t)longest;
-    return pdi_body_is_periodic(body) ? PDI_GROW(ctx, "body", bonds, left, body->image) : PD_OK;
+    PDI_TRY(PDI_GROW(ctx, "body", bonds, left, body->point_table));
+    body->table_entries = body->lattice_entries = left;
+    PDI_TRY(PDI_GROW(ctx, "body", body->shifts, longest, body->stencil_shift));
+    body->shifts = body->stencil_bonds = (int32_t)longest;
+    return pdi_body_is_periodic(body) ? PDI_GROW(ctx, "body", bonds, left, body->bond_image) : PD_OK;
 }
 
 /* As pdi_body_mark_leaving_bonds, with the visibility criterion by the faces of the surface. *count: how many. */
@@ -578,12 +580,13 @@ static pd_status pdi_body_remove_leaving_bonds(pd_ctx *ctx, pd_body *body, const
 static void pdi_body_tabulate_fractions(pd_body *body)
 {
     int64_t all = 1;
-    for (int d = 0; d < PD_DIM; d++) all *= body->cells;
+    for (int d = 0; d < PD_DIM; d++) all *= body->fraction_cells;
     for (int64_t k = 0; k < all; k++) {
         double xi[PD_DIM];
         int64_t rest = k;
-        for (int d = 0; d < PD_DIM; d++, rest /= body->cells) xi[d] = (double)(rest % body->cells) * body->spacing;
-        body->part[k] = pdi_partial_volume_compute_fraction(xi, body->spacing, body->horizon);
+        for (int d = 0; d < PD_DIM; d++, rest /= body->fraction_cells)
+            xi[d] = (double)(rest % body->fraction_cells) * body->spacing;
+        body->cell_fraction[k] = pdi_partial_volume_compute_fraction(xi, body->spacing, body->horizon);
     }
 }
 
@@ -593,11 +596,11 @@ static double pdi_body_cell_fraction(const pd_body *body, const double *xi)
     int64_t place = 0;
     for (int d = PD_DIM - 1; d >= 0; d--) {
         double at = fabs(xi[d]) / body->spacing, near = floor(at + 0.5);
-        if (!(fabs(at - near) < PDI_BODY_ROUNDING) || !(near < (double)body->cells))
+        if (!(fabs(at - near) < PDI_BODY_ROUNDING) || !(near < (double)body->fraction_cells))
             return pdi_partial_volume_compute_fraction(xi, body->spacing, body->horizon);
-        place = place * body->cells + (int64_t)near;
+        place = place * body->fraction_cells + (int64_t)near;
     }
-    return body->part[place];
+    return body->cell_fraction[place];
 }
 
 PDI_FN double pdi_body_compute_bond_weight(const pd_body *body, pd_influence influence, const double *xi)
@@ -633,7 +636,7 @@ PDI_FN int pdi_body_is_intact(const pd_body *body)
 static int32_t pdi_body_find_bond_to_image(const pd_body *body, int32_t i, int32_t j, int image)
 {
     for (pd_bond_iterator f = pdi_body_bonds_begin(body, j); pdi_body_bonds_next(&f);)
-        if (f.to == i && pdi_body_bond_image(&f) == image) return f.n;
+        if (f.neighbour == i && pdi_body_bond_image(&f) == image) return f.number;
     return -1;
 }
 
@@ -644,7 +647,7 @@ PDI_FN int32_t pdi_body_find_bond(const pd_body *body, int32_t i, int32_t j)
 
 PDI_FN int32_t pdi_body_find_reverse_bond(const pd_body *body, int32_t i, const pd_bond_iterator *f)
 {
-    return pdi_body_find_bond_to_image(body, i, f->to, -pdi_body_bond_image(f));
+    return pdi_body_find_bond_to_image(body, i, f->neighbour, -pdi_body_bond_image(f));
 }
 
 PDI_FN void pdi_body_mark_broken(pd_body *body, int32_t i, int32_t n)
@@ -657,8 +660,8 @@ int32_t pd_body_family(const pd_body *body, int32_t i, int32_t *to, uint8_t *bro
 {
     pd_bond_iterator f = pdi_body_bonds_begin(body, i);
     while (pdi_body_bonds_next(&f)) {
-        if (to) to[f.n] = f.to;
-        if (broken) broken[f.n] = (uint8_t)pdi_body_bond_is_broken(&f);
+        if (to) to[f.number] = f.neighbour;
+        if (broken) broken[f.number] = (uint8_t)pdi_body_bond_is_broken(&f);
     }
     return f.bonds;
 }
@@ -666,15 +669,15 @@ int32_t pd_body_family(const pd_body *body, int32_t i, int32_t *to, uint8_t *bro
 PDI_FN int pdi_body_break_bond(pd_body *body, int32_t i, const pd_bond_iterator *f)
 {
     if (pdi_body_bond_is_broken(f)) return 0;
-    pdi_body_mark_broken(body, i, f->n);
-    pdi_body_mark_broken(body, f->to, pdi_body_find_reverse_bond(body, i, f));
+    pdi_body_mark_broken(body, i, f->number);
+    pdi_body_mark_broken(body, f->neighbour, pdi_body_find_reverse_bond(body, i, f));
     return 1;
 }
 
 int pd_body_break(pd_body *body, int32_t i, int32_t j)
 {
     for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);)
-        if (f.to == j && !pdi_body_bond_image(&f)) return pdi_body_break_bond(body, i, &f);
+        if (f.neighbour == j && !pdi_body_bond_image(&f)) return pdi_body_break_bond(body, i, &f);
     return 0;
 }
 
@@ -688,9 +691,9 @@ PDI_FN int64_t pdi_body_break_all_bonds(pd_body *body, int32_t i)
 
 PDI_FN void pdi_body_mark_influential(const pd_body *body, uint8_t *felt)
 {
-    for (int32_t i = 0; i < body->own; i++) {
+    for (int32_t i = 0; i < body->real_count; i++) {
         felt[i] = 1;
-        for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) felt[f.to] = 1;
+        for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) felt[f.neighbour] = 1;
     }
 }
 
@@ -701,9 +704,9 @@ PDI_FN int32_t pdi_body_find_component(const pd_body *body, int32_t i, uint8_t *
     seen[i] = 1;
     for (int32_t n = 0; n < count; n++)
         for (pd_bond_iterator f = pdi_body_bonds_begin(body, piece[n]); pdi_body_bonds_next(&f);) {
-            if (seen[f.to] || pdi_body_bond_is_broken(&f)) continue;
-            seen[f.to] = 1;
-            piece[count++] = f.to;
+            if (seen[f.neighbour] || pdi_body_bond_is_broken(&f)) continue;
+            seen[f.neighbour] = 1;
+            piece[count++] = f.neighbour;
         }
     return count;
 }
@@ -755,15 +758,15 @@ static pd_status pdi_body_check(pd_ctx *ctx, const pd_body_desc *desc)
 static pd_status pdi_body_build_inner(pd_ctx *ctx, const pd_body_desc *desc, pd_body *body, pdi_body_cell_list *cells)
 {
     PDI_TRY(pdi_body_check(ctx, desc));
-    body->count = body->own = desc->count;
+    body->count = body->real_count = desc->count;
     body->horizon = desc->horizon;
     body->spacing = desc->spacing;
     memcpy(body->period, desc->period, sizeof body->period);
     body->rim = PD_DIM > 1 ? desc->rim : PD_PARTIAL_VOLUME_LINEAR; /* which is exact in 1D */
     if (body->rim == PD_PARTIAL_VOLUME_EXACT && body->horizon < PDI_BODY_MAX_TABLE_SPACINGS * body->spacing)
-        body->cells = (int32_t)ceil(body->horizon / body->spacing) + 2;
+        body->fraction_cells = (int32_t)ceil(body->horizon / body->spacing) + 2;
     PDI_TRY(pdi_array_registry_build(ctx, pdi_body_list_points, body));
-    if (body->cells) pdi_body_tabulate_fractions(body);
+    if (body->fraction_cells) pdi_body_tabulate_fractions(body);
     memcpy(body->position, desc->position, (size_t)desc->count * PD_DIM * sizeof *desc->position);
     memcpy(body->volume, desc->volume, (size_t)desc->count * sizeof *desc->volume);
     PDI_TRY(pdi_body_build_lattice_families(ctx, body));

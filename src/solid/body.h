@@ -58,48 +58,48 @@ typedef struct pd_body_desc {
 
 typedef struct pd_body {
     int32_t count;
-    int32_t own;       /* points without the mirror images behind planes of symmetry, which come last. The energy of the
-                        * body is that of these points */
-    const int32_t *of;   /* [count - own] borrowed: the point that an image stands for; NULL without images */
-    const uint8_t *flip; /* [count - own] borrowed: bit d: it is a reflection along axis d */
+    int32_t real_count; /* points without the mirror images behind planes of symmetry, which come last. The energy of
+                         * the body is that of these points */
+    const int32_t *image_source; /* [count - own] borrowed: the point that an image stands for; NULL without images */
+    const uint8_t *image_reflection; /* [count - own] borrowed: bit d: it is a reflection along axis d */
     double horizon;    /* [m] */
     double spacing;    /* [m] */
     pd_partial_volume rim;
     double period[PD_DIM]; /* [m] */
     /* of a lattice with PD_PARTIAL_VOLUME_EXACT: cells along an axis in the table `part`; 0: no table */
-    int32_t cells;
-    double *part;      /* [cells^PD_DIM] [-] volume fractions of cells within the horizon by their offsets, axis 0
-                        * fastest */
+    int32_t fraction_cells;
+    double *cell_fraction; /* [cells^PD_DIM] [-] volume fractions of cells within the horizon by their offsets, axis 0
+                            * fastest */
     double *position;  /* [count][PD_DIM] [m] */
     double *volume;    /* [count] [m^d] */
     int64_t bonds;     /* of all families: each bond counts twice */
-    int64_t *row;      /* [count + 1] number of the first bond of each family */
+    int64_t *first_bond; /* [count + 1] number of the first bond of each family */
     int lattice;       /* 1: all points are on a lattice, and families come from the shared stencil */
-    int32_t kinds;     /* bonds of the lattice stencil; otherwise bonds of the longest family */
+    int32_t stencil_bonds; /* bonds of the lattice stencil; otherwise bonds of the longest family */
     int64_t shifts;    /* entries of shift: kinds, or twice that with lists */
-    int32_t *shift;    /* [shifts] index distances from the entry of a point in member to those of its family; then the
-                        * ones for points with lists of their own */
-    int64_t places;    /* entries of member */
-    int64_t charted;   /* entries of member that are lattice positions; lists of single points follow them */
-    int32_t *member;   /* [places] point at each lattice position, -1: none, then the lists of points with incomplete
-                        * families; without a lattice the families, one after another */
-    int32_t *place;    /* [count] of a lattice: index in member of each point, or of its own list */
-    int8_t *image;     /* [bonds] with a period: number of periods between the other end and the point it is an image
-                        * of */
+    int32_t *stencil_shift; /* [shifts] index distances from the entry of a point in member to those of its family; then
+                             * the ones for points with lists of their own */
+    int64_t table_entries;  /* entries of member */
+    int64_t lattice_entries; /* entries of member that are lattice positions; lists of single points follow them */
+    int32_t *point_table; /* [places] point at each lattice position, -1: none, then the lists of points with incomplete
+                           * families; without a lattice the families, one after another */
+    int32_t *table_index; /* [count] of a lattice: index in member of each point, or of its own list */
+    int8_t *bond_image;   /* [bonds] with a period: number of periods between the other end and the point it is an image
+                           * of */
     uint8_t *broken;   /* one bit for each bond, whole bytes for each family; 1: broken, set at both ends of the bond */
 } pd_body;
 
 /* Iterator over the bonds of the family of a point. */
 typedef struct pd_bond_iterator {
-    const int32_t *at;     /* entry of the point in member */
+    const int32_t *point_entry; /* entry of the point in member */
     const int32_t *shift;  /* of the body */
     const uint8_t *broken; /* bits of the family */
     const int8_t *image;   /* of its bonds; NULL without a period */
     int64_t first;         /* number of its first bond */
     int32_t bonds;         /* how many it has */
-    int32_t n;             /* current bond: number within the family; -1 before the first one */
-    int32_t kind;          /* index of its shift: position in the stencil of a lattice */
-    int32_t to;            /* the point at its other end */
+    int32_t number;        /* current bond: number within the family; -1 before the first one */
+    int32_t stencil_position; /* index of its shift: position in the stencil of a lattice */
+    int32_t neighbour;        /* the point at its other end */
 } pd_bond_iterator;
 
 #define pd_body_build PD_NAME(pd_body_build)
@@ -134,31 +134,35 @@ static inline int pdi_body_is_periodic(const pd_body *body) { return body->perio
 static inline pd_bond_iterator pdi_body_bonds_begin(const pd_body *body, int32_t i)
 {
     pd_bond_iterator f;
-    f.first = body->row[i];
-    f.bonds = (int32_t)(body->row[i + 1] - f.first);
-    f.at = body->member + (body->lattice ? (int64_t)body->place[i] : f.first);
-    f.shift = body->lattice && body->place[i] >= body->charted ? body->shift + body->kinds : body->shift;
+    f.first = body->first_bond[i];
+    f.bonds = (int32_t)(body->first_bond[i + 1] - f.first);
+    f.point_entry = body->point_table + (body->lattice ? (int64_t)body->table_index[i] : f.first);
+    f.shift = body->lattice && body->table_index[i] >= body->lattice_entries ? body->stencil_shift + body->stencil_bonds
+                                                                             : body->stencil_shift;
     f.broken = body->broken + ((f.first + 7 * (int64_t)i) >> 3); /* each family begins in a byte of its own */
-    f.image = pdi_body_is_periodic(body) ? body->image + f.first : NULL;
-    f.n = f.kind = f.to = -1;
+    f.image = pdi_body_is_periodic(body) ? body->bond_image + f.first : NULL;
+    f.number = f.stencil_position = f.neighbour = -1;
     return f;
 }
 /* Moves to the next bond of the family, broken ones too. Returns 0: there is none. */
 static inline int pdi_body_bonds_next(pd_bond_iterator *f)
 {
-    if (++f->n == f->bonds) return 0;
-    do f->to = f->at[f->shift[++f->kind]];
-    while (f->to < 0);
+    if (++f->number == f->bonds) return 0;
+    do f->neighbour = f->point_entry[f->shift[++f->stencil_position]];
+    while (f->neighbour < 0);
     return 1;
 }
 /* Number of the current bond among all bonds of the body: index of arrays [bonds]. */
-static inline int64_t pdi_body_bond_number(const pd_bond_iterator *f) { return f->first + f->n; }
+static inline int64_t pdi_body_bond_number(const pd_bond_iterator *f) { return f->first + f->number; }
 /* 1: the current bond is broken. */
-static inline int pdi_body_bond_is_broken(const pd_bond_iterator *f) { return f->broken[f->n >> 3] >> (f->n & 7) & 1; }
+static inline int pdi_body_bond_is_broken(const pd_bond_iterator *f)
+{
+    return f->broken[f->number >> 3] >> (f->number & 7) & 1;
+}
 
 /* Number of periods between the other end of the current bond and the point that it is an image of; 0 without a
  * period. */
-static inline int pdi_body_bond_image(const pd_bond_iterator *f) { return f->image ? f->image[f->n] : 0; }
+static inline int pdi_body_bond_image(const pd_bond_iterator *f) { return f->image ? f->image[f->number] : 0; }
 
 /* xi = x_j - x_i [m], the positions of two points. */
 static inline void pdi_body_compute_offset(const pd_body *body, int32_t i, int32_t j, double *xi)
@@ -170,9 +174,9 @@ static inline void pdi_body_compute_offset(const pd_body *body, int32_t i, int32
 /* Reference vector xi [m] of the current bond of point i, to its periodic image where there is one. */
 static inline void pdi_body_bond_vector(const pd_body *body, int32_t i, const pd_bond_iterator *f, double *xi)
 {
-    pdi_body_compute_offset(body, i, f->to, xi);
+    pdi_body_compute_offset(body, i, f->neighbour, xi);
     if (!f->image) return;
-    for (int d = 0; d < PD_DIM; d++) xi[d] += f->image[f->n] * body->period[d];
+    for (int d = 0; d < PD_DIM; d++) xi[d] += f->image[f->number] * body->period[d];
 }
 /* Stretch s = (|Y| - r)/r of a bond xi whose ends have the relative displacement eta, all [m]. Out: Y = xi + eta, r =
  * |xi|, length = |Y|. A difference of squares over their sum, so no digits of small displacements are lost. */

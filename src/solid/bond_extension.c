@@ -138,13 +138,13 @@ PDI_INLINE_HOT void pdi_bond_extension_sum_bonds(const pd_point_batch *band, int
         double w = pdi_bond_weights_get_intact(band->weights, i, &f);
         pdi_point_batch_image_shift(band->body, pdi_body_bond_image(&f), shift);
         if (w > 0.0)
-            pdi_bond_extension_add_bond(own, own + (f.to - i), total, shift, w, PDI_POINT_BATCH_FULL_MASK, what,
+            pdi_bond_extension_add_bond(own, own + (f.neighbour - i), total, shift, w, PDI_POINT_BATCH_FULL_MASK, what,
                                         kinematics, 1, loop);
     }
     for (int64_t b = band->begin[k]; b < band->begin[k + 1]; b++) {
         const double *far = own + band->bond[b].offset;
         double w = (double)band->bond[b].weight;
-        uint32_t lanes = band->bond[b].lanes;
+        uint32_t lanes = band->bond[b].mask;
         if (band->bond[b].image) {
             pdi_point_batch_image_shift(band->body, band->bond[b].image, shift);
             pdi_bond_extension_add_bond(own, far, total, shift, w, lanes, what, kinematics, whole, loop);

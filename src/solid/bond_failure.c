@@ -20,7 +20,7 @@ PDI_FN void pdi_bond_failure_list(pdi_array_visitor *owner, void *object)
               "J/m^(2d)");
     PDI_ARRAY(owner, criterion, stress, tensors * PD_DIM * PD_DIM, "Pa");
     PDI_ARRAY(owner, criterion, scalar, tensors, "Pa");
-    PDI_ARRAY(owner, criterion, most, count, "1");
+    PDI_ARRAY(owner, criterion, max_measure, count, "1");
 }
 
 /* ---- calibration ---- */
@@ -63,7 +63,8 @@ static void pdi_bond_failure_calibrate(pd_bond_failure *c)
  * in 2D. */
 static double pdi_bond_failure_equivalent_stress(const pd_bond_failure *c, int32_t i, const double *stress)
 {
-    double s[9] = {0.0}, normal = c->solid.normal ? c->solid.normal(c->solid.self, i, stress) : 0.0, mean;
+    double s[9] = {0.0},
+           normal = c->solid.out_of_plane_stress ? c->solid.out_of_plane_stress(c->solid.self, i, stress) : 0.0, mean;
     double mises = pdi_material_interface_von_mises(stress, normal, &mean);
     if (c->desc.kind == PD_BOND_FAILURE_MISES) return mises;
     if (!(mises > 0.0)) return mean;
@@ -81,7 +82,7 @@ static double pdi_bond_failure_equivalent_stress(const pd_bond_failure *c, int32
 static void pdi_bond_failure_bond_vectors(const pd_bond_failure *c, const double *u, int32_t i,
                                           const pd_bond_iterator *f, double *xi, double *eta)
 {
-    const double *own = u + (int64_t)i * PD_DIM, *far = u + (int64_t)f->to * PD_DIM;
+    const double *own = u + (int64_t)i * PD_DIM, *far = u + (int64_t)f->neighbour * PD_DIM;
     pdi_body_bond_vector(c->solid.body, i, f, xi);
     for (int d = 0; d < PD_DIM; d++) eta[d] = far[d] - own[d];
 }
@@ -91,16 +92,17 @@ static double pdi_bond_failure_compute_measure(const pd_bond_failure *c, const d
                                                const pd_bond_iterator *f)
 {
     const pd_body *body = c->solid.body;
-    int32_t j = f->to;
+    int32_t j = f->neighbour;
     double xi[PD_DIM], eta[PD_DIM], y[PD_DIM], r, length;
-    if (pdi_body_bond_is_broken(f) || (c->desc.spared && (c->desc.spared[i] || c->desc.spared[j]))) return 0.0;
+    if (pdi_body_bond_is_broken(f) || (c->desc.unbreakable && (c->desc.unbreakable[i] || c->desc.unbreakable[j])))
+        return 0.0;
     if (c->desc.kind >= PD_BOND_FAILURE_PRINCIPAL) return 0.5 * (c->scalar[i] + c->scalar[j]);
     pdi_bond_failure_bond_vectors(c, u, i, f, xi, eta);
     double stretch = pdi_body_compute_stretch(xi, eta, y, &r, &length);
     if (c->desc.kind == PD_BOND_FAILURE_STRETCH) return stretch;
     if (!(stretch > 0.0)) return 0.0;
     double energy =
-        c->energy[pdi_body_bond_number(f)] + c->energy[body->row[j] + pdi_body_find_reverse_bond(body, i, f)];
+        c->energy[pdi_body_bond_number(f)] + c->energy[body->first_bond[j] + pdi_body_find_reverse_bond(body, i, f)];
     return energy / pdi_body_compute_bond_weight(body, PD_INFLUENCE_CONSTANT, xi);
 }
 
@@ -138,11 +140,11 @@ static double pdi_bond_failure_find_max(const pd_ctx *ctx, pd_bond_failure *c, c
     }
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) {
-        c->most[i] = 0.0;
+        c->max_measure[i] = 0.0;
         for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);)
-            if (f.to >= i) c->most[i] = pdi_max(c->most[i], measure(c, u, i, &f));
+            if (f.neighbour >= i) c->max_measure[i] = pdi_max(c->max_measure[i], measure(c, u, i, &f));
     }
-    for (int32_t i = 0; i < body->count; i++) most = pdi_max(most, c->most[i]);
+    for (int32_t i = 0; i < body->count; i++) most = pdi_max(most, c->max_measure[i]);
     return most;
 }
 
@@ -163,7 +165,8 @@ static int pdi_bond_failure_compute_gradient(const pd_bond_failure *c, const dou
     for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
         if (pdi_body_bond_is_broken(&f)) continue;
         pdi_bond_failure_bond_vectors(c, u, i, &f, xi, eta);
-        double weight = over * pdi_body_compute_bond_weight(body, PD_INFLUENCE_CONSTANT, xi) * body->volume[f.to];
+        double weight =
+            over * pdi_body_compute_bond_weight(body, PD_INFLUENCE_CONSTANT, xi) * body->volume[f.neighbour];
         for (int p = 0; p < PD_DIM * PD_DIM; p++) {
             k[p] += weight * xi[p / PD_DIM] * xi[p % PD_DIM];
             moved[p] += weight * eta[p / PD_DIM] * xi[p % PD_DIM];
@@ -185,7 +188,9 @@ static double pdi_bond_failure_lost_stretch(const pd_bond_failure *c, const doub
     const pd_body *body = c->solid.body;
     double h[PD_DIM * PD_DIM], xi[PD_DIM], eta[PD_DIM], y[PD_DIM], r, length, most = 0.0;
     int64_t intact = pdi_body_count_intact(body, i);
-    if (!intact || intact == body->row[i + 1] - body->row[i] || (c->desc.spared && c->desc.spared[i])) return 0.0;
+    if (!intact || intact == body->first_bond[i + 1] - body->first_bond[i] ||
+        (c->desc.unbreakable && c->desc.unbreakable[i]))
+        return 0.0;
     if (!pdi_bond_failure_compute_gradient(c, u, i, h)) return 0.0;
     for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
         if (!pdi_body_bond_is_broken(&f)) continue;
@@ -209,14 +214,14 @@ static int64_t pdi_bond_failure_break_blind_points(const pd_ctx *ctx, pd_bond_fa
     int nt = pdi_par_threads(ctx, body->bonds);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < body->count; i++) c->most[i] = pdi_bond_failure_lost_stretch(c, u, i);
-    for (int32_t i = 0; i < body->count; i++) most = pdi_max(most, c->most[i]);
+    for (int32_t i = 0; i < body->count; i++) c->max_measure[i] = pdi_bond_failure_lost_stretch(c, u, i);
+    for (int32_t i = 0; i < body->count; i++) most = pdi_max(most, c->max_measure[i]);
     if (!(most > c->critical)) return 0;
     double from = pdi_bond_failure_breaking_threshold(c, most, eager);
     for (int32_t i = 0; i < body->count; i++) {
-        if (!(c->most[i] >= from)) continue;
+        if (!(c->max_measure[i] >= from)) continue;
         for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);)
-            if (!c->desc.spared || !c->desc.spared[f.to]) broken += pdi_body_break_bond(body, i, &f);
+            if (!c->desc.unbreakable || !c->desc.unbreakable[f.neighbour]) broken += pdi_body_break_bond(body, i, &f);
     }
     return broken;
 }
@@ -233,9 +238,9 @@ int64_t pd_bond_failure_break(const pd_ctx *ctx, pd_bond_failure *c, const doubl
                    : 0;
     double from = pdi_bond_failure_breaking_threshold(c, most, eager);
     for (int32_t i = 0; i < body->count; i++) {
-        if (!(c->most[i] >= from)) continue;
+        if (!(c->max_measure[i] >= from)) continue;
         for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);)
-            if (f.to >= i && pdi_bond_failure_compute_measure(c, u, i, &f) >= from)
+            if (f.neighbour >= i && pdi_bond_failure_compute_measure(c, u, i, &f) >= from)
                 broken += pdi_body_break_bond(body, i, &f);
     }
     return broken;
@@ -248,18 +253,18 @@ void pd_bond_failure_find_first(const pd_ctx *ctx, pd_bond_failure *c, const dou
     first->bond = -1;
     double most = c->critical > 0.0 ? pdi_bond_failure_find_max(ctx, c, u, pdi_bond_failure_inverse_load_factor) : 0.0;
     if (!(most > 0.0)) return;
-    while (!(c->most[first->from] >= most)) first->from++;
+    while (!(c->max_measure[first->from] >= most)) first->from++;
     pd_bond_iterator f = pdi_body_bonds_begin(body, first->from);
     while (pdi_body_bonds_next(&f) &&
-           !(f.to >= first->from && pdi_bond_failure_inverse_load_factor(c, u, first->from, &f) >= most))
+           !(f.neighbour >= first->from && pdi_bond_failure_inverse_load_factor(c, u, first->from, &f) >= most))
         continue;
     first->bond = pdi_body_bond_number(&f);
-    first->to = f.to;
+    first->to = f.neighbour;
     first->measure = pdi_bond_failure_compute_measure(c, u, first->from, &f);
     first->factor = 1.0 / most;
-    pdi_body_bond_vector(body, first->from, &f, first->place);
+    pdi_body_bond_vector(body, first->from, &f, first->midpoint);
     for (int d = 0; d < PD_DIM; d++)
-        first->place[d] = body->position[(int64_t)first->from * PD_DIM + d] + 0.5 * first->place[d];
+        first->midpoint[d] = body->position[(int64_t)first->from * PD_DIM + d] + 0.5 * first->midpoint[d];
 }
 
 /* ---- build ---- */

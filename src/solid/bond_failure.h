@@ -21,7 +21,7 @@ typedef struct pd_bond_failure_desc {
     pd_bond_failure_kind kind;
     double critical;       /* [-], [J/m^(2d)] or [Pa]; 0: from `fracture` */
     double fracture;       /* [J/m2] energy of a crack per area, for PD_BOND_FAILURE_ENERGY on a lattice */
-    const uint8_t *spared; /* [count] 1: bonds of the point never break; NULL: none. Borrowed */
+    const uint8_t *unbreakable; /* [count] 1: bonds of the point never break; NULL: none. Borrowed */
 } pd_bond_failure_desc;
 
 typedef struct pd_bond_failure {
@@ -32,14 +32,15 @@ typedef struct pd_bond_failure {
     double *energy;    /* [bonds] [J/m^(2d)] work */
     double *stress;    /* [count][PD_DIM^2] [Pa] work */
     double *scalar;    /* [count] [Pa] stress of each point that counts */
-    double *most;      /* [count] [-], [J/m^(2d)] or [Pa] largest measure of the bonds to points with higher numbers */
+    /* [count] [-], [J/m^(2d)] or [Pa] largest measure of the bonds to points with higher numbers */
+    double *max_measure;
 } pd_bond_failure;
 
 /* The bond that breaks first. */
 typedef struct pd_first_failure {
     int64_t bond;          /* -1: no measure is above 0 */
     int32_t from, to;      /* its points */
-    double place[PD_DIM];  /* [m] its middle */
+    double midpoint[PD_DIM]; /* [m] its middle */
     double measure;        /* [-], [J/m^(2d)] or [Pa] */
     double factor;         /* [-] on u; 0: none */
 } pd_first_failure;

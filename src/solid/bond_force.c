@@ -20,7 +20,7 @@ static int32_t pdi_bond_force_find_max_steps(const pd_body *body, int32_t i)
     int32_t most = 0;
     for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
         double xi[PD_DIM];
-        pdi_body_compute_offset(body, i, f.to, xi);
+        pdi_body_compute_offset(body, i, f.neighbour, xi);
         for (int d = 0; d < PD_DIM; d++) {
             double step = fabs(xi[d]) / body->spacing, near = floor(step + 0.5);
             if (!(fabs(step - near) <= PDI_BOND_FORCE_ROUNDING) || !(near <= PDI_BOND_FORCE_MAX_STEPS))
@@ -57,7 +57,7 @@ PDI_FN void pdi_bond_force_list(pdi_array_visitor *owner, void *object)
     pd_bond_force *springs = (pd_bond_force *)object;
     PDI_ARRAY(owner, springs, kind, springs->kinds, "");
     PDI_ARRAY(owner, springs, order, springs->kinds, "1");
-    PDI_ARRAY(owner, springs, place, springs->kinds + 1, "1");
+    PDI_ARRAY(owner, springs, work, springs->kinds + 1, "1");
 }
 
 /* Sector of a family by the signs of a bond, in base 3: digit 0: zero, 1: positive, 2: negative. */
@@ -72,7 +72,7 @@ static int pdi_bond_force_find_sector(const double *xi, double rounding)
 static int pdi_bond_force_compare_kinds(const void *a, const void *b)
 {
     const pd_bond_force_kind *p = (const pd_bond_force_kind *)a, *q = (const pd_bond_force_kind *)b;
-    if (p->part != q->part) return p->part < q->part ? -1 : 1;
+    if (p->sector != q->sector) return p->sector < q->sector ? -1 : 1;
     for (int d = PD_DIM - 1; d >= 0; d--) {
         double own = fabs(p->xi[d]), other = fabs(q->xi[d]);
         if (own < other || own > other) return own < other ? -1 : 1;
@@ -85,24 +85,24 @@ static int32_t pdi_bond_force_offset_index(const pd_bond_force *s, const double 
 {
     int32_t box = 0;
     for (int d = PD_DIM - 1; d >= 0; d--)
-        box = box * (2 * s->reach + 1) + (int32_t)floor(xi[d] / s->body->spacing + 0.5) + s->reach;
+        box = box * (2 * s->max_steps + 1) + (int32_t)floor(xi[d] / s->body->spacing + 0.5) + s->max_steps;
     return box;
 }
 
 /* Builds the bond kinds of a lattice, and sorts them. */
 static void pdi_bond_force_sort_kinds(pd_bond_force *s)
 {
-    int32_t wide = 2 * s->reach + 1;
+    int32_t wide = 2 * s->max_steps + 1;
     for (int32_t k = 0; k < s->kinds; k++) {
         pd_bond_force_kind *kind = &s->kind[k];
         double square = 0.0;
         for (int32_t d = 0, rest = k; d < PD_DIM; rest /= wide, d++) {
-            kind->xi[d] = (rest % wide - s->reach) * s->body->spacing;
+            kind->xi[d] = (rest % wide - s->max_steps) * s->body->spacing;
             square += kind->xi[d] * kind->xi[d];
         }
-        kind->over = square > 0.0 ? 1.0 / square : 0.0;
-        kind->stiff = sqrt(kind->over);
-        kind->part = pdi_bond_force_find_sector(kind->xi, 0.0);
+        kind->inv_r2 = square > 0.0 ? 1.0 / square : 0.0;
+        kind->inv_r = sqrt(kind->inv_r2);
+        kind->sector = pdi_bond_force_find_sector(kind->xi, 0.0);
     }
     qsort(s->kind, (size_t)s->kinds, sizeof *s->kind, pdi_bond_force_compare_kinds);
     for (int32_t k = 0; k < s->kinds; k++) s->order[pdi_bond_force_offset_index(s, s->kind[k].xi)] = k;
@@ -113,23 +113,23 @@ PDI_FN pd_status pdi_bond_force_build(pd_ctx *ctx, pd_body *body, const pd_bond_
     memset(s, 0, sizeof *s);
     s->body = body;
     s->weights = weights;
-    s->reach = pdi_bond_force_find_extent(ctx, body);
-    s->lattice = s->reach <= PDI_BOND_FORCE_MAX_STEPS;
+    s->max_steps = pdi_bond_force_find_extent(ctx, body);
+    s->lattice = s->max_steps <= PDI_BOND_FORCE_MAX_STEPS;
     s->kinds = s->lattice ? 1 : PD_BOND_FORCE_SECTORS;
-    for (int d = 0; d < PD_DIM && s->lattice; d++) s->kinds *= 2 * s->reach + 1;
+    for (int d = 0; d < PD_DIM && s->lattice; d++) s->kinds *= 2 * s->max_steps + 1;
     pd_status status = pdi_array_registry_build(ctx, pdi_bond_force_list, s);
     if (status == PD_OK) status = pdi_point_batch_build(ctx, body, weights, PDI_POINT_BATCH_STIFFNESS, &s->band);
-    s->band.singles = 1;
-    s->band.vectors = s->lattice;
+    s->band.list_single_points = 1;
+    s->band.lattice_vectors = s->lattice;
     if (status == PD_OK && s->lattice) pdi_bond_force_sort_kinds(s);
-    for (int k = 0; k < s->kinds && status == PD_OK && !s->lattice; k++) s->kind[k].part = k;
+    for (int k = 0; k < s->kinds && status == PD_OK && !s->lattice; k++) s->kind[k].sector = k;
     if (status < 0) pdi_bond_force_free(ctx, s);
     return status;
 }
 
 PDI_FN void pdi_bond_force_free(pd_ctx *ctx, pd_bond_force *s)
 {
-    PDI_DELETE(ctx, s->room, s->of);
+    PDI_DELETE(ctx, s->capacity, s->bond_kind);
     pdi_point_batch_free(ctx, &s->band);
     pdi_array_registry_free(ctx, pdi_bond_force_list, s);
     memset(s, 0, sizeof *s);
@@ -149,7 +149,7 @@ static int32_t pdi_bond_force_find_kind(const pd_bond_force *s, int32_t k, const
     const pd_body *body = s->body;
     int32_t i = s->band.first[k];
     double xi[PD_DIM];
-    for (uint32_t lanes = bond->lanes; !(lanes & 1u); lanes >>= 1) i++;
+    for (uint32_t lanes = bond->mask; !(lanes & 1u); lanes >>= 1) i++;
     for (int d = 0; d < PD_DIM; d++)
         xi[d] = body->position[((int64_t)i + bond->offset) * PD_DIM + d] - body->position[(int64_t)i * PD_DIM + d];
     return s->lattice ? s->order[pdi_bond_force_offset_index(s, xi)]
@@ -160,17 +160,17 @@ static int32_t pdi_bond_force_find_kind(const pd_bond_force *s, int32_t k, const
 static void pdi_bond_force_sort_bonds(pd_bond_force *s, int32_t k, pd_point_batch_bond *old, int32_t *kind)
 {
     int64_t begin = s->band.begin[k], bonds = s->band.begin[k + 1] - begin;
-    memset(s->place, 0, ((size_t)s->kinds + 1) * sizeof *s->place);
+    memset(s->work, 0, ((size_t)s->kinds + 1) * sizeof *s->work);
     for (int64_t b = 0; b < bonds; b++) {
         old[b] = s->band.bond[begin + b];
         kind[b] = pdi_bond_force_find_kind(s, k, &old[b]);
-        s->place[kind[b] + 1]++;
+        s->work[kind[b] + 1]++;
     }
-    for (int32_t q = 0; q < s->kinds; q++) s->place[q + 1] += s->place[q];
+    for (int32_t q = 0; q < s->kinds; q++) s->work[q + 1] += s->work[q];
     for (int64_t b = 0; b < bonds; b++) {
-        int64_t to = begin + s->place[kind[b]]++;
+        int64_t to = begin + s->work[kind[b]]++;
         s->band.bond[to] = old[b];
-        s->of[to] = kind[b];
+        s->bond_kind[to] = kind[b];
     }
 }
 
@@ -180,15 +180,15 @@ PDI_FN pd_status pdi_bond_force_update(pd_ctx *ctx, pd_bond_force *s)
     int32_t *kind = NULL;
     int64_t longest = 1;
     PDI_TRY(pdi_point_batch_update(ctx, &s->band));
-    if (s->room < s->band.room) {
-        PDI_TRY(PDI_GROW(ctx, "springs", s->room, s->band.room, s->of));
-        s->room = s->band.room;
+    if (s->capacity < s->band.capacity) {
+        PDI_TRY(PDI_GROW(ctx, "springs", s->capacity, s->band.capacity, s->bond_kind));
+        s->capacity = s->band.capacity;
     }
-    for (int32_t k = 0; k < s->band.bands; k++)
+    for (int32_t k = 0; k < s->band.batches; k++)
         if (s->band.begin[k + 1] - s->band.begin[k] > longest) longest = s->band.begin[k + 1] - s->band.begin[k];
     pd_status status = PDI_NEW(ctx, "springs", longest, old);
     if (status == PD_OK) status = PDI_NEW(ctx, "springs", longest, kind);
-    for (int32_t k = 0; k < s->band.bands && status == PD_OK; k++) pdi_bond_force_sort_bonds(s, k, old, kind);
+    for (int32_t k = 0; k < s->band.batches && status == PD_OK; k++) pdi_bond_force_sort_bonds(s, k, old, kind);
     PDI_DELETE(ctx, longest, old);
     PDI_DELETE(ctx, longest, kind);
     return status;
@@ -209,9 +209,9 @@ PDI_INLINE void pdi_bond_force_add_bond(const double *PD_RESTRICT own, const dou
                                         const pd_bond_force_kind *PD_RESTRICT kind, double weight, uint32_t mask,
                                         int count, pdi_bond_force_sums *PD_RESTRICT sums)
 {
-    double(*PD_RESTRICT sum)[PD_POINT_BATCH_MAX] = sums->sector[kind->part];
+    double(*PD_RESTRICT sum)[PD_POINT_BATCH_MAX] = sums->sector[kind->sector];
     double *PD_RESTRICT high = sums->max_e, *PD_RESTRICT low = sums->min_e;
-    double xi[PD_DIM], inv_r2 = kind->over;
+    double xi[PD_DIM], inv_r2 = kind->inv_r2;
     for (int d = 0; d < PD_DIM; d++) xi[d] = kind->xi[d];
     for (int n = 0; n < count; n++) {
         double y[PD_DIM], more = 0.0;
@@ -237,10 +237,10 @@ static void pdi_bond_force_sum_batch(const pd_bond_force *s, int32_t k, int whol
     const double *own = pdi_point_batch_get_field(band, 0) + band->first[k];
     int64_t total = band->stride;
     for (int64_t b = band->begin[k]; b < band->begin[k + 1]; b++) {
-        const pd_bond_force_kind *kind = &s->kind[s->of[b]];
+        const pd_bond_force_kind *kind = &s->kind[s->bond_kind[b]];
         const double *far = own + band->bond[b].offset;
-        double weight = (double)band->bond[b].weight * kind->stiff;
-        uint32_t lanes = band->bond[b].lanes;
+        double weight = (double)band->bond[b].weight * kind->inv_r;
+        uint32_t lanes = band->bond[b].mask;
         if (lanes == PDI_POINT_BATCH_FULL_MASK)
             pdi_bond_force_add_bond(own, far, total, kind, weight, PDI_POINT_BATCH_FULL_MASK, PD_POINT_BATCH_MAX, sums);
         else if (whole > 1) pdi_bond_force_add_bond(own, far, total, kind, weight, lanes, whole, sums);
@@ -281,10 +281,10 @@ static int64_t pdi_bond_force_sum_point(pd_bond_force *s, const pdi_bond_force_s
     int64_t total = band->stride, broken = 0;
     for (int64_t b = band->begin[k]; b < band->begin[k + 1]; b++) {
         pd_point_batch_bond *bond = &band->bond[b];
-        pd_bond_force_kind kind = s->kind[s->of[b]];
+        pd_bond_force_kind kind = s->kind[s->bond_kind[b]];
         const double *far = own + bond->offset;
         double y[PD_DIM], more = 0.0, square = 0.0;
-        if (!(bond->lanes >> n & 1u)) continue;
+        if (!(bond->mask >> n & 1u)) continue;
         for (int d = 0; d < PD_DIM; d++) {
             double eta =
                 far[(PDI_POINT_BATCH_DISPLACEMENT + d) * total] - own[(PDI_POINT_BATCH_DISPLACEMENT + d) * total];
@@ -294,18 +294,18 @@ static int64_t pdi_bond_force_sum_point(pd_bond_force *s, const pdi_bond_force_s
             y[d] = kind.xi[d] + eta;
             more += eta * (kind.xi[d] + y[d]);
         }
-        if (!s->lattice) kind.over = 1.0 / square, kind.stiff = sqrt(kind.over);
-        double e = more * kind.over, weight = (double)bond->weight * kind.stiff;
+        if (!s->lattice) kind.inv_r2 = 1.0 / square, kind.inv_r = sqrt(kind.inv_r2);
+        double e = more * kind.inv_r2, weight = (double)bond->weight * kind.inv_r;
         if (e > top) {
             int32_t i = band->first[k] + n;
             *released += pdi_bond_force_released_energy(s, state, i, i + bond->offset, (double)bond->weight);
             pdi_bond_force_mark_broken(s, i, i + bond->offset);
-            bond->lanes &= ~((uint32_t)1 << n);
+            bond->mask &= ~((uint32_t)1 << n);
             broken++;
             continue;
         }
         double share = weight * far[PDI_POINT_BATCH_VOLUME * total] * pdi_bond_stretch_factor(e);
-        for (int d = 0; d < PD_DIM; d++) sums->sector[kind.part][d][n] += share * y[d];
+        for (int d = 0; d < PD_DIM; d++) sums->sector[kind.sector][d][n] += share * y[d];
     }
     return broken;
 }
@@ -359,7 +359,7 @@ static int64_t pdi_bond_force_compute_batch(pd_bond_force *s, const pdi_bond_for
 PDI_FN int64_t pdi_bond_force_compute_force(const pd_ctx *ctx, pd_bond_force *s, pdi_bond_force_state *state)
 {
     enum { parts = 256 };
-    int64_t broken[parts], all = 0, bands = s->band.bands;
+    int64_t broken[parts], all = 0, bands = s->band.batches;
     double released[parts];
     int nt = pdi_par_threads(ctx, s->body->bonds * 8);
     (void)nt;

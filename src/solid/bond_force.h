@@ -14,9 +14,9 @@ enum { PD_BOND_FORCE_SECTORS = PD_DIM == 1 ? 3 : PD_DIM == 2 ? 9 : 27 /* sectors
 /* Data of all bonds with one lattice vector (kind). */
 typedef struct pd_bond_force_kind {
     double xi[PD_DIM]; /* [m] */
-    double over;       /* [1/m2] 1/r^2 */
-    double stiff;      /* [1/m] 1/r */
-    int part;          /* sector of the family */
+    double inv_r2;     /* [1/m2] 1/r^2 */
+    double inv_r;      /* [1/m] 1/r */
+    int sector;        /* sector of the family */
 } pd_bond_force_kind;
 
 typedef struct pd_bond_force {
@@ -24,13 +24,13 @@ typedef struct pd_bond_force {
     const pd_bond_weights *weights; /* borrowed */
     pd_point_batch band;
     int lattice;            /* 1: all bonds are whole spacings along all axes */
-    int32_t reach;          /* [spacing] of a bond along an axis */
+    int32_t max_steps;      /* [spacing] of a bond along an axis */
     int32_t kinds;          /* (2 reach + 1)^PD_DIM on a lattice, else the parts of a family */
     pd_bond_force_kind *kind; /* [kinds] in the order in which sums take them */
     int32_t *order;         /* [kinds] the kind of each lattice vector, axis 0 fastest */
-    int32_t *place;         /* [kinds + 1] work */
-    int64_t room;
-    int32_t *of;            /* [room] kind of each bond of the bands */
+    int32_t *work;          /* [kinds + 1] work */
+    int64_t capacity;
+    int32_t *bond_kind; /* [room] kind of each bond of the bands */
 } pd_bond_force;
 
 #ifdef PDI_INTERNAL

@@ -8,9 +8,9 @@ PDI_FN void pdi_bond_weights_list(pdi_array_visitor *owner, void *object)
 {
     pd_bond_weights *weights = (pd_bond_weights *)object;
     int lattice = weights->body && weights->body->lattice;
-    PDI_ARRAY(owner, weights, whole, lattice ? weights->body->kinds : 0, "1");
+    PDI_ARRAY(owner, weights, stencil_weight, lattice ? weights->body->stencil_bonds : 0, "1");
     PDI_ARRAY_GROWING(owner, weights, list, weights->listed, "1");
-    PDI_ARRAY_GROWING(owner, weights, own, weights->room, "1");
+    PDI_ARRAY_GROWING(owner, weights, point_weight, weights->capacity, "1");
 }
 
 PDI_FN pd_status pdi_bond_weights_build(pd_ctx *ctx, const pd_body *body, pd_bond_weights *w)
@@ -34,8 +34,8 @@ static int32_t pdi_bond_weights_set_stencil_weights(const pd_bond_weights *w, pd
 {
     int32_t found = 0;
     for (pd_bond_iterator f = pdi_body_bonds_begin(w->body, i); pdi_body_bonds_next(&f);) {
-        if (w->whole[f.kind] < (float)HUGE_VAL) continue;
-        w->whole[f.kind] = (float)weigh(self, i, &f);
+        if (w->stencil_weight[f.stencil_position] < (float)HUGE_VAL) continue;
+        w->stencil_weight[f.stencil_position] = (float)weigh(self, i, &f);
         found++;
     }
     return found;
@@ -44,9 +44,9 @@ static int32_t pdi_bond_weights_set_stencil_weights(const pd_bond_weights *w, pd
 /* Bonds of a point and of its neighbours: most for a point deep in the bulk. */
 static int64_t pdi_bond_weights_count_nearby_bonds(const pd_body *body, int32_t i)
 {
-    int64_t bonds = body->row[i + 1] - body->row[i];
+    int64_t bonds = body->first_bond[i + 1] - body->first_bond[i];
     for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);)
-        bonds += body->row[f.to + 1] - body->row[f.to];
+        bonds += body->first_bond[f.neighbour + 1] - body->first_bond[f.neighbour];
     return bonds;
 }
 
@@ -57,14 +57,14 @@ static void pdi_bond_weights_init_stencil_weights(const pd_bond_weights *w, pdi_
     const pd_body *body = w->body;
     int32_t inside = 0, known;
     int64_t most = -1;
-    for (int32_t k = 0; k < body->kinds; k++) w->whole[k] = (float)HUGE_VAL;
+    for (int32_t k = 0; k < body->stencil_bonds; k++) w->stencil_weight[k] = (float)HUGE_VAL;
     for (int32_t i = 0; i < body->count; i++) {
         int64_t around = pdi_bond_weights_count_nearby_bonds(body, i);
         if (around > most) inside = i;
         most = around > most ? around : most;
     }
     known = pdi_bond_weights_set_stencil_weights(w, weigh, self, inside);
-    for (int32_t i = 0; i < body->count && known < body->kinds; i++)
+    for (int32_t i = 0; i < body->count && known < body->stencil_bonds; i++)
         known += pdi_bond_weights_set_stencil_weights(w, weigh, self, i);
 }
 
@@ -72,7 +72,7 @@ static void pdi_bond_weights_init_stencil_weights(const pd_bond_weights *w, pdi_
 static int pdi_bond_weights_has_own(const pd_bond_weights *w, pdi_bond_weights_fn weigh, const void *self, int32_t i)
 {
     for (pd_bond_iterator f = pdi_body_bonds_begin(w->body, i); pdi_body_bonds_next(&f);) {
-        float weight = (float)weigh(self, i, &f), whole = w->whole[f.kind];
+        float weight = (float)weigh(self, i, &f), whole = w->stencil_weight[f.stencil_position];
         if (weight < whole || weight > whole) return 1;
     }
     return 0;
@@ -91,7 +91,7 @@ static int64_t pdi_bond_weights_mark_own(const pd_ctx *ctx, const pd_bond_weight
     for (int32_t i = 0; i < body->count; i++) {
         if (w->list[i] < 0) continue;
         w->list[i] = all;
-        all += body->row[i + 1] - body->row[i];
+        all += body->first_bond[i + 1] - body->first_bond[i];
     }
     return all;
 }
@@ -102,9 +102,9 @@ static pd_status pdi_bond_weights_resize(pd_ctx *ctx, pd_bond_weights *w, int64_
     if (!listed) PDI_DELETE(ctx, w->listed, w->list);
     else if (w->listed != listed) PDI_TRY(PDI_GROW(ctx, "bond_weights", w->listed, listed, w->list));
     w->listed = listed;
-    if (!room) PDI_DELETE(ctx, w->room, w->own);
-    else if (w->room != room) PDI_TRY(PDI_GROW(ctx, "bond_weights", w->room, room, w->own));
-    w->room = room;
+    if (!room) PDI_DELETE(ctx, w->capacity, w->point_weight);
+    else if (w->capacity != room) PDI_TRY(PDI_GROW(ctx, "bond_weights", w->capacity, room, w->point_weight));
+    w->capacity = room;
     return PD_OK;
 }
 
@@ -116,18 +116,18 @@ PDI_FN pd_status pdi_bond_weights_compute(pd_ctx *ctx, pd_bond_weights *w, pdi_b
     (void)nt;
     w->begin = NULL;
     if (body->lattice) {
-        PDI_TRY(pdi_bond_weights_resize(ctx, w, body->count, w->room));
+        PDI_TRY(pdi_bond_weights_resize(ctx, w, body->count, w->capacity));
         pdi_bond_weights_init_stencil_weights(w, weigh, self);
         room = pdi_bond_weights_mark_own(ctx, w, weigh, self);
     }
     PDI_TRY(pdi_bond_weights_resize(ctx, w, body->lattice && room ? body->count : 0, room));
     if (!room) return PD_OK;
-    w->begin = body->lattice ? w->list : body->row;
+    w->begin = body->lattice ? w->list : body->first_bond;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) {
         if (w->begin[i] < 0) continue;
         for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);)
-            w->own[w->begin[i] + f.n] = (float)weigh(self, i, &f);
+            w->point_weight[w->begin[i] + f.number] = (float)weigh(self, i, &f);
     }
     return PD_OK;
 }

@@ -10,12 +10,12 @@
 
 typedef struct pd_bond_weights {
     const pd_body *body;
-    float *whole;         /* [kinds] [-] of a lattice: w of a complete family by position in the stencil */
+    float *stencil_weight; /* [kinds] [-] of a lattice: w of a complete family by position in the stencil */
     const int64_t *begin; /* [count] begin of the list of a point in own, -1: it has none; NULL: no point has one */
     int64_t listed;
     int64_t *list;        /* [listed] that of a lattice; that of others is the row of the body */
-    int64_t room;
-    float *own;           /* [room] [-] w of all bonds of the points that have lists */
+    int64_t capacity;
+    float *point_weight; /* [room] [-] w of all bonds of the points that have lists */
 } pd_bond_weights;
 
 #ifdef PDI_INTERNAL
@@ -36,8 +36,8 @@ PDI_FN void pdi_bond_weights_free(pd_ctx *ctx, pd_bond_weights *weights);
 /* Weight [-] of the current bond of point i, broken or not. */
 static inline float pdi_bond_weights_get(const pd_bond_weights *w, int32_t i, const pd_bond_iterator *bond)
 {
-    if (w->begin && w->begin[i] >= 0) return w->own[w->begin[i] + bond->n];
-    return w->whole[bond->kind];
+    if (w->begin && w->begin[i] >= 0) return w->point_weight[w->begin[i] + bond->number];
+    return w->stencil_weight[bond->stencil_position];
 }
 /* Weight [-] of the current bond of point i; 0: it is broken. */
 static inline double pdi_bond_weights_get_intact(const pd_bond_weights *w, int32_t i, const pd_bond_iterator *bond)

@@ -17,7 +17,7 @@ enum { PDI_COARSE_FE_PRECOND_CORNERS = 1 << PD_DIM, PDI_COARSE_FE_PRECOND_BLOCK 
 static void pdi_coarse_fe_precond_list_points(pdi_array_visitor *owner, void *object)
 {
     pd_coarse_fe_precond *scaffold = (pd_coarse_fe_precond *)object;
-    PDI_ARRAY(owner, scaffold, part, scaffold->body ? scaffold->body->count : 0, "1");
+    PDI_ARRAY(owner, scaffold, element, scaffold->body ? scaffold->body->count : 0, "1");
     PDI_ARRAY(owner, scaffold, point, scaffold->body ? scaffold->body->count : 0, "1");
 }
 
@@ -25,21 +25,21 @@ static void pdi_coarse_fe_precond_list_points(pdi_array_visitor *owner, void *ob
 static void pdi_coarse_fe_precond_list_elements(pdi_array_visitor *owner, void *object)
 {
     pd_coarse_fe_precond *scaffold = (pd_coarse_fe_precond *)object;
-    int64_t parts = scaffold->level[0].parts;
-    PDI_ARRAY(owner, scaffold, first, parts + 1, "1");
-    PDI_ARRAY(owner, scaffold, sum, parts * PDI_COARSE_FE_PRECOND_CORNERS * PD_DIM, "N");
+    int64_t parts = scaffold->level[0].elements;
+    PDI_ARRAY(owner, scaffold, first_point, parts + 1, "1");
+    PDI_ARRAY(owner, scaffold, nodal_force, parts * PDI_COARSE_FE_PRECOND_CORNERS * PD_DIM, "N");
 }
 
 /* Describes the arrays of a level by elements. */
 static void pdi_coarse_fe_precond_list_level_elements(pdi_array_visitor *owner, void *object)
 {
     pd_coarse_fe_level *level = (pd_coarse_fe_level *)object;
-    PDI_ARRAY(owner, level, box, (int64_t)level->parts * PD_DIM, "1");
-    PDI_ARRAY(owner, level, node, (int64_t)level->parts * PDI_COARSE_FE_PRECOND_CORNERS, "1");
-    PDI_ARRAY(owner, level, corner, (int64_t)level->parts * PDI_COARSE_FE_PRECOND_CORNERS, "1");
-    PDI_ARRAY(owner, level, parent, level->parts, "1");
-    PDI_ARRAY(owner, level, lambda, level->parts, "N m");
-    PDI_ARRAY(owner, level, mu, level->parts, "N m");
+    PDI_ARRAY(owner, level, box, (int64_t)level->elements * PD_DIM, "1");
+    PDI_ARRAY(owner, level, node, (int64_t)level->elements * PDI_COARSE_FE_PRECOND_CORNERS, "1");
+    PDI_ARRAY(owner, level, corner, (int64_t)level->elements * PDI_COARSE_FE_PRECOND_CORNERS, "1");
+    PDI_ARRAY(owner, level, parent, level->elements, "1");
+    PDI_ARRAY(owner, level, lambda, level->elements, "N m");
+    PDI_ARRAY(owner, level, mu, level->elements, "N m");
 }
 
 /* Describes the arrays of a level by nodes. */
@@ -49,8 +49,8 @@ static void pdi_coarse_fe_precond_list_level_nodes(pdi_array_visitor *owner, voi
     int64_t entries = (int64_t)level->nodes * PD_DIM;
     PDI_ARRAY(owner, level, first, level->nodes + 1, "1");
     PDI_ARRAY(owner, level, row, level->nodes + 1, "1");
-    PDI_ARRAY(owner, level, place, entries, "1");
-    PDI_ARRAY(owner, level, hold, entries, "N/m");
+    PDI_ARRAY(owner, level, node_index, entries, "1");
+    PDI_ARRAY(owner, level, spring, entries, "N/m");
     PDI_ARRAY(owner, level, inverse, entries * PD_DIM, "m/N");
     PDI_ARRAY(owner, level, x, entries, "m");
     PDI_ARRAY(owner, level, b, entries, "N");
@@ -61,8 +61,8 @@ static void pdi_coarse_fe_precond_list_level_nodes(pdi_array_visitor *owner, voi
 static void pdi_coarse_fe_precond_list_level_blocks(pdi_array_visitor *owner, void *object)
 {
     pd_coarse_fe_level *level = (pd_coarse_fe_level *)object;
-    PDI_ARRAY(owner, level, column, level->links, "1");
-    PDI_ARRAY(owner, level, block, (int64_t)level->links * PDI_COARSE_FE_PRECOND_BLOCK, "N/m");
+    PDI_ARRAY(owner, level, column, level->blocks, "1");
+    PDI_ARRAY(owner, level, block, (int64_t)level->blocks * PDI_COARSE_FE_PRECOND_BLOCK, "N/m");
 }
 
 /* ---- sets that unite ---- */
@@ -97,27 +97,27 @@ static pd_status pdi_coarse_fe_precond_build_elements(pd_ctx *ctx, pd_coarse_fe_
 {
     const pd_body *body = s->body;
     pd_coarse_fe_level *level = &s->level[0];
-    for (int32_t i = 0; i < body->count; i++) s->part[i] = i;
+    for (int32_t i = 0; i < body->count; i++) s->element[i] = i;
     for (int32_t i = 0; i < body->count; i++) {
         int32_t own[PD_DIM], far[PD_DIM];
         pdi_coarse_fe_precond_find_box(s, i, own);
         for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
-            if (f.to <= i || pdi_body_bond_is_broken(&f)) continue;
-            pdi_coarse_fe_precond_find_box(s, f.to, far);
-            if (pdi_coarse_fe_precond_is_same_box(own, far)) pdi_disjoint_sets_merge(s->part, i, f.to);
+            if (f.neighbour <= i || pdi_body_bond_is_broken(&f)) continue;
+            pdi_coarse_fe_precond_find_box(s, f.neighbour, far);
+            if (pdi_coarse_fe_precond_is_same_box(own, far)) pdi_disjoint_sets_merge(s->element, i, f.neighbour);
         }
     }
-    for (int32_t i = 0; i < body->count; i++) s->part[i] = pdi_disjoint_sets_find_root(s->part, i);
-    level->parts = pdi_coarse_fe_precond_number_sets(s->part, body->count);
+    for (int32_t i = 0; i < body->count; i++) s->element[i] = pdi_disjoint_sets_find_root(s->element, i);
+    level->elements = pdi_coarse_fe_precond_number_sets(s->element, body->count);
     PDI_TRY(pdi_array_registry_build(ctx, pdi_coarse_fe_precond_list_elements, s));
     PDI_TRY(pdi_array_registry_build(ctx, pdi_coarse_fe_precond_list_level_elements, level));
-    for (int32_t i = 0; i < body->count; i++) s->first[s->part[i] + 1]++;
-    for (int32_t p = 0; p < level->parts; p++) s->first[p + 1] += s->first[p];
-    for (int32_t i = body->count - 1; i >= 0; i--) s->point[--s->first[s->part[i] + 1]] = i;
-    for (int32_t p = 0; p < level->parts; p++) s->first[p] = s->first[p + 1];
-    s->first[level->parts] = body->count;
-    for (int32_t p = 0; p < level->parts; p++)
-        pdi_coarse_fe_precond_find_box(s, s->point[s->first[p]], level->box + p * PD_DIM);
+    for (int32_t i = 0; i < body->count; i++) s->first_point[s->element[i] + 1]++;
+    for (int32_t p = 0; p < level->elements; p++) s->first_point[p + 1] += s->first_point[p];
+    for (int32_t i = body->count - 1; i >= 0; i--) s->point[--s->first_point[s->element[i] + 1]] = i;
+    for (int32_t p = 0; p < level->elements; p++) s->first_point[p] = s->first_point[p + 1];
+    s->first_point[level->elements] = body->count;
+    for (int32_t p = 0; p < level->elements; p++)
+        pdi_coarse_fe_precond_find_box(s, s->point[s->first_point[p]], level->box + p * PD_DIM);
     return PD_OK;
 }
 
@@ -140,10 +140,10 @@ static void pdi_coarse_fe_precond_merge_nodes(const pd_coarse_fe_level *level, i
 static void pdi_coarse_fe_precond_connect_elements(const pd_coarse_fe_precond *s, int32_t *seen, int32_t *set)
 {
     const pd_body *body = s->body;
-    for (int32_t p = 0; p < s->level[0].parts; p++)
-        for (int32_t n = s->first[p]; n < s->first[p + 1]; n++)
+    for (int32_t p = 0; p < s->level[0].elements; p++)
+        for (int32_t n = s->first_point[p]; n < s->first_point[p + 1]; n++)
             for (pd_bond_iterator f = pdi_body_bonds_begin(body, s->point[n]); pdi_body_bonds_next(&f);) {
-                int32_t q = s->part[f.to];
+                int32_t q = s->element[f.neighbour];
                 if (q <= p || pdi_body_bond_is_broken(&f) || seen[q] == p + 1) continue;
                 seen[q] = p + 1;
                 pdi_coarse_fe_precond_merge_nodes(&s->level[0], p, q, set);
@@ -153,7 +153,7 @@ static void pdi_coarse_fe_precond_connect_elements(const pd_coarse_fe_precond *s
 /* Nodes of a level, which are the sets of corners: numbered by colour, with the corners of each. */
 static pd_status pdi_coarse_fe_precond_build_nodes(pd_ctx *ctx, pd_coarse_fe_level *level, int32_t *set)
 {
-    int32_t corners = level->parts * PDI_COARSE_FE_PRECOND_CORNERS, colour[PDI_COARSE_FE_PRECOND_CORNERS + 1] = {0};
+    int32_t corners = level->elements * PDI_COARSE_FE_PRECOND_CORNERS, colour[PDI_COARSE_FE_PRECOND_CORNERS + 1] = {0};
     for (int32_t k = 0; k < corners; k++) set[k] = pdi_disjoint_sets_find_root(set, k);
     for (int way = 0; way < 2; way++) {
         for (int32_t k = 0; k < corners; k++) {
@@ -176,7 +176,8 @@ static pd_status pdi_coarse_fe_precond_build_nodes(pd_ctx *ctx, pd_coarse_fe_lev
     for (int32_t v = 0; v < level->nodes; v++)
         for (int d = 0; d < PD_DIM; d++) {
             int32_t k = level->corner[level->first[v]];
-            level->place[v * PD_DIM + d] = level->box[k / PDI_COARSE_FE_PRECOND_CORNERS * PD_DIM + d] + (k >> d & 1);
+            level->node_index[v * PD_DIM + d] =
+                level->box[k / PDI_COARSE_FE_PRECOND_CORNERS * PD_DIM + d] + (k >> d & 1);
         }
     return PD_OK;
 }
@@ -186,7 +187,7 @@ static pd_status pdi_coarse_fe_precond_build_coarse_elements(pd_ctx *ctx, pd_coa
                                                              pd_coarse_fe_level *next)
 {
     int32_t *box = level->box, *set = level->parent;
-    for (int32_t p = 0; p < level->parts; p++) set[p] = p;
+    for (int32_t p = 0; p < level->elements; p++) set[p] = p;
     for (int32_t v = 0; v < level->nodes; v++)
         for (int32_t k = level->first[v]; k < level->first[v + 1]; k++)
             for (int32_t m = level->first[v]; m < k; m++) {
@@ -196,10 +197,10 @@ static pd_status pdi_coarse_fe_precond_build_coarse_elements(pd_ctx *ctx, pd_coa
                 for (int d = 0; d < PD_DIM; d++) same = same && box[p * PD_DIM + d] / 2 == box[q * PD_DIM + d] / 2;
                 if (same) pdi_disjoint_sets_merge(set, p, q);
             }
-    for (int32_t p = 0; p < level->parts; p++) set[p] = pdi_disjoint_sets_find_root(set, p);
-    next->parts = pdi_coarse_fe_precond_number_sets(set, level->parts);
+    for (int32_t p = 0; p < level->elements; p++) set[p] = pdi_disjoint_sets_find_root(set, p);
+    next->elements = pdi_coarse_fe_precond_number_sets(set, level->elements);
     PDI_TRY(pdi_array_registry_build(ctx, pdi_coarse_fe_precond_list_level_elements, next));
-    for (int32_t p = 0; p < level->parts; p++)
+    for (int32_t p = 0; p < level->elements; p++)
         for (int d = 0; d < PD_DIM; d++) next->box[set[p] * PD_DIM + d] = box[p * PD_DIM + d] / 2;
     return PD_OK;
 }
@@ -237,7 +238,7 @@ static pd_status pdi_coarse_fe_precond_build_pattern(pd_ctx *ctx, pd_coarse_fe_l
                 }
             level->row[v + 1] = links;
         }
-        level->links = links;
+        level->blocks = links;
         if (!fills) status = pdi_array_registry_build(ctx, pdi_coarse_fe_precond_list_level_blocks, level);
         memset(seen, 0, (size_t)level->nodes * sizeof *seen);
     }
@@ -249,9 +250,9 @@ static pd_status pdi_coarse_fe_precond_build_pattern(pd_ctx *ctx, pd_coarse_fe_l
 static pd_status pdi_coarse_fe_precond_build_level(pd_ctx *ctx, pd_coarse_fe_precond *s, int k)
 {
     pd_coarse_fe_level *level = &s->level[k];
-    int32_t *set = NULL, *seen = NULL, corners = level->parts * PDI_COARSE_FE_PRECOND_CORNERS;
+    int32_t *set = NULL, *seen = NULL, corners = level->elements * PDI_COARSE_FE_PRECOND_CORNERS;
     pd_status status = PDI_NEW(ctx, "scaffold", corners, set);
-    if (status == PD_OK) status = PDI_NEW(ctx, "scaffold", level->parts, seen);
+    if (status == PD_OK) status = PDI_NEW(ctx, "scaffold", level->elements, seen);
     if (status == PD_OK) {
         for (int32_t n = 0; n < corners; n++) set[n] = n;
         if (k == 0) pdi_coarse_fe_precond_connect_elements(s, seen, set);
@@ -259,7 +260,7 @@ static pd_status pdi_coarse_fe_precond_build_level(pd_ctx *ctx, pd_coarse_fe_pre
         status = pdi_coarse_fe_precond_build_nodes(ctx, level, set);
     }
     PDI_DELETE(ctx, corners, set);
-    PDI_DELETE(ctx, level->parts, seen);
+    PDI_DELETE(ctx, level->elements, seen);
     PDI_TRY(status);
     return pdi_coarse_fe_precond_build_pattern(ctx, level);
 }
@@ -267,7 +268,7 @@ static pd_status pdi_coarse_fe_precond_build_level(pd_ctx *ctx, pd_coarse_fe_pre
 /* 1: the level has one box only. */
 static int pdi_coarse_fe_precond_is_coarsest(const pd_coarse_fe_level *level)
 {
-    for (int32_t k = 0; k < level->parts * PD_DIM; k++)
+    for (int32_t k = 0; k < level->elements * PD_DIM; k++)
         if (level->box[k] > 0) return 0;
     return 1;
 }
@@ -306,14 +307,14 @@ PDI_FN double pdi_coarse_fe_precond_estimate_bytes(int32_t count, double wide)
     body.count = count;
     s.body = &body;
     for (int d = 0; d < PD_DIM; d++) parts /= wide;
-    s.level[0].parts = (int32_t)parts + 1;
+    s.level[0].elements = (int32_t)parts + 1;
     bytes = (double)(pdi_array_registry_count_bytes(pdi_coarse_fe_precond_list_points, &s) +
                      pdi_array_registry_count_bytes(pdi_coarse_fe_precond_list_elements, &s));
     for (int k = 0; k < PD_COARSE_FE_LEVELS && parts > 1.0; k++, parts /= (double)PDI_COARSE_FE_PRECOND_CORNERS) {
         pd_coarse_fe_level *level = &s.level[k];
-        level->parts = (int32_t)parts + 1;
+        level->elements = (int32_t)parts + 1;
         level->nodes = (int32_t)pow(pow(parts, 1.0 / PD_DIM) + 1.0, PD_DIM) + 1;
-        level->links = (int32_t)pdi_min(pow(3.0, PD_DIM) * (double)level->nodes, (double)INT32_MAX);
+        level->blocks = (int32_t)pdi_min(pow(3.0, PD_DIM) * (double)level->nodes, (double)INT32_MAX);
         bytes += (double)(pdi_array_registry_count_bytes(pdi_coarse_fe_precond_list_level_elements, level) +
                           pdi_array_registry_count_bytes(pdi_coarse_fe_precond_list_level_nodes, level) +
                           pdi_array_registry_count_bytes(pdi_coarse_fe_precond_list_level_blocks, level));
@@ -389,7 +390,7 @@ static void pdi_coarse_fe_precond_assemble_level(const pd_ctx *ctx, const pd_coa
 {
     pdi_coarse_fe_precond_element e;
     double scale = 1.0 / (width * width);
-    int nt = pdi_par_threads(ctx, (int64_t)level->links * 100);
+    int nt = pdi_par_threads(ctx, (int64_t)level->blocks * 100);
     (void)nt;
     pdi_coarse_fe_precond_integrate_element(&e);
     PDI_PARALLEL_FOR(nt)
@@ -407,7 +408,7 @@ static void pdi_coarse_fe_precond_assemble_level(const pd_ctx *ctx, const pd_coa
                 }
             }
             if (level->column[m] == v) {
-                for (int d = 0; d < PD_DIM; d++) block[d * PD_DIM + d] += level->hold[v * PD_DIM + d];
+                for (int d = 0; d < PD_DIM; d++) block[d * PD_DIM + d] += level->spring[v * PD_DIM + d];
                 memcpy(own, block, sizeof own);
             }
             for (int p = 0; p < PDI_COARSE_FE_PRECOND_BLOCK; p++)
@@ -425,7 +426,7 @@ static int32_t pdi_coarse_fe_precond_find_parent(const pd_coarse_fe_level *level
 {
     int32_t part = level->parent[level->corner[level->first[v]] / PDI_COARSE_FE_PRECOND_CORNERS];
     for (int d = 0; d < PD_DIM; d++)
-        at[d] = 0.5 * (level->place[v * PD_DIM + d] - 2 * next->box[part * PD_DIM + d]);
+        at[d] = 0.5 * (level->node_index[v * PD_DIM + d] - 2 * next->box[part * PD_DIM + d]);
     return part;
 }
 
@@ -461,7 +462,7 @@ static void pdi_coarse_fe_precond_prolong_nodes(const pd_coarse_fe_level *level,
 /* Position of a point in its box, 0 to 1 along each axis. */
 static void pdi_coarse_fe_precond_box_position(const pd_coarse_fe_precond *s, int32_t i, double *at)
 {
-    const int32_t *box = s->level[0].box + s->part[i] * PD_DIM;
+    const int32_t *box = s->level[0].box + s->element[i] * PD_DIM;
     for (int d = 0; d < PD_DIM; d++)
         at[d] = (s->body->position[(int64_t)i * PD_DIM + d] - s->lo[d]) / s->width - box[d];
 }
@@ -473,29 +474,29 @@ PDI_FN void pdi_coarse_fe_precond_assemble(const pd_ctx *ctx, pd_coarse_fe_preco
     pd_coarse_fe_level *first = &s->level[0];
     for (int k = 0; k < s->levels; k++) {
         pd_coarse_fe_level *level = &s->level[k];
-        memset(level->lambda, 0, (size_t)level->parts * sizeof *level->lambda);
-        memset(level->mu, 0, (size_t)level->parts * sizeof *level->mu);
-        memset(level->hold, 0, (size_t)level->nodes * PD_DIM * sizeof *level->hold);
+        memset(level->lambda, 0, (size_t)level->elements * sizeof *level->lambda);
+        memset(level->mu, 0, (size_t)level->elements * sizeof *level->mu);
+        memset(level->spring, 0, (size_t)level->nodes * PD_DIM * sizeof *level->spring);
     }
     for (int32_t i = 0; i < s->body->count; i++) {
         double at[PD_DIM];
         pdi_coarse_fe_precond_box_position(s, i, at);
-        first->lambda[s->part[i]] += s->body->volume[i] * lambda[i];
-        first->mu[s->part[i]] += s->body->volume[i] * mu[i];
+        first->lambda[s->element[i]] += s->body->volume[i] * lambda[i];
+        first->mu[s->element[i]] += s->body->volume[i] * mu[i];
         for (int a = 0; a < PDI_COARSE_FE_PRECOND_CORNERS && hold; a++)
             for (int d = 0; d < PD_DIM; d++)
-                first->hold[first->node[s->part[i] * PDI_COARSE_FE_PRECOND_CORNERS + a] * PD_DIM + d] +=
+                first->spring[first->node[s->element[i] * PDI_COARSE_FE_PRECOND_CORNERS + a] * PD_DIM + d] +=
                     pdi_coarse_fe_precond_shape_function(a, at, -1) * hold[(int64_t)i * PD_DIM + d];
     }
     for (int k = 0; k < s->levels; k++, width *= 2.0) {
         pd_coarse_fe_level *level = &s->level[k], *next = &s->level[k + 1];
         pdi_coarse_fe_precond_assemble_level(ctx, level, width);
         if (k + 1 == s->levels) break;
-        for (int32_t p = 0; p < level->parts; p++) {
+        for (int32_t p = 0; p < level->elements; p++) {
             next->lambda[level->parent[p]] += level->lambda[p];
             next->mu[level->parent[p]] += level->mu[p];
         }
-        pdi_coarse_fe_precond_restrict_nodes(level, next, level->hold, next->hold);
+        pdi_coarse_fe_precond_restrict_nodes(level, next, level->spring, next->spring);
     }
 }
 
@@ -529,7 +530,7 @@ static void pdi_coarse_fe_precond_sweep_colour(const pd_coarse_fe_level *level, 
 /* Gauss-Seidel sweep colour by colour; back 1: in reverse order. */
 static void pdi_coarse_fe_precond_sweep_all(const pd_ctx *ctx, const pd_coarse_fe_level *level, int back)
 {
-    int nt = pdi_par_threads(ctx, (int64_t)level->links * PDI_COARSE_FE_PRECOND_BLOCK);
+    int nt = pdi_par_threads(ctx, (int64_t)level->blocks * PDI_COARSE_FE_PRECOND_BLOCK);
     for (int n = 0; n < PDI_COARSE_FE_PRECOND_CORNERS; n++)
         PDI_PARALLEL_CALL(nt,
                           pdi_coarse_fe_precond_sweep_colour(level, back ? PDI_COARSE_FE_PRECOND_CORNERS - 1 - n : n));
@@ -546,7 +547,7 @@ static void pdi_coarse_fe_precond_compute_residual(const pd_coarse_fe_level *lev
 static void pdi_coarse_fe_precond_v_cycle(const pd_ctx *ctx, const pd_coarse_fe_precond *s, int k)
 {
     const pd_coarse_fe_level *level = &s->level[k], *next = level + 1;
-    int nt = pdi_par_threads(ctx, (int64_t)level->links * PDI_COARSE_FE_PRECOND_BLOCK);
+    int nt = pdi_par_threads(ctx, (int64_t)level->blocks * PDI_COARSE_FE_PRECOND_BLOCK);
     memset(level->x, 0, (size_t)level->nodes * PD_DIM * sizeof *level->x);
     pdi_coarse_fe_precond_sweep_all(ctx, level, 0);
     if (k + 1 == s->levels) {
@@ -571,10 +572,10 @@ static void pdi_coarse_fe_precond_restrict_points(const pd_ctx *ctx, const pd_co
     int nt = pdi_par_threads(ctx, (int64_t)s->body->count * 20);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int32_t p = 0; p < level->parts; p++) {
-        double *sum = s->sum + (int64_t)p * PDI_COARSE_FE_PRECOND_CORNERS * PD_DIM, at[PD_DIM];
+    for (int32_t p = 0; p < level->elements; p++) {
+        double *sum = s->nodal_force + (int64_t)p * PDI_COARSE_FE_PRECOND_CORNERS * PD_DIM, at[PD_DIM];
         for (int k = 0; k < PDI_COARSE_FE_PRECOND_CORNERS * PD_DIM; k++) sum[k] = 0.0;
-        for (int32_t n = s->first[p]; n < s->first[p + 1]; n++) {
+        for (int32_t n = s->first_point[p]; n < s->first_point[p + 1]; n++) {
             pdi_coarse_fe_precond_box_position(s, s->point[n], at);
             for (int a = 0; a < PDI_COARSE_FE_PRECOND_CORNERS; a++)
                 for (int d = 0; d < PD_DIM; d++)
@@ -586,7 +587,7 @@ static void pdi_coarse_fe_precond_restrict_points(const pd_ctx *ctx, const pd_co
         for (int d = 0; d < PD_DIM; d++) {
             double sum = 0.0;
             for (int32_t k = level->first[v]; k < level->first[v + 1]; k++)
-                sum += s->sum[(int64_t)level->corner[k] * PD_DIM + d];
+                sum += s->nodal_force[(int64_t)level->corner[k] * PD_DIM + d];
             level->b[v * PD_DIM + d] = sum;
         }
 }
@@ -604,7 +605,7 @@ PDI_FN void pdi_coarse_fe_precond_apply(const pd_ctx *ctx, pd_coarse_fe_precond 
         pdi_coarse_fe_precond_box_position(s, i, at);
         for (int a = 0; a < PDI_COARSE_FE_PRECOND_CORNERS; a++) {
             double share = pdi_coarse_fe_precond_shape_function(a, at, -1);
-            const double *x = level->x + level->node[s->part[i] * PDI_COARSE_FE_PRECOND_CORNERS + a] * PD_DIM;
+            const double *x = level->x + level->node[s->element[i] * PDI_COARSE_FE_PRECOND_CORNERS + a] * PD_DIM;
             for (int d = 0; d < PD_DIM; d++) u[(int64_t)i * PD_DIM + d] += share * x[d];
         }
     }

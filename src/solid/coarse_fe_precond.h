@@ -16,7 +16,7 @@
 #define PD_COARSE_FE_LEVELS 30
 
 typedef struct pd_coarse_fe_level {
-    int32_t parts, nodes, links; /* elements, nodes, blocks of the matrix */
+    int32_t elements, nodes, blocks; /* elements, nodes, blocks of the matrix */
     int32_t *box;       /* [parts][PD_DIM] index of the box along the axes */
     int32_t *node;      /* [parts][2^d] corners; bit d of a corner: the upper end of axis d */
     int32_t *parent;    /* [parts] element of the next level */
@@ -24,8 +24,8 @@ typedef struct pd_coarse_fe_level {
     int32_t colour[(1 << PD_DIM) + 1]; /* begin of the nodes of each colour; those of one colour are not adjacent */
     int32_t *corner;    /* [parts * 2^d] corners of all parts, by node */
     int32_t *first;     /* [nodes + 1] begin of each node in corner */
-    int32_t *place;     /* [nodes][PD_DIM] index of the node along the axes */
-    double *hold;       /* [nodes][PD_DIM] [N/m] springs of prescribed displacements */
+    int32_t *node_index; /* [nodes][PD_DIM] index of the node along the axes */
+    double *spring;      /* [nodes][PD_DIM] [N/m] springs of prescribed displacements */
     int32_t *row;       /* [nodes + 1] begin of each node in column */
     int32_t *column;    /* [links] nodes */
     float *block;       /* [links][PD_DIM^2] [N/m] the operator */
@@ -37,10 +37,10 @@ typedef struct pd_coarse_fe_precond {
     const pd_body *body;
     double width;       /* [m] of the boxes of level 0 */
     double lo[PD_DIM];  /* [m] corner of the first box */
-    int32_t *part;      /* [count] element of level 0 of each point */
-    int32_t *first;     /* [parts + 1] begin of each part in point */
+    int32_t *element;   /* [count] element of level 0 of each point */
+    int32_t *first_point; /* [parts + 1] begin of each part in point */
     int32_t *point;     /* [count] by part */
-    double *sum;        /* [parts][2^d][PD_DIM] [N] nodal forces of elements: work */
+    double *nodal_force; /* [parts][2^d][PD_DIM] [N] nodal forces of elements: work */
     int levels;
     pd_coarse_fe_level level[PD_COARSE_FE_LEVELS];
 } pd_coarse_fe_precond;

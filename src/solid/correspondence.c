@@ -32,7 +32,7 @@ static inline int pdi_correspondence_get_bond(const pd_correspondence *e, int32_
     if (!(*weight > 0.0)) return 0;
     pdi_body_bond_vector(e->body, i, f, xi);
     *inv_r2 = 1.0 / pdi_correspondence_dot(xi, xi);
-    *weight *= e->body->volume[f->to];
+    *weight *= e->body->volume[f->neighbour];
     return 1;
 }
 
@@ -67,7 +67,7 @@ static inline double pdi_correspondence_trace(const double *a)
 /* Factor of E of point i. */
 static inline double pdi_correspondence_stiffness_factor(const pd_correspondence *e, int32_t i)
 {
-    return e->desc.stiff ? e->desc.stiff[i] : 1.0;
+    return e->desc.stiffness_factor ? e->desc.stiffness_factor[i] : 1.0;
 }
 
 /* Elastic stress p [Pa] of a displacement gradient h by Hooke's law, with the full E. */
@@ -94,12 +94,12 @@ PDI_FN void pdi_correspondence_list(pdi_array_visitor *owner, void *object)
 {
     pd_correspondence *elastic = (pd_correspondence *)object;
     int64_t count = elastic->body ? elastic->body->count : 0;
-    PDI_ARRAY(owner, elastic, felt, count, "1");
+    PDI_ARRAY(owner, elastic, influential, count, "1");
     PDI_ARRAY(owner, elastic, shape, count * PDI_CORRESPONDENCE_TENSOR, "1/m^(d+2)");
-    PDI_ARRAY(owner, elastic, mean, count * PDI_CORRESPONDENCE_TENSOR, "1");
-    PDI_ARRAY(owner, elastic, fourth, count * PDI_CORRESPONDENCE_FOURTH, "1");
-    PDI_ARRAY(owner, elastic, total, count, "m^d");
-    PDI_ARRAY(owner, elastic, edge, count * PD_DIM, "1/m");
+    PDI_ARRAY(owner, elastic, second_moment, count * PDI_CORRESPONDENCE_TENSOR, "1");
+    PDI_ARRAY(owner, elastic, fourth_moment, count * PDI_CORRESPONDENCE_FOURTH, "1");
+    PDI_ARRAY(owner, elastic, weight_sum, count, "m^d");
+    PDI_ARRAY(owner, elastic, surface_vector, count * PD_DIM, "1/m");
 }
 
 /* Index of n_p n_q n_r n_s among the fourth moments: by how many of the indices are y, and how many z. */
@@ -131,9 +131,9 @@ static int pdi_correspondence_compute_family(const pd_correspondence *e, int32_t
 {
     const pd_body *body = e->body;
     double k[PDI_CORRESPONDENCE_TENSOR] = {0.0}, total = 0.0, scale = 1.0 / (body->horizon * body->horizon), xi[PD_DIM];
-    double *mean = e->mean + (int64_t)i * PDI_CORRESPONDENCE_TENSOR,
+    double *mean = e->second_moment + (int64_t)i * PDI_CORRESPONDENCE_TENSOR,
            *shape = e->shape + (int64_t)i * PDI_CORRESPONDENCE_TENSOR;
-    double *fourth = e->fourth + (int64_t)i * PDI_CORRESPONDENCE_FOURTH;
+    double *fourth = e->fourth_moment + (int64_t)i * PDI_CORRESPONDENCE_FOURTH;
     for (int p = 0; p < PDI_CORRESPONDENCE_TENSOR; p++) mean[p] = 0.0;
     for (int p = 0; p < PDI_CORRESPONDENCE_FOURTH; p++) fourth[p] = 0.0;
     for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
@@ -147,7 +147,7 @@ static int pdi_correspondence_compute_family(const pd_correspondence *e, int32_t
                 mean[p * PD_DIM + q] += weight * xi[p] * xi[q] * over;
             }
     }
-    e->total[i] = total;
+    e->weight_sum[i] = total;
     for (int p = 0; p < PDI_CORRESPONDENCE_TENSOR; p++) shape[p] = 0.0;
     if (!(total > 0.0)) return 0;
     for (int p = 0; p < PDI_CORRESPONDENCE_TENSOR; p++) mean[p] /= total;
@@ -165,11 +165,11 @@ static int pdi_correspondence_compute_family(const pd_correspondence *e, int32_t
  * K^-1, lambda = -1 and mu = 1 (theory: eq. 8.5). */
 static void pdi_correspondence_set_surface_fields(const pd_correspondence *e, int32_t i)
 {
-    const double *mean = e->mean + (int64_t)i * PDI_CORRESPONDENCE_TENSOR;
+    const double *mean = e->second_moment + (int64_t)i * PDI_CORRESPONDENCE_TENSOR;
     const double *shape = e->shape + (int64_t)i * PDI_CORRESPONDENCE_TENSOR;
     double part[PDI_CORRESPONDENCE_TENSOR], *field = pdi_point_batch_get_field(&e->band, 0) + i;
     pdi_correspondence_multiply(mean, shape, part);
-    field[PDI_POINT_BATCH_STIFFNESS * e->band.stride] = e->total[i] > 0.0 ? 1.0 / e->total[i] : 0.0;
+    field[PDI_POINT_BATCH_STIFFNESS * e->band.stride] = e->weight_sum[i] > 0.0 ? 1.0 / e->weight_sum[i] : 0.0;
     for (int p = 0; p < PDI_CORRESPONDENCE_TENSOR; p++) {
         field[(PDI_POINT_BATCH_GRADIENT + p) * e->band.stride] = 0.0;
         field[(PDI_POINT_BATCH_FORCE_TENSOR + p) * e->band.stride] = shape[p] - part[p];
@@ -187,7 +187,8 @@ static void pdi_correspondence_compute_edges(const pd_ctx *ctx, const pd_corresp
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < e->body->count; i++) pdi_correspondence_set_surface_fields(e, i);
     PDI_PARALLEL_FOR(nt)
-    for (int32_t k = 0; k < e->band.bands; k++) pdi_point_batch_compute_force(&e->band, k, -1.0, 1.0, e->edge);
+    for (int32_t k = 0; k < e->band.batches; k++)
+        pdi_point_batch_compute_force(&e->band, k, -1.0, 1.0, e->surface_vector);
     for (int32_t i = 0; i < e->body->count; i++)
         pdi_point_batch_get_field(&e->band, PDI_POINT_BATCH_STIFFNESS)[i] *= pdi_correspondence_stiffness_factor(e, i);
 }
@@ -201,9 +202,9 @@ static int32_t pdi_correspondence_compute_families(const pd_ctx *ctx, const pd_c
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++)
-        if (!pdi_correspondence_compute_family(e, i)) e->total[i] = 0.0;
+        if (!pdi_correspondence_compute_family(e, i)) e->weight_sum[i] = 0.0;
     for (int32_t i = body->count - 1; i >= 0; i--)
-        if (!(e->total[i] > 0.0) && (!e->desc.loose || pdi_body_count_intact(body, i))) flat = i;
+        if (!(e->weight_sum[i] > 0.0) && (!e->desc.detach_singular || pdi_body_count_intact(body, i))) flat = i;
     return flat;
 }
 
@@ -211,9 +212,9 @@ pd_status pd_correspondence_update(pd_ctx *ctx, pd_correspondence *e)
 {
     const pd_body *body = e->body;
     int32_t flat = pdi_correspondence_compute_families(ctx, e);
-    while (flat >= 0 && e->desc.loose) {
+    while (flat >= 0 && e->desc.detach_singular) {
         for (int32_t i = flat; i < body->count; i++)
-            if (!(e->total[i] > 0.0)) e->lost += pdi_body_break_all_bonds(e->body, i);
+            if (!(e->weight_sum[i] > 0.0)) e->detached_bonds += pdi_body_break_all_bonds(e->body, i);
         flat = pdi_correspondence_compute_families(ctx, e);
     }
     if (flat >= 0)
@@ -251,7 +252,7 @@ static pd_status pdi_correspondence_build_inner(pd_ctx *ctx, pd_body *body, cons
     e->plastic.hardening = desc->hardening;
     PDI_TRY(pdi_array_registry_build(ctx, pdi_correspondence_list, e));
     PDI_TRY(pdi_array_registry_build(ctx, pdi_j2_plasticity_list, &e->plastic));
-    pdi_body_mark_influential(body, e->felt);
+    pdi_body_mark_influential(body, e->influential);
     PDI_TRY(pdi_bond_weights_build(ctx, body, &e->weights));
     PDI_TRY(pdi_bond_weights_compute_influence(ctx, &e->weights, desc->influence));
     PDI_TRY(pdi_point_batch_build(ctx, body, &e->weights,
@@ -289,11 +290,11 @@ static inline void pdi_correspondence_relative_displacement(const double *u, int
 static void pdi_correspondence_compute_gradient(const pd_correspondence *e, const pdi_point_batch_sums *sums, int32_t i,
                                                 int32_t n, double *h, double *average)
 {
-    double sum[PDI_CORRESPONDENCE_TENSOR], part[PDI_CORRESPONDENCE_TENSOR], total = e->total[i];
+    double sum[PDI_CORRESPONDENCE_TENSOR], part[PDI_CORRESPONDENCE_TENSOR], total = e->weight_sum[i];
     for (int p = 0; p < PDI_CORRESPONDENCE_TENSOR; p++) sum[p] = sums->moment[p][n];
     pdi_correspondence_multiply(sum, e->shape + (int64_t)i * PDI_CORRESPONDENCE_TENSOR, h);
     if (!average) return;
-    pdi_correspondence_multiply(h, e->mean + (int64_t)i * PDI_CORRESPONDENCE_TENSOR, part);
+    pdi_correspondence_multiply(h, e->second_moment + (int64_t)i * PDI_CORRESPONDENCE_TENSOR, part);
     for (int p = 0; p < PDI_CORRESPONDENCE_TENSOR; p++)
         average[p] = h[p] + (total > 0.0 ? sums->unit_moment[p][n] / total - part[p] : 0.0);
 }
@@ -304,9 +305,9 @@ static void pdi_correspondence_compute_gradient(const pd_correspondence *e, cons
 static void pdi_correspondence_compute_nonuniform_moment(const pd_correspondence *e, const pdi_point_batch_sums *sums,
                                                          int32_t i, int32_t n, const double *h, double *moment)
 {
-    const double *mean = e->mean + (int64_t)i * PDI_CORRESPONDENCE_TENSOR;
-    const double *fourth = e->fourth + (int64_t)i * PDI_CORRESPONDENCE_FOURTH;
-    double over = 1.0 / e->total[i], stretch = 0.0;
+    const double *mean = e->second_moment + (int64_t)i * PDI_CORRESPONDENCE_TENSOR;
+    const double *fourth = e->fourth_moment + (int64_t)i * PDI_CORRESPONDENCE_FOURTH;
+    double over = 1.0 / e->weight_sum[i], stretch = 0.0;
     for (int d = 0; d < PD_DIM; d++) stretch += over * sums->unit_moment[d * PD_DIM + d][n];
     for (int p = 0; p < PDI_CORRESPONDENCE_TENSOR; p++) stretch -= h[p] * mean[p];
     for (int p = 0; p < PD_DIM; p++)
@@ -326,14 +327,14 @@ static void pdi_correspondence_compute_nonuniform_moment(const pd_correspondence
 static void pdi_correspondence_set_force_fields(const pd_correspondence *e, const pdi_point_batch_sums *sums, int32_t i,
                                                 int32_t n, const double *h)
 {
-    const double *mean = e->mean + (int64_t)i * PDI_CORRESPONDENCE_TENSOR;
+    const double *mean = e->second_moment + (int64_t)i * PDI_CORRESPONDENCE_TENSOR;
     double sum[PDI_CORRESPONDENCE_TENSOR] = {0.0}, stress[PDI_CORRESPONDENCE_TENSOR], part[PDI_CORRESPONDENCE_TENSOR];
     double *field = pdi_point_batch_get_field(&e->band, 0) + i,
            share = field[PDI_POINT_BATCH_STIFFNESS * e->band.stride];
-    if (e->total[i] > 0.0) pdi_correspondence_compute_nonuniform_moment(e, sums, i, n, h, sum);
+    if (e->weight_sum[i] > 0.0) pdi_correspondence_compute_nonuniform_moment(e, sums, i, n, h, sum);
     pdi_correspondence_hooke_stress(e, h, stress);
     for (int p = 0; p < PDI_CORRESPONDENCE_TENSOR && e->plastic.count; p++) {
-        double relief = e->plastic.relief[(int64_t)i * PDI_CORRESPONDENCE_TENSOR + p];
+        double relief = e->plastic.plastic_stress[(int64_t)i * PDI_CORRESPONDENCE_TENSOR + p];
         stress[p] -= relief;
         field[(PDI_POINT_BATCH_PLASTIC_STRESS + p) * e->band.stride] = share * relief;
     }
@@ -352,7 +353,7 @@ static void pdi_correspondence_set_force_fields(const pd_correspondence *e, cons
 static int pdi_correspondence_batch_is_influential(const pd_correspondence *e, int32_t k)
 {
     for (int32_t i = e->band.first[k]; i < e->band.first[k + 1]; i++)
-        if (e->felt[i]) return 1;
+        if (e->influential[i]) return 1;
     return 0;
 }
 
@@ -365,7 +366,7 @@ static void pdi_correspondence_update_fields(const pd_ctx *ctx, const pd_corresp
     (void)nt;
     pdi_point_batch_set_displacements(ctx, &e->band, u);
     PDI_PARALLEL_FOR(nt)
-    for (int32_t k = 0; k < e->band.bands; k++) {
+    for (int32_t k = 0; k < e->band.batches; k++) {
         pdi_point_batch_sums sums;
         if (!pdi_correspondence_batch_is_influential(e, k)) continue;
         int32_t count = pdi_point_batch_compute_sums(&e->band, k, &sums);
@@ -386,8 +387,8 @@ static void pdi_correspondence_sum_forces(const pd_ctx *ctx, const pd_correspond
     int nt = pdi_par_threads(ctx, e->body->bonds * 40);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int32_t k = 0; k < e->band.bands; k++)
-        if (e->band.first[k] < e->body->own) pdi_point_batch_compute_force(&e->band, k, e->lambda, e->mu, force);
+    for (int32_t k = 0; k < e->band.batches; k++)
+        if (e->band.first[k] < e->body->real_count) pdi_point_batch_compute_force(&e->band, k, e->lambda, e->mu, force);
 }
 
 void pd_correspondence_force(const pd_ctx *ctx, const pd_correspondence *e, const double *u, double *force)
@@ -406,7 +407,7 @@ static double pdi_correspondence_family_energy(const pd_correspondence *e, const
         double over, weight, density = 0.0;
         if (bond_energy) bond_energy[pdi_body_bond_number(&f)] = 0.0;
         if (!pdi_correspondence_get_bond(e, i, &f, xi, &over, &weight)) continue;
-        pdi_correspondence_relative_displacement(u, i, f.to, eta);
+        pdi_correspondence_relative_displacement(u, i, f.neighbour, eta);
         pdi_correspondence_compute_nonuniform(h, xi, eta, over, z);
         for (int k = 0; k < PDI_CORRESPONDENCE_TENSOR; k++) own[k] = h[k] + z[k / PD_DIM] * xi[k % PD_DIM] * over;
         pdi_correspondence_hooke_stress(e, own, p);
@@ -423,9 +424,9 @@ static double pdi_correspondence_energy_density(const pd_correspondence *e, cons
                                                 const pdi_point_batch_sums *sums, int32_t i, int32_t n)
 {
     double h[PDI_CORRESPONDENCE_TENSOR], average[PDI_CORRESPONDENCE_TENSOR], density;
-    if (!(e->total[i] > 0.0)) return 0.0;
+    if (!(e->weight_sum[i] > 0.0)) return 0.0;
     pdi_correspondence_compute_gradient(e, sums, i, n, h, average);
-    density = pdi_correspondence_family_energy(e, u, i, h, NULL) / e->total[i];
+    density = pdi_correspondence_family_energy(e, u, i, h, NULL) / e->weight_sum[i];
     if (e->plastic.count) {
         pdi_j2_plasticity_return_map(&e->plastic, i, average);
         density -= pdi_j2_plasticity_energy_relief(&e->plastic, i, average);
@@ -438,7 +439,7 @@ double pd_correspondence_energy(const pd_ctx *ctx, const pd_correspondence *e, c
     pdi_compensated_sum all = {0.0, 0.0};
     pdi_point_batch_sums sums;
     pdi_point_batch_set_displacements(ctx, &e->band, u);
-    for (int32_t k = 0; k < e->band.bands; k++) {
+    for (int32_t k = 0; k < e->band.batches; k++) {
         int32_t count = pdi_point_batch_compute_sums(&e->band, k, &sums);
         for (int32_t n = 0; n < count; n++) {
             int32_t i = e->band.first[k] + n;
@@ -453,11 +454,11 @@ static void pdi_correspondence_point_stress(const pd_correspondence *e, int32_t 
                                             const double *average, double *p)
 {
     for (int k = 0; k < PDI_CORRESPONDENCE_TENSOR; k++) p[k] = 0.0;
-    if (!(e->total[i] > 0.0)) return;
+    if (!(e->weight_sum[i] > 0.0)) return;
     if (e->plastic.count) pdi_j2_plasticity_return_map(&e->plastic, i, average);
     pdi_correspondence_hooke_stress(e, e->plastic.count ? average : h, p);
     for (int k = 0; k < PDI_CORRESPONDENCE_TENSOR; k++) {
-        if (e->plastic.count) p[k] -= e->plastic.relief[(int64_t)i * PDI_CORRESPONDENCE_TENSOR + k];
+        if (e->plastic.count) p[k] -= e->plastic.plastic_stress[(int64_t)i * PDI_CORRESPONDENCE_TENSOR + k];
         p[k] *= pdi_correspondence_stiffness_factor(e, i);
     }
 }
@@ -468,7 +469,7 @@ void pd_correspondence_stress(const pd_ctx *ctx, const pd_correspondence *e, con
     (void)nt;
     pdi_point_batch_set_displacements(ctx, &e->band, u);
     PDI_PARALLEL_FOR(nt)
-    for (int32_t k = 0; k < e->band.bands; k++) {
+    for (int32_t k = 0; k < e->band.batches; k++) {
         pdi_point_batch_sums sums;
         int32_t count = pdi_point_batch_compute_sums(&e->band, k, &sums);
         for (int32_t n = 0; n < count; n++) {
@@ -512,8 +513,8 @@ static void pdi_correspondence_ops_blocks(const pd_ctx *ctx, void *self, double 
             double over, weight;
             if (!pdi_correspondence_get_bond(e, i, &f, xi, &over, &weight)) continue;
             double share = weight * body->volume[i] * over *
-                           (pdi_correspondence_stiffness_factor(e, i) / e->total[i] +
-                            pdi_correspondence_stiffness_factor(e, f.to) / e->total[f.to]);
+                           (pdi_correspondence_stiffness_factor(e, i) / e->weight_sum[i] +
+                            pdi_correspondence_stiffness_factor(e, f.neighbour) / e->weight_sum[f.neighbour]);
             for (int p = 0; p < PDI_CORRESPONDENCE_TENSOR; p++) {
                 int row = p / PD_DIM, column = p % PD_DIM;
                 a[p] += share * ((row == column ? e->mu : 0.0) + (e->lambda + e->mu) * xi[row] * xi[column] * over);
@@ -534,10 +535,10 @@ static void pdi_correspondence_ops_moduli(const pd_ctx *ctx, void *self, double 
     for (int32_t i = 0; i < body->count; i++) {
         double sum = 0.0, own = pdi_correspondence_stiffness_factor(e, i);
         for (pd_bond_iterator f = pdi_body_bonds_begin(body, i);
-             e->desc.stiff && e->total[i] > 0.0 && pdi_body_bonds_next(&f);)
-            sum += pdi_bond_weights_get_intact(&e->weights, i, &f) * body->volume[f.to] *
-                   (pdi_correspondence_stiffness_factor(e, f.to) - own);
-        double part = own + (sum != 0.0 ? 0.5 * sum / e->total[i] : 0.0);
+             e->desc.stiffness_factor && e->weight_sum[i] > 0.0 && pdi_body_bonds_next(&f);)
+            sum += pdi_bond_weights_get_intact(&e->weights, i, &f) * body->volume[f.neighbour] *
+                   (pdi_correspondence_stiffness_factor(e, f.neighbour) - own);
+        double part = own + (sum != 0.0 ? 0.5 * sum / e->weight_sum[i] : 0.0);
         lambda[i] = part * e->lambda;
         mu[i] = part * e->mu;
     }
@@ -557,16 +558,16 @@ static void pdi_correspondence_ops_bond_energy(const pd_ctx *ctx, void *self, co
     (void)nt;
     pdi_point_batch_set_displacements(ctx, &e->band, u);
     PDI_PARALLEL_FOR(nt)
-    for (int32_t k = 0; k < e->band.bands; k++) {
+    for (int32_t k = 0; k < e->band.batches; k++) {
         pdi_point_batch_sums sums;
         int32_t count = pdi_point_batch_compute_sums(&e->band, k, &sums);
         for (int32_t n = 0; n < count; n++) {
             double h[PDI_CORRESPONDENCE_TENSOR], share;
             int32_t i = e->band.first[k] + n;
-            share = e->total[i] > 0.0 ? pdi_correspondence_stiffness_factor(e, i) / e->total[i] : 0.0;
+            share = e->weight_sum[i] > 0.0 ? pdi_correspondence_stiffness_factor(e, i) / e->weight_sum[i] : 0.0;
             pdi_correspondence_compute_gradient(e, &sums, i, n, h, NULL);
             pdi_correspondence_family_energy(e, u, i, h, energy);
-            for (int64_t b = e->body->row[i]; b < e->body->row[i + 1]; b++) energy[b] *= share;
+            for (int64_t b = e->body->first_bond[i]; b < e->body->first_bond[i + 1]; b++) energy[b] *= share;
         }
     }
 }
@@ -579,7 +580,7 @@ static void pdi_correspondence_ops_density(const pd_ctx *ctx, void *self, const 
     (void)nt;
     pdi_point_batch_set_displacements(ctx, &e->band, u);
     PDI_PARALLEL_FOR(nt)
-    for (int32_t k = 0; k < e->band.bands; k++) {
+    for (int32_t k = 0; k < e->band.batches; k++) {
         pdi_point_batch_sums sums;
         int32_t count = pdi_point_batch_compute_sums(&e->band, k, &sums);
         for (int32_t n = 0; n < count; n++)
@@ -592,7 +593,7 @@ static void pdi_correspondence_ops_plastic_strain(const pd_ctx *ctx, const void 
 {
     const pd_correspondence *e = (const pd_correspondence *)self;
     (void)ctx;
-    memcpy(strain, e->plastic.slip, (size_t)e->body->count * sizeof *strain);
+    memcpy(strain, e->plastic.equivalent_strain, (size_t)e->body->count * sizeof *strain);
 }
 
 /* pd_material_interface.stress. */
@@ -606,7 +607,7 @@ static double pdi_correspondence_ops_dissipated(const void *self)
 {
     const pd_correspondence *e = (const pd_correspondence *)self;
     pdi_compensated_sum all = {0.0, 0.0};
-    for (int32_t i = 0; i < e->body->own && e->plastic.count; i++)
+    for (int32_t i = 0; i < e->body->real_count && e->plastic.count; i++)
         pdi_compensated_sum_add(&all, e->body->volume[i] * pdi_correspondence_stiffness_factor(e, i) *
                                           pdi_j2_plasticity_dissipated(&e->plastic, i));
     return pdi_compensated_sum_total(&all);
@@ -618,8 +619,9 @@ static double pdi_correspondence_ops_normal_stress(const void *self, int32_t i, 
 {
     const pd_correspondence *e = (const pd_correspondence *)self;
     double stiff = pdi_correspondence_stiffness_factor(e, i), relief = 0.0;
-    if (PD_DIM != 2 || e->desc.plane == PD_PLANE_STRESS || !(stiff > 0.0) || !(e->total[i] > 0.0)) return 0.0;
-    if (e->plastic.count) relief = pdi_correspondence_trace(e->plastic.relief + (int64_t)i * PDI_CORRESPONDENCE_TENSOR);
+    if (PD_DIM != 2 || e->desc.plane == PD_PLANE_STRESS || !(stiff > 0.0) || !(e->weight_sum[i] > 0.0)) return 0.0;
+    if (e->plastic.count)
+        relief = pdi_correspondence_trace(e->plastic.plastic_stress + (int64_t)i * PDI_CORRESPONDENCE_TENSOR);
     double trace = (pdi_correspondence_trace(stress) / stiff + relief) / (2.0 * (e->lambda + e->mu));
     return stiff * (e->lambda * trace + relief);
 }
@@ -639,14 +641,14 @@ static pd_status pdi_correspondence_ops_commit(pd_ctx *ctx, void *self, const do
     if (!e->plastic.count) return PD_OK;
     pdi_point_batch_set_displacements(ctx, &e->band, u);
     PDI_PARALLEL_FOR(nt)
-    for (int32_t k = 0; k < e->band.bands; k++) {
+    for (int32_t k = 0; k < e->band.batches; k++) {
         pdi_point_batch_sums sums;
         int32_t count = pdi_point_batch_compute_sums(&e->band, k, &sums);
         for (int32_t n = 0; n < count; n++) {
             double h[PDI_CORRESPONDENCE_TENSOR], average[PDI_CORRESPONDENCE_TENSOR];
             int32_t i = e->band.first[k] + n;
             pdi_correspondence_compute_gradient(e, &sums, i, n, h, average);
-            if (e->total[i] > 0.0) pdi_j2_plasticity_commit(&e->plastic, i, average);
+            if (e->weight_sum[i] > 0.0) pdi_j2_plasticity_commit(&e->plastic, i, average);
         }
     }
     return PD_OK;
@@ -658,7 +660,7 @@ static pd_status pdi_correspondence_ops_store(pd_ctx *ctx, void *self, pd_archiv
     pd_correspondence *e = (pd_correspondence *)self;
     PDI_TRY(pdi_array_registry_store(ctx, pdi_body_list_state, e->body, archive));
     if (e->plastic.count) PDI_TRY(pdi_array_registry_store(ctx, pdi_j2_plasticity_list, &e->plastic, archive));
-    return archive->reading ? pd_correspondence_update(ctx, e) : PD_OK;
+    return archive->is_reading ? pd_correspondence_update(ctx, e) : PD_OK;
 }
 
 /* pd_material_interface.limit: upper bound of the highest frequency. |H|^2 is at most tr K^-1 times sum w V |eta|^2,
@@ -672,9 +674,10 @@ static double pdi_correspondence_ops_stable_step(const void *self, double densit
         for (pd_bond_iterator f = pdi_body_bonds_begin(e->body, i); pdi_body_bonds_next(&f);) {
             double over, weight;
             if (!pdi_correspondence_get_bond(e, i, &f, xi, &over, &weight)) continue;
-            double other = pdi_correspondence_trace(e->shape + (int64_t)f.to * PDI_CORRESPONDENCE_TENSOR);
-            sum += weight * (pdi_correspondence_stiffness_factor(e, i) * (over / e->total[i] + own) +
-                             pdi_correspondence_stiffness_factor(e, f.to) * (over / e->total[f.to] + other));
+            double other = pdi_correspondence_trace(e->shape + (int64_t)f.neighbour * PDI_CORRESPONDENCE_TENSOR);
+            sum += weight *
+                   (pdi_correspondence_stiffness_factor(e, i) * (over / e->weight_sum[i] + own) +
+                    pdi_correspondence_stiffness_factor(e, f.neighbour) * (over / e->weight_sum[f.neighbour] + other));
         }
         most = pdi_max(most, sum * modulus);
     }
@@ -688,7 +691,7 @@ pd_material_interface pd_correspondence_material(pd_correspondence *e)
     solid.name = "elastic";
     solid.self = e;
     solid.body = e->body;
-    solid.edge = e->edge;
+    solid.surface_vector = e->surface_vector;
     solid.linear = !e->plastic.count;
     solid.force = pdi_correspondence_ops_force;
     solid.tangent = pdi_correspondence_ops_tangent;
@@ -697,13 +700,13 @@ pd_material_interface pd_correspondence_material(pd_correspondence *e)
     solid.energy = pdi_correspondence_ops_energy;
     if (!e->plastic.count) solid.bond_energy = pdi_correspondence_ops_bond_energy;
     solid.stress = pdi_correspondence_ops_stress;
-    solid.normal = pdi_correspondence_ops_normal_stress;
+    solid.out_of_plane_stress = pdi_correspondence_ops_normal_stress;
     solid.density = pdi_correspondence_ops_density;
     if (e->plastic.count) solid.dissipated = pdi_correspondence_ops_dissipated;
-    if (e->plastic.count) solid.slip = pdi_correspondence_ops_plastic_strain;
+    if (e->plastic.count) solid.plastic_strain = pdi_correspondence_ops_plastic_strain;
     solid.update = pdi_correspondence_ops_update;
     solid.commit = pdi_correspondence_ops_commit;
-    solid.limit = pdi_correspondence_ops_stable_step;
+    solid.stable_step = pdi_correspondence_ops_stable_step;
     solid.store = pdi_correspondence_ops_store;
     return solid;
 }

@@ -25,11 +25,11 @@ typedef struct pd_correspondence_desc {
     double poisson; /* [-] -1 < nu < 1/2; 1D takes none, and E is that of a bar */
     pd_plane plane; /* of 2D */
     pd_influence influence;
-    const double *stiff; /* [count] [-] factor of E and of the yield stress of a point; NULL: 1. Borrowed, may change
-                          * before pd_correspondence_update */
+    const double *stiffness_factor; /* [count] [-] factor of E and of the yield stress of a point; NULL: 1. Borrowed,
+                                     * may change before pd_correspondence_update */
     double yield;        /* [Pa] von Mises yield stress; 0: no plasticity */
     double hardening;    /* [Pa] isotropic hardening modulus */
-    int loose;           /* 1: a point with a singular shape tensor loses its bonds; 0: it is an error */
+    int detach_singular; /* 1: a point with a singular shape tensor loses its bonds; 0: it is an error */
 } pd_correspondence_desc;
 
 typedef struct pd_correspondence {
@@ -37,15 +37,16 @@ typedef struct pd_correspondence {
     pd_body *body;
     double lambda, mu; /* [Pa] stress = lambda tr(e) 1 + 2 mu e, with the lambda of the plane */
     pd_bond_weights weights; /* w */
-    uint8_t *felt;     /* [count] 1: forces on real points depend on this family; 0: only those on mirror images */
+    /* [count] 1: forces on real points depend on this family; 0: only those on mirror images */
+    uint8_t *influential;
     double *shape;     /* [count][PD_DIM^2] [1/m^(d+2)] K^-1 */
-    double *mean;      /* [count][PD_DIM^2] [-] (1/w_0) sum w V_j n n^T, n = xi/r */
-    double *fourth;    /* [count][15, 2D 5, 1D 1] [-] mean of n n n n: its monomials, by powers of z, then y */
-    double *total;     /* [count] [m^d] w_0 */
-    double *edge;      /* [count][PD_DIM] [1/m] see pd_correspondence_update */
+    double *second_moment;    /* [count][PD_DIM^2] [-] (1/w_0) sum w V_j n n^T, n = xi/r */
+    double *fourth_moment;    /* [count][15, 2D 5, 1D 1] [-] mean of n n n n: its monomials, by powers of z, then y */
+    double *weight_sum;       /* [count] [m^d] w_0 */
+    double *surface_vector;   /* [count][PD_DIM] [1/m] see pd_correspondence_update */
     pd_point_batch band;      /* batches of points for the sums over bonds */
     pd_j2_plasticity plastic; /* plastic strains; plastic.count 0: none */
-    int64_t lost;      /* bonds broken at points whose bonds did not span all directions (desc.loose) */
+    int64_t detached_bonds;   /* bonds broken at points whose bonds did not span all directions (desc.loose) */
 } pd_correspondence;
 
 #define pd_correspondence_build PD_NAME(pd_correspondence_build)

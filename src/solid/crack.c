@@ -39,8 +39,8 @@ static void pdi_crack_list(pdi_array_visitor *owner, void *object)
     PDI_ARRAY(owner, crack, q_gradient, crack->count * PD_DIM, "1/m");
     PDI_ARRAY(owner, crack, gradient, crack->count * PDI_CRACK_TENSOR, "1");
     PDI_ARRAY(owner, crack, force, crack->count * PD_DIM, "N/m3");
-    PDI_ARRAY(owner, crack, stress, crack->solid->pull ? 0 : crack->count * PDI_CRACK_TENSOR, "Pa");
-    PDI_ARRAY(owner, crack, density, crack->solid->pull ? crack->count : 0, "J/m3");
+    PDI_ARRAY(owner, crack, stress, crack->solid->force_state ? 0 : crack->count * PDI_CRACK_TENSOR, "Pa");
+    PDI_ARRAY(owner, crack, density, crack->solid->force_state ? crack->count : 0, "J/m3");
 }
 
 /* Scales x to length 1. Returns 0: it has no length. */
@@ -56,16 +56,17 @@ static int pdi_crack_normalise(double *x)
 static pd_status pdi_crack_check(pd_ctx *ctx, pdi_crack_fields *c)
 {
     pd_crack_desc *desc = &c->desc;
-    int good = desc->inner >= 0.0 && desc->outer > desc->inner && desc->outer < 1e100 && pdi_crack_normalise(desc->way);
+    int good =
+        desc->inner >= 0.0 && desc->outer > desc->inner && desc->outer < 1e100 && pdi_crack_normalise(desc->direction);
     for (int d = 0; d < PD_DIM; d++) good = good && fabs(desc->tip[d]) < 1e100;
     if (PD_DIM == 3)
-        good = good && pdi_crack_normalise(desc->front) && fabs(pdi_vec_dot(desc->way, desc->front)) < 1e-6 &&
+        good = good && pdi_crack_normalise(desc->front) && fabs(pdi_vec_dot(desc->direction, desc->front)) < 1e-6 &&
                desc->thickness > 0.0 && desc->thickness < 1e100;
     if (!good)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "crack", "radii of %g and %g m: expected a finite tip, a direction%s and "
                         "an outer radius beyond the inner one", desc->inner, desc->outer,
                         PD_DIM == 3 ? ", a front at a right angle to it, its length" : "");
-    if (c->solid->pull ? !c->solid->density : !c->solid->stress || !c->solid->linear)
+    if (c->solid->force_state ? !c->solid->density : !c->solid->stress || !c->solid->linear)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "crack", "the %s material has neither springs nor a stress that is linear"
                         " in small strains", c->solid->name);
     return PD_OK;
@@ -91,7 +92,7 @@ static int pdi_crack_needs_gradient(const pdi_crack_fields *c, int32_t i)
     const pd_body *body = c->solid->body;
     if (c->q[i] > 0.0 && c->q[i] < 1.0) return 1;
     for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
-        double other = c->q[f.to];
+        double other = c->q[f.neighbour];
         if (other < c->q[i] || other > c->q[i]) return 1;
     }
     return 0;
@@ -104,7 +105,7 @@ static int pdi_crack_compute_gradient(const pdi_crack_fields *c, const double *u
     double k[PDI_CRACK_TENSOR] = {0.0}, sum[PDI_CRACK_TENSOR] = {0.0}, inverse[PDI_CRACK_TENSOR];
     double over = 1.0 / (body->horizon * body->horizon);
     for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
-        int64_t j = f.to;
+        int64_t j = f.neighbour;
         double xi[PD_DIM];
         if (pdi_body_bond_is_broken(&f)) continue;
         pdi_body_bond_vector(body, i, &f, xi);
@@ -130,7 +131,7 @@ static pd_status pdi_crack_compute_gradients(pd_ctx *ctx, const pdi_crack_fields
     const pd_body *body = c->solid->body;
     double slope = 0.0, size = 0.0;
     for (int64_t i = 0; i < body->count; i++) {
-        double along = pdi_vec_dot(c->q_gradient + i * PD_DIM, c->desc.way);
+        double along = pdi_vec_dot(c->q_gradient + i * PD_DIM, c->desc.direction);
         slope += body->volume[i] * along;
         size += body->volume[i] * fabs(along);
     }
@@ -153,7 +154,7 @@ static pd_status pdi_crack_compute_gradients(pd_ctx *ctx, const pdi_crack_fields
 static void pdi_crack_derivative_along(const pdi_crack_fields *c, int64_t i, double *along)
 {
     for (int a = 0; a < PD_DIM; a++)
-        along[a] = pdi_vec_dot(c->gradient + i * PDI_CRACK_TENSOR + a * PD_DIM, c->desc.way);
+        along[a] = pdi_vec_dot(c->gradient + i * PDI_CRACK_TENSOR + a * PD_DIM, c->desc.direction);
 }
 
 /* Integrand of J at point i [J/m] by its stress: equivalent domain integral (theory: eq. 8.10). */
@@ -166,20 +167,20 @@ static double pdi_crack_local_integrand(const pdi_crack_fields *c, int64_t i)
         sum += stress[p] * along[p / PD_DIM] * slope[p % PD_DIM];
         density += 0.5 * stress[p] * c->gradient[i * PDI_CRACK_TENSOR + p];
     }
-    return sum - density * pdi_vec_dot(slope, c->desc.way);
+    return sum - density * pdi_vec_dot(slope, c->desc.direction);
 }
 
 /* Integrand of J at point i by its bond forces (theory: eq. 8.11; Silling and Lehoucq 2010). */
 static double pdi_crack_bond_integrand(const pdi_crack_fields *c, const double *u, int32_t i)
 {
     const pd_body *body = c->solid->body;
-    double sum = -c->density[i] * pdi_vec_dot(c->q_gradient + (int64_t)i * PD_DIM, c->desc.way);
+    double sum = -c->density[i] * pdi_vec_dot(c->q_gradient + (int64_t)i * PD_DIM, c->desc.direction);
     for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
-        double along[PD_DIM], pull[PD_DIM], step = c->q[i] - c->q[f.to];
+        double along[PD_DIM], pull[PD_DIM], step = c->q[i] - c->q[f.neighbour];
         if (pdi_body_bond_is_broken(&f) || !(fabs(step) > 0.0)) continue;
-        c->solid->pull(c->solid->self, u, i, &f, pull);
-        pdi_crack_derivative_along(c, f.to, along);
-        sum -= body->volume[f.to] * step * pdi_vec_dot(pull, along);
+        c->solid->force_state(c->solid->self, u, i, &f, pull);
+        pdi_crack_derivative_along(c, f.neighbour, along);
+        sum -= body->volume[f.neighbour] * step * pdi_vec_dot(pull, along);
     }
     return sum;
 }
@@ -195,10 +196,11 @@ static pd_status pdi_crack_compute_j(pd_ctx *ctx, pdi_crack_fields *c, const dou
     PDI_TRY(pdi_crack_compute_gradients(ctx, c, u));
     pd_status status = solid->force(ctx, solid->self, u, c->force);
     if (status != PD_OK) return status;
-    if (solid->pull) solid->density(ctx, solid->self, u, c->density);
+    if (solid->force_state) solid->density(ctx, solid->self, u, c->density);
     else solid->stress(ctx, solid->self, u, c->stress);
     for (int32_t i = 0; i < c->count; i++) {
-        double along[PD_DIM], share = solid->pull ? pdi_crack_bond_integrand(c, u, i) : pdi_crack_local_integrand(c, i);
+        double along[PD_DIM],
+            share = solid->force_state ? pdi_crack_bond_integrand(c, u, i) : pdi_crack_local_integrand(c, i);
         pdi_crack_derivative_along(c, i, along);
         share += c->q[i] * pdi_vec_dot(c->force + (int64_t)i * PD_DIM, along); /* minus what loads or holds it */
         pdi_compensated_sum_add(&all, solid->body->volume[i] * share);
@@ -225,7 +227,7 @@ pd_status pd_crack_j(pd_ctx *ctx, const pd_material_interface *solid, const pd_c
 /* 1: point i has lost at least this share of its bonds. */
 static int pdi_crack_is_damaged(const pd_body *body, int32_t i, double share)
 {
-    double all = (double)(body->row[i + 1] - body->row[i]);
+    double all = (double)(body->first_bond[i + 1] - body->first_bond[i]);
     return all > 0.0 && all - (double)pdi_body_count_intact(body, i) >= share * all;
 }
 
@@ -305,9 +307,11 @@ PDI_FN pd_status pdi_crack_find_tip(pd_ctx *ctx, const pd_body *body, int corner
     }
     for (int32_t k = 0; k < known; k++)
         for (pd_bond_iterator f = pdi_body_bonds_begin(body, next[k]); pdi_body_bonds_next(&f);) {
-            if (seen[f.to] || !(left[f.to] > 0.0) || !pdi_crack_is_damaged(body, f.to, PDI_CRACK_TIP_DAMAGE)) continue;
-            seen[f.to] = 1;
-            next[known++] = f.to;
+            if (seen[f.neighbour] || !(left[f.neighbour] > 0.0) ||
+                !pdi_crack_is_damaged(body, f.neighbour, PDI_CRACK_TIP_DAMAGE))
+                continue;
+            seen[f.neighbour] = 1;
+            next[known++] = f.neighbour;
         }
     if (status == PD_OK) status = pdi_crack_find_farthest(body, seen, unit, PDI_CRACK_TIP_DAMAGE, tip);
     PDI_DELETE(ctx, body->count, next);

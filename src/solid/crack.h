@@ -12,7 +12,7 @@
 
 typedef struct pd_crack_desc {
     double tip[PD_DIM];   /* [m] place of the tip; in 3D any point of the front, which is straight */
-    double way[PD_DIM];   /* [-] direction in which the crack grows, of any length */
+    double direction[PD_DIM]; /* [-] direction in which the crack grows, of any length */
     double front[PD_DIM]; /* [-] 3D: direction of the front, at a right angle to way */
     double inner, outer;  /* [m] radii about the tip or front: q falls from 1 to 0 between them */
     double thickness;     /* [m] 3D: length of the front; J is the mean over it */

@@ -56,8 +56,8 @@ static void pdi_equilibrium_interpolate(const pdi_equilibrium *q, double *x)
 {
     const pd_multipoint_constraint *all = q->desc->interpolation;
     if (!pdi_equilibrium_has_interpolation(q)) return;
-    for (int64_t k = 0; k < all->count; k++) x[all->row[k].at] = 0.0;
-    for (int64_t k = 0; k < all->count; k++) x[all->row[k].at] += all->row[k].part * x[all->row[k].leader];
+    for (int64_t k = 0; k < all->count; k++) x[all->row[k].follower] = 0.0;
+    for (int64_t k = 0; k < all->count; k++) x[all->row[k].follower] += all->row[k].coefficient * x[all->row[k].leader];
 }
 
 /* The same operator along the free part of x with its interpolated components. */
@@ -111,10 +111,10 @@ static void pdi_equilibrium_update_coarse(const pdi_equilibrium *q)
     q->solid->moduli(q->ctx, q->solid->self, q->lambda, q->mu);
     for (int64_t k = 0; k < q->n; k++)
         q->step[k] =
-            pdi_equilibrium_is_held(q, k) && !(q->solid->follows && q->solid->follows[k]) ? q->diagonal[k] : 0.0;
+            pdi_equilibrium_is_held(q, k) && !(q->solid->is_image && q->solid->is_image[k]) ? q->diagonal[k] : 0.0;
     for (int64_t k = 0; pdi_equilibrium_has_interpolation(q) && k < q->desc->interpolation->count; k++) {
         const pd_constraint_row *row = q->desc->interpolation->row + k;
-        if (!row->face) q->step[row->at] = 0.0;
+        if (!row->near_boundary) q->step[row->follower] = 0.0;
     }
     pdi_coarse_fe_precond_assemble(q->ctx, (pd_coarse_fe_precond *)&q->coarse, q->lambda, q->mu, q->step);
 }
@@ -174,7 +174,7 @@ static pd_status pdi_equilibrium_check_forces(const pdi_equilibrium *q, const in
 {
     double sum = 0.0;
     for (int a = 0; a < PD_DIM; a++)
-        if (!pdi_equilibrium_is_balanced(q->solid->body, q->desc->held, q->load, a, piece, count, &sum))
+        if (!pdi_equilibrium_is_balanced(q->solid->body, q->desc->prescribed, q->load, a, piece, count, &sum))
             return pdi_fail(q->ctx, PD_ERR_STATE, "equilibrium",
                             "a piece of %d points, one of them point %d, is not held along axis %d, and its loads sum "
                             "to %g N: hold it, or balance the loads", (int)count, (int)piece[0], a, sum);
@@ -192,7 +192,7 @@ static pd_status pdi_equilibrium_visit_components(pdi_equilibrium *q, pdi_equili
         pd_rigid_modes rigid;
         if (seen[i]) continue;
         int32_t count = pdi_body_find_component(q->solid->body, i, seen, piece);
-        pdi_rigid_modes_compute(q->solid->body, q->desc->held, piece, count, &rigid);
+        pdi_rigid_modes_compute(q->solid->body, q->desc->prescribed, piece, count, &rigid);
         status = visit(q, &rigid);
     }
     PDI_DELETE(q->ctx, all, piece);
@@ -203,11 +203,13 @@ static pd_status pdi_equilibrium_visit_components(pdi_equilibrium *q, pdi_equili
 /* Checks the loads of a component. PD_ERR_DIVERGED: its moments do not balance. */
 static pd_status pdi_equilibrium_check_component(pdi_equilibrium *q, const pd_rigid_modes *rigid)
 {
-    PDI_TRY(pdi_equilibrium_check_forces(q, rigid->piece, rigid->count));
+    PDI_TRY(pdi_equilibrium_check_forces(q, rigid->component, rigid->count));
     q->has_rigid_motions = q->has_rigid_motions || rigid->motions;
-    if (!pdi_equilibrium_has_unbalanced_moment(q->solid, q->desc->held, q->load, rigid)) return PD_OK;
-    return pdi_fail(q->ctx, PD_ERR_DIVERGED, "equilibrium", "a piece of %d points, one of them point %d, can turn, and "
-                    "its loads turn it: hold it, or balance their moments", (int)rigid->count, (int)rigid->piece[0]);
+    if (!pdi_equilibrium_has_unbalanced_moment(q->solid, q->desc->prescribed, q->load, rigid)) return PD_OK;
+    return pdi_fail(q->ctx, PD_ERR_DIVERGED, "equilibrium",
+                    "a piece of %d points, one of them point %d, can turn, and "
+                    "its loads turn it: hold it, or balance their moments",
+                    (int)rigid->count, (int)rigid->component[0]);
 }
 
 /* Removes the mean rigid motions of a component from the step. */
@@ -224,9 +226,10 @@ static pd_status pdi_equilibrium_project_residual(pdi_equilibrium *q, const pd_r
     for (int way = 0; way < 2; way++) {
         for (int32_t n = 0; n < rigid->count && rigid->motions; n++)
             for (int d = 0; d < PD_DIM; d++) {
-                int64_t k = (int64_t)rigid->piece[n] * PD_DIM + d;
-                if (way == 0) q->residual[k] /= volume[rigid->piece[n]];
-                else q->residual[k] = pdi_equilibrium_is_held(q, k) ? 0.0 : q->residual[k] * volume[rigid->piece[n]];
+                int64_t k = (int64_t)rigid->component[n] * PD_DIM + d;
+                if (way == 0) q->residual[k] /= volume[rigid->component[n]];
+                else
+                    q->residual[k] = pdi_equilibrium_is_held(q, k) ? 0.0 : q->residual[k] * volume[rigid->component[n]];
             }
         if (way == 0) pdi_rigid_modes_remove(rigid, q->residual);
     }
@@ -269,7 +272,7 @@ static int pdi_equilibrium_check_mechanism(const pdi_equilibrium *q, const doubl
         size += fabs(part);
     }
     if (!(fabs(work) > PDI_EQUILIBRIUM_ROUNDING * size)) return 0;
-    if (q->desc->swing) memcpy(q->desc->swing, motion, (size_t)q->n * sizeof *motion);
+    if (q->desc->mechanism) memcpy(q->desc->mechanism, motion, (size_t)q->n * sizeof *motion);
     return 1;
 }
 
@@ -279,7 +282,7 @@ static double pdi_equilibrium_estimate_rounding(pdi_equilibrium *q, const double
 {
     const pd_body *body = q->solid->body;
     double length = body->spacing > 0.0 ? body->spacing : body->horizon, sum = 0.0;
-    double least = q->solid->gradients ? length * DBL_EPSILON / PDI_EQUILIBRIUM_DIGITS : 0.0;
+    double least = q->solid->gradient_based ? length * DBL_EPSILON / PDI_EQUILIBRIUM_DIGITS : 0.0;
     for (int64_t k = 0; k < q->n; k++) {
         double size = pdi_max(fabs(u[k]), least);
         q->step[k] = pdi_rng_u64(1, 0, (uint64_t)k) & 1 ? size : -size;
@@ -293,12 +296,12 @@ PDI_FN pd_krylov_desc pdi_equilibrium_krylov_options(int interpolated)
 {
     pd_krylov_desc kd;
     memset(&kd, 0, sizeof kd);
-    kd.of = "solid";
+    kd.equations = "solid";
     kd.method = interpolated ? PD_KRYLOV_GMRES : PD_KRYLOV_CG;
     kd.components = 1;
     kd.zero_guess = 1;
     kd.restart = PDI_EQUILIBRIUM_RESTART;
-    kd.most = PDI_EQUILIBRIUM_MAX_RESTART;
+    kd.max_vectors = PDI_EQUILIBRIUM_MAX_RESTART;
     return kd;
 }
 
@@ -480,7 +483,7 @@ static pd_status pdi_equilibrium_solve_inner(pdi_equilibrium *q, double *u, pd_e
 {
     double norm, target;
     pd_status status = PD_OK;
-    if (q->desc->swing) memset(q->desc->swing, 0, (size_t)q->n * sizeof *q->desc->swing);
+    if (q->desc->mechanism) memset(q->desc->mechanism, 0, (size_t)q->n * sizeof *q->desc->mechanism);
     PDI_TRY(pdi_equilibrium_begin(q, u, &norm, &target));
     if (q->solid->moduli) PDI_TRY(pdi_coarse_fe_precond_build(q->ctx, q->solid->body, &q->coarse));
     PDI_TRY(pdi_equilibrium_build_krylov(q, pdi_equilibrium_has_interpolation(q), &q->krylov));

@@ -19,9 +19,9 @@
 /* A prescribed displacement that is interpolated from a free one (multi-point constraint): u[at] = given + part
  * u[leader]. */
 typedef struct pd_constraint_row {
-    int64_t at, leader; /* indices into [count][PD_DIM]; one with several leaders has a row for each */
-    double part;        /* [-] coefficient */
-    int face;           /* 1: the point lies less than a spacing from where the displacement is prescribed */
+    int64_t follower, leader; /* indices into [count][PD_DIM]; one with several leaders has a row for each */
+    double coefficient;       /* [-] coefficient */
+    int near_boundary;        /* 1: the point lies less than a spacing from where the displacement is prescribed */
 } pd_constraint_row;
 
 /* All of them. */
@@ -31,13 +31,13 @@ typedef struct pd_multipoint_constraint {
 } pd_multipoint_constraint;
 
 typedef struct pd_equilibrium_desc {
-    const uint8_t *held;   /* [count][PD_DIM] 1: this displacement is prescribed (Dirichlet) or interpolated; NULL: all
-                            * are free. Borrowed */
+    const uint8_t *prescribed; /* [count][PD_DIM] 1: this displacement is prescribed (Dirichlet) or interpolated; NULL:
+                                * all are free. Borrowed */
     const pd_multipoint_constraint *interpolation; /* of prescribed displacements; NULL: none. Borrowed */
     double rtol;           /* [-] residual over the norm of loads and reactions; 0: PD_EQUILIBRIUM_RTOL. Residuals that
                             * are rounding of the displacements are accepted */
     int max_iterations;    /* 0: 10000 */
-    double *swing;         /* [count][PD_DIM] [-] with PD_ERR_DIVERGED, of a linear material: a mechanism, that is a
+    double *mechanism;     /* [count][PD_DIM] [-] with PD_ERR_DIVERGED, of a linear material: a mechanism, that is a
                             * motion without stiffness along which the loads do work; 0: none was found. NULL:
                             * unwanted. Borrowed */
 } pd_equilibrium_desc;
@@ -90,7 +90,7 @@ static inline int pdi_equilibrium_has_interpolation(const pdi_equilibrium *q)
 /* 1: component k is prescribed. */
 static inline int pdi_equilibrium_is_held(const pdi_equilibrium *q, int64_t k)
 {
-    return q->desc->held && q->desc->held[k];
+    return q->desc->prescribed && q->desc->prescribed[k];
 }
 /* Describes the arrays of a solve. */
 PDI_FN void pdi_equilibrium_list(pdi_array_visitor *owner, void *equilibrium);

@@ -33,14 +33,14 @@ static inline int pdi_finite_strain_get_bond(const pd_finite_strain *f, int32_t 
     if (!(bond->w > 0.0)) return 0;
     pdi_body_bond_vector(f->body, i, it, bond->xi);
     bond->inv_r2 = 1.0 / pdi_tensor_dot(bond->xi, bond->xi);
-    bond->weight = bond->w * f->body->volume[it->to];
+    bond->weight = bond->w * f->body->volume[it->neighbour];
     return 1;
 }
 
 /* Factor of the moduli of point i. */
 static double pdi_finite_strain_stiffness_factor(const pd_finite_strain *f, int32_t i)
 {
-    return f->desc.stiff ? f->desc.stiff[i] : 1.0;
+    return f->desc.stiffness_factor ? f->desc.stiffness_factor[i] : 1.0;
 }
 
 /* Plastic state of a bond (or point, with plain correspondence); NULL but for J2. */
@@ -66,18 +66,18 @@ PDI_FN void pdi_finite_strain_list(pdi_array_visitor *owner, void *object)
     pd_finite_strain *finite = (pd_finite_strain *)object;
     int64_t count = finite->body ? finite->body->count : 0, bonds = finite->body ? finite->body->bonds : 0;
     int64_t sites = pdi_finite_strain_bond_gradients(finite) ? bonds : count;
-    PDI_ARRAY(owner, finite, back, bonds, "1");
-    PDI_ARRAY(owner, finite, felt, count, "1");
+    PDI_ARRAY(owner, finite, reverse_bond, bonds, "1");
+    PDI_ARRAY(owner, finite, influential, count, "1");
     PDI_ARRAY(owner, finite, shape, count * PDI_TENSOR, "1/m^(d+2)");
-    PDI_ARRAY(owner, finite, total, count, "m^d");
-    PDI_ARRAY(owner, finite, edge, count * PD_DIM, "1/m");
+    PDI_ARRAY(owner, finite, weight_sum, count, "m^d");
+    PDI_ARRAY(owner, finite, surface_vector, count * PD_DIM, "1/m");
     PDI_ARRAY(owner, finite, u, count * PD_DIM, "m");
     PDI_ARRAY(owner, finite, gradient, count * PDI_TENSOR, "1");
-    PDI_ARRAY(owner, finite, pull, bonds * PD_DIM, "N/m^(2d)");
+    PDI_ARRAY(owner, finite, force_state, bonds * PD_DIM, "N/m^(2d)");
     PDI_ARRAY(owner, finite, work, count, "");
-    if (PD_DIM == 2) PDI_ARRAY(owner, finite, across, count, "Pa");
-    PDI_SCALAR_STATE(owner, finite, cost, "J");
-    if (finite->desc.keep) PDI_ARRAY(owner, finite, moduli, sites * PDI_CONSTITUTIVE_LAW_TANGENT, "Pa");
+    if (PD_DIM == 2) PDI_ARRAY(owner, finite, out_of_plane_stress, count, "Pa");
+    PDI_SCALAR_STATE(owner, finite, plastic_work, "J");
+    if (finite->desc.store_tangent) PDI_ARRAY(owner, finite, moduli, sites * PDI_CONSTITUTIVE_LAW_TANGENT, "Pa");
     if (finite->desc.law.kind == PD_FINITE_STRAIN_J2)
         PDI_ARRAY_STATE(owner, finite, state, sites * PDI_CONSTITUTIVE_LAW_STATE, "1");
 }
@@ -91,7 +91,7 @@ static void pdi_finite_strain_find_reverse_bonds(const pd_ctx *ctx, const pd_fin
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++)
         for (pd_bond_iterator b = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&b);)
-            f->back[pdi_body_bond_number(&b)] = pdi_body_find_reverse_bond(body, i, &b);
+            f->reverse_bond[pdi_body_bond_number(&b)] = pdi_body_find_reverse_bond(body, i, &b);
 }
 
 /* Inverse shape tensor K^-1 and total weight w_0 of point i; w_0 = 0 where K is singular. mean: of n n^T over its
@@ -115,7 +115,7 @@ static void pdi_finite_strain_compute_family(const pd_finite_strain *f, int32_t 
     for (int p = 0; p < PDI_TENSOR && total > 0.0; p++) mean[p] /= total;
     int spans = total > 0.0 && pdi_vec_invert(k, shape) > PDI_FINITE_STRAIN_MIN_PIVOT;
     for (int p = 0; p < PDI_TENSOR; p++) shape[p] = spans ? shape[p] * scale / total : 0.0;
-    f->total[i] = spans ? total : 0.0;
+    f->weight_sum[i] = spans ? total : 0.0;
 }
 
 /* Bond vectors g of the family of point i into pull: a uniform stress P has the force states P g. Computes the family,
@@ -127,16 +127,16 @@ static void pdi_finite_strain_compute_bond_vectors(const pd_finite_strain *f, in
     pdi_finite_strain_bond bond;
     pdi_finite_strain_compute_family(f, i, mean);
     for (pd_bond_iterator b = pdi_body_bonds_begin(f->body, i); pdi_body_bonds_next(&b);) {
-        double *pull = f->pull + pdi_body_bond_number(&b) * PD_DIM;
-        int open = f->total[i] > 0.0 && pdi_finite_strain_get_bond(f, i, &b, &bond);
+        double *pull = f->force_state + pdi_body_bond_number(&b) * PD_DIM;
+        int open = f->weight_sum[i] > 0.0 && pdi_finite_strain_get_bond(f, i, &b, &bond);
         for (int d = 0; d < PD_DIM; d++) pull[d] = 0.0;
         if (!open) continue;
         pdi_tensor_multiply_vector(shape, bond.xi, at);
         pdi_tensor_multiply_vector(mean, at, back);
         for (int d = 0; d < PD_DIM; d++)
-            pull[d] =
-                bond.w * (pdi_finite_strain_bond_gradients(f) ? bond.xi[d] * bond.inv_r2 / f->total[i] + at[d] - back[d]
-                                                              : at[d]);
+            pull[d] = bond.w * (pdi_finite_strain_bond_gradients(f)
+                                    ? bond.xi[d] * bond.inv_r2 / f->weight_sum[i] + at[d] - back[d]
+                                    : at[d]);
     }
 }
 
@@ -147,8 +147,9 @@ static void pdi_finite_strain_sum_force(const pd_finite_strain *f, int32_t i, do
     for (int d = 0; d < PD_DIM; d++) force[d] = 0.0;
     for (pd_bond_iterator b = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&b);) {
         int64_t k = pdi_body_bond_number(&b);
-        const double *own = f->pull + k * PD_DIM, *other = f->pull + (body->row[b.to] + f->back[k]) * PD_DIM;
-        for (int d = 0; d < PD_DIM; d++) force[d] += body->volume[b.to] * (own[d] - other[d]);
+        const double *own = f->force_state + k * PD_DIM,
+                     *other = f->force_state + (body->first_bond[b.neighbour] + f->reverse_bond[k]) * PD_DIM;
+        for (int d = 0; d < PD_DIM; d++) force[d] += body->volume[b.neighbour] * (own[d] - other[d]);
     }
 }
 
@@ -169,7 +170,7 @@ static int32_t pdi_finite_strain_compute_families(const pd_ctx *ctx, const pd_fi
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < f->body->count; i++) pdi_finite_strain_compute_bond_vectors(f, i);
     for (int32_t i = 0; i < f->body->count; i++)
-        if (!(f->total[i] > 0.0) && (!f->desc.loose || pdi_body_count_intact(f->body, i))) return i;
+        if (!(f->weight_sum[i] > 0.0) && (!f->desc.detach_singular || pdi_body_count_intact(f->body, i))) return i;
     return -1;
 }
 
@@ -179,18 +180,18 @@ static pd_status pdi_finite_strain_ops_update(pd_ctx *ctx, void *self)
 {
     pd_finite_strain *f = (pd_finite_strain *)self;
     const pd_body *body = f->body;
-    f->known = 0;
+    f->tangent_valid = 0;
     for (int32_t i = 0; i < body->count; i++)
-        if (!(pdi_finite_strain_stiffness_factor(f, i) >= (f->desc.loose ? 0.0 : 1e-100)) ||
+        if (!(pdi_finite_strain_stiffness_factor(f, i) >= (f->desc.detach_singular ? 0.0 : 1e-100)) ||
             !(pdi_finite_strain_stiffness_factor(f, i) < 1e100))
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "finite",
                             "the stiffness of point %d has the factor %g, expected a "
                             "finite positive one%s",
-                            (int)i, pdi_finite_strain_stiffness_factor(f, i), f->desc.loose ? ", or 0" : "");
+                            (int)i, pdi_finite_strain_stiffness_factor(f, i), f->desc.detach_singular ? ", or 0" : "");
     int32_t flat = pdi_finite_strain_compute_families(ctx, f);
-    while (flat >= 0 && f->desc.loose) {
+    while (flat >= 0 && f->desc.detach_singular) {
         for (int32_t i = flat; i < body->count; i++)
-            if (!(f->total[i] > 0.0)) f->lost += pdi_body_break_all_bonds(f->body, i);
+            if (!(f->weight_sum[i] > 0.0)) f->detached_bonds += pdi_body_break_all_bonds(f->body, i);
         flat = pdi_finite_strain_compute_families(ctx, f);
     }
     if (flat >= 0)
@@ -198,7 +199,7 @@ static pd_status pdi_finite_strain_ops_update(pd_ctx *ctx, void *self)
                         "the %.0f bonds of point %d at x = %g m do not span all directions: the body is too thin there "
                         "for its horizon",
                         (double)pdi_body_count_intact(body, flat), (int)flat, body->position[(int64_t)flat * PD_DIM]);
-    pdi_finite_strain_sum_forces(ctx, f, body->count, f->edge);
+    pdi_finite_strain_sum_forces(ctx, f, body->count, f->surface_vector);
     return PD_OK;
 }
 
@@ -227,9 +228,9 @@ static pd_status pdi_finite_strain_build_inner(pd_ctx *ctx, pd_body *body, const
     f->body = body;
     f->lambda = pdi_constitutive_law_plane_lambda(&moduli);
     f->mu = moduli.mu;
-    f->spring = pdi_finite_strain_penalty_stiffness(f);
+    f->penalty_stiffness = pdi_finite_strain_penalty_stiffness(f);
     PDI_TRY(pdi_array_registry_build(ctx, pdi_finite_strain_list, f));
-    pdi_body_mark_influential(body, f->felt);
+    pdi_body_mark_influential(body, f->influential);
     PDI_TRY(pdi_bond_weights_build(ctx, body, &f->weights));
     PDI_TRY(pdi_bond_weights_compute_influence(ctx, &f->weights, desc->influence));
     pdi_finite_strain_find_reverse_bonds(ctx, f);
@@ -266,7 +267,7 @@ static void pdi_finite_strain_compute_gradient(const pd_finite_strain *f, const 
     pdi_finite_strain_bond bond;
     for (pd_bond_iterator b = pdi_body_bonds_begin(f->body, i); pdi_body_bonds_next(&b);) {
         if (!pdi_finite_strain_get_bond(f, i, &b, &bond)) continue;
-        pdi_finite_strain_relative_displacement(u, i, b.to, eta);
+        pdi_finite_strain_relative_displacement(u, i, b.neighbour, eta);
         for (int p = 0; p < PDI_TENSOR; p++) sum[p] += bond.weight * eta[p / PD_DIM] * bond.xi[p % PD_DIM];
     }
     pdi_tensor_multiply(sum, f->shape + (int64_t)i * PDI_TENSOR, h);
@@ -304,12 +305,12 @@ static inline void pdi_finite_strain_add_identity(const double *h, double *f)
 static inline void pdi_finite_strain_apply_moduli(const pd_finite_strain *f, const pdi_constitutive_law_params *m,
                                                   int64_t site, const double *full, const double *df, double *p)
 {
-    if (!f->desc.keep) {
+    if (!f->desc.store_tangent) {
         pdi_constitutive_law_apply_tangent(m, full, pdi_finite_strain_get_state(f, site), df, p);
         return;
     }
     double *kept = f->moduli + site * PDI_CONSTITUTIVE_LAW_TANGENT;
-    if (!f->known) pdi_constitutive_law_compute_tangent(m, full, pdi_finite_strain_get_state(f, site), kept);
+    if (!f->tangent_valid) pdi_constitutive_law_compute_tangent(m, full, pdi_finite_strain_get_state(f, site), kept);
     for (int k = 0; k < PDI_TENSOR; k++) p[k] = 0.0;
     for (int row = 0; row < PDI_TENSOR; row++) {
         double sum = *kept++ * df[row];
@@ -332,27 +333,27 @@ static int pdi_finite_strain_compute_bond_states(const pd_finite_strain *f, cons
     pdi_finite_strain_bond bond;
     if (du) pdi_finite_strain_compute_gradient(f, du, i, dh);
     for (pd_bond_iterator b = pdi_body_bonds_begin(f->body, i); pdi_body_bonds_next(&b);) {
-        double *pull = f->pull + pdi_body_bond_number(&b) * PD_DIM;
+        double *pull = f->force_state + pdi_body_bond_number(&b) * PD_DIM;
         if (!pdi_finite_strain_get_bond(f, i, &b, &bond)) continue;
-        pdi_finite_strain_compute_bond_gradient(f->u, h, i, b.to, &bond, part);
+        pdi_finite_strain_compute_bond_gradient(f->u, h, i, b.neighbour, &bond, part);
         pdi_finite_strain_add_identity(part, full);
         if (du) {
-            pdi_finite_strain_compute_bond_gradient(du, dh, i, b.to, &bond, change);
+            pdi_finite_strain_compute_bond_gradient(du, dh, i, b.neighbour, &bond, change);
             pdi_finite_strain_apply_moduli(f, m, pdi_body_bond_number(&b), full, change, p);
         } else if (!pdi_constitutive_law_compute_stress(m, full,
                                                         pdi_finite_strain_get_state(f, pdi_body_bond_number(&b)), p)) {
             return 0;
         }
         pdi_tensor_multiply_vector(p, bond.xi, along);
-        for (int d = 0; d < PD_DIM; d++) pull[d] = along[d] * bond.inv_r2 / f->total[i];
-        bond.weight /= f->total[i];
+        for (int d = 0; d < PD_DIM; d++) pull[d] = along[d] * bond.inv_r2 / f->weight_sum[i];
+        bond.weight /= f->weight_sum[i];
         for (int k = 0; k < PDI_TENSOR; k++)
             moment[k] += bond.weight * (p[k] - along[k / PD_DIM] * bond.xi[k % PD_DIM] * bond.inv_r2);
     }
     pdi_tensor_multiply(moment, f->shape + (int64_t)i * PDI_TENSOR, part);
     for (pd_bond_iterator b = pdi_body_bonds_begin(f->body, i); pdi_body_bonds_next(&b);) {
         if (!pdi_finite_strain_get_bond(f, i, &b, &bond)) continue;
-        double *pull = f->pull + pdi_body_bond_number(&b) * PD_DIM;
+        double *pull = f->force_state + pdi_body_bond_number(&b) * PD_DIM;
         pdi_tensor_multiply_vector(part, bond.xi, along);
         for (int d = 0; d < PD_DIM; d++) pull[d] = stiffness * bond.w * (pull[d] + along[d]);
     }
@@ -375,12 +376,12 @@ static int pdi_finite_strain_compute_point_states(const pd_finite_strain *f, con
     }
     pdi_tensor_multiply(p, f->shape + (int64_t)i * PDI_TENSOR, part);
     for (pd_bond_iterator b = pdi_body_bonds_begin(f->body, i); pdi_body_bonds_next(&b);) {
-        double *pull = f->pull + pdi_body_bond_number(&b) * PD_DIM;
+        double *pull = f->force_state + pdi_body_bond_number(&b) * PD_DIM;
         if (!pdi_finite_strain_get_bond(f, i, &b, &bond)) continue;
         double share = pdi_finite_strain_stiffness_factor(f, i) * bond.w;
         pdi_tensor_multiply_vector(part, bond.xi, along);
-        pdi_finite_strain_compute_nonuniform(u, du ? dh : h, i, b.to, &bond, z);
-        for (int d = 0; d < PD_DIM; d++) pull[d] = share * (along[d] + f->spring * z[d]);
+        pdi_finite_strain_compute_nonuniform(u, du ? dh : h, i, b.neighbour, &bond, z);
+        for (int d = 0; d < PD_DIM; d++) pull[d] = share * (along[d] + f->penalty_stiffness * z[d]);
     }
     return 1;
 }
@@ -394,7 +395,7 @@ static int32_t pdi_finite_strain_compute_states(const pd_ctx *ctx, const pd_fini
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < f->body->count; i++) {
         f->work[i] = 0.0;
-        if (!f->felt[i]) continue;
+        if (!f->influential[i]) continue;
         if (!du) pdi_finite_strain_compute_gradient(f, f->u, i, f->gradient + (int64_t)i * PDI_TENSOR);
         int good = pdi_finite_strain_bond_gradients(f) ? pdi_finite_strain_compute_bond_states(f, &m, du, i)
                                                        : pdi_finite_strain_compute_point_states(f, &m, du, i);
@@ -409,13 +410,13 @@ static int32_t pdi_finite_strain_compute_states(const pd_ctx *ctx, const pd_fini
 static pd_status pdi_finite_strain_ops_force(pd_ctx *ctx, void *self, const double *u, double *force)
 {
     pd_finite_strain *f = (pd_finite_strain *)self;
-    f->known = 0;
+    f->tangent_valid = 0;
     memcpy(f->u, u, (size_t)f->body->count * PD_DIM * sizeof *u);
     int32_t folded = pdi_finite_strain_compute_states(ctx, f, NULL);
     if (folded >= 0)
         return pdi_fail(ctx, PD_RETRY, "finite", "the family of point %d at x = %g m is turned inside out", (int)folded,
                         f->body->position[(int64_t)folded * PD_DIM]);
-    pdi_finite_strain_sum_forces(ctx, f, f->body->own, force);
+    pdi_finite_strain_sum_forces(ctx, f, f->body->real_count, force);
     return PD_OK;
 }
 
@@ -424,8 +425,8 @@ static void pdi_finite_strain_ops_tangent(const pd_ctx *ctx, void *self, const d
 {
     pd_finite_strain *f = (pd_finite_strain *)self;
     pdi_finite_strain_compute_states(ctx, f, du);
-    f->known = 1;
-    pdi_finite_strain_sum_forces(ctx, f, f->body->own, df);
+    f->tangent_valid = 1;
+    pdi_finite_strain_sum_forces(ctx, f, f->body->real_count, df);
 }
 
 /* Adds factor (mu g^2 1 + (lambda + mu) g g^T) to a diagonal block. */
@@ -451,19 +452,19 @@ static void pdi_finite_strain_ops_blocks(const pd_ctx *ctx, void *self, double *
         pdi_finite_strain_bond bond;
         for (int k = 0; k < PDI_TENSOR; k++) a[k] = 0.0;
         for (pd_bond_iterator b = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&b);) {
-            int32_t j = b.to;
+            int32_t j = b.neighbour;
             double there = pdi_finite_strain_stiffness_factor(f, j);
             if (!pdi_finite_strain_get_bond(f, i, &b, &bond)) continue;
             double volumes = body->volume[i] * bond.weight;
             if (pdi_finite_strain_bond_gradients(f)) {
-                double share = here / f->total[i] + there / f->total[j];
+                double share = here / f->weight_sum[i] + there / f->weight_sum[j];
                 pdi_finite_strain_add_block(f, volumes * bond.inv_r2 * bond.inv_r2 * share, bond.xi, a);
                 continue;
             }
             for (int d = 0; d < PD_DIM; d++) all[d] += bond.weight * bond.xi[d];
             pdi_tensor_multiply_vector(f->shape + (int64_t)j * PDI_TENSOR, bond.xi, at);
             pdi_finite_strain_add_block(f, there * bond.w * body->volume[i] * volumes, at, a);
-            for (int d = 0; d < PD_DIM; d++) a[d * (PD_DIM + 1)] += f->spring * volumes * (here + there);
+            for (int d = 0; d < PD_DIM; d++) a[d * (PD_DIM + 1)] += f->penalty_stiffness * volumes * (here + there);
         }
         pdi_tensor_multiply_vector(f->shape + (int64_t)i * PDI_TENSOR, all, at);
         pdi_finite_strain_add_block(f, here * body->volume[i], at, a);
@@ -482,15 +483,15 @@ static double pdi_finite_strain_energy_density(const pd_finite_strain *f, const 
     for (pd_bond_iterator b = pdi_body_bonds_begin(f->body, i); pdi_body_bonds_next(&b);) {
         if (!pdi_finite_strain_get_bond(f, i, &b, &bond)) continue;
         if (pdi_finite_strain_bond_gradients(f)) {
-            pdi_finite_strain_compute_bond_gradient(u, h, i, b.to, &bond, part);
+            pdi_finite_strain_compute_bond_gradient(u, h, i, b.neighbour, &bond, part);
             pdi_finite_strain_add_identity(part, full);
             sum += bond.weight *
                    pdi_constitutive_law_compute_energy(m, full,
                                                        pdi_finite_strain_get_state(f, pdi_body_bond_number(&b)), 0) /
-                   f->total[i];
+                   f->weight_sum[i];
         } else {
-            pdi_finite_strain_compute_nonuniform(u, h, i, b.to, &bond, z);
-            sum += 0.5 * bond.weight * f->spring * pdi_tensor_dot(z, z);
+            pdi_finite_strain_compute_nonuniform(u, h, i, b.neighbour, &bond, z);
+            sum += 0.5 * bond.weight * f->penalty_stiffness * pdi_tensor_dot(z, z);
         }
     }
     pdi_finite_strain_add_identity(h, full);
@@ -530,8 +531,8 @@ static void pdi_finite_strain_visit_point(const pd_finite_strain *f, const pdi_c
         if (!pdi_finite_strain_get_bond(f, i, &b, &bond)) continue;
         memcpy(part, h, sizeof part);
         if (pdi_finite_strain_bond_gradients(f)) {
-            pdi_finite_strain_compute_bond_gradient(u, h, i, b.to, &bond, part);
-            single = bond.weight / f->total[i];
+            pdi_finite_strain_compute_bond_gradient(u, h, i, b.neighbour, &bond, part);
+            single = bond.weight / f->weight_sum[i];
         }
         pdi_finite_strain_add_identity(part, full);
         if (!stress) {
@@ -544,7 +545,7 @@ static void pdi_finite_strain_visit_point(const pd_finite_strain *f, const pdi_c
     }
     for (int k = 0; stress && k < PDI_TENSOR; k++) stress[k] = sum[k] * pdi_finite_strain_stiffness_factor(f, i);
     if (!stress) f->work[i] = all * pdi_finite_strain_stiffness_factor(f, i);
-    else if (f->across) f->across[i] = all * pdi_finite_strain_stiffness_factor(f, i);
+    else if (f->out_of_plane_stress) f->out_of_plane_stress[i] = all * pdi_finite_strain_stiffness_factor(f, i);
 }
 
 /* The same for all points. */
@@ -568,11 +569,11 @@ static void pdi_finite_strain_ops_stress(const pd_ctx *ctx, void *self, const do
 static pd_status pdi_finite_strain_ops_commit(pd_ctx *ctx, void *self, const double *u)
 {
     pd_finite_strain *f = (pd_finite_strain *)self;
-    pdi_compensated_sum all = {f->cost, 0.0};
+    pdi_compensated_sum all = {f->plastic_work, 0.0};
     pdi_finite_strain_visit_all(ctx, f, u, NULL);
-    for (int32_t i = 0; i < f->body->own; i++) pdi_compensated_sum_add(&all, f->body->volume[i] * f->work[i]);
-    f->cost = pdi_compensated_sum_total(&all);
-    f->known = 0;
+    for (int32_t i = 0; i < f->body->real_count; i++) pdi_compensated_sum_add(&all, f->body->volume[i] * f->work[i]);
+    f->plastic_work = pdi_compensated_sum_total(&all);
+    f->tangent_valid = 0;
     return PD_OK;
 }
 
@@ -580,11 +581,14 @@ static pd_status pdi_finite_strain_ops_commit(pd_ctx *ctx, void *self, const dou
 static double pdi_finite_strain_ops_normal_stress(const void *self, int32_t i, const double *stress)
 {
     (void)stress;
-    return ((const pd_finite_strain *)self)->across[i];
+    return ((const pd_finite_strain *)self)->out_of_plane_stress[i];
 }
 
 /* pd_material_interface.dissipated. */
-static double pdi_finite_strain_ops_dissipated(const void *self) { return ((const pd_finite_strain *)self)->cost; }
+static double pdi_finite_strain_ops_dissipated(const void *self)
+{
+    return ((const pd_finite_strain *)self)->plastic_work;
+}
 
 /* pd_material_interface.store: plastic states and broken bonds. */
 static pd_status pdi_finite_strain_ops_store(pd_ctx *ctx, void *self, pd_archive *archive)
@@ -592,7 +596,7 @@ static pd_status pdi_finite_strain_ops_store(pd_ctx *ctx, void *self, pd_archive
     pd_finite_strain *f = (pd_finite_strain *)self;
     PDI_TRY(pdi_array_registry_store(ctx, pdi_finite_strain_list, f, archive));
     PDI_TRY(pdi_array_registry_store(ctx, pdi_body_list_state, f->body, archive));
-    return archive->reading ? pdi_finite_strain_ops_update(ctx, f) : PD_OK;
+    return archive->is_reading ? pdi_finite_strain_ops_update(ctx, f) : PD_OK;
 }
 
 /* pd_material_interface.density. */
@@ -629,7 +633,7 @@ void pd_finite_strain_plastic_strain(const pd_ctx *ctx, const pd_finite_strain *
         for (pd_bond_iterator b = pdi_body_bonds_begin(f->body, i);
              pdi_finite_strain_bond_gradients(f) && f->state && pdi_body_bonds_next(&b);)
             if (pdi_finite_strain_get_bond(f, i, &b, &bond))
-                strain[i] += bond.weight / f->total[i] *
+                strain[i] += bond.weight / f->weight_sum[i] *
                              pdi_finite_strain_get_state(f, pdi_body_bond_number(&b))[PDI_CONSTITUTIVE_LAW_STATE - 1];
     }
 }
@@ -647,13 +651,13 @@ static double pdi_finite_strain_max_eigenvalue(const pd_finite_strain *f, int32_
     const double *shape = f->shape + (int64_t)i * PDI_TENSOR;
     double across[PDI_TENSOR] = {0.0}, power[PDI_TENSOR], square[PDI_TENSOR], trace = 0.0, size = 0.0;
     pdi_finite_strain_bond bond;
-    if (!(f->total[i] > 0.0)) return 0.0;
+    if (!(f->weight_sum[i] > 0.0)) return 0.0;
     for (int d = 0; d < PD_DIM; d++) across[d * (PD_DIM + 1)] = 1.0;
     for (pd_bond_iterator b = pdi_body_bonds_begin(f->body, i);
          pdi_finite_strain_bond_gradients(f) && pdi_body_bonds_next(&b);)
         if (pdi_finite_strain_get_bond(f, i, &b, &bond))
             for (int k = 0; k < PDI_TENSOR; k++)
-                across[k] -= bond.weight / f->total[i] * bond.xi[k / PD_DIM] * bond.xi[k % PD_DIM] * bond.inv_r2;
+                across[k] -= bond.weight / f->weight_sum[i] * bond.xi[k / PD_DIM] * bond.xi[k % PD_DIM] * bond.inv_r2;
     pdi_tensor_multiply(across, shape, power);
     for (int d = 0; d < PD_DIM; d++) size = pdi_max(size, shape[d * (PD_DIM + 1)]);
     for (int k = 0; k < PDI_TENSOR; k++) power[k] /= size;
@@ -679,9 +683,10 @@ static double pdi_finite_strain_ops_stable_step(const void *self, double density
         for (pd_bond_iterator b = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&b);) {
             if (!pdi_finite_strain_get_bond(f, i, &b, &bond)) continue;
             for (int end = 0; end < 2; end++) {
-                int32_t k = end ? b.to : i;
-                double size = pdi_finite_strain_bond_gradients(f) ? f->work[k] + modulus * bond.inv_r2 / f->total[k]
-                                                                  : pdi_max(f->work[k], f->spring);
+                int32_t k = end ? b.neighbour : i;
+                double size = pdi_finite_strain_bond_gradients(f)
+                                  ? f->work[k] + modulus * bond.inv_r2 / f->weight_sum[k]
+                                  : pdi_max(f->work[k], f->penalty_stiffness);
                 sum += bond.weight * pdi_finite_strain_stiffness_factor(f, k) * size;
             }
         }
@@ -697,8 +702,8 @@ pd_material_interface pd_finite_strain_material(pd_finite_strain *f)
     s.name = "finite";
     s.self = f;
     s.body = f->body;
-    s.edge = f->edge;
-    s.gradients = 1;
+    s.surface_vector = f->surface_vector;
+    s.gradient_based = 1;
     s.force = pdi_finite_strain_ops_force;
     s.tangent = pdi_finite_strain_ops_tangent;
     s.blocks = pdi_finite_strain_ops_blocks;
@@ -707,13 +712,13 @@ pd_material_interface pd_finite_strain_material(pd_finite_strain *f)
     s.density = pdi_finite_strain_ops_density;
     s.stress = pdi_finite_strain_ops_stress;
     s.update = pdi_finite_strain_ops_update;
-    if (PD_DIM == 2) s.normal = pdi_finite_strain_ops_normal_stress;
+    if (PD_DIM == 2) s.out_of_plane_stress = pdi_finite_strain_ops_normal_stress;
     if (f->desc.law.kind == PD_FINITE_STRAIN_J2) {
         s.dissipated = pdi_finite_strain_ops_dissipated;
-        s.slip = pdi_finite_strain_ops_plastic_strain;
+        s.plastic_strain = pdi_finite_strain_ops_plastic_strain;
         s.commit = pdi_finite_strain_ops_commit;
     }
-    s.limit = pdi_finite_strain_ops_stable_step;
+    s.stable_step = pdi_finite_strain_ops_stable_step;
     s.store = pdi_finite_strain_ops_store;
     return s;
 }

@@ -28,34 +28,36 @@ typedef struct pd_finite_strain_desc {
     pd_influence influence;
     pd_zero_energy_control control;
     double penalty;          /* [-] PD_FINITE_STRAIN_SILLING: penalty stiffness over that of a bond-based solid */
-    const double *stiff;     /* [count] [-] factors of the energy of points, and so of moduli and yield stress; NULL: 1.
-                              * Borrowed, may change before an update */
-    int keep;                /* 1: material tangents are stored, in 80 B (2D) or 360 B (3D) a bond, and products with
-                              * the tangent are 4 to 6 times as fast under Hencky and J2; 0: computed each time */
-    int loose;               /* 1: a point whose bonds do not span all directions loses them; 0: it is an error */
+    const double *stiffness_factor; /* [count] [-] factors of the energy of points, and so of moduli and yield stress;
+                                     * NULL: 1. Borrowed, may change before an update */
+    int store_tangent; /* 1: material tangents are stored, in 80 B (2D) or 360 B (3D) a bond, and products with
+                        * the tangent are 4 to 6 times as fast under Hencky and J2; 0: computed each time */
+    /* 1: a point whose bonds do not span all directions loses them; 0: it is an error */
+    int detach_singular;
 } pd_finite_strain_desc;
 
 typedef struct pd_finite_strain {
     pd_finite_strain_desc desc;
     pd_body *body;
     double lambda, mu; /* [Pa] of small strains: stress = lambda tr(e) 1 + 2 mu e, with the lambda of the plane */
-    double spring;     /* [Pa/m^(d+2)] of PD_FINITE_STRAIN_SILLING */
+    double penalty_stiffness; /* [Pa/m^(d+2)] of PD_FINITE_STRAIN_SILLING */
     pd_bond_weights weights; /* w */
-    uint8_t *felt;     /* [count] 1: forces on real points depend on this family; 0: only those on mirror images */
-    int32_t *back;     /* [bonds] number of the reverse bond in the family of the other end */
+    /* [count] 1: forces on real points depend on this family; 0: only those on mirror images */
+    uint8_t *influential;
+    int32_t *reverse_bond; /* [bonds] number of the reverse bond in the family of the other end */
     double *shape;     /* [count][PD_DIM^2] [1/m^(d+2)] K^-1 */
-    double *total;     /* [count] [m^d] sum w V_j */
-    double *edge;      /* [count][PD_DIM] [1/m] a first Piola-Kirchhoff stress P has the force P edge */
+    double *weight_sum;     /* [count] [m^d] sum w V_j */
+    double *surface_vector; /* [count][PD_DIM] [1/m] a first Piola-Kirchhoff stress P has the force P edge */
     double *u;         /* [count][PD_DIM] [m] of the last forces */
     double *gradient;  /* [count][PD_DIM^2] [-] F - 1 of them */
-    double *pull;      /* [bonds][PD_DIM] [N/m^(2d)] force states of the bonds: work */
+    double *force_state; /* [bonds][PD_DIM] [N/m^(2d)] force states of the bonds: work */
     double *work;      /* [count] [Pa] of sweeps */
     double *state;     /* [bonds or count][state] [-] J2 */
     double *moduli;    /* [bonds or count][] [Pa] with `keep`: derivative of the stress at u */
-    int known;         /* 1: moduli are those of u */
-    double *across;    /* [count] [Pa] in 2D: out-of-plane normal stress of the last stresses */
-    double cost;       /* [J] (per m in 2D, per m2 in 1D) plastic work up to the last state */
-    int64_t lost;      /* bonds broken at points whose bonds did not span all directions (desc.loose) */
+    int tangent_valid; /* 1: moduli are those of u */
+    double *out_of_plane_stress; /* [count] [Pa] in 2D: out-of-plane normal stress of the last stresses */
+    double plastic_work;         /* [J] (per m in 2D, per m2 in 1D) plastic work up to the last state */
+    int64_t detached_bonds;      /* bonds broken at points whose bonds did not span all directions (desc.loose) */
 } pd_finite_strain;
 
 #define pd_finite_strain_build PD_NAME(pd_finite_strain_build)

@@ -108,8 +108,8 @@ static pd_status pdi_fracture_calibration_build_material(pd_ctx *ctx, const pd_c
                                                          pdi_fracture_calibration *t)
 {
     pd_correspondence_desc desc = *elastic;
-    desc.stiff = NULL;
-    desc.loose = 1;
+    desc.stiffness_factor = NULL;
+    desc.detach_singular = 1;
     desc.young = 1.0;
     PDI_TRY(pd_correspondence_build(ctx, &t->body, &desc, &t->elastic));
     t->solid = pd_correspondence_material(&t->elastic);
@@ -122,7 +122,7 @@ static pd_status pdi_fracture_calibration_solve_equilibrium(pd_ctx *ctx, pdi_fra
     pd_equilibrium_desc rest;
     pd_equilibrium_result result;
     memset(&rest, 0, sizeof rest);
-    rest.held = t->held_dof;
+    rest.prescribed = t->held_dof;
     rest.rtol = PDI_FRACTURE_CALIBRATION_RTOL;
     PDI_TRY(t->solid.update(ctx, t->solid.self));
     return pd_equilibrium_solve(ctx, &t->solid, &rest, NULL, t->unit_solution, &result);
@@ -135,7 +135,7 @@ static pd_status pdi_fracture_calibration_compute_j(pd_ctx *ctx, pdi_fracture_ca
     pd_crack_desc crack;
     memset(&crack, 0, sizeof crack);
     memcpy(crack.tip, tip, sizeof crack.tip);
-    crack.way[0] = 1.0;
+    crack.direction[0] = 1.0;
     crack.front[PD_DIM - 1] = 1.0;
     crack.thickness = t->layers;
     crack.inner = 0.25 * t->height;
@@ -166,7 +166,7 @@ static pd_status pdi_fracture_calibration_grow_crack(pd_ctx *ctx, pdi_fracture_c
     memset(&desc, 0, sizeof desc);
     desc.kind = PD_BOND_FAILURE_ENERGY;
     desc.critical = 1.0;
-    desc.spared = t->spared;
+    desc.unbreakable = t->spared;
     PDI_TRY(pd_bond_failure_build(ctx, &t->solid, &desc, &t->criterion));
     while (tip[0] < t->crack_length + PDI_FRACTURE_CALIBRATION_ADVANCE) {
         PDI_TRY(pdi_fracture_calibration_break_bonds(ctx, t));

@@ -9,11 +9,11 @@ PDI_FN void pdi_j2_plasticity_list(pdi_array_visitor *owner, void *object)
 {
     pd_j2_plasticity *plastic = (pd_j2_plasticity *)object;
     PDI_ARRAY_STATE(owner, plastic, strain, plastic->count * PDI_J2_PLASTICITY_TENSOR, "1");
-    PDI_ARRAY_STATE(owner, plastic, slip, plastic->count, "1");
-    PDI_ARRAY(owner, plastic, relief, plastic->count * PDI_J2_PLASTICITY_TENSOR, "Pa");
-    PDI_ARRAY(owner, plastic, way, plastic->count * PDI_J2_PLASTICITY_TENSOR, "1");
-    PDI_ARRAY(owner, plastic, along, plastic->count, "Pa");
-    PDI_ARRAY(owner, plastic, across, plastic->count, "Pa");
+    PDI_ARRAY_STATE(owner, plastic, equivalent_strain, plastic->count, "1");
+    PDI_ARRAY(owner, plastic, plastic_stress, plastic->count * PDI_J2_PLASTICITY_TENSOR, "Pa");
+    PDI_ARRAY(owner, plastic, flow_direction, plastic->count * PDI_J2_PLASTICITY_TENSOR, "1");
+    PDI_ARRAY(owner, plastic, tangent_along, plastic->count, "Pa");
+    PDI_ARRAY(owner, plastic, tangent_across, plastic->count, "Pa");
 }
 
 /* Out-of-plane entry of a traceless tensor in 2D; 0 otherwise. */
@@ -57,7 +57,7 @@ static double pdi_j2_plasticity_compute_increment(const pd_j2_plasticity *p, int
     pdi_j2_plasticity_strain_deviator(h, e);
     for (int k = 0; k < PDI_J2_PLASTICITY_TENSOR; k++) direction[k] = stiffness * (e[k] - was[k]);
     *trial = pdi_j2_plasticity_norm(direction);
-    double beyond = mises * *trial - p->yield - p->hardening * p->slip[i];
+    double beyond = mises * *trial - p->yield - p->hardening * p->equivalent_strain[i];
     if (!(beyond > 0.0)) return 0.0;
     for (int k = 0; k < PDI_J2_PLASTICITY_TENSOR; k++) direction[k] /= *trial;
     return beyond / (mises * mises * stiffness + p->hardening);
@@ -65,29 +65,30 @@ static double pdi_j2_plasticity_compute_increment(const pd_j2_plasticity *p, int
 
 PDI_FN void pdi_j2_plasticity_return_map(const pd_j2_plasticity *p, int64_t i, const double *h)
 {
-    double *relief = p->relief + i * PDI_J2_PLASTICITY_TENSOR, *way = p->way + i * PDI_J2_PLASTICITY_TENSOR, stress;
+    double *relief = p->plastic_stress + i * PDI_J2_PLASTICITY_TENSOR,
+           *way = p->flow_direction + i * PDI_J2_PLASTICITY_TENSOR, stress;
     const double *was = p->strain + i * PDI_J2_PLASTICITY_TENSOR;
     double stiffness = pdi_j2_plasticity_stiffness(p), mises = pdi_j2_plasticity_mises_factor();
     double slip = pdi_j2_plasticity_compute_increment(p, i, h, way, &stress);
     for (int k = 0; k < PDI_J2_PLASTICITY_TENSOR; k++)
         relief[k] = stiffness * (was[k] + (slip > 0.0 ? slip * mises * way[k] : 0.0));
-    p->along[i] = p->across[i] = 0.0;
+    p->tangent_along[i] = p->tangent_across[i] = 0.0;
     if (!(slip > 0.0)) return;
-    p->along[i] = stiffness * stiffness * mises * mises / (mises * mises * stiffness + p->hardening);
-    p->across[i] = PD_DIM > 1 ? stiffness * stiffness * mises * slip / stress : 0.0;
+    p->tangent_along[i] = stiffness * stiffness * mises * mises / (mises * mises * stiffness + p->hardening);
+    p->tangent_across[i] = PD_DIM > 1 ? stiffness * stiffness * mises * slip / stress : 0.0;
 }
 
 PDI_FN void pdi_j2_plasticity_apply_tangent(const pd_j2_plasticity *p, int64_t i, const double *dh)
 {
-    double *relief = p->relief + i * PDI_J2_PLASTICITY_TENSOR, e[PDI_J2_PLASTICITY_TENSOR], share = 0.0;
-    const double *way = p->way + i * PDI_J2_PLASTICITY_TENSOR;
+    double *relief = p->plastic_stress + i * PDI_J2_PLASTICITY_TENSOR, e[PDI_J2_PLASTICITY_TENSOR], share = 0.0;
+    const double *way = p->flow_direction + i * PDI_J2_PLASTICITY_TENSOR;
     for (int k = 0; k < PDI_J2_PLASTICITY_TENSOR; k++) relief[k] = 0.0;
-    if (!(p->along[i] > 0.0)) return;
+    if (!(p->tangent_along[i] > 0.0)) return;
     pdi_j2_plasticity_strain_deviator(dh, e);
     share = pdi_j2_plasticity_out_of_plane(way) * pdi_j2_plasticity_out_of_plane(e);
     for (int k = 0; k < PDI_J2_PLASTICITY_TENSOR; k++) share += way[k] * e[k];
     for (int k = 0; k < PDI_J2_PLASTICITY_TENSOR; k++)
-        relief[k] = p->along[i] * share * way[k] + p->across[i] * (e[k] - share * way[k]);
+        relief[k] = p->tangent_along[i] * share * way[k] + p->tangent_across[i] * (e[k] - share * way[k]);
 }
 
 PDI_FN void pdi_j2_plasticity_commit(const pd_j2_plasticity *p, int64_t i, const double *h)
@@ -96,12 +97,12 @@ PDI_FN void pdi_j2_plasticity_commit(const pd_j2_plasticity *p, int64_t i, const
     if (!(slip > 0.0)) return;
     for (int k = 0; k < PDI_J2_PLASTICITY_TENSOR; k++)
         p->strain[i * PDI_J2_PLASTICITY_TENSOR + k] += slip * pdi_j2_plasticity_mises_factor() * way[k];
-    p->slip[i] += slip;
+    p->equivalent_strain[i] += slip;
 }
 
 PDI_FN double pdi_j2_plasticity_energy_relief(const pd_j2_plasticity *p, int64_t i, const double *h)
 {
-    const double *relief = p->relief + i * PDI_J2_PLASTICITY_TENSOR;
+    const double *relief = p->plastic_stress + i * PDI_J2_PLASTICITY_TENSOR;
     double e[PDI_J2_PLASTICITY_TENSOR], own = pdi_j2_plasticity_norm(relief), sum;
     pdi_j2_plasticity_strain_deviator(h, e);
     sum = pdi_j2_plasticity_out_of_plane(relief) * pdi_j2_plasticity_out_of_plane(e);
@@ -111,5 +112,5 @@ PDI_FN double pdi_j2_plasticity_energy_relief(const pd_j2_plasticity *p, int64_t
 
 PDI_FN double pdi_j2_plasticity_dissipated(const pd_j2_plasticity *p, int64_t i)
 {
-    return (p->yield + 0.5 * p->hardening * p->slip[i]) * p->slip[i];
+    return (p->yield + 0.5 * p->hardening * p->equivalent_strain[i]) * p->equivalent_strain[i];
 }

@@ -16,11 +16,13 @@ typedef struct pd_j2_plasticity {
     double yield;     /* [Pa] */
     double hardening; /* [Pa] */
     double *strain;   /* [count][PD_DIM^2] [-] e_p */
-    double *slip;     /* [count] [-] equivalent plastic strain */
-    double *relief;   /* [count][PD_DIM^2] [Pa] plastic stress 2 mu e_p, 1D E e_p: by how much e_p lowers the stress */
-    double *way;      /* [count][PD_DIM^2] [-] flow direction, of unit norm with its out-of-plane part */
-    double *along;    /* [count] [Pa] derivative of relief by the strain along the flow direction; 0: elastic step */
-    double *across;   /* [count] [Pa] derivative by a strain that turns the flow direction */
+    double *equivalent_strain; /* [count] [-] equivalent plastic strain */
+    /* [count][PD_DIM^2] [Pa] plastic stress 2 mu e_p, 1D E e_p: by how much e_p lowers the stress */
+    double *plastic_stress;
+    double *flow_direction; /* [count][PD_DIM^2] [-] flow direction, of unit norm with its out-of-plane part */
+    /* [count] [Pa] derivative of relief by the strain along the flow direction; 0: elastic step */
+    double *tangent_along;
+    double *tangent_across; /* [count] [Pa] derivative by a strain that turns the flow direction */
 } pd_j2_plasticity;
 
 #ifdef PDI_INTERNAL

@@ -12,12 +12,12 @@ typedef struct pd_material_interface {
     const char *name;
     void *self;
     pd_body *body;
-    const double *edge; /* [count][PD_DIM] [1/m] surface vector: a traction P n is the load density -P edge; NULL:
-                         * unknown */
-    const uint8_t *follows; /* [count][PD_DIM] 1: the displacement of a mirror image: it is no unknown, but not
-                             * prescribed either, as it follows its point; NULL: none */
+    const double *surface_vector; /* [count][PD_DIM] [1/m] surface vector: a traction P n is the load density -P edge;
+                                   * NULL: unknown */
+    const uint8_t *is_image;      /* [count][PD_DIM] 1: the displacement of a mirror image: it is no unknown, but not
+                                   * prescribed either, as it follows its point; NULL: none */
     int linear;         /* 1: forces are linear in u and do not depend on the history */
-    int gradients;      /* 1: forces follow from 1 + grad u, so their rounding is relative to 1, not to grad u */
+    int gradient_based; /* 1: forces follow from 1 + grad u, so their rounding is relative to 1, not to grad u */
     /* Internal force density [N/m3] at displacements u [m]. PD_RETRY: not defined at u, as where a bond is inverted. */
     pd_status (*force)(pd_ctx *ctx, void *self, const double *u, double *force);
     /* Tangent: df [N/m3] is the directional derivative along du [m] of the forces at the u of the last `force`. The
@@ -38,25 +38,25 @@ typedef struct pd_material_interface {
     /* Cauchy stress [count][PD_DIM^2] [Pa] at u. NULL: the material has none. */
     void (*stress)(const pd_ctx *ctx, void *self, const double *u, double *stress);
     /* Out-of-plane normal stress [Pa] in 2D of point i, with the stress that `stress` gave last. NULL: none. */
-    double (*normal)(const void *self, int32_t i, const double *stress);
+    double (*out_of_plane_stress)(const void *self, int32_t i, const double *stress);
     /* Plastic dissipation [J] (per m in 2D, per m2 in 1D) up to the last committed state. NULL: no plasticity. */
     double (*dissipated)(const void *self);
     /* strain [count] [-]: equivalent plastic strain of the last committed state. NULL: no plasticity. */
-    void (*slip)(const pd_ctx *ctx, const void *self, double *strain);
+    void (*plastic_strain)(const pd_ctx *ctx, const void *self, double *strain);
     /* Energy density [count] [J/m3] at u. NULL: none but the total. */
     void (*density)(const pd_ctx *ctx, void *self, const double *u, double *density);
     /* Force state t [PD_DIM] [N/m^(2d)] of point i on the current bond, at u: force_i = sum V_j (t_ij - t_ji). NULL:
      * not a bond-based material. */
-    void (*pull)(const void *self, const double *u, int32_t i, const pd_bond_iterator *bond, double *pull);
+    void (*force_state)(const void *self, const double *u, int32_t i, const pd_bond_iterator *bond, double *pull);
     /* Explicit dynamics: force [N/m3] at the end of a time step of dt [s] to u; v [m/s] are the velocities of the step,
      * NULL before the first one. Bonds break by the rule of the material. Returns how many. NULL: use `force`. */
-    int64_t (*move)(const pd_ctx *ctx, void *self, const double *u, const double *v, double dt, double *force);
+    int64_t (*dynamic_force)(const pd_ctx *ctx, void *self, const double *u, const double *v, double dt, double *force);
     /* Recomputes what depends on bonds and stiffness, after bonds have broken or points have lost stiffness. */
     pd_status (*update)(pd_ctx *ctx, void *self);
     /* Commits the history variables at u: the next steps begin with them. NULL: no history. */
     pd_status (*commit)(pd_ctx *ctx, void *self, const double *u);
     /* Longest stable explicit step [s] of small displacements for a density [kg/m3]. */
-    double (*limit)(const void *self, double density);
+    double (*stable_step)(const void *self, double density);
     /* Writes the history variables to an archive, or reads them. NULL: none. */
     pd_status (*store)(pd_ctx *ctx, void *self, pd_archive *archive);
 } pd_material_interface;

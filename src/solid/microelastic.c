@@ -34,7 +34,7 @@ static void pdi_microelastic_sum_family(const pd_microelastic *m, int cubic, con
         double weight = square > 0.0 ? volume * pdi_body_compute_bond_weight(m->body, m->desc.influence, xi) : 0.0;
         if (!(weight > 0.0)) continue;
         q = pdi_weight_calibration_cubic_harmonic(xi, square);
-        weight *= cubic ? q : 1.0 + m->shear * q;
+        weight *= cubic ? q : 1.0 + m->isotropy * q;
         s->axis += weight * first * first / (square * r);
         s->anisotropy += weight * (first * first - 3.0 * first * second) / (square * r);
         s->stretch += weight * r;
@@ -56,7 +56,7 @@ PDI_FN double pdi_microelastic_stable_step(const pd_microelastic *m, double dens
 {
     pdi_microelastic_sums s;
     pdi_microelastic_sum_family(m, 0, NULL, &s);
-    return sqrt(2.0 * density / (m->modulus * pdi_max(s.inverse, m->stiffest)));
+    return sqrt(2.0 * density / (m->modulus * pdi_max(s.inverse, m->stiffness_bound)));
 }
 
 /* The same as a callback of the anisotropy. */
@@ -70,8 +70,8 @@ PDI_FN void pdi_microelastic_list(pdi_array_visitor *owner, void *object)
     pd_microelastic *microelastic = (pd_microelastic *)object;
     int64_t count = microelastic->body ? microelastic->body->count : 0;
     if (PD_DIM > 1 && microelastic->desc.surface == PD_MICROELASTIC_MOMENTS)
-        PDI_ARRAY(owner, microelastic, share, count * PD_SURFACE_CORRECTION_MOMENTS, "1");
-    PDI_ARRAY(owner, microelastic, at, count * PD_DIM, "m");
+        PDI_ARRAY(owner, microelastic, multiplier, count * PD_SURFACE_CORRECTION_MOMENTS, "1");
+    PDI_ARRAY(owner, microelastic, last_u, count * PD_DIM, "m");
     PDI_SCALAR_STATE(owner, microelastic, released, "J");
 }
 
@@ -92,7 +92,7 @@ static void pdi_microelastic_calibrate(pd_microelastic *m)
     if (PD_DIM > 1) {
         pdi_microelastic_sum_family(m, 0, NULL, &plain);
         pdi_microelastic_sum_family(m, 1, NULL, &cubic);
-        if (fabs(cubic.anisotropy) > 0.0) m->shear = -plain.anisotropy / cubic.anisotropy;
+        if (fabs(cubic.anisotropy) > 0.0) m->isotropy = -plain.anisotropy / cubic.anisotropy;
     }
     pdi_microelastic_sum_family(m, 0, NULL, &plain);
     m->modulus = 2.0 * wanted / plain.axis;
@@ -114,7 +114,7 @@ typedef struct pdi_microelastic_weight_params {
 /* Weight of the bond xi without surface correction. */
 static double pdi_microelastic_influence_weight(const pd_microelastic *m, const double *xi)
 {
-    double weight = 1.0 + m->shear * pdi_weight_calibration_cubic_harmonic(xi, pdi_vec_dot(xi, xi));
+    double weight = 1.0 + m->isotropy * pdi_weight_calibration_cubic_harmonic(xi, pdi_vec_dot(xi, xi));
     return weight * pdi_body_compute_bond_weight(m->body, m->desc.influence, xi);
 }
 
@@ -123,7 +123,7 @@ static double pdi_microelastic_uncorrected_weight(const void *self, int32_t i, c
 {
     const pd_microelastic *m = (const pd_microelastic *)self;
     double xi[PD_DIM];
-    pdi_bond_force_compute_offset(&m->springs, i, bond->to, xi);
+    pdi_bond_force_compute_offset(&m->springs, i, bond->neighbour, xi);
     return pdi_microelastic_influence_weight(m, xi);
 }
 
@@ -132,12 +132,12 @@ static double pdi_microelastic_corrected_weight(const void *self, int32_t i, con
 {
     const pdi_microelastic_weight_params *o = (const pdi_microelastic_weight_params *)self;
     const pd_microelastic *m = o->m;
-    int64_t j = bond->to, k = i;
+    int64_t j = bond->neighbour, k = i;
     double xi[PD_DIM], factor = 1.0;
-    pdi_bond_force_compute_offset(&m->springs, i, bond->to, xi);
-    if (m->share)
-        factor = pdi_surface_correction_bond_factor(&o->correction, m->share + k * PD_SURFACE_CORRECTION_MOMENTS,
-                                                    m->share + j * PD_SURFACE_CORRECTION_MOMENTS, xi);
+    pdi_bond_force_compute_offset(&m->springs, i, bond->neighbour, xi);
+    if (m->multiplier)
+        factor = pdi_surface_correction_bond_factor(&o->correction, m->multiplier + k * PD_SURFACE_CORRECTION_MOMENTS,
+                                                    m->multiplier + j * PD_SURFACE_CORRECTION_MOMENTS, xi);
     else if (o->family_moments && m->desc.surface == PD_MICROELASTIC_VOLUME)
         factor = 2.0 * o->complete.volume / (o->family_moments[k * PD_DIM] + o->family_moments[j * PD_DIM]);
     else if (o->family_moments)
@@ -153,8 +153,8 @@ static void pdi_microelastic_compute_family_moments(const pd_microelastic *m, in
     pdi_compensated_sum sum[PD_DIM];
     memset(sum, 0, sizeof sum);
     for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
-        double xi[PD_DIM], volume = body->volume[f.to];
-        pdi_bond_force_compute_offset(&m->springs, i, f.to, xi);
+        double xi[PD_DIM], volume = body->volume[f.neighbour];
+        pdi_bond_force_compute_offset(&m->springs, i, f.neighbour, xi);
         double square = pdi_vec_dot(xi, xi);
         double share = pdi_microelastic_influence_weight(m, xi) * volume / (square * sqrt(square));
         double inside = volume * pdi_body_compute_bond_weight(body, PD_INFLUENCE_CONSTANT, xi);
@@ -171,8 +171,8 @@ static double pdi_microelastic_stiffness_bound(const pd_microelastic *m, int32_t
     double stiff[PD_DIM * PD_DIM] = {0.0}, most = 0.0;
     for (pd_bond_iterator f = pdi_body_bonds_begin(m->body, i); pdi_body_bonds_next(&f);) {
         double xi[PD_DIM], weight = (double)pdi_bond_weights_get(&m->weights, i, &f);
-        pdi_bond_force_compute_offset(&m->springs, i, f.to, xi);
-        double square = pdi_vec_dot(xi, xi), over = weight * m->body->volume[f.to] / (square * sqrt(square));
+        pdi_bond_force_compute_offset(&m->springs, i, f.neighbour, xi);
+        double square = pdi_vec_dot(xi, xi), over = weight * m->body->volume[f.neighbour] / (square * sqrt(square));
         for (int p = 0; p < PD_DIM * PD_DIM; p++) stiff[p] += over * (xi[p / PD_DIM] * xi[p % PD_DIM]);
     }
     for (int a = 0; a < PD_DIM; a++) {
@@ -196,9 +196,9 @@ static pd_status pdi_microelastic_compute_weights(pd_ctx *ctx, pd_microelastic *
     make.correction.bonds = &m->springs;
     make.correction.axial_moment = make.complete.axis;
     make.correction.length = sqrt(make.complete.stretch / make.complete.inverse);
-    if (m->share) {
+    if (m->multiplier) {
         PDI_TRY(pdi_bond_weights_compute(ctx, &m->weights, pdi_microelastic_uncorrected_weight, m));
-        PDI_TRY(pdi_surface_correction_solve(ctx, &make.correction, m->share));
+        PDI_TRY(pdi_surface_correction_solve(ctx, &make.correction, m->multiplier));
     } else if (m->desc.surface != PD_MICROELASTIC_NONE) {
         make.family_moments = work;
         PDI_PARALLEL_FOR(nt)
@@ -209,7 +209,7 @@ static pd_status pdi_microelastic_compute_weights(pd_ctx *ctx, pd_microelastic *
     if (PD_DIM == 1) return PD_OK;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) work[i] = pdi_microelastic_stiffness_bound(m, i);
-    m->stiffest = (double)(float)pdi_par_max_abs(ctx, body->count, work);
+    m->stiffness_bound = (double)(float)pdi_par_max_abs(ctx, body->count, work);
     return PD_OK;
 }
 
@@ -232,8 +232,8 @@ static pd_status pdi_microelastic_build_inner(pd_ctx *ctx, pd_body *body, const 
     PDI_TRY(pdi_bond_weights_build(ctx, body, &m->weights));
     PDI_TRY(pdi_bond_force_build(ctx, body, &m->weights, &m->springs));
     pdi_microelastic_calibrate(m);
-    PDI_TRY(pdi_microelastic_compute_weights(ctx, m, m->at));
-    pdi_par_zero(ctx, (int64_t)body->count * PD_DIM, m->at);
+    PDI_TRY(pdi_microelastic_compute_weights(ctx, m, m->last_u));
+    pdi_par_zero(ctx, (int64_t)body->count * PD_DIM, m->last_u);
     return pdi_bond_force_update(ctx, &m->springs);
 }
 
@@ -291,8 +291,8 @@ PDI_FN void pdi_microelastic_compute_edge(const pd_microelastic *m, int32_t i, d
            xi[PD_DIM];
     int64_t units[PD_DIM] = {0}; /* whole numbers, so that mirror images have the same bits */
     for (pd_bond_iterator f = pdi_body_bonds_begin(m->body, i); pdi_body_bonds_next(&f);) {
-        pdi_bond_force_compute_offset(&m->springs, i, f.to, xi);
-        double weight = over * (double)pdi_bond_weights_get(&m->weights, i, &f) * m->body->volume[f.to];
+        pdi_bond_force_compute_offset(&m->springs, i, f.neighbour, xi);
+        double weight = over * (double)pdi_bond_weights_get(&m->weights, i, &f) * m->body->volume[f.neighbour];
         double most = weight / pdi_vec_norm(xi) * PDI_MICROELASTIC_FIXED_POINT;
         for (int d = 0; d < PD_DIM; d++) units[d] += (int64_t)llround(most * xi[d]);
     }
@@ -305,9 +305,9 @@ static double pdi_microelastic_energy_density(const pd_microelastic *m, const do
     const pd_body *body = m->body;
     double sum = 0.0, y[PD_DIM], r, length;
     for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
-        double weight = pdi_bond_weights_get_intact(&m->weights, i, &f) * body->volume[f.to];
+        double weight = pdi_bond_weights_get_intact(&m->weights, i, &f) * body->volume[f.neighbour];
         if (!(weight > 0.0)) continue;
-        double s = pdi_microelastic_compute_stretch(body, u, i, f.to, y, &r, &length);
+        double s = pdi_microelastic_compute_stretch(body, u, i, f.neighbour, y, &r, &length);
         sum += weight * s * s * r;
     }
     return 0.25 * m->modulus * sum;
@@ -330,7 +330,7 @@ static pd_status pdi_microelastic_ops_force(pd_ctx *ctx, void *self, const doubl
     pd_microelastic *m = (pd_microelastic *)self;
     int64_t n = (int64_t)m->body->count * PD_DIM;
     pd_microelastic_force(ctx, m, u, 0, force);
-    pdi_par_copy(ctx, n, u, m->at);
+    pdi_par_copy(ctx, n, u, m->last_u);
     return pdi_par_max_abs(ctx, n, force) < HUGE_VAL ? PD_OK : PD_RETRY;
 }
 
@@ -342,7 +342,7 @@ static int pdi_microelastic_bond_stiffness(const pd_microelastic *m, const doubl
 {
     double r, length, weight = m->modulus * pdi_bond_weights_get_intact(&m->weights, i, f);
     if (!(weight > 0.0)) return 0;
-    double s = pdi_microelastic_compute_stretch(m->body, u, i, f->to, n, &r, &length);
+    double s = pdi_microelastic_compute_stretch(m->body, u, i, f->neighbour, n, &r, &length);
     for (int d = 0; d < PD_DIM; d++) n[d] /= length;
     *longitudinal = weight / r;
     *transverse = weight * s / length;
@@ -360,9 +360,9 @@ static void pdi_microelastic_ops_tangent(const pd_ctx *ctx, void *self, const do
     for (int32_t i = 0; i < body->count; i++) {
         double sum[PD_DIM] = {0.0}, n[PD_DIM], along, across;
         for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
-            const double *own = du + (int64_t)i * PD_DIM, *far = du + (int64_t)f.to * PD_DIM;
-            double volume = body->volume[f.to], longer = 0.0;
-            if (!pdi_microelastic_bond_stiffness(m, m->at, i, &f, n, &along, &across)) continue;
+            const double *own = du + (int64_t)i * PD_DIM, *far = du + (int64_t)f.neighbour * PD_DIM;
+            double volume = body->volume[f.neighbour], longer = 0.0;
+            if (!pdi_microelastic_bond_stiffness(m, m->last_u, i, &f, n, &along, &across)) continue;
             for (int d = 0; d < PD_DIM; d++) longer += n[d] * (far[d] - own[d]);
             for (int d = 0; d < PD_DIM; d++)
                 sum[d] += volume * (across * (far[d] - own[d]) + (along - across) * longer * n[d]);
@@ -383,8 +383,8 @@ static void pdi_microelastic_ops_blocks(const pd_ctx *ctx, void *self, double *b
         double *a = block + (int64_t)i * PD_DIM * PD_DIM, n[PD_DIM], along, across;
         for (int p = 0; p < PD_DIM * PD_DIM; p++) a[p] = 0.0;
         for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
-            double volume = body->volume[i] * body->volume[f.to];
-            if (!pdi_microelastic_bond_stiffness(m, m->at, i, &f, n, &along, &across)) continue;
+            double volume = body->volume[i] * body->volume[f.neighbour];
+            if (!pdi_microelastic_bond_stiffness(m, m->last_u, i, &f, n, &along, &across)) continue;
             across = pdi_max(across, PDI_MICROELASTIC_MIN_TRANSVERSE * along);
             for (int p = 0; p < PD_DIM * PD_DIM; p++) {
                 int row = p / PD_DIM, column = p % PD_DIM;
@@ -416,7 +416,7 @@ static void pdi_microelastic_ops_bond_force(const void *self, const double *u, i
 {
     const pd_microelastic *m = (const pd_microelastic *)self;
     double r, length, weight = pdi_bond_weights_get_intact(&m->weights, i, f);
-    double s = pdi_microelastic_compute_stretch(m->body, u, i, f->to, pull, &r, &length);
+    double s = pdi_microelastic_compute_stretch(m->body, u, i, f->neighbour, pull, &r, &length);
     for (int d = 0; d < PD_DIM; d++) pull[d] *= weight > 0.0 ? 0.5 * m->modulus * weight * s / length : 0.0;
 }
 
@@ -446,7 +446,7 @@ static pd_status pdi_microelastic_ops_store(pd_ctx *ctx, void *self, pd_archive 
     pd_microelastic *m = (pd_microelastic *)self;
     PDI_TRY(pdi_array_registry_store(ctx, pdi_microelastic_list, m, archive));
     PDI_TRY(pdi_array_registry_store(ctx, pdi_body_list_state, m->body, archive));
-    return archive->reading ? pdi_bond_force_update(ctx, &m->springs) : PD_OK;
+    return archive->is_reading ? pdi_bond_force_update(ctx, &m->springs) : PD_OK;
 }
 
 pd_material_interface pd_microelastic_material(pd_microelastic *m)
@@ -461,10 +461,10 @@ pd_material_interface pd_microelastic_material(pd_microelastic *m)
     solid.blocks = pdi_microelastic_ops_blocks;
     solid.energy = pdi_microelastic_ops_energy;
     solid.density = pdi_microelastic_ops_density;
-    solid.pull = pdi_microelastic_ops_bond_force;
-    solid.move = pdi_microelastic_ops_move;
+    solid.force_state = pdi_microelastic_ops_bond_force;
+    solid.dynamic_force = pdi_microelastic_ops_move;
     solid.update = pdi_microelastic_ops_update;
-    solid.limit = pdi_microelastic_ops_stable_step;
+    solid.stable_step = pdi_microelastic_ops_stable_step;
     solid.store = pdi_microelastic_ops_store;
     return solid;
 }

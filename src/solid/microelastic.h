@@ -35,15 +35,16 @@ typedef struct pd_microelastic {
     pd_microelastic_desc desc;
     pd_body *body;      /* whose bonds break */
     double modulus;     /* [N/m^(2d)] c, the micromodulus */
-    double shear;       /* [-] a: weights have the factor 1 + a q, q = sum n_a^4 - 3/(d + 2); makes shear isotropic */
+    /* [-] a: weights have the factor 1 + a q, q = sum n_a^4 - 3/(d + 2); makes shear isotropic */
+    double isotropy;
     double critical;    /* [-] stretch at which bonds break; 0: none */
     double anisotropy;  /* [-] largest energy of a crack over the least one, all directions */
-    double stiffest;    /* [m^(d-1)] bound of sum w/r n n V of all families; 1D: 0 */
+    double stiffness_bound; /* [m^(d-1)] bound of sum w/r n n V of all families; 1D: 0 */
     /* [count][PD_SURFACE_CORRECTION_MOMENTS] [-] multipliers of the surface correction; NULL: another method */
-    double *share;
+    double *multiplier;
     pd_bond_weights weights; /* w */
     pd_bond_force springs;   /* forces of bonds */
-    double *at;         /* [count][PD_DIM] [m] displacements of the last forces that a solver has asked for */
+    double *last_u;          /* [count][PD_DIM] [m] displacements of the last forces that a solver has asked for */
     double released;    /* [J] (per m in 2D, per m2 in 1D) energy of the bonds that broke, as they did */
 } pd_microelastic;
 

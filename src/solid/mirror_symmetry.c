@@ -8,9 +8,9 @@ static void pdi_mirror_symmetry_list(pdi_array_visitor *owner, void *object)
 {
     pd_mirror_symmetry *mirrored = (pd_mirror_symmetry *)object;
     int64_t all = (int64_t)mirrored->count + mirrored->images;
-    PDI_ARRAY(owner, mirrored, of, mirrored->images, "1");
-    PDI_ARRAY(owner, mirrored, flip, mirrored->images, "1");
-    PDI_ARRAY(owner, mirrored, follows, all * PD_DIM, "1");
+    PDI_ARRAY(owner, mirrored, image_source, mirrored->images, "1");
+    PDI_ARRAY(owner, mirrored, image_reflection, mirrored->images, "1");
+    PDI_ARRAY(owner, mirrored, is_image, all * PD_DIM, "1");
     PDI_ARRAY(owner, mirrored, u, all * PD_DIM, "m");
     PDI_ARRAY(owner, mirrored, v, all * PD_DIM, "m");
     PDI_ARRAY(owner, mirrored, density, all, "J/m3");
@@ -22,8 +22,8 @@ static void pdi_mirror_symmetry_expand_images(const pd_mirror_symmetry *m, const
     memcpy(all, x, (size_t)m->count * PD_DIM * sizeof *all);
     for (int32_t g = 0; g < m->images; g++)
         for (int d = 0; d < PD_DIM; d++) {
-            double value = x[(int64_t)m->of[g] * PD_DIM + d];
-            all[((int64_t)m->count + g) * PD_DIM + d] = m->flip[g] >> d & 1 ? -value : value;
+            double value = x[(int64_t)m->image_source[g] * PD_DIM + d];
+            all[((int64_t)m->count + g) * PD_DIM + d] = m->image_reflection[g] >> d & 1 ? -value : value;
         }
 }
 
@@ -38,7 +38,7 @@ static pd_status pdi_mirror_symmetry_ops_force(pd_ctx *ctx, void *self, const do
 {
     pd_mirror_symmetry *m = (pd_mirror_symmetry *)self;
     pdi_mirror_symmetry_expand_images(m, u, m->u);
-    pd_status status = m->inner.force(ctx, m->inner.self, m->u, force);
+    pd_status status = m->material.force(ctx, m->material.self, m->u, force);
     pdi_mirror_symmetry_clear_images(m, force);
     return status;
 }
@@ -48,7 +48,7 @@ static void pdi_mirror_symmetry_ops_tangent(const pd_ctx *ctx, void *self, const
 {
     pd_mirror_symmetry *m = (pd_mirror_symmetry *)self;
     pdi_mirror_symmetry_expand_images(m, du, m->v);
-    m->inner.tangent(ctx, m->inner.self, m->v, df);
+    m->material.tangent(ctx, m->material.self, m->v, df);
     pdi_mirror_symmetry_clear_images(m, df);
 }
 
@@ -56,14 +56,14 @@ static void pdi_mirror_symmetry_ops_tangent(const pd_ctx *ctx, void *self, const
 static void pdi_mirror_symmetry_ops_blocks(const pd_ctx *ctx, void *self, double *block)
 {
     pd_mirror_symmetry *m = (pd_mirror_symmetry *)self;
-    m->inner.blocks(ctx, m->inner.self, block);
+    m->material.blocks(ctx, m->material.self, block);
 }
 
 /* pd_material_interface.moduli of the material. */
 static void pdi_mirror_symmetry_ops_moduli(const pd_ctx *ctx, void *self, double *lambda, double *mu)
 {
     pd_mirror_symmetry *m = (pd_mirror_symmetry *)self;
-    m->inner.moduli(ctx, m->inner.self, lambda, mu);
+    m->material.moduli(ctx, m->material.self, lambda, mu);
 }
 
 /* pd_material_interface.density at u of the real points. */
@@ -71,7 +71,7 @@ static void pdi_mirror_symmetry_ops_density(const pd_ctx *ctx, void *self, const
 {
     pd_mirror_symmetry *m = (pd_mirror_symmetry *)self;
     pdi_mirror_symmetry_expand_images(m, u, m->u);
-    m->inner.density(ctx, m->inner.self, m->u, density);
+    m->material.density(ctx, m->material.self, m->u, density);
 }
 
 /* pd_material_interface.energy: sum over the real points. */
@@ -80,7 +80,7 @@ static double pdi_mirror_symmetry_ops_energy(const pd_ctx *ctx, void *self, cons
     pd_mirror_symmetry *m = (pd_mirror_symmetry *)self;
     pdi_compensated_sum all = {0.0, 0.0};
     pdi_mirror_symmetry_ops_density(ctx, self, u, m->density);
-    for (int32_t i = 0; i < m->count; i++) pdi_compensated_sum_add(&all, m->inner.body->volume[i] * m->density[i]);
+    for (int32_t i = 0; i < m->count; i++) pdi_compensated_sum_add(&all, m->material.body->volume[i] * m->density[i]);
     return pdi_compensated_sum_total(&all);
 }
 
@@ -89,28 +89,28 @@ static void pdi_mirror_symmetry_ops_stress(const pd_ctx *ctx, void *self, const 
 {
     pd_mirror_symmetry *m = (pd_mirror_symmetry *)self;
     pdi_mirror_symmetry_expand_images(m, u, m->u);
-    m->inner.stress(ctx, m->inner.self, m->u, stress);
+    m->material.stress(ctx, m->material.self, m->u, stress);
 }
 
 /* pd_material_interface.normal of the material. */
 static double pdi_mirror_symmetry_ops_normal_stress(const void *self, int32_t i, const double *stress)
 {
     const pd_mirror_symmetry *m = (const pd_mirror_symmetry *)self;
-    return m->inner.normal(m->inner.self, i, stress);
+    return m->material.out_of_plane_stress(m->material.self, i, stress);
 }
 
 /* pd_material_interface.dissipated of the material. */
 static double pdi_mirror_symmetry_ops_dissipated(const void *self)
 {
     const pd_mirror_symmetry *m = (const pd_mirror_symmetry *)self;
-    return m->inner.dissipated(m->inner.self);
+    return m->material.dissipated(m->material.self);
 }
 
 /* pd_material_interface.slip of the material. */
 static void pdi_mirror_symmetry_ops_plastic_strain(const pd_ctx *ctx, const void *self, double *strain)
 {
     const pd_mirror_symmetry *m = (const pd_mirror_symmetry *)self;
-    m->inner.slip(ctx, m->inner.self, strain);
+    m->material.plastic_strain(ctx, m->material.self, strain);
 }
 
 /* pd_material_interface.move with displacements and velocities of the real points. */
@@ -120,7 +120,7 @@ static int64_t pdi_mirror_symmetry_ops_move(const pd_ctx *ctx, void *self, const
     pd_mirror_symmetry *m = (pd_mirror_symmetry *)self;
     pdi_mirror_symmetry_expand_images(m, u, m->u);
     if (v) pdi_mirror_symmetry_expand_images(m, v, m->v);
-    int64_t broken = m->inner.move(ctx, m->inner.self, m->u, v ? m->v : NULL, dt, force);
+    int64_t broken = m->material.dynamic_force(ctx, m->material.self, m->u, v ? m->v : NULL, dt, force);
     pdi_mirror_symmetry_clear_images(m, force);
     return broken;
 }
@@ -129,7 +129,7 @@ static int64_t pdi_mirror_symmetry_ops_move(const pd_ctx *ctx, void *self, const
 static pd_status pdi_mirror_symmetry_ops_update(pd_ctx *ctx, void *self)
 {
     pd_mirror_symmetry *m = (pd_mirror_symmetry *)self;
-    return m->inner.update(ctx, m->inner.self);
+    return m->material.update(ctx, m->material.self);
 }
 
 /* pd_material_interface.commit at u of the real points. */
@@ -137,21 +137,21 @@ static pd_status pdi_mirror_symmetry_ops_commit(pd_ctx *ctx, void *self, const d
 {
     pd_mirror_symmetry *m = (pd_mirror_symmetry *)self;
     pdi_mirror_symmetry_expand_images(m, u, m->u);
-    return m->inner.commit(ctx, m->inner.self, m->u);
+    return m->material.commit(ctx, m->material.self, m->u);
 }
 
 /* pd_material_interface.limit of the material. */
 static double pdi_mirror_symmetry_ops_stable_step(const void *self, double density)
 {
     const pd_mirror_symmetry *m = (const pd_mirror_symmetry *)self;
-    return m->inner.limit(m->inner.self, density);
+    return m->material.stable_step(m->material.self, density);
 }
 
 /* pd_material_interface.store of the material. */
 static pd_status pdi_mirror_symmetry_ops_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     pd_mirror_symmetry *m = (pd_mirror_symmetry *)self;
-    return m->inner.store(ctx, m->inner.self, archive);
+    return m->material.store(ctx, m->material.self, archive);
 }
 
 PDI_FN pd_status pdi_mirror_symmetry_build(pd_ctx *ctx, pd_mirror_symmetry *m)
@@ -169,12 +169,12 @@ PDI_FN pd_material_interface pdi_mirror_symmetry_build_interface(pd_mirror_symme
                                                                  const pd_material_interface *material)
 {
     pd_material_interface s = *material;
-    m->inner = *material;
+    m->material = *material;
     for (int32_t g = 0; g < m->images; g++)
         for (int d = 0; d < PD_DIM; d++)
-            m->follows[((int64_t)m->count + g) * PD_DIM + d] = (uint8_t)!(m->flip[g] >> d & 1);
+            m->is_image[((int64_t)m->count + g) * PD_DIM + d] = (uint8_t) !(m->image_reflection[g] >> d & 1);
     s.self = m;
-    s.follows = m->follows;
+    s.is_image = m->is_image;
     s.force = pdi_mirror_symmetry_ops_force;
     s.tangent = pdi_mirror_symmetry_ops_tangent;
     s.blocks = pdi_mirror_symmetry_ops_blocks;
@@ -182,15 +182,15 @@ PDI_FN pd_material_interface pdi_mirror_symmetry_build_interface(pd_mirror_symme
     s.energy = pdi_mirror_symmetry_ops_energy;
     s.density = pdi_mirror_symmetry_ops_density;
     s.bond_energy = NULL;
-    s.pull = NULL;
+    s.force_state = NULL;
     s.stress = material->stress ? pdi_mirror_symmetry_ops_stress : NULL;
-    s.normal = material->normal ? pdi_mirror_symmetry_ops_normal_stress : NULL;
+    s.out_of_plane_stress = material->out_of_plane_stress ? pdi_mirror_symmetry_ops_normal_stress : NULL;
     s.dissipated = material->dissipated ? pdi_mirror_symmetry_ops_dissipated : NULL;
-    s.slip = material->slip ? pdi_mirror_symmetry_ops_plastic_strain : NULL;
-    s.move = material->move ? pdi_mirror_symmetry_ops_move : NULL;
+    s.plastic_strain = material->plastic_strain ? pdi_mirror_symmetry_ops_plastic_strain : NULL;
+    s.dynamic_force = material->dynamic_force ? pdi_mirror_symmetry_ops_move : NULL;
     s.update = pdi_mirror_symmetry_ops_update;
     s.commit = material->commit ? pdi_mirror_symmetry_ops_commit : NULL;
-    s.limit = material->limit ? pdi_mirror_symmetry_ops_stable_step : NULL;
+    s.stable_step = material->stable_step ? pdi_mirror_symmetry_ops_stable_step : NULL;
     s.store = material->store ? pdi_mirror_symmetry_ops_store : NULL;
     return s;
 }

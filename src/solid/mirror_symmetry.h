@@ -10,11 +10,11 @@
 #include "solid/material_interface.h"
 
 typedef struct pd_mirror_symmetry {
-    pd_material_interface inner;
+    pd_material_interface material;
     int32_t count, images; /* points, and images, which come behind them */
-    int32_t *of;           /* [images] the point that an image stands for */
-    uint8_t *flip;         /* [images] bit d: it is a reflection along axis d */
-    uint8_t *follows;      /* [count + images][PD_DIM] as of pd_material_interface */
+    int32_t *image_source; /* [images] the point that an image stands for */
+    uint8_t *image_reflection; /* [images] bit d: it is a reflection along axis d */
+    uint8_t *is_image;         /* [count + images][PD_DIM] as of pd_material_interface */
     double *u, *v;         /* [count + images][PD_DIM] [m], [m/s] of all points; work */
     double *density;       /* [count + images] [J/m3] */
 } pd_mirror_symmetry;

@@ -27,11 +27,11 @@ typedef struct pdi_ordinary_state_bond {
 static inline int pdi_ordinary_state_get_bond(const pd_ordinary_state *o, int linear, const double *u, int32_t i,
                                               const pd_bond_iterator *f, pdi_ordinary_state_bond *bond)
 {
-    const double *own = u + (int64_t)i * PD_DIM, *far = u + (int64_t)f->to * PD_DIM;
+    const double *own = u + (int64_t)i * PD_DIM, *far = u + (int64_t)f->neighbour * PD_DIM;
     double eta[PD_DIM];
     bond->w = pdi_bond_weights_get_intact(&o->weights, i, f);
     if (!(bond->w > 0.0)) return 0;
-    bond->weight = bond->w * o->body->volume[f->to];
+    bond->weight = bond->w * o->body->volume[f->neighbour];
     pdi_body_bond_vector(o->body, i, f, bond->xi);
     for (int d = 0; d < PD_DIM; d++) eta[d] = far[d] - own[d];
     if (linear) {
@@ -62,10 +62,10 @@ static pd_status pdi_ordinary_state_compute_weights(pd_ctx *ctx, pd_ordinary_sta
     weigh.influence = o->desc.influence;
     if (o->desc.surface == PD_ORDINARY_STATE_ENERGY) weigh.correction = PDI_WEIGHT_CALIBRATION_ENERGY;
     if (o->desc.surface == PD_ORDINARY_STATE_VOLUME) weigh.correction = PDI_WEIGHT_CALIBRATION_VOLUME;
-    PDI_TRY(pdi_weight_calibration_calibrate(ctx, &weigh, !strain && !o->desc.plain));
+    PDI_TRY(pdi_weight_calibration_calibrate(ctx, &weigh, !strain && !o->desc.isotropic_off));
     const pdi_weight_calibration_sums *whole = &weigh.whole;
-    o->shear = weigh.anisotropy;
-    o->bulk = whole->weighted_volume;
+    o->isotropy = weigh.anisotropy;
+    o->bulk_weighted_volume = whole->weighted_volume;
     o->anisotropy = strain || PD_DIM == 1 ? 1.0 : 0.0;
     if (!(o->anisotropy > 0.0) && whole->axis > whole->cross)
         o->anisotropy = 2.0 * whole->cross / (whole->axis - whole->cross);
@@ -105,7 +105,7 @@ static int pdi_ordinary_state_compute_moment(const pd_ordinary_state *o, int32_t
     memset(moment, 0, PDI_SYM_COMPONENTS * PDI_SYM_COMPONENTS * sizeof *moment);
     *weighted_volume = 0.0;
     for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
-        double weight = pdi_bond_weights_get_intact(&o->weights, i, &f) * body->volume[f.to];
+        double weight = pdi_bond_weights_get_intact(&o->weights, i, &f) * body->volume[f.neighbour];
         if (!(weight > 0.0)) continue;
         pdi_body_bond_vector(body, i, &f, xi);
         pdi_mandel_dyad(xi, dyad);
@@ -142,7 +142,7 @@ static void pdi_ordinary_state_compute_position_law(const pd_ordinary_state *o, 
             double twice = pdi_mandel_dot(n + p * PDI_SYM_COMPONENTS, n + q * PDI_SYM_COMPONENTS);
             *law++ = (o->lambda * row[p] * row[q] + 2.0 * o->mu * twice - o->alpha[i] * size * own) / (size * size);
         }
-    o->bound[i] = pdi_max(o->alpha[i], pdi_ordinary_state_max_eigenvalue(PDI_SYM_COMPONENTS, carried) / size);
+    o->energy_bound[i] = pdi_max(o->alpha[i], pdi_ordinary_state_max_eigenvalue(PDI_SYM_COMPONENTS, carried) / size);
 }
 
 /* Law L, alpha and energy bound of family i. Returns 1; 0: no law, as bonds do not determine all strains; -1: a strain
@@ -153,8 +153,9 @@ static int pdi_ordinary_state_compute_law(const pd_ordinary_state *o, int32_t i)
     memset(law, 0, PDI_MANDEL_MATRIX_SIZE * sizeof *law);
     o->alpha[i] = 0.0;
     if (!pdi_ordinary_state_compute_moment(o, i, &size, moment)) return 0;
-    double whole =
-        o->desc.surface == PD_ORDINARY_STATE_ENERGY || o->desc.surface == PD_ORDINARY_STATE_VOLUME ? o->bulk : size;
+    double whole = o->desc.surface == PD_ORDINARY_STATE_ENERGY || o->desc.surface == PD_ORDINARY_STATE_VOLUME
+                       ? o->bulk_weighted_volume
+                       : size;
     o->alpha[i] = PD_DIM * (PD_DIM + 2) * o->mu / whole;
     if (pdi_ordinary_state_is_position_aware(o)) {
         pdi_ordinary_state_compute_position_law(o, i, size, moment);
@@ -163,7 +164,7 @@ static int pdi_ordinary_state_compute_law(const pd_ordinary_state *o, int32_t i)
     double bulk = o->lambda + 2.0 * o->mu / PD_DIM, l = PD_DIM * PD_DIM * bulk / (whole * whole) - o->alpha[i] / whole;
     for (int p = 0; p < PDI_SYM_COMPONENTS; p++)
         for (int q = 0; q <= p; q++) *law++ = p < PD_DIM && q < PD_DIM ? l : 0.0;
-    o->bound[i] = o->alpha[i] + pdi_max(l, 0.0) * size;
+    o->energy_bound[i] = o->alpha[i] + pdi_max(l, 0.0) * size;
     return o->alpha[i] + l * size > 0.0 ? 1 : -1;
 }
 
@@ -173,9 +174,9 @@ static double pdi_ordinary_state_frequency_bound(const pd_ordinary_state *o, int
     const pd_body *body = o->body;
     double sum[PD_DIM * PD_DIM] = {0.0}, xi[PD_DIM];
     for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
-        double weight = pdi_bond_weights_get_intact(&o->weights, i, &f) * body->volume[f.to];
+        double weight = pdi_bond_weights_get_intact(&o->weights, i, &f) * body->volume[f.neighbour];
         pdi_body_bond_vector(body, i, &f, xi);
-        double share = 2.0 * weight * (o->bound[i] + o->bound[f.to]) / pdi_vec_dot(xi, xi);
+        double share = 2.0 * weight * (o->energy_bound[i] + o->energy_bound[f.neighbour]) / pdi_vec_dot(xi, xi);
         for (int p = 0; p < PD_DIM * PD_DIM; p++) sum[p] += share * xi[p / PD_DIM] * xi[p % PD_DIM];
     }
     return pdi_ordinary_state_max_eigenvalue(PD_DIM, sum);
@@ -193,7 +194,7 @@ static void pdi_ordinary_state_compute_state(const pd_ordinary_state *o, int lin
         if (!pdi_ordinary_state_get_bond(o, linear, u, i, &f, &bond)) continue;
         double x = bond.extension;
         if (du) {
-            const double *own = du + (int64_t)i * PD_DIM, *far = du + (int64_t)f.to * PD_DIM;
+            const double *own = du + (int64_t)i * PD_DIM, *far = du + (int64_t)f.neighbour * PD_DIM;
             x = 0.0;
             for (int d = 0; d < PD_DIM; d++) x += bond.y[d] * (far[d] - own[d]);
         }
@@ -220,7 +221,8 @@ static inline double pdi_ordinary_state_bond_force(const pd_ordinary_state *o, c
 /* Sets the forces on mirror images to zero. */
 static void pdi_ordinary_state_clear_images(const pd_body *body, double *force)
 {
-    memset(force + (int64_t)body->own * PD_DIM, 0, (size_t)(body->count - body->own) * PD_DIM * sizeof *force);
+    memset(force + (int64_t)body->real_count * PD_DIM, 0,
+           (size_t)(body->count - body->real_count) * PD_DIM * sizeof *force);
 }
 
 /* Tensors Q of batch k into state [count][tensor], and the energy densities of its points into energy
@@ -251,10 +253,10 @@ static void pdi_ordinary_state_compute_force(const pd_ctx *ctx, const pd_ordinar
     (void)nt;
     pdi_point_batch_set_displacements(ctx, band, u);
     PDI_PARALLEL_FOR(nt)
-    for (int32_t k = 0; k < band->bands; k++) pdi_ordinary_state_compute_batch(o, k, linear, state, NULL);
+    for (int32_t k = 0; k < band->batches; k++) pdi_ordinary_state_compute_batch(o, k, linear, state, NULL);
     PDI_PARALLEL_FOR(nt)
-    for (int32_t k = 0; k < band->bands; k++)
-        if (band->first[k] < body->own) pdi_bond_extension_compute_force(band, k, linear, force);
+    for (int32_t k = 0; k < band->batches; k++)
+        if (band->first[k] < body->real_count) pdi_bond_extension_compute_force(band, k, linear, force);
     pdi_ordinary_state_clear_images(body, force);
 }
 
@@ -263,7 +265,7 @@ static pd_status pdi_ordinary_state_ops_force(pd_ctx *ctx, void *self, const dou
 {
     const pd_ordinary_state *o = (const pd_ordinary_state *)self;
     int64_t n = (int64_t)o->body->count * PD_DIM;
-    pdi_par_copy(ctx, n, u, o->at);
+    pdi_par_copy(ctx, n, u, o->last_u);
     pdi_ordinary_state_compute_force(ctx, o, o->desc.linear, u, o->state, force);
     return pdi_par_max_abs(ctx, n, force) < HUGE_VAL ? PD_OK : PD_RETRY;
 }
@@ -277,16 +279,16 @@ static void pdi_ordinary_state_compute_tangent(const pd_ctx *ctx, const pd_ordin
     (void)nt;
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++)
-        if (o->felt[i])
-            pdi_ordinary_state_compute_state(o, 0, o->at, du, i, o->change + (int64_t)i * PDI_SYM_COMPONENTS);
+        if (o->influential[i])
+            pdi_ordinary_state_compute_state(o, 0, o->last_u, du, i, o->change + (int64_t)i * PDI_SYM_COMPONENTS);
     pdi_ordinary_state_clear_images(body, df);
     PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < body->own; i++) {
+    for (int32_t i = 0; i < body->real_count; i++) {
         pdi_ordinary_state_bond bond;
         double sum[PD_DIM] = {0.0}, eta[PD_DIM];
         for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
-            int32_t j = f.to;
-            if (!pdi_ordinary_state_get_bond(o, 0, o->at, i, &f, &bond)) continue;
+            int32_t j = f.neighbour;
+            if (!pdi_ordinary_state_get_bond(o, 0, o->last_u, i, &f, &bond)) continue;
             for (int d = 0; d < PD_DIM; d++) eta[d] = du[(int64_t)j * PD_DIM + d] - du[(int64_t)i * PD_DIM + d];
             double along = pdi_vec_dot(bond.y, eta);
             double t = pdi_ordinary_state_bond_force(o, &bond, i, j, o->change, along);
@@ -316,8 +318,8 @@ static void pdi_ordinary_state_compute_block(const pd_ordinary_state *o, int32_t
     memset(own, 0, sizeof own);
     memset(block, 0, PD_DIM * PD_DIM * sizeof *block);
     for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
-        int32_t j = f.to;
-        if (!pdi_ordinary_state_get_bond(o, o->desc.linear, o->at, i, &f, &bond)) continue;
+        int32_t j = f.neighbour;
+        if (!pdi_ordinary_state_get_bond(o, o->desc.linear, o->last_u, i, &f, &bond)) continue;
         pdi_mandel_multiply(o->law + (int64_t)j * PDI_MANDEL_MATRIX_SIZE, bond.dyad, carried);
         double back = bond.w * body->volume[i] * pdi_mandel_dot(carried, bond.dyad) / (bond.r * bond.r);
         double along = bond.weight * (back + o->alpha[i] + o->alpha[j]), turn = 0.0;
@@ -363,7 +365,7 @@ static void pdi_ordinary_state_ops_density(const pd_ctx *ctx, void *self, const 
     (void)nt;
     pdi_point_batch_set_displacements(ctx, &o->band, u);
     PDI_PARALLEL_FOR(nt)
-    for (int32_t k = 0; k < o->band.bands; k++) {
+    for (int32_t k = 0; k < o->band.batches; k++) {
         double energy[PD_POINT_BATCH_MAX];
         int32_t count = pdi_ordinary_state_compute_batch(o, k, o->desc.linear, o->change, energy);
         for (int32_t n = 0; n < count; n++) density[o->band.first[k] + n] = energy[n];
@@ -376,7 +378,7 @@ static double pdi_ordinary_state_ops_energy(const pd_ctx *ctx, void *self, const
     const pd_ordinary_state *o = (const pd_ordinary_state *)self;
     pdi_compensated_sum all = {0.0, 0.0};
     pdi_point_batch_set_displacements(ctx, &o->band, u);
-    for (int32_t k = 0; k < o->band.bands; k++) {
+    for (int32_t k = 0; k < o->band.batches; k++) {
         double energy[PD_POINT_BATCH_MAX];
         int32_t count = pdi_ordinary_state_compute_batch(o, k, o->desc.linear, o->change, energy);
         for (int32_t n = 0; n < count; n++)
@@ -441,7 +443,7 @@ static void pdi_ordinary_state_ops_stress(const pd_ctx *ctx, void *self, const d
     (void)nt;
     pdi_point_batch_set_displacements(ctx, &o->band, u);
     PDI_PARALLEL_FOR(nt)
-    for (int32_t k = 0; k < o->band.bands; k++) {
+    for (int32_t k = 0; k < o->band.batches; k++) {
         double sum[PDI_SYM_COMPONENTS][PD_POINT_BATCH_MAX];
         int32_t count = pdi_ordinary_state_compute_batch(o, k, linear, o->change, NULL);
         pdi_bond_extension_compute_stress(&o->band, k, linear, sum);
@@ -474,13 +476,13 @@ static void pdi_ordinary_state_apply_uniform_stress(const pd_ctx *ctx, const pd_
 /* Surface vectors c that fit the forces of all uniform stresses P best by P c (theory: eq. 8.28). u, force: work. */
 static void pdi_ordinary_state_fit_edges(const pd_ctx *ctx, const pd_ordinary_state *o, double *u, double *force)
 {
-    pdi_par_zero(ctx, (int64_t)o->body->count * PD_DIM, o->edge);
+    pdi_par_zero(ctx, (int64_t)o->body->count * PD_DIM, o->surface_vector);
     for (int b = 0; b < PD_DIM; b++)
         for (int c = 0; c <= b; c++) {
             pdi_ordinary_state_apply_uniform_stress(ctx, o, b, c, u, force);
             for (int64_t i = 0; i < o->body->count; i++) {
-                o->edge[i * PD_DIM + c] += force[i * PD_DIM + b] / (PD_DIM + 1.0);
-                if (b != c) o->edge[i * PD_DIM + b] += force[i * PD_DIM + c] / (PD_DIM + 1.0);
+                o->surface_vector[i * PD_DIM + c] += force[i * PD_DIM + b] / (PD_DIM + 1.0);
+                if (b != c) o->surface_vector[i * PD_DIM + b] += force[i * PD_DIM + c] / (PD_DIM + 1.0);
             }
         }
 }
@@ -504,9 +506,9 @@ static void pdi_ordinary_state_compute_frequency_bound(const pd_ctx *ctx, pd_ord
     int nt = pdi_par_threads(ctx, o->body->bonds * 60);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < o->body->count; i++) o->at[i] = pdi_ordinary_state_frequency_bound(o, i);
-    o->rate = 0.0;
-    for (int32_t i = 0; i < o->body->count; i++) o->rate = pdi_max(o->rate, o->at[i]);
+    for (int32_t i = 0; i < o->body->count; i++) o->last_u[i] = pdi_ordinary_state_frequency_bound(o, i);
+    o->frequency_bound = 0.0;
+    for (int32_t i = 0; i < o->body->count; i++) o->frequency_bound = pdi_max(o->frequency_bound, o->last_u[i]);
 }
 
 /* Laws of all families. Returns the first point that has none; -1: all have one. */
@@ -519,10 +521,10 @@ static int32_t pdi_ordinary_state_compute_laws(const pd_ctx *ctx, const pd_ordin
     PDI_PARALLEL_FOR(nt)
     for (int32_t i = 0; i < body->count; i++) {
         int good = pdi_ordinary_state_compute_law(o, i);
-        if (good < 1) o->bound[i] = good;
+        if (good < 1) o->energy_bound[i] = good;
     }
     for (int32_t i = body->count - 1; i >= 0; i--)
-        if (!(o->bound[i] > 0.0) && (!o->desc.loose || pdi_body_count_intact(body, i))) bad = i;
+        if (!(o->energy_bound[i] > 0.0) && (!o->desc.detach_singular || pdi_body_count_intact(body, i))) bad = i;
     return bad;
 }
 
@@ -531,28 +533,28 @@ static pd_status pdi_ordinary_state_compute_stable_laws(pd_ctx *ctx, pd_ordinary
 {
     pd_body *body = o->body;
     int32_t bad = pdi_ordinary_state_compute_laws(ctx, o);
-    while (bad >= 0 && o->desc.loose) {
+    while (bad >= 0 && o->desc.detach_singular) {
         for (int32_t i = bad; i < body->count; i++)
-            if (!(o->bound[i] > 0.0)) o->lost += pdi_body_break_all_bonds(body, i);
+            if (!(o->energy_bound[i] > 0.0)) o->detached_bonds += pdi_body_break_all_bonds(body, i);
         bad = pdi_ordinary_state_compute_laws(ctx, o);
     }
     if (bad < 0) return PD_OK;
     return pdi_fail(ctx, PD_ERR_GEOMETRY, "ordinary", "the %.0f bonds of point %d at x = %g m %s",
                     (double)pdi_body_count_intact(body, bad), (int)bad, body->position[(int64_t)bad * PD_DIM],
-                    o->bound[bad] < 0.0 ? "leave a strain without energy: use the position method"
-                                        : "do not tell all strains: the body is too thin there for its horizon");
+                    o->energy_bound[bad] < 0.0 ? "leave a strain without energy: use the position method"
+                                               : "do not tell all strains: the body is too thin there for its horizon");
 }
 
 /* Multiplies the laws by the stiffness factors of points. PD_ERR_ARGUMENT: a factor out of range. */
 static pd_status pdi_ordinary_state_apply_stiffness(pd_ctx *ctx, const pd_ordinary_state *o)
 {
-    for (int64_t i = 0; i < o->body->count && o->desc.stiff; i++) {
-        double part = o->desc.stiff[i];
+    for (int64_t i = 0; i < o->body->count && o->desc.stiffness_factor; i++) {
+        double part = o->desc.stiffness_factor[i];
         if (!(part >= 0.0) || !(part < 1e100))
             return pdi_fail(ctx, PD_ERR_ARGUMENT, "ordinary", "point %d has the part %g of E, expected a finite one of "
                             "at least 0", (int)i, part);
         o->alpha[i] *= part;
-        o->bound[i] *= part;
+        o->energy_bound[i] *= part;
         for (int k = 0; k < PDI_MANDEL_MATRIX_SIZE; k++) o->law[i * PDI_MANDEL_MATRIX_SIZE + k] *= part;
     }
     return PD_OK;
@@ -577,7 +579,7 @@ static pd_status pdi_ordinary_state_ops_update(pd_ctx *ctx, void *self)
     PDI_TRY(pdi_ordinary_state_compute_edges(ctx, o));
     PDI_TRY(pdi_ordinary_state_apply_stiffness(ctx, o));
     pdi_ordinary_state_compute_frequency_bound(ctx, o);
-    pdi_par_zero(ctx, (int64_t)o->body->count * PD_DIM, o->at);
+    pdi_par_zero(ctx, (int64_t)o->body->count * PD_DIM, o->last_u);
     pdi_par_zero(ctx, (int64_t)o->body->count * PDI_SYM_COMPONENTS, o->state);
     return PD_OK;
 }
@@ -585,26 +587,26 @@ static pd_status pdi_ordinary_state_ops_update(pd_ctx *ctx, void *self)
 /* pd_material_interface.limit: 2 over the largest angular frequency. */
 static double pdi_ordinary_state_ops_stable_step(const void *self, double density)
 {
-    return 2.0 * sqrt(density / ((const pd_ordinary_state *)self)->rate);
+    return 2.0 * sqrt(density / ((const pd_ordinary_state *)self)->frequency_bound);
 }
 
 /* pd_material_interface.store: broken bonds. */
 static pd_status pdi_ordinary_state_ops_store(pd_ctx *ctx, void *self, pd_archive *archive)
 {
     PDI_TRY(pdi_array_registry_store(ctx, pdi_body_list_state, ((pd_ordinary_state *)self)->body, archive));
-    return archive->reading ? pdi_ordinary_state_ops_update(ctx, self) : PD_OK;
+    return archive->is_reading ? pdi_ordinary_state_ops_update(ctx, self) : PD_OK;
 }
 
 PDI_FN void pdi_ordinary_state_list(pdi_array_visitor *owner, void *object)
 {
     pd_ordinary_state *ordinary = (pd_ordinary_state *)object;
     int64_t count = ordinary->body ? ordinary->body->count : 0;
-    PDI_ARRAY(owner, ordinary, felt, count, "1");
+    PDI_ARRAY(owner, ordinary, influential, count, "1");
     PDI_ARRAY(owner, ordinary, alpha, count, "Pa/m^(d+2)");
-    PDI_ARRAY(owner, ordinary, bound, count, "Pa/m^(d+2)");
+    PDI_ARRAY(owner, ordinary, energy_bound, count, "Pa/m^(d+2)");
     PDI_ARRAY(owner, ordinary, law, count * PDI_MANDEL_MATRIX_SIZE, "Pa/m^(2d+4)");
-    PDI_ARRAY(owner, ordinary, edge, count * PD_DIM, "1/m");
-    PDI_ARRAY(owner, ordinary, at, count * PD_DIM, "m");
+    PDI_ARRAY(owner, ordinary, surface_vector, count * PD_DIM, "1/m");
+    PDI_ARRAY(owner, ordinary, last_u, count * PD_DIM, "m");
     PDI_ARRAY(owner, ordinary, state, count * PDI_SYM_COMPONENTS, "");
     PDI_ARRAY(owner, ordinary, change, count * PDI_SYM_COMPONENTS, "");
 }
@@ -632,7 +634,7 @@ static pd_status pdi_ordinary_state_build_inner(pd_ctx *ctx, pd_body *body, cons
     if (PD_DIM == 2 && desc->plane == PD_PLANE_STRESS) o->lambda = desc->young * nu / (1.0 - nu * nu);
     if (PD_DIM == 1) o->lambda = o->mu = desc->young / 3.0; /* a chain of springs */
     PDI_TRY(pdi_array_registry_build(ctx, pdi_ordinary_state_list, o));
-    pdi_body_mark_influential(body, o->felt);
+    pdi_body_mark_influential(body, o->influential);
     PDI_TRY(pdi_bond_weights_build(ctx, body, &o->weights));
     PDI_TRY(pdi_ordinary_state_compute_weights(ctx, o));
     PDI_TRY(pdi_point_batch_build(ctx, body, &o->weights, PDI_BOND_EXTENSION_FIELDS, &o->band));
@@ -654,7 +656,7 @@ pd_material_interface pd_ordinary_state_material(pd_ordinary_state *ordinary)
     s.name = "ordinary";
     s.self = ordinary;
     s.body = ordinary->body;
-    s.edge = ordinary->edge;
+    s.surface_vector = ordinary->surface_vector;
     s.linear = ordinary->desc.linear;
     s.force = pdi_ordinary_state_ops_force;
     s.tangent = pdi_ordinary_state_ops_tangent;
@@ -663,9 +665,9 @@ pd_material_interface pd_ordinary_state_material(pd_ordinary_state *ordinary)
     s.density = pdi_ordinary_state_ops_density;
     s.bond_energy = pdi_ordinary_state_ops_bond_energy;
     s.stress = pdi_ordinary_state_ops_stress;
-    s.normal = pdi_ordinary_state_ops_normal_stress;
+    s.out_of_plane_stress = pdi_ordinary_state_ops_normal_stress;
     s.update = pdi_ordinary_state_ops_update;
-    s.limit = pdi_ordinary_state_ops_stable_step;
+    s.stable_step = pdi_ordinary_state_ops_stable_step;
     s.store = pdi_ordinary_state_ops_store;
     return s;
 }

@@ -34,29 +34,33 @@ typedef struct pd_ordinary_state_desc {
     pd_influence influence;
     pd_ordinary_state_surface surface;
     int linear;     /* 1: displacements are small; 0: of any size */
-    const double *stiff; /* [count] [-] factor of E of a point; NULL: 1. Borrowed, may change before an update */
-    int loose;      /* 1: a point whose bonds do not determine all strains loses them; 0: it is an error */
-    int plain;      /* 1: weights do not depend on direction, so the shear modulus of a lattice does;
-                     * PD_ORDINARY_STATE_POSITION needs no such choice */
+    /* [count] [-] factor of E of a point; NULL: 1. Borrowed, may change before an update */
+    const double *stiffness_factor;
+    int detach_singular; /* 1: a point whose bonds do not determine all strains loses them; 0: it is an error */
+    int isotropic_off;   /* 1: weights do not depend on direction, so the shear modulus of a lattice does;
+                          * PD_ORDINARY_STATE_POSITION needs no such choice */
 } pd_ordinary_state_desc;
 
 typedef struct pd_ordinary_state {
     pd_ordinary_state_desc desc;
     pd_body *body;
     double lambda, mu;  /* [Pa] stress = lambda tr(e) 1 + 2 mu e, with the lambda of the plane; 1D: E/3 each */
-    double shear;       /* [-] a: weights have the factor 1 + a q by direction, as those of pd_microelastic */
+    double isotropy;    /* [-] a: weights have the factor 1 + a q by direction, as those of pd_microelastic */
     double anisotropy;  /* [-] of the lattice: shear modulus along its axes over that along diagonals; 0: unknown */
-    double bulk;        /* [m^(d+2)] m of a whole family of the lattice; 0: unknown */
-    double rate;        /* [Pa/m2] upper bound of density times the square of the largest angular frequency */
+    double bulk_weighted_volume; /* [m^(d+2)] m of a whole family of the lattice; 0: unknown */
+    /* [Pa/m2] upper bound of density times the square of the largest angular frequency */
+    double frequency_bound;
     pd_bond_weights weights; /* w */
     pd_point_batch band;     /* batches of points for the sums over bonds */
-    uint8_t *felt;      /* [count] 1: forces on real points depend on this family; 0: only those on mirror images */
+    /* [count] 1: forces on real points depend on this family; 0: only those on mirror images */
+    uint8_t *influential;
     double *alpha;      /* [count] [Pa/m^(d+2)] */
-    double *bound;      /* [count] [Pa/m^(d+2)] bound of the energy of a family over sum w V_j e^2/2 */
-    int64_t lost;       /* bonds broken at points whose bonds did not determine all strains (desc.loose) */
+    double *energy_bound;   /* [count] [Pa/m^(d+2)] bound of the energy of a family over sum w V_j e^2/2 */
+    int64_t detached_bonds; /* bonds broken at points whose bonds did not determine all strains (desc.loose) */
     double *law;        /* [count][tensors] [Pa/m^(2d+4)] symmetric L: W = A.L A/2 + (alpha/2) sum w V_j e^2 */
-    double *edge;       /* [count][PD_DIM] [1/m] as of pd_correspondence_update, best fit: exact in sum over a layer */
-    double *at;         /* [count][PD_DIM] [m] displacements of the last forces */
+    /* [count][PD_DIM] [1/m] as of pd_correspondence_update, best fit: exact in sum over a layer */
+    double *surface_vector;
+    double *last_u;     /* [count][PD_DIM] [m] displacements of the last forces */
     double *state;      /* [count][tensor] [Pa/m^(d+2)] Q of the last forces: L A, A = sum w V_j e r n n */
     double *change;     /* [count][tensor] [Pa/m^(d+2)] that of a tangent, an energy or a stress */
 } pd_ordinary_state;

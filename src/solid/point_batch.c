@@ -43,7 +43,7 @@ PDI_FN pd_status pdi_point_batch_build(pd_ctx *ctx, const pd_body *body, const p
     band->body = body;
     band->weights = weights;
     band->fields = fields;
-    band->most = PD_POINT_BATCH_MAX;
+    band->max_points = PD_POINT_BATCH_MAX;
     int64_t lines =
         ((int64_t)body->count + PD_POINT_BATCH_MAX + PDI_POINT_BATCH_CACHE_LINE - 1) / PDI_POINT_BATCH_CACHE_LINE;
     while (lines % PDI_POINT_BATCH_CACHE_SETS != PDI_POINT_BATCH_SET_OFFSET) lines++;
@@ -59,7 +59,7 @@ PDI_FN pd_status pdi_point_batch_build(pd_ctx *ctx, const pd_body *body, const p
 
 PDI_FN void pdi_point_batch_free(pd_ctx *ctx, pd_point_batch *band)
 {
-    PDI_DELETE(ctx, band->room, band->bond);
+    PDI_DELETE(ctx, band->capacity, band->bond);
     pdi_array_registry_free(ctx, pdi_point_batch_list, band);
     memset(band, 0, sizeof *band);
 }
@@ -75,7 +75,7 @@ static uint32_t pdi_point_batch_pack_offset(const pd_point_batch *band, int32_t 
 {
     double xi[PD_DIM];
     uint32_t steps = 0;
-    if (!band->vectors) return 0;
+    if (!band->lattice_vectors) return 0;
     pdi_body_bond_vector(band->body, i, f, xi);
     for (int d = 0; d < PD_DIM; d++)
         steps = steps * PDI_POINT_BATCH_OFFSET_BASE +
@@ -91,10 +91,10 @@ static void pdi_point_batch_list_bonds(const pd_point_batch *band, int32_t i, in
     for (pd_bond_iterator f = pdi_body_bonds_begin(band->body, i); pdi_body_bonds_next(&f);) {
         float weight = pdi_bond_weights_get(band->weights, i, &f);
         if (!(weight > 0.0f) || (intact && pdi_body_bond_is_broken(&f))) continue;
-        bonds->bond[bonds->count].offset = f.to - i;
+        bonds->bond[bonds->count].offset = f.neighbour - i;
         bonds->bond[bonds->count].image = pdi_body_bond_image(&f);
         bonds->bond[bonds->count].weight = weight;
-        bonds->bond[bonds->count++].lanes = pdi_point_batch_pack_offset(band, i, &f);
+        bonds->bond[bonds->count++].mask = pdi_point_batch_pack_offset(band, i, &f);
     }
 }
 
@@ -105,7 +105,7 @@ static int pdi_point_batch_is_subset(const pdi_point_batch_bond_list *a, const p
     for (int32_t k = 0; k < b->count && n < a->count; k++) {
         const pd_point_batch_bond *own = &a->bond[n], *other = &b->bond[k];
         if (own->offset != other->offset || own->image != other->image) continue;
-        if (own->weight < other->weight || own->weight > other->weight || own->lanes != other->lanes) return 0;
+        if (own->weight < other->weight || own->weight > other->weight || own->mask != other->mask) return 0;
         n++;
     }
     return n == a->count;
@@ -118,7 +118,7 @@ static int32_t pdi_point_batch_find_batch(const pd_point_batch *band, int32_t i,
 {
     int32_t end = i + 1;
     pdi_point_batch_list_bonds(band, i, 0, all);
-    for (; end < band->body->count && end < i + band->most; end++) {
+    for (; end < band->body->count && end < i + band->max_points; end++) {
         pdi_point_batch_list_bonds(band, end, 0, one);
         if (pdi_point_batch_is_subset(one, all)) continue;
         if (!pdi_point_batch_is_subset(all, one)) break;
@@ -133,28 +133,28 @@ static void pdi_point_batch_set_masks(const pd_point_batch *band, int32_t i, int
                                       pdi_point_batch_bond_list *all, pdi_point_batch_bond_list *one)
 {
     int32_t kept = 0;
-    for (int32_t k = 0; k < all->count; k++) all->bond[k].lanes = 0;
+    for (int32_t k = 0; k < all->count; k++) all->bond[k].mask = 0;
     for (int32_t n = i; n < end; n++) {
         pdi_point_batch_list_bonds(band, n, 1, one);
         for (int32_t k = 0, own = 0; k < all->count && own < one->count; k++) {
             if (one->bond[own].offset != all->bond[k].offset || one->bond[own].image != all->bond[k].image) continue;
-            all->bond[k].lanes |= (uint32_t)1 << (n - i);
+            all->bond[k].mask |= (uint32_t)1 << (n - i);
             own++;
         }
     }
     for (int32_t k = 0; k < all->count; k++)
-        if (all->bond[k].lanes) all->bond[kept++] = all->bond[k];
+        if (all->bond[k].mask) all->bond[kept++] = all->bond[k];
     all->count = kept;
 }
 
 /* Room for `wanted` bonds. */
 static pd_status pdi_point_batch_reserve(pd_ctx *ctx, pd_point_batch *band, int64_t wanted)
 {
-    int64_t room = band->room + band->room / 2;
-    if (wanted <= band->room) return PD_OK;
+    int64_t room = band->capacity + band->capacity / 2;
+    if (wanted <= band->capacity) return PD_OK;
     if (room < wanted) room = wanted;
-    PDI_TRY(PDI_GROW(ctx, "band", band->room, room, band->bond));
-    band->room = room;
+    PDI_TRY(PDI_GROW(ctx, "band", band->capacity, room, band->bond));
+    band->capacity = room;
     return PD_OK;
 }
 
@@ -169,16 +169,16 @@ static pd_status pdi_point_batch_build_batches(pd_ctx *ctx, pd_point_batch *band
         PDI_TRY(pdi_point_batch_reserve(ctx, band, bonds + longest));
         all.bond = band->bond + bonds;
         int32_t end = pdi_point_batch_find_batch(band, i, &all, one);
-        band->first[band->bands] = i;
-        band->begin[band->bands++] = bonds;
-        if (end - i > 1 || band->singles) {
+        band->first[band->batches] = i;
+        band->begin[band->batches++] = bonds;
+        if (end - i > 1 || band->list_single_points) {
             pdi_point_batch_set_masks(band, i, end, &all, one);
             bonds += all.count;
         }
         i = end;
     }
-    band->first[band->bands] = count;
-    band->begin[band->bands] = bonds;
+    band->first[band->batches] = count;
+    band->begin[band->batches] = bonds;
     return PD_OK;
 }
 
@@ -186,8 +186,8 @@ PDI_FN pd_status pdi_point_batch_update(pd_ctx *ctx, pd_point_batch *band)
 {
     const pd_body *body = band->body;
     pdi_point_batch_bond_list one = {0, NULL};
-    int64_t longest = body->kinds > 0 ? body->kinds : 1;
-    band->bands = 0;
+    int64_t longest = body->stencil_bonds > 0 ? body->stencil_bonds : 1;
+    band->batches = 0;
     pd_status status = PDI_NEW(ctx, "band", longest, one.bond);
     if (status == PD_OK) status = pdi_point_batch_build_batches(ctx, band, (int32_t)longest, &one);
     PDI_DELETE(ctx, longest, one.bond);
@@ -249,12 +249,13 @@ PDI_FN int32_t pdi_point_batch_compute_sums(const pd_point_batch *band, int32_t 
         double w = pdi_bond_weights_get_intact(band->weights, i, &f);
         pdi_point_batch_image_shift(band->body, pdi_body_bond_image(&f), shift);
         if (w > 0.0)
-            pdi_point_batch_add_bond(own, own + (f.to - i), band->stride, shift, w, PDI_POINT_BATCH_FULL_MASK, 1, sums);
+            pdi_point_batch_add_bond(own, own + (f.neighbour - i), band->stride, shift, w, PDI_POINT_BATCH_FULL_MASK, 1,
+                                     sums);
     }
     for (int64_t b = band->begin[k]; b < band->begin[k + 1]; b++) {
         const double *far = own + band->bond[b].offset;
         double w = (double)band->bond[b].weight;
-        uint32_t lanes = band->bond[b].lanes;
+        uint32_t lanes = band->bond[b].mask;
         if (band->bond[b].image) {
             pdi_point_batch_image_shift(band->body, band->bond[b].image, shift);
             pdi_point_batch_add_bond(own, far, band->stride, shift, w, lanes, whole, sums);
@@ -326,13 +327,13 @@ PDI_INLINE_HOT void pdi_point_batch_sum_forces(const pd_point_batch *band, int32
         double w = pdi_bond_weights_get_intact(band->weights, i, &f);
         pdi_point_batch_image_shift(band->body, pdi_body_bond_image(&f), shift);
         if (w > 0.0)
-            pdi_point_batch_add_bond_force(own, own + (f.to - i), total, shift, w, PDI_POINT_BATCH_FULL_MASK, lambda,
-                                           mu, plastic, 1, sum);
+            pdi_point_batch_add_bond_force(own, own + (f.neighbour - i), total, shift, w, PDI_POINT_BATCH_FULL_MASK,
+                                           lambda, mu, plastic, 1, sum);
     }
     for (int64_t b = band->begin[k]; b < band->begin[k + 1]; b++) {
         const double *far = own + band->bond[b].offset;
         double w = (double)band->bond[b].weight;
-        uint32_t lanes = band->bond[b].lanes;
+        uint32_t lanes = band->bond[b].mask;
         if (band->bond[b].image) {
             pdi_point_batch_image_shift(band->body, band->bond[b].image, shift);
             pdi_point_batch_add_bond_force(own, far, total, shift, w, lanes, lambda, mu, plastic, whole, sum);

@@ -18,20 +18,20 @@ typedef struct pd_point_batch_bond {
     int32_t offset; /* index of the neighbour less index of the point */
     int32_t image;  /* number of periods by which the neighbour is shifted; 0 without a period */
     float weight;   /* [-] w */
-    uint32_t lanes; /* bit n: point n of the batch has the bond */
+    uint32_t mask;  /* bit n: point n of the batch has the bond */
 } pd_point_batch_bond;
 
 typedef struct pd_point_batch {
     const pd_body *body;
     const pd_bond_weights *weights; /* borrowed */
     int32_t fields;                 /* how many of PDI_POINT_BATCH_POSITION and so on a point has */
-    int singles;         /* 1: batches of one point have a list of bonds, too */
-    int vectors;         /* 1: all points of a batch have the same lattice vector for a bond */
-    int32_t most;        /* largest number of points of a batch */
-    int32_t bands;
+    int list_single_points;         /* 1: batches of one point have a list of bonds, too */
+    int lattice_vectors;            /* 1: all points of a batch have the same lattice vector for a bond */
+    int32_t max_points;             /* largest number of points of a batch */
+    int32_t batches;
     int32_t *first;      /* [count + 1] first point of each band, then count */
     int64_t *begin;      /* [count + 1] begin of each band in bond; a single point has its family in the body */
-    int64_t room;
+    int64_t capacity;
     pd_point_batch_bond *bond; /* [room] */
     int64_t stride;      /* entries of a field: count, padded so that fields do not share cache sets */
     /* [fields][stride] [m] and others: point data that bond loops read, see PDI_POINT_BATCH_POSITION */

@@ -219,13 +219,13 @@ static int64_t pdi_precrack_break_family(pd_body *body, const pdi_precrack_plane
     for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
         double y[PD_DIM];
         if (pdi_body_bond_is_broken(&f)) continue;
-        memcpy(y, body->position + (int64_t)f.to * PD_DIM, sizeof y);
+        memcpy(y, body->position + (int64_t)f.neighbour * PD_DIM, sizeof y);
         for (int d = 0; d < PD_DIM && f.image; d++) y[d] += pdi_body_bond_image(&f) * body->period[d];
         double other = pdi_precrack_plane_distance(p, y);
         if ((own < 0.0) == (other < 0.0)) continue;
         if (!(own < 0.0 ? pdi_precrack_is_crossed(p, x, own, y, other) : pdi_precrack_is_crossed(p, y, other, x, own)))
             continue;
-        pdi_body_mark_broken(body, i, f.n);
+        pdi_body_mark_broken(body, i, f.number);
         found++;
     }
     return found;
@@ -239,10 +239,10 @@ static int64_t pdi_precrack_break_reverse(pd_body *body)
     for (int32_t i = 0; i < body->count && pdi_body_is_periodic(body); i++)
         for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
             if (!pdi_body_bond_is_broken(&f)) continue;
-            pd_bond_iterator back = pdi_body_bonds_begin(body, f.to);
-            back.n = pdi_body_find_reverse_bond(body, i, &f);
+            pd_bond_iterator back = pdi_body_bonds_begin(body, f.neighbour);
+            back.number = pdi_body_find_reverse_bond(body, i, &f);
             found += !pdi_body_bond_is_broken(&back);
-            pdi_body_mark_broken(body, f.to, back.n);
+            pdi_body_mark_broken(body, f.neighbour, back.number);
         }
     return found;
 }
@@ -288,7 +288,7 @@ void pd_body_damage(const pd_ctx *ctx, const pd_body *body, double *damage)
     for (int32_t i = 0; i < body->count; i++) {
         double all = 0.0, lost = 0.0;
         for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
-            double volume = body->volume[f.to];
+            double volume = body->volume[f.neighbour];
             all += volume;
             lost += pdi_body_bond_is_broken(&f) ? volume : 0.0;
         }

@@ -20,21 +20,21 @@ PDI_FN void pdi_quasi_static_list(pdi_array_visitor *owner, void *object)
     PDI_ARRAY_STATE(owner, quasi_static, load, quasi_static->n, "N/m3");
     PDI_ARRAY_STATE(owner, quasi_static, force, quasi_static->n, "N/m3");
     PDI_ARRAY(owner, quasi_static, start, 2 * quasi_static->n, "1");
-    PDI_ARRAY(owner, quasi_static, asked, 3 * quasi_static->n, "1");
-    PDI_ARRAY(owner, quasi_static, before, 3 * quasi_static->n, "1");
-    PDI_ARRAY_ENTRY(owner, PDI_ARRAY_KIND_STATE, quasi_static, off, quasi_static->n / PD_DIM, "1");
+    PDI_ARRAY(owner, quasi_static, correction, 3 * quasi_static->n, "1");
+    PDI_ARRAY(owner, quasi_static, saved, 3 * quasi_static->n, "1");
+    PDI_ARRAY_ENTRY(owner, PDI_ARRAY_KIND_STATE, quasi_static, detached, quasi_static->n / PD_DIM, "1");
     PDI_SCALAR_STATE(owner, quasi_static, time, "s");
-    PDI_SCALAR_STATE(owner, quasi_static, known, "1");
+    PDI_SCALAR_STATE(owner, quasi_static, solved, "1");
     PDI_SCALAR_STATE(owner, quasi_static, stale, "1");
     PDI_SCALAR_STATE(owner, quasi_static, work, "J");
     PDI_SCALAR_STATE(owner, quasi_static, stored, "J");
     PDI_SCALAR_STATE(owner, quasi_static, released, "J");
-    PDI_SCALAR_STATE(owner, quasi_static, taken, "J");
-    PDI_SCALAR_STATE(owner, quasi_static, parted, "s");
-    PDI_SCALAR_STATE(owner, quasi_static, parts, "1");
-    PDI_SCALAR_STATE(owner, quasi_static, first, "1");
+    PDI_SCALAR_STATE(owner, quasi_static, dissolved_energy, "J");
+    PDI_SCALAR_STATE(owner, quasi_static, separation_time, "s");
+    PDI_SCALAR_STATE(owner, quasi_static, components, "1");
+    PDI_SCALAR_STATE(owner, quasi_static, initial_components, "1");
     PDI_SCALAR_STATE(owner, quasi_static, broken, "1");
-    PDI_SCALAR_STATE(owner, quasi_static, lost, "1");
+    PDI_SCALAR_STATE(owner, quasi_static, detached_points, "1");
     PDI_SCALAR_STATE(owner, quasi_static, solves, "1");
     PDI_SCALAR_STATE(owner, quasi_static, iterations, "1");
     PDI_SCALAR_STATE(owner, quasi_static, residual, "1");
@@ -44,14 +44,16 @@ pd_status pd_quasi_static_build(pd_ctx *ctx, const pd_material_interface *solid,
                                 pd_quasi_static *q)
 {
     memset(q, 0, sizeof *q);
-    if (!(desc->eager <= 1.0) || !(desc->rtol >= 0.0) || !(desc->rtol < 1.0))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "quasi_static", "%g of what is beyond the criterion and rtol = %g: "
-                        "expected 0 to 1", desc->eager, desc->rtol);
+    if (!(desc->break_fraction <= 1.0) || !(desc->rtol >= 0.0) || !(desc->rtol < 1.0))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "quasi_static",
+                        "%g of what is beyond the criterion and rtol = %g: "
+                        "expected 0 to 1",
+                        desc->break_fraction, desc->rtol);
     q->desc = *desc;
-    if (!(desc->eager >= 0.0)) q->desc.eager = PDI_QUASI_STATIC_DEFAULT_EAGER;
+    if (!(desc->break_fraction >= 0.0)) q->desc.break_fraction = PDI_QUASI_STATIC_DEFAULT_EAGER;
     q->solid = *solid;
     q->n = (int64_t)solid->body->count * PD_DIM;
-    q->parted = -1.0;
+    q->separation_time = -1.0;
     pd_status status = pdi_array_registry_build(ctx, pdi_quasi_static_list, q);
     if (status == PD_OK) status = pd_bond_failure_build(ctx, &q->solid, &desc->criterion, &q->criterion);
     if (status < 0) pd_quasi_static_free(ctx, q);
@@ -68,14 +70,17 @@ void pd_quasi_static_free(pd_ctx *ctx, pd_quasi_static *q)
 /* ---- loads ---- */
 
 /* 1: component k is prescribed. */
-static int pdi_quasi_static_is_held(const pd_quasi_static *q, int64_t k) { return q->desc.held && q->desc.held[k]; }
+static int pdi_quasi_static_is_held(const pd_quasi_static *q, int64_t k)
+{
+    return q->desc.prescribed && q->desc.prescribed[k];
+}
 
 /* Saves displacements, loads and forces before a move. */
 static void pdi_quasi_static_save_state(pd_quasi_static *q)
 {
-    memcpy(q->before, q->u, (size_t)q->n * sizeof *q->u);
-    memcpy(q->before + q->n, q->load, (size_t)q->n * sizeof *q->load);
-    memcpy(q->before + 2 * q->n, q->force, (size_t)q->n * sizeof *q->force);
+    memcpy(q->saved, q->u, (size_t)q->n * sizeof *q->u);
+    memcpy(q->saved + q->n, q->load, (size_t)q->n * sizeof *q->load);
+    memcpy(q->saved + 2 * q->n, q->force, (size_t)q->n * sizeof *q->force);
 }
 
 /* Load step at the fraction `part`: corrects interpolated displacements, whose free leaders count in full. */
@@ -84,7 +89,7 @@ static void pdi_quasi_static_scale_interpolated(pd_quasi_static *q, double part)
     const pd_multipoint_constraint *all = q->desc.interpolation;
     for (int64_t k = 0; all && part < 1.0 && k < all->count; k++) {
         const pd_constraint_row *row = all->row + k;
-        q->u[row->at] += (1.0 - part) * row->part * (q->u[row->leader] - q->start[row->leader]);
+        q->u[row->follower] += (1.0 - part) * row->coefficient * (q->u[row->leader] - q->start[row->leader]);
     }
 }
 
@@ -96,7 +101,7 @@ static pd_status pdi_quasi_static_set_loads(pd_ctx *ctx, pd_quasi_static *q, dou
     PDI_TRY(q->desc.load(ctx, q->desc.user, t, q->u, q->load));
     for (int64_t k = 0; k < q->n; k++) {
         const double *start = q->start + k;
-        if (q->off[k / PD_DIM]) q->load[k] = 0.0;
+        if (q->detached[k / PD_DIM]) q->load[k] = 0.0;
         if (part < 1.0) q->load[k] = start[q->n] + part * (q->load[k] - start[q->n]);
         if (pdi_quasi_static_is_held(q, k)) q->u[k] = *start + part * (q->u[k] - *start);
     }
@@ -109,25 +114,24 @@ static int pdi_quasi_static_is_unsupported(const pd_quasi_static *q, const int32
 {
     pd_rigid_modes rigid;
     for (int a = 0; a < PD_DIM; a++)
-        if (!pdi_equilibrium_is_balanced(q->solid.body, q->desc.held, q->load, a, piece, count, NULL)) return 1;
-    pdi_rigid_modes_compute(q->solid.body, q->desc.held, piece, count, &rigid);
-    return pdi_equilibrium_has_unbalanced_moment(&q->solid, q->desc.held, q->load, &rigid);
+        if (!pdi_equilibrium_is_balanced(q->solid.body, q->desc.prescribed, q->load, a, piece, count, NULL)) return 1;
+    pdi_rigid_modes_compute(q->solid.body, q->desc.prescribed, piece, count, &rigid);
+    return pdi_equilibrium_has_unbalanced_moment(&q->solid, q->desc.prescribed, q->load, &rigid);
 }
 
 /* Point i comes off at time t: its loads vanish before it moves, so they do no work. */
 static void pdi_quasi_static_detach_point(pd_quasi_static *q, int32_t i, double t)
 {
-    q->off[i] = 1;
-    for (int d = 0; d < PD_DIM; d++)
-        q->load[(int64_t)i * PD_DIM + d] = q->before[q->n + (int64_t)i * PD_DIM + d] = 0.0;
-    q->lost++;
-    if (q->parted < 0.0) q->parted = t;
+    q->detached[i] = 1;
+    for (int d = 0; d < PD_DIM; d++) q->load[(int64_t)i * PD_DIM + d] = q->saved[q->n + (int64_t)i * PD_DIM + d] = 0.0;
+    q->detached_points++;
+    if (q->separation_time < 0.0) q->separation_time = t;
 }
 
 /* 1: a component counts as a part of the body: it is supported, loaded, or larger than a family; 0: a crumb. */
 static int pdi_quasi_static_is_fragment(const pd_quasi_static *q, const int32_t *piece, int32_t count)
 {
-    if (count > q->solid.body->kinds) return 1;
+    if (count > q->solid.body->stencil_bonds) return 1;
     for (int32_t n = 0; n < count; n++)
         for (int d = 0; d < PD_DIM; d++) {
             int64_t k = (int64_t)piece[n] * PD_DIM + d;
@@ -143,18 +147,18 @@ static pd_status pdi_quasi_static_detach_components(pd_ctx *ctx, pd_quasi_static
     uint8_t *seen = NULL;
     pd_status status = PDI_NEW(ctx, "quasi_static", all, piece);
     if (status == PD_OK) status = PDI_NEW(ctx, "quasi_static", all, seen);
-    if (status == PD_OK) q->parts = 0;
+    if (status == PD_OK) q->components = 0;
     for (int32_t i = 0; i < all && status == PD_OK; i++) {
         if (seen[i]) continue;
         int32_t count = pdi_body_find_component(q->solid.body, i, seen, piece);
-        q->parts += pdi_quasi_static_is_fragment(q, piece, count);
+        q->components += pdi_quasi_static_is_fragment(q, piece, count);
         if (count == all || !pdi_quasi_static_is_unsupported(q, piece, count)) continue;
         for (int32_t k = 0; k < count; k++) pdi_quasi_static_detach_point(q, piece[k], t);
     }
     PDI_DELETE(ctx, all, piece);
     PDI_DELETE(ctx, all, seen);
-    if (!q->first) q->first = q->parts;
-    if (q->parts > q->first && q->parted < 0.0) q->parted = t;
+    if (!q->initial_components) q->initial_components = q->components;
+    if (q->components > q->initial_components && q->separation_time < 0.0) q->separation_time = t;
     return status;
 }
 
@@ -167,7 +171,7 @@ static double pdi_quasi_static_rotation_rate(const pd_body *body, int32_t i, con
         if (pdi_body_bond_is_broken(&f)) continue;
         pdi_body_bond_vector(body, i, &f, xi);
         for (int d = 0; d < PD_DIM; d++) {
-            double eta = motion[(int64_t)f.to * PD_DIM + d] - motion[(int64_t)i * PD_DIM + d];
+            double eta = motion[(int64_t)f.neighbour * PD_DIM + d] - motion[(int64_t)i * PD_DIM + d];
             length += xi[d] * xi[d];
             way += eta * eta;
         }
@@ -191,9 +195,10 @@ static int32_t pdi_quasi_static_detach_mechanism(pd_quasi_static *q, const doubl
     int32_t count = 0, rests = 0;
     for (int32_t i = 0; i < body->count; i++) most = pdi_max(most, pdi_quasi_static_rotation_rate(body, i, mechanism));
     for (int32_t i = 0; i < body->count && most > 0.0; i++)
-        rests += q->off[i] || (pdi_body_count_intact(body, i) && !pdi_quasi_static_is_rotating(q, i, mechanism, most));
+        rests +=
+            q->detached[i] || (pdi_body_count_intact(body, i) && !pdi_quasi_static_is_rotating(q, i, mechanism, most));
     for (int32_t i = 0; i < body->count && rests; i++) {
-        if (q->off[i] || !pdi_quasi_static_is_rotating(q, i, mechanism, most)) continue;
+        if (q->detached[i] || !pdi_quasi_static_is_rotating(q, i, mechanism, most)) continue;
         pdi_quasi_static_detach_point(q, i, t);
         count++;
     }
@@ -206,22 +211,22 @@ static int32_t pdi_quasi_static_detach_mechanism(pd_quasi_static *q, const doubl
  * is linear or has no such state. */
 static pd_status pdi_quasi_static_midpoint_force(pd_ctx *ctx, pd_quasi_static *q)
 {
-    double *u = q->asked + q->n;
+    double *u = q->correction + q->n;
     if (q->solid.linear) return PD_RETRY;
-    for (int64_t k = 0; k < q->n; k++) u[k] = 0.5 * (q->before[k] + q->u[k]);
-    return q->solid.force(ctx, q->solid.self, u, q->asked);
+    for (int64_t k = 0; k < q->n; k++) u[k] = 0.5 * (q->saved[k] + q->u[k]);
+    return q->solid.force(ctx, q->solid.self, u, q->correction);
 }
 
 /* Adds the work of loads and reactions from the saved state to this one: trapezoidal rule, or with the midpoint forces
  * (curved 1) Simpson's rule. */
 static void pdi_quasi_static_add_work(pd_quasi_static *q, int curved)
 {
-    const double *volume = q->solid.body->volume, *load = q->before + q->n, *force = q->before + 2 * q->n;
+    const double *volume = q->solid.body->volume, *load = q->saved + q->n, *force = q->saved + 2 * q->n;
     pdi_compensated_sum all = {0.0, 0.0};
     for (int64_t k = 0; k < q->n; k++) {
         double mean = pdi_quasi_static_is_held(q, k) ? -0.5 * (q->force[k] + force[k]) : 0.5 * (q->load[k] + load[k]);
-        if (curved) mean += (force[k] + q->force[k] - 2.0 * q->asked[k]) / 3.0;
-        pdi_compensated_sum_add(&all, volume[k / PD_DIM] * mean * (q->u[k] - q->before[k]));
+        if (curved) mean += (force[k] + q->force[k] - 2.0 * q->correction[k]) / 3.0;
+        pdi_compensated_sum_add(&all, volume[k / PD_DIM] * mean * (q->u[k] - q->saved[k]));
     }
     q->work += pdi_compensated_sum_total(&all);
 }
@@ -234,10 +239,10 @@ static pd_status pdi_quasi_static_solve_equilibrium(pd_ctx *ctx, pd_quasi_static
         pd_equilibrium_desc desc;
         pd_equilibrium_result result;
         memset(&desc, 0, sizeof desc);
-        desc.held = q->desc.held;
+        desc.prescribed = q->desc.prescribed;
         desc.interpolation = q->desc.interpolation;
         desc.rtol = q->desc.rtol;
-        desc.swing = q->force;
+        desc.mechanism = q->force;
         status = pd_equilibrium_solve(ctx, &q->solid, &desc, q->load, q->u, &result);
         q->iterations += result.iterations;
         q->solves++;
@@ -247,7 +252,7 @@ static pd_status pdi_quasi_static_solve_equilibrium(pd_ctx *ctx, pd_quasi_static
         ctx->status = PD_OK; /* the next balance is without them */
         ctx->message[0] = '\0';
     }
-    memcpy(q->force, q->before + 2 * q->n, (size_t)q->n * sizeof *q->force);
+    memcpy(q->force, q->saved + 2 * q->n, (size_t)q->n * sizeof *q->force);
     return status;
 }
 
@@ -286,12 +291,12 @@ static int pdi_quasi_static_differs(const pd_ctx *ctx, const pd_quasi_static *q,
  * q->asked, new loads; u stays. */
 static pd_status pdi_quasi_static_check_boundary(pd_ctx *ctx, pd_quasi_static *q, double t, double part, int *differs)
 {
-    double *u = q->asked + q->n, *load = q->asked + 2 * q->n;
+    double *u = q->correction + q->n, *load = q->correction + 2 * q->n;
     memcpy(u, q->u, (size_t)q->n * sizeof *u);
     memcpy(load, q->load, (size_t)q->n * sizeof *load);
     PDI_TRY(pdi_quasi_static_set_loads(ctx, q, t, part));
     *differs = pdi_quasi_static_differs(ctx, q, u, q->u) || pdi_quasi_static_differs(ctx, q, load, q->load);
-    for (int64_t k = 0; k < q->n; k++) q->asked[k] = pdi_quasi_static_is_held(q, k) ? q->u[k] - u[k] : 0.0;
+    for (int64_t k = 0; k < q->n; k++) q->correction[k] = pdi_quasi_static_is_held(q, k) ? q->u[k] - u[k] : 0.0;
     memcpy(q->u, u, (size_t)q->n * sizeof *u);
     return PD_OK;
 }
@@ -302,21 +307,21 @@ static pd_status pdi_quasi_static_move_prescribed(pd_ctx *ctx, pd_quasi_static *
     double *x, *step;
     int64_t n = 0;
     if (first) {
-        for (int64_t k = 0; k < q->n; k++) q->u[k] += q->asked[k];
+        for (int64_t k = 0; k < q->n; k++) q->u[k] += q->correction[k];
         return PD_OK;
     }
-    if (!q->mix.n) {
-        for (int64_t k = 0; k < q->n; k++) q->mix.n += pdi_quasi_static_is_held(q, k);
-        PDI_TRY(pdi_array_registry_build(ctx, pdi_anderson_list, &q->mix));
+    if (!q->acceleration.n) {
+        for (int64_t k = 0; k < q->n; k++) q->acceleration.n += pdi_quasi_static_is_held(q, k);
+        PDI_TRY(pdi_array_registry_build(ctx, pdi_anderson_list, &q->acceleration));
     }
-    x = q->asked + q->n; /* the rest of `asked` is free until loads are asked for again */
-    step = q->asked + 2 * q->n;
+    x = q->correction + q->n; /* the rest of `asked` is free until loads are asked for again */
+    step = q->correction + 2 * q->n;
     for (int64_t k = 0; k < q->n; k++) {
         if (!pdi_quasi_static_is_held(q, k)) continue;
         x[n] = q->u[k];
-        step[n++] = q->asked[k];
+        step[n++] = q->correction[k];
     }
-    pdi_anderson_update(&q->mix, x, step);
+    pdi_anderson_update(&q->acceleration, x, step);
     n = 0;
     for (int64_t k = 0; k < q->n; k++)
         if (pdi_quasi_static_is_held(q, k)) q->u[k] = x[n++];
@@ -326,8 +331,8 @@ static pd_status pdi_quasi_static_move_prescribed(pd_ctx *ctx, pd_quasi_static *
 /* Frees the Anderson acceleration. */
 static void pdi_quasi_static_reset_mixing(pd_ctx *ctx, pd_quasi_static *q)
 {
-    pdi_array_registry_free(ctx, pdi_anderson_list, &q->mix);
-    memset(&q->mix, 0, sizeof q->mix);
+    pdi_array_registry_free(ctx, pdi_anderson_list, &q->acceleration);
+    memset(&q->acceleration, 0, sizeof q->acceleration);
 }
 
 /* Rounds of equilibrium and boundary values until these converge. */
@@ -365,8 +370,8 @@ static pd_status pdi_quasi_static_equilibrate(pd_ctx *ctx, pd_quasi_static *q, d
         pd_status status = pdi_quasi_static_solve_coupled(ctx, q, t, part);
         if (status < 0) return status;
         if (status == PD_RETRY) {
-            memcpy(q->u, q->before, (size_t)q->n * sizeof *q->u);
-            memcpy(q->load, q->before + q->n, (size_t)q->n * sizeof *q->load);
+            memcpy(q->u, q->saved, (size_t)q->n * sizeof *q->u);
+            memcpy(q->load, q->saved + q->n, (size_t)q->n * sizeof *q->load);
             return PD_RETRY;
         }
         pd_status middle = pdi_quasi_static_midpoint_force(ctx, q);
@@ -376,7 +381,7 @@ static pd_status pdi_quasi_static_equilibrate(pd_ctx *ctx, pd_quasi_static *q, d
         q->stored = q->solid.energy(ctx, q->solid.self, q->u);
         if (q->solid.commit) PDI_TRY(q->solid.commit(ctx, q->solid.self, q->u));
         if (status != PD_OK) return status;
-        int64_t broken = pd_bond_failure_break(ctx, &q->criterion, q->u, q->desc.eager);
+        int64_t broken = pd_bond_failure_break(ctx, &q->criterion, q->u, q->desc.break_fraction);
         if (!broken) return PD_OK;
         PDI_TRY(pdi_check_cancel(ctx, "quasi_static", q->solves));
         q->broken += broken;
@@ -411,9 +416,9 @@ static pd_status pdi_quasi_static_advance(pd_ctx *ctx, pd_quasi_static *q, doubl
 
 pd_status pd_quasi_static_solve_at(pd_ctx *ctx, pd_quasi_static *q, double t)
 {
-    int moves = !q->known || q->stale;
+    int moves = !q->solved || q->stale;
     pd_status status = PD_OK;
-    if (q->stale) PDI_TRY(pdi_quasi_static_update_material(ctx, q, &q->taken));
+    if (q->stale) PDI_TRY(pdi_quasi_static_update_material(ctx, q, &q->dissolved_energy));
     if (!moves) {
         memcpy(q->start, q->load, (size_t)q->n * sizeof *q->load);
         PDI_TRY(pdi_quasi_static_check_boundary(ctx, q, t, 1.0, &moves));
@@ -421,7 +426,7 @@ pd_status pd_quasi_static_solve_at(pd_ctx *ctx, pd_quasi_static *q, double t)
     }
     if (moves) status = pdi_quasi_static_advance(ctx, q, t);
     if (status < 0) return status;
-    q->known = 1;
+    q->solved = 1;
     q->time = t;
     return status;
 }
@@ -449,9 +454,9 @@ pd_physics pd_quasi_static_process(pd_quasi_static *q)
     p.name = "quasi_static";
     p.self = q;
     p.start = pdi_quasi_static_process_solve_at;
-    p.at = pdi_quasi_static_process_solve_at;
-    p.longest = pdi_physics_limit_max_step;
-    p.store = pdi_quasi_static_process_store;
+    p.solve_at = pdi_quasi_static_process_solve_at;
+    p.max_run_step = pdi_physics_limit_max_step;
+    p.checkpoint = pdi_quasi_static_process_store;
     return p;
 }
 

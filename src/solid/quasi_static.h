@@ -17,14 +17,14 @@
 typedef pd_status (*pd_load_fn)(pd_ctx *ctx, void *user, double t, double *u, double *load);
 
 typedef struct pd_quasi_static_desc {
-    const uint8_t *held;   /* [count][PD_DIM] 1: this displacement is prescribed; NULL: none. Borrowed */
+    const uint8_t *prescribed; /* [count][PD_DIM] 1: this displacement is prescribed; NULL: none. Borrowed */
     pd_load_fn load;
     void *user;
     /* How prescribed displacements follow free ones, as of the last call of load; NULL: they do not. Boundary values
      * that depend on the solution in any other way are iterated until they converge. Borrowed */
     const pd_multipoint_constraint *interpolation;
     pd_bond_failure_desc criterion; /* by which bonds break; zero: none does */
-    double eager;                   /* [-] as of pd_bond_failure_break, in each round; -1: 0.5 */
+    double break_fraction;          /* [-] as of pd_bond_failure_break, in each round; -1: 0.5 */
     double rtol;           /* [-] as of pd_equilibrium_desc */
 } pd_quasi_static_desc;
 
@@ -37,22 +37,22 @@ typedef struct pd_quasi_static {
     double *load;          /* [n] [N/m3] */
     double *force;         /* [n] [N/m3] of the bonds, at u */
     double *start;         /* [2][n] [m], [N/m3] u and load at the start of a step */
-    double *asked;         /* [3][n] [m] corrections of prescribed displacements; work: u, load */
-    pd_anderson mix;      /* Anderson acceleration of prescribed displacements; empty between solves */
-    double *before;        /* [3][n] [m], [N/m3] u, load and force before a move */
-    uint8_t *off;          /* [count] 1: of a component that has come off */
+    double *correction;    /* [3][n] [m] corrections of prescribed displacements; work: u, load */
+    pd_anderson acceleration; /* Anderson acceleration of prescribed displacements; empty between solves */
+    double *saved;            /* [3][n] [m], [N/m3] u, load and force before a move */
+    uint8_t *detached;        /* [count] 1: of a component that has come off */
     double time;           /* [s] of the solution */
-    int known;             /* 1: there is a solution */
+    int solved;            /* 1: there is a solution */
     int stale;             /* 1: bonds or stiffness have changed since the solution */
     double work;           /* [J] (per m in 2D, per m2 in 1D) external work: of loads and reactions */
     double stored;         /* [J] elastic energy */
     double released;       /* [J] energy released by bond failure at fixed displacements */
-    double taken;          /* [J] energy of dissolved metal */
-    double parted;         /* [s] when the first loaded component came off, or the body fell into more parts than at
-                            * first; -1: neither has happened */
-    int32_t parts;         /* components now that are supported or loaded, or have more points than a family */
-    int32_t first;         /* the same in the first solution */
-    int64_t broken, lost;  /* bonds that broke, and points that came off with loads */
+    double dissolved_energy; /* [J] energy of dissolved metal */
+    double separation_time;  /* [s] when the first loaded component came off, or the body fell into more parts than at
+                              * first; -1: neither has happened */
+    int32_t components;      /* components now that are supported or loaded, or have more points than a family */
+    int32_t initial_components;      /* the same in the first solution */
+    int64_t broken, detached_points; /* bonds that broke, and points that came off with loads */
     int64_t solves, iterations;
     double residual;       /* [-] of the last balance */
 } pd_quasi_static;

@@ -42,9 +42,9 @@ static double pdi_rigid_modes_assemble_gram(const pd_rigid_modes *r, const uint8
     double way[PD_RIGID_MODE_COUNT][PD_DIM], all = 0.0;
     memset(a, 0, PD_RIGID_MODE_COUNT * sizeof a[0]);
     for (int32_t n = 0; n < r->count && held; n++) {
-        pdi_rigid_modes_eval_modes(r, r->piece[n], way);
+        pdi_rigid_modes_eval_modes(r, r->component[n], way);
         for (int d = 0; d < PD_DIM; d++) {
-            if (!held[(int64_t)r->piece[n] * PD_DIM + d]) continue;
+            if (!held[(int64_t)r->component[n] * PD_DIM + d]) continue;
             all += 1.0;
             for (int m = 0; m < PD_RIGID_MODE_COUNT; m++)
                 for (int k = 0; k < PD_RIGID_MODE_COUNT; k++) a[m][k] += way[m][d] * way[k][d];
@@ -85,7 +85,7 @@ PDI_FN void pdi_rigid_modes_compute(const pd_body *body, const uint8_t *held, co
     double squares[PD_RIGID_MODE_COUNT][PD_RIGID_MODE_COUNT];
     memset(r, 0, sizeof *r);
     r->body = body;
-    r->piece = piece;
+    r->component = piece;
     r->count = count;
     r->size = body->horizon;
     memcpy(r->origin, body->position + (int64_t)piece[0] * PD_DIM, sizeof r->origin);
@@ -100,10 +100,10 @@ PDI_FN double pdi_rigid_modes_relative_work(const pd_rigid_modes *r, const uint8
 {
     double left[PD_RIGID_MODE_COUNT][PD_DIM], work[PD_RIGID_MODE_COUNT] = {0.0}, size = 0.0, most = 0.0;
     for (int32_t n = 0; n < r->count && r->motions; n++) {
-        int64_t first = (int64_t)r->piece[n] * PD_DIM;
-        pdi_rigid_modes_eval_free_modes(r, r->piece[n], left);
+        int64_t first = (int64_t)r->component[n] * PD_DIM;
+        pdi_rigid_modes_eval_free_modes(r, r->component[n], left);
         for (int d = 0; d < PD_DIM; d++) {
-            double force = held && held[first + d] ? 0.0 : r->body->volume[r->piece[n]] * load[first + d];
+            double force = held && held[first + d] ? 0.0 : r->body->volume[r->component[n]] * load[first + d];
             size += fabs(force);
             for (int f = 0; f < r->motions; f++) work[f] += force * left[f][d];
         }
@@ -117,11 +117,11 @@ PDI_FN void pdi_rigid_modes_remove(const pd_rigid_modes *r, double *u)
     double a[PD_RIGID_MODE_COUNT * PD_RIGID_MODE_COUNT] = {0.0}, mean[PD_RIGID_MODE_COUNT] = {0.0};
     double left[PD_RIGID_MODE_COUNT][PD_DIM], least[PD_RIGID_MODE_COUNT] = {0.0};
     for (int32_t n = 0; n < r->count; n++) {
-        pdi_rigid_modes_eval_free_modes(r, r->piece[n], left);
+        pdi_rigid_modes_eval_free_modes(r, r->component[n], left);
         for (int d = 0; d < PD_DIM; d++)
             for (int f = 0; f < r->motions; f++) {
-                double part = r->body->volume[r->piece[n]] * left[f][d];
-                mean[f] += part * u[(int64_t)r->piece[n] * PD_DIM + d];
+                double part = r->body->volume[r->component[n]] * left[f][d];
+                mean[f] += part * u[(int64_t)r->component[n] * PD_DIM + d];
                 for (int g = 0; g < r->motions; g++) a[f * PD_RIGID_MODE_COUNT + g] += part * left[g][d];
             }
     }
@@ -129,9 +129,9 @@ PDI_FN void pdi_rigid_modes_remove(const pd_rigid_modes *r, double *u)
     if (!r->motions || !pdi_vec_cholesky(r->motions, PD_RIGID_MODE_COUNT, least, a)) return;
     pdi_vec_cholesky_solve(r->motions, PD_RIGID_MODE_COUNT, a, mean);
     for (int32_t n = 0; n < r->count; n++) {
-        pdi_rigid_modes_eval_free_modes(r, r->piece[n], left);
+        pdi_rigid_modes_eval_free_modes(r, r->component[n], left);
         for (int d = 0; d < PD_DIM; d++)
-            for (int f = 0; f < r->motions; f++) u[(int64_t)r->piece[n] * PD_DIM + d] -= mean[f] * left[f][d];
+            for (int f = 0; f < r->motions; f++) u[(int64_t)r->component[n] * PD_DIM + d] -= mean[f] * left[f][d];
     }
 }
 

@@ -7,7 +7,7 @@
 
 typedef struct pd_rigid_modes {
     const pd_body *body;
-    const int32_t *piece; /* [count] points. Borrowed */
+    const int32_t *component; /* [count] points. Borrowed */
     int32_t count;
     double origin[PD_DIM]; /* [m] */
     double size;           /* [m] by which places are about 1 */

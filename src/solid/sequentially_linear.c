@@ -13,7 +13,7 @@ static void pdi_sequentially_linear_list(pdi_array_visitor *owner, void *object)
 {
     pd_sequentially_linear *sequential = (pd_sequentially_linear *)object;
     PDI_ARRAY(owner, sequential, u, sequential->n, "m");
-    PDI_ARRAY(owner, sequential, at, sequential->n, "m");
+    PDI_ARRAY(owner, sequential, event_u, sequential->n, "m");
 }
 
 /* Inner part of the build; after an error the caller frees. */
@@ -21,11 +21,13 @@ static pd_status pdi_sequentially_linear_build_inner(pd_ctx *ctx, const pd_mater
                                                      const pd_sequentially_linear_desc *desc, pd_sequentially_linear *s)
 {
     memset(s, 0, sizeof *s);
-    if (!solid->linear || !desc->moved == !desc->load || (desc->moved && !desc->held))
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "sequential", "the %s material, %s: expected linear forces, and either "
-                        "loads or points that are held and moved", solid->name,
-                        !desc->moved == !desc->load ? desc->load ? "moved points and loads" : "no load"
-                                                    : "points that nothing holds");
+    if (!solid->linear || !desc->unit_displacement == !desc->load || (desc->unit_displacement && !desc->prescribed))
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "sequential",
+                        "the %s material, %s: expected linear forces, and either "
+                        "loads or points that are held and moved",
+                        solid->name,
+                        !desc->unit_displacement == !desc->load ? desc->load ? "moved points and loads" : "no load"
+                                                                : "points that nothing holds");
     s->desc = *desc;
     s->solid = *solid;
     s->n = (int64_t)solid->body->count * PD_DIM;
@@ -34,7 +36,8 @@ static pd_status pdi_sequentially_linear_build_inner(pd_ctx *ctx, const pd_mater
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "sequential", "no bond breaks, expected a critical value or the energy of"
                         " a crack");
     PDI_TRY(pdi_array_registry_build(ctx, pdi_sequentially_linear_list, s));
-    for (int64_t k = 0; k < s->n && desc->moved; k++) s->u[k] = desc->held[k] ? desc->moved[k] : 0.0;
+    for (int64_t k = 0; k < s->n && desc->unit_displacement; k++)
+        s->u[k] = desc->prescribed[k] ? desc->unit_displacement[k] : 0.0;
     return PD_OK;
 }
 
@@ -59,7 +62,7 @@ static pd_status pdi_sequentially_linear_solve_equilibrium(pd_ctx *ctx, pd_seque
     pd_equilibrium_desc desc;
     pd_equilibrium_result result;
     memset(&desc, 0, sizeof desc);
-    desc.held = s->desc.held;
+    desc.prescribed = s->desc.prescribed;
     desc.rtol = s->desc.rtol;
     if (s->broken && s->solid.update) PDI_TRY(s->solid.update(ctx, s->solid.self));
     pd_status status = pd_equilibrium_solve(ctx, &s->solid, &desc, s->desc.load, s->u, &result);
@@ -108,8 +111,8 @@ static void pdi_sequentially_linear_finish(pd_sequentially_linear *s, double ene
 /* Breaks the bonds at `fraction` of the load factor of the next event. Returns how many. */
 static int64_t pdi_sequentially_linear_break_bonds(const pd_ctx *ctx, pd_sequentially_linear *s, double fraction)
 {
-    for (int64_t k = 0; k < s->n; k++) s->at[k] = fraction * s->first.factor * s->u[k];
-    return pd_bond_failure_break(ctx, &s->criterion, s->at, 0.0);
+    for (int64_t k = 0; k < s->n; k++) s->event_u[k] = fraction * s->first.factor * s->u[k];
+    return pd_bond_failure_break(ctx, &s->criterion, s->event_u, 0.0);
 }
 
 pd_status pd_sequentially_linear_next_event(pd_ctx *ctx, pd_sequentially_linear *s)
@@ -117,8 +120,8 @@ pd_status pd_sequentially_linear_next_event(pd_ctx *ctx, pd_sequentially_linear 
     for (int64_t parted = 1; parted && !s->done; s->broken += parted) {
         PDI_TRY(pdi_sequentially_linear_solve_equilibrium(ctx, s));
         double energy = s->done ? 0.0 : s->solid.energy(ctx, s->solid.self, s->u);
-        if (!s->events) s->whole = energy;
-        int apart = s->done || (s->desc.load ? 0 : !(energy > PDI_SEQUENTIALLY_LINEAR_SEPARATED * s->whole));
+        if (!s->events) s->initial_energy = energy;
+        int apart = s->done || (s->desc.load ? 0 : !(energy > PDI_SEQUENTIALLY_LINEAR_SEPARATED * s->initial_energy));
         if (!apart) pd_bond_failure_find_first(ctx, &s->criterion, s->u, &s->first);
         if (apart || s->first.bond < 0 || !(s->first.factor > 0.0)) {
             pdi_sequentially_linear_finish(s, apart ? 0.0 : energy);
@@ -136,7 +139,7 @@ pd_status pd_sequentially_linear_next_event(pd_ctx *ctx, pd_sequentially_linear 
     if (!broken)
         return pdi_fail(ctx, PD_ERR_INTERNAL, "sequential", "no bond breaks at the factor %g at which one does",
                         s->factor);
-    for (int64_t k = 0; k < s->n; k++) s->at[k] = s->factor * s->u[k];
+    for (int64_t k = 0; k < s->n; k++) s->event_u[k] = s->factor * s->u[k];
     s->broken += broken;
     s->events++;
     return PD_OK;

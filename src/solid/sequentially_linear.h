@@ -17,9 +17,9 @@
 
 /* Zero-initialise. Either `moved` or `load` is given. */
 typedef struct pd_sequentially_linear_desc {
-    const uint8_t *held;         /* [count][PD_DIM] 1: this displacement is given; NULL: none. Borrowed */
-    const double *moved;         /* [count][PD_DIM] [m] displacements of what is held, at the factor 1; NULL: 0.
-                                  * Borrowed */
+    const uint8_t *prescribed;       /* [count][PD_DIM] 1: this displacement is given; NULL: none. Borrowed */
+    const double *unit_displacement; /* [count][PD_DIM] [m] displacements of what is held, at the factor 1; NULL: 0.
+                                      * Borrowed */
     const double *load;          /* [count][PD_DIM] [N/m3] at the factor 1; NULL: none. Borrowed */
     pd_bond_failure_desc criterion; /* by which bonds break */
     double rtol;                 /* [-] as of pd_equilibrium_desc */
@@ -31,7 +31,7 @@ typedef struct pd_sequentially_linear {
     pd_bond_failure criterion;
     int64_t n;            /* components of all points */
     double *u;            /* [n] [m] at the factor 1, of the bonds that are left */
-    double *at;           /* [n] [m] at the last event, before its bonds broke */
+    double *event_u;      /* [n] [m] at the last event, before its bonds broke */
     double factor;        /* [-] of the last event */
     double force;         /* F there, before bonds break: [N m] of moved points (per m in 2D, per m2 in 1D), [-] of
                            * loads */
@@ -41,7 +41,7 @@ typedef struct pd_sequentially_linear {
     double dissipated;    /* [J] that bonds have taken, those of the last event not yet counted; at the end all */
     pd_first_failure first; /* the bond of the last event */
     int64_t events, broken;
-    double whole;         /* [J] stored at the factor 1 by all bonds */
+    double initial_energy; /* [J] stored at the factor 1 by all bonds */
     int done;             /* 1: no other bond breaks, or a loaded piece has come off */
     int iterations;       /* of the last balance */
 } pd_sequentially_linear;

@@ -103,11 +103,11 @@ static void pdi_surface_correction_compute_residual(const pdi_surface_correction
     for (int k = 0; k < all * all && matrix; k++) matrix[k] = 0.0;
     for (pd_bond_iterator b = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&b);) {
         double xi[PD_DIM], f[all], slope, weight;
-        pdi_bond_force_compute_offset(o->bonds, i, b.to, xi);
-        weight = (double)pdi_bond_weights_get(o->bonds->weights, i, &b) * body->volume[b.to];
+        pdi_bond_force_compute_offset(o->bonds, i, b.neighbour, xi);
+        weight = (double)pdi_bond_weights_get(o->bonds->weights, i, &b) * body->volume[b.neighbour];
         double part = weight * pdi_surface_correction_compute_moments(o, xi, f) / o->axial_moment;
         double z = pdi_surface_correction_exponent(own, f, 1.0) +
-                   pdi_surface_correction_exponent(share + (int64_t)b.to * all, f, -1.0);
+                   pdi_surface_correction_exponent(share + (int64_t)b.neighbour * all, f, -1.0);
         double factor = part * pdi_surface_correction_bounded_exp(z, &slope);
         slope *= part;
         for (int k = 0; k < all; k++)
@@ -185,13 +185,13 @@ static void pdi_surface_correction_reflection_signs(int flip, double *sign)
 /* Multipliers of mirror images: those of their points, reflected. */
 static void pdi_surface_correction_update_images(const pd_ctx *ctx, const pd_body *body, double *share)
 {
-    int nt = pdi_par_threads(ctx, ((int64_t)body->count - body->own) * PD_SURFACE_CORRECTION_MOMENTS);
+    int nt = pdi_par_threads(ctx, ((int64_t)body->count - body->real_count) * PD_SURFACE_CORRECTION_MOMENTS);
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int32_t i = body->own; i < body->count; i++) {
-        const double *own = share + (int64_t)body->of[i - body->own] * PD_SURFACE_CORRECTION_MOMENTS;
+    for (int32_t i = body->real_count; i < body->count; i++) {
+        const double *own = share + (int64_t)body->image_source[i - body->real_count] * PD_SURFACE_CORRECTION_MOMENTS;
         double *image = share + (int64_t)i * PD_SURFACE_CORRECTION_MOMENTS, sign[PD_SURFACE_CORRECTION_MOMENTS];
-        pdi_surface_correction_reflection_signs(body->flip[i - body->own], sign);
+        pdi_surface_correction_reflection_signs(body->image_reflection[i - body->real_count], sign);
         for (int k = 0; k < PD_SURFACE_CORRECTION_MOMENTS; k++) image[k] = sign[k] * own[k];
     }
 }
@@ -205,13 +205,13 @@ static int32_t pdi_surface_correction_find_incomplete(const pd_ctx *ctx, const p
     int32_t found = 0;
     (void)nt;
     PDI_PARALLEL_FOR(nt)
-    for (int32_t i = 0; i < body->own; i++) {
+    for (int32_t i = 0; i < body->real_count; i++) {
         double gap[PD_SURFACE_CORRECTION_MOMENTS], most = 0.0;
         pdi_surface_correction_compute_residual(o, share, i, gap, NULL);
         for (int k = 0; k < PD_SURFACE_CORRECTION_MOMENTS; k++) most = pdi_max(most, fabs(gap[k]));
         cut[i] = most > PDI_SURFACE_CORRECTION_COMPLETE;
     }
-    for (int32_t i = 0; i < body->own; i++)
+    for (int32_t i = 0; i < body->real_count; i++)
         if (cut[i]) cut[found++] = i;
     return found;
 }
@@ -241,7 +241,7 @@ static void pdi_surface_correction_iterate(const pd_ctx *ctx, const pdi_surface_
 
 PDI_FN pd_status pdi_surface_correction_solve(pd_ctx *ctx, const pdi_surface_correction *o, double *share)
 {
-    int32_t count = o->bonds->body->count, own = o->bonds->body->own, *cut = NULL;
+    int32_t count = o->bonds->body->count, own = o->bonds->body->real_count, *cut = NULL;
     double *change = NULL;
     float *factor = NULL;
     pdi_par_zero(ctx, (int64_t)count * PD_SURFACE_CORRECTION_MOMENTS, share);

@@ -27,15 +27,15 @@ PDI_FN void pdi_verlet_list(pdi_array_visitor *owner, void *object)
 pd_status pd_verlet_build(pd_ctx *ctx, const pd_material_interface *solid, const pd_verlet_desc *desc, pd_verlet *d)
 {
     memset(d, 0, sizeof *d);
-    if (!(desc->density > 0.0) || !(desc->density < 1e100) || !(desc->share >= 0.0) ||
-        !(desc->share <= PDI_VERLET_MAX_FRACTION))
+    if (!(desc->density > 0.0) || !(desc->density < 1e100) || !(desc->step_fraction >= 0.0) ||
+        !(desc->step_fraction <= PDI_VERLET_MAX_FRACTION))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "verlet",
                         "a density of %g kg/m3 and %g of the stable step, expected a positive density and 0 to 1",
-                        desc->density, desc->share);
+                        desc->density, desc->step_fraction);
     d->desc = *desc;
     d->solid = *solid;
-    d->longest =
-        (desc->share > 0.0 ? desc->share : PDI_VERLET_DEFAULT_FRACTION) * solid->limit(solid->self, desc->density);
+    d->max_step = (desc->step_fraction > 0.0 ? desc->step_fraction : PDI_VERLET_DEFAULT_FRACTION) *
+                  solid->stable_step(solid->self, desc->density);
     pd_status status = pdi_array_registry_build(ctx, pdi_verlet_list, d);
     if (status < 0) pd_verlet_free(ctx, d);
     return status;
@@ -63,7 +63,7 @@ double pd_verlet_kinetic(const pd_verlet *d)
 static void pdi_verlet_half_kick(const pd_verlet *d, double dt, int64_t first, int64_t end)
 {
     const double *PD_RESTRICT force = d->force, *PD_RESTRICT load = d->desc.load;
-    const uint8_t *PD_RESTRICT held = d->desc.held;
+    const uint8_t *PD_RESTRICT held = d->desc.prescribed;
     double *PD_RESTRICT v = d->v, part = 0.5 * dt / d->desc.density;
     if (held)
         for (int64_t k = first; k < end; k++) v[k] = held[k] ? v[k] : v[k] + part * (force[k] + (load ? load[k] : 0.0));
@@ -76,9 +76,9 @@ static void pdi_verlet_half_kick(const pd_verlet *d, double dt, int64_t first, i
 /* Adds the work of half a step: of loads on free components, and of the forces that prescribe velocities. */
 static void pdi_verlet_add_work(const pd_verlet *d, double dt, int64_t first, int64_t end, pdi_compensated_sum *all)
 {
-    for (int64_t k = first; k < end && (d->desc.load || d->desc.held); k++) {
+    for (int64_t k = first; k < end && (d->desc.load || d->desc.prescribed); k++) {
         double load = d->desc.load ? d->desc.load[k] : 0.0;
-        if (d->desc.held && d->desc.held[k]) load = -d->force[k];
+        if (d->desc.prescribed && d->desc.prescribed[k]) load = -d->force[k];
         if (load < 0.0 || load > 0.0)
             pdi_compensated_sum_add(all, 0.5 * dt * d->solid.body->volume[k / PD_DIM] * load * d->v[k]);
     }
@@ -132,9 +132,9 @@ static double pdi_verlet_half_step(const pd_ctx *ctx, pd_verlet *d, double dt, i
 static pd_status pdi_verlet_process_limit(pd_ctx *ctx, void *self, pd_step *s)
 {
     const pd_verlet *d = (const pd_verlet *)self;
-    s->dt = pdi_min(s->dt, d->longest);
+    s->dt = pdi_min(s->dt, d->max_step);
     PDI_TRY(pdi_physics_limit_max_step(ctx, self, s));
-    s->dt = pdi_physics_equal_steps(s->limit - s->time, s->dt);
+    s->dt = pdi_physics_equal_steps(s->latest_end - s->time, s->dt);
     return PD_OK;
 }
 
@@ -142,8 +142,8 @@ static pd_status pdi_verlet_process_limit(pd_ctx *ctx, void *self, pd_step *s)
 static pd_status pdi_verlet_compute_force(pd_ctx *ctx, pd_verlet *d, const double *v, double dt)
 {
     const pd_material_interface *solid = &d->solid;
-    if (solid->move) {
-        d->broken += solid->move(ctx, solid->self, d->u, v, dt, d->force);
+    if (solid->dynamic_force) {
+        d->broken += solid->dynamic_force(ctx, solid->self, d->u, v, dt, d->force);
         return PD_OK;
     }
     pd_status status = solid->force(ctx, solid->self, d->u, d->force);
@@ -190,11 +190,11 @@ pd_physics pd_verlet_process(pd_verlet *d)
     p.self = d;
     p.time = &d->time;
     p.steps = &d->steps;
-    p.longest = pdi_physics_limit_max_step;
+    p.max_run_step = pdi_physics_limit_max_step;
     p.limit = pdi_verlet_process_limit;
     p.attempt = pdi_verlet_process_attempt;
     p.accept = pdi_verlet_process_accept;
-    p.store = pdi_verlet_process_store;
+    p.checkpoint = pdi_verlet_process_store;
     return p;
 }
 

@@ -11,9 +11,9 @@
 
 typedef struct pd_verlet_desc {
     double density;      /* [kg/m3] */
-    double share;        /* [-] time step over the longest stable one; 0: 0.8 */
+    double step_fraction; /* [-] time step over the longest stable one; 0: 0.8 */
     const double *load;  /* [count][PD_DIM] [N/m3]; NULL: none. Borrowed, may change between steps */
-    const uint8_t *held; /* [count][PD_DIM] 1: this velocity is prescribed; NULL: none. Borrowed */
+    const uint8_t *prescribed; /* [count][PD_DIM] 1: this velocity is prescribed; NULL: none. Borrowed */
 } pd_verlet_desc;
 
 typedef struct pd_verlet {
@@ -23,7 +23,7 @@ typedef struct pd_verlet {
     double *v;        /* [count][PD_DIM] [m/s] velocities */
     double *force;    /* [count][PD_DIM] [N/m3] of bonds, at the end of the last step */
     double time;      /* [s] */
-    double longest;   /* [s] stable step times share */
+    double max_step;  /* [s] stable step times share */
     double work;      /* [J] (per m in 2D, per m2 in 1D) external work: of loads and of prescribed velocities */
     int64_t steps, broken;
 } pd_verlet;

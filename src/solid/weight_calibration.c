@@ -97,7 +97,7 @@ static void pdi_weight_calibration_compute_family_moments(const pdi_weight_calib
     const pd_body *body = o->body;
     for (int d = 0; d < PD_DIM; d++) part[d] = 0.0;
     for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {
-        double xi[PD_DIM], volume = body->volume[f.to];
+        double xi[PD_DIM], volume = body->volume[f.neighbour];
         pdi_body_bond_vector(body, i, &f, xi);
         double square = pdi_vec_dot(xi, xi), weight = pdi_body_compute_bond_weight(body, o->influence, xi);
         double inside = volume * pdi_body_compute_bond_weight(body, PD_INFLUENCE_CONSTANT, xi);
@@ -138,7 +138,7 @@ static double pdi_weight_calibration_bond_weight(const void *self, int32_t i, co
     weight *= 1.0 + o->anisotropy * pdi_weight_calibration_cubic_harmonic(xi, pdi_vec_dot(xi, xi));
     if (!o->family_moments) return weight;
     return weight * pdi_weight_calibration_bond_factor(o, o->family_moments + (int64_t)i * PD_DIM,
-                                                       o->family_moments + (int64_t)bond->to * PD_DIM, xi);
+                                                       o->family_moments + (int64_t)bond->neighbour * PD_DIM, xi);
 }
 
 PDI_FN pd_status pdi_weight_calibration_compute_weights(pd_ctx *ctx, const pdi_weight_calibration *o,

@@ -11,12 +11,12 @@
 PDI_FN void pdi_anderson_list(pdi_array_visitor *owner, void *object)
 {
     pd_anderson *anderson = (pd_anderson *)object;
-    PDI_ARRAY(owner, anderson, x, anderson->n, "");
-    PDI_ARRAY(owner, anderson, step, anderson->n, "");
-    PDI_ARRAY(owner, anderson, best, anderson->n, "");
-    PDI_ARRAY(owner, anderson, shortest, anderson->n, "");
-    PDI_ARRAY(owner, anderson, turn, anderson->n * PD_ANDERSON_HISTORY, "1");
-    PDI_ARRAY(owner, anderson, way, anderson->n * PD_ANDERSON_HISTORY, "1");
+    PDI_ARRAY(owner, anderson, previous_x, anderson->n, "");
+    PDI_ARRAY(owner, anderson, previous_residual, anderson->n, "");
+    PDI_ARRAY(owner, anderson, best_x, anderson->n, "");
+    PDI_ARRAY(owner, anderson, best_residual, anderson->n, "");
+    PDI_ARRAY(owner, anderson, residual_differences, anderson->n * PD_ANDERSON_HISTORY, "1");
+    PDI_ARRAY(owner, anderson, iterate_differences, anderson->n * PD_ANDERSON_HISTORY, "1");
 }
 
 /* Dot product x.y, in fixed order. */
@@ -33,21 +33,21 @@ static void pdi_anderson_add_difference(pd_anderson *a, const double *x, const d
 {
     if (a->count == PD_ANDERSON_HISTORY) a->count = 0;
     for (;;) {
-        double *turn = a->turn + a->count * a->n, *way = a->way + a->count * a->n;
+        double *turn = a->residual_differences + a->count * a->n, *way = a->iterate_differences + a->count * a->n;
         for (int64_t k = 0; k < a->n; k++) {
-            turn[k] = step[k] - a->step[k];
-            way[k] = x[k] - a->x[k];
+            turn[k] = step[k] - a->previous_residual[k];
+            way[k] = x[k] - a->previous_x[k];
         }
         double whole = sqrt(pdi_anderson_dot(a, turn, turn));
         for (int j = 0; j < a->count; j++) {
-            double part = pdi_anderson_dot(a, a->turn + j * a->n, turn);
+            double part = pdi_anderson_dot(a, a->residual_differences + j * a->n, turn);
             for (int64_t k = 0; k < a->n; k++) {
-                turn[k] -= part * a->turn[j * a->n + k];
-                way[k] -= part * a->way[j * a->n + k];
+                turn[k] -= part * a->residual_differences[j * a->n + k];
+                way[k] -= part * a->iterate_differences[j * a->n + k];
             }
         }
         double left = sqrt(pdi_anderson_dot(a, turn, turn));
-        if (left > PDI_ANDERSON_DEPENDENT * whole && whole > PDI_ANDERSON_ROUNDING * a->size) {
+        if (left > PDI_ANDERSON_DEPENDENT * whole && whole > PDI_ANDERSON_ROUNDING * a->previous_norm) {
             for (int64_t k = 0; k < a->n; k++) {
                 turn[k] /= left;
                 way[k] /= left;
@@ -63,57 +63,57 @@ static void pdi_anderson_add_difference(pd_anderson *a, const double *x, const d
 /* Store x and its residual, of norm `size`, as the previous iterate. */
 static void pdi_anderson_set_previous(pd_anderson *a, const double *x, const double *step, double size)
 {
-    memcpy(a->x, x, (size_t)a->n * sizeof *x);
-    memcpy(a->step, step, (size_t)a->n * sizeof *step);
-    a->size = size;
-    a->known = 1;
+    memcpy(a->previous_x, x, (size_t)a->n * sizeof *x);
+    memcpy(a->previous_residual, step, (size_t)a->n * sizeof *step);
+    a->previous_norm = size;
+    a->has_previous = 1;
 }
 
 /* Track the best iterate. Returns 1 on divergence, after residuals that grew twice in a row: x and step are then
  * replaced by the best iterate and its residual. */
 static int pdi_anderson_is_diverging(pd_anderson *a, double *x, double *step, double size)
 {
-    if (!a->known || size <= a->least) {
-        memcpy(a->best, x, (size_t)a->n * sizeof *x);
-        memcpy(a->shortest, step, (size_t)a->n * sizeof *step);
-        a->least = size;
-        a->grown = 0;
+    if (!a->has_previous || size <= a->least_norm) {
+        memcpy(a->best_x, x, (size_t)a->n * sizeof *x);
+        memcpy(a->best_residual, step, (size_t)a->n * sizeof *step);
+        a->least_norm = size;
+        a->growth_count = 0;
         return 0;
     }
-    a->grown = size > a->size ? a->grown + 1 : 0;
-    if (a->grown < 2) return 0;
-    memcpy(x, a->best, (size_t)a->n * sizeof *x);
-    memcpy(step, a->shortest, (size_t)a->n * sizeof *step);
-    a->grown = 0;
+    a->growth_count = size > a->previous_norm ? a->growth_count + 1 : 0;
+    if (a->growth_count < 2) return 0;
+    memcpy(x, a->best_x, (size_t)a->n * sizeof *x);
+    memcpy(step, a->best_residual, (size_t)a->n * sizeof *step);
+    a->growth_count = 0;
     return 1;
 }
 
 PDI_FN void pdi_anderson_reset(pd_anderson *a)
 {
-    a->count = a->known = 0;
-    a->part = 1.0;
+    a->count = a->has_previous = 0;
+    a->mixing = 1.0;
 }
 
 PDI_FN void pdi_anderson_update(pd_anderson *a, double *x, double *step)
 {
     double size = sqrt(pdi_anderson_dot(a, step, step));
-    if (!a->known) pdi_anderson_reset(a);
+    if (!a->has_previous) pdi_anderson_reset(a);
     if (pdi_anderson_is_diverging(a, x, step, size)) {
-        size = a->least;
-        a->part *= 0.5;
+        size = a->least_norm;
+        a->mixing *= 0.5;
         a->count = 0;
-    } else if (a->known) {
+    } else if (a->has_previous) {
         pdi_anderson_add_difference(a, x, step);
     }
     pdi_anderson_set_previous(a, x, step, size);
     for (int j = 0; j < a->count; j++) {
-        double part = pdi_anderson_dot(a, a->turn + j * a->n, step);
+        double part = pdi_anderson_dot(a, a->residual_differences + j * a->n, step);
         for (int64_t k = 0; k < a->n; k++) {
-            step[k] -= part * a->turn[j * a->n + k];
-            x[k] -= part * a->way[j * a->n + k];
+            step[k] -= part * a->residual_differences[j * a->n + k];
+            x[k] -= part * a->iterate_differences[j * a->n + k];
         }
     }
-    for (int64_t k = 0; k < a->n; k++) x[k] += a->part * step[k];
+    for (int64_t k = 0; k < a->n; k++) x[k] += a->mixing * step[k];
 }
 
 #undef PDI_ANDERSON_DEPENDENT

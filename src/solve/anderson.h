@@ -17,17 +17,17 @@
 typedef struct pd_anderson {
     int64_t n;      /* entries of a vector */
     int count;      /* differences in the history */
-    int known;      /* 1: there is a previous iterate */
-    double *x;      /* [n] [unit of x] the previous iterate */
-    double *step;   /* [n] [unit of x] its residual g(x) - x */
-    int grown;      /* times in a row that the residual has grown above the least one */
-    double size;    /* [unit of x] norm of the previous residual */
-    double least;   /* [unit of x] least norm of all residuals */
-    double part;    /* [-] mixing (damping) factor; 1 until a restart halves it */
-    double *best;   /* [n] [unit of x] the iterate of the least residual */
-    double *shortest; /* [n] [unit of x] that residual */
-    double *turn;   /* [KEPT][n] [-] differences of residuals, orthonormal */
-    double *way;    /* [KEPT][n] [-] differences of iterates, transformed with them */
+    int has_previous;             /* 1: there is a previous iterate */
+    double *previous_x;           /* [n] [unit of x] the previous iterate */
+    double *previous_residual;    /* [n] [unit of x] its residual g(x) - x */
+    int growth_count;             /* times in a row that the residual has grown above the least one */
+    double previous_norm;         /* [unit of x] norm of the previous residual */
+    double least_norm;            /* [unit of x] least norm of all residuals */
+    double mixing;                /* [-] mixing (damping) factor; 1 until a restart halves it */
+    double *best_x;               /* [n] [unit of x] the iterate of the least residual */
+    double *best_residual;        /* [n] [unit of x] that residual */
+    double *residual_differences; /* [KEPT][n] [-] differences of residuals, orthonormal */
+    double *iterate_differences;  /* [KEPT][n] [-] differences of iterates, transformed with them */
 } pd_anderson;
 
 #ifdef PDI_INTERNAL

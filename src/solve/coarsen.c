@@ -33,7 +33,7 @@ static void pdi_coarsen_list(pdi_array_visitor *owner, void *object)
     pd_smoother_level *level = (pd_smoother_level *)object;
     int64_t cells = level->cell_capacity;
     PDI_ARRAY(owner, level, values, (int64_t)(1 + pdi_coarsen_floats_per_cell(level->contrast)) * cells, "1");
-    if (level->contrast) PDI_ARRAY(owner, level, sum, cells, "1");
+    if (level->contrast) PDI_ARRAY(owner, level, coarse_correction, cells, "1");
     PDI_ARRAY(owner, level, indices, 4 * cells + 2, "1");
     PDI_ARRAY_GROWING(owner, level, child, level->child_capacity, "1");
     PDI_ARRAY_GROWING(owner, level, line, level->line_capacity, "1");
@@ -78,8 +78,8 @@ static pd_status pdi_coarsen_reserve_cells(pd_ctx *ctx, int contrast, pd_smoothe
     level->x = level->values;
     level->b = level->x + room;
     level->r = level->b + room;
-    level->inv = level->r + room;
-    level->excess = contrast ? level->inv + room : NULL;
+    level->inverse_diagonal = level->r + room;
+    level->row_sum = contrast ? level->inverse_diagonal + room : NULL;
     level->parent = level->indices;
     level->block = level->parent + room;
     level->row = level->block + room;
@@ -96,7 +96,7 @@ static pd_status pdi_coarsen_reserve_links(pd_ctx *ctx, int symmetric, pd_smooth
     if (other || links > level->link_capacity || !level->a)
         PDI_TRY(pdi_array_registry_rebuild(ctx, pdi_coarsen_link_list, level, &level->link_capacity,
                                            links + PDI_COARSEN_SPARE_LINKS));
-    level->back = symmetric ? level->a : level->a + level->link_capacity;
+    level->reverse = symmetric ? level->a : level->a + level->link_capacity;
     return PD_OK;
 }
 
@@ -105,7 +105,7 @@ static pd_status pdi_coarsen_reserve_links(pd_ctx *ctx, int symmetric, pd_smooth
 /* 1: cell c of level 0 is inactive, by its zero diagonal; known for symmetric storage only. */
 static int pdi_coarsen_is_inactive(const pd_smoother_level *level, int32_t c)
 {
-    return level->shared && !(level->inv[c] > 0.0f);
+    return level->symmetric_storage && !(level->inverse_diagonal[c] > 0.0f);
 }
 
 /* Indices i [PD_DIM] of the block of cell c. */
@@ -133,7 +133,7 @@ static int pdi_coarsen_is_excluded(const pd_smoother_level *level, int32_t c)
     pdi_coarsen_link link;
     if (level->r[c] >= PDI_COARSEN_RELAX_LEFT) return 0;
     PDI_COARSEN_FOR_LINKS(level, c, k, link) shared += fminf(link.a, link.reverse);
-    return shared * level->inv[c] < PDI_COARSEN_WEAK_COUPLING;
+    return shared * level->inverse_diagonal[c] < PDI_COARSEN_WEAK_COUPLING;
 }
 
 /* Sum the link coefficients of the cells first .. end-1, and mark those that take part in the next level: cells with a
@@ -174,7 +174,7 @@ static void pdi_coarsen_relax_compatibly(const pd_ctx *ctx, const pdi_coarsen_op
     memcpy(level->parent, level->x, bytes); /* arrays that are not in use yet hold copies */
     memcpy(options->mark, level->b, bytes);
     for (int32_t c = 0; c < level->cells; c++) {
-        level->x[c] = level->inv[c] > 0.0f ? 1.0f : 0.0f;
+        level->x[c] = level->inverse_diagonal[c] > 0.0f ? 1.0f : 0.0f;
         level->b[c] = 0.0f;
     }
     int nt = pdi_par_threads(ctx, (int64_t)level->cells * PDI_SMOOTHER_WORK);
@@ -299,7 +299,7 @@ static pd_status pdi_coarsen_number_cells(pd_ctx *ctx, const pdi_coarsen_options
     int32_t *parent = level->parent, *offset = options->mark, keys = options->symmetric ? 2 : 1, cells = 0, key;
     for (int d = 0; d < PD_DIM; d++) {
         coarse->n[d] = level->halve[d] ? (level->n[d] + 1) / 2 : level->n[d];
-        coarse->wrap[d] = pdi_coarsen_is_periodic(options->symmetric, coarse->n[d], level->wrap[d]);
+        coarse->periodic[d] = pdi_coarsen_is_periodic(options->symmetric, coarse->n[d], level->periodic[d]);
         if (!options->symmetric) keys *= coarse->n[d];
     }
     for (int32_t k = 0; k <= keys; k++) offset[k] = 0;
@@ -350,8 +350,8 @@ static pd_status pdi_coarsen_build_children(pd_ctx *ctx, const pd_smoother_level
 static void pdi_coarsen_compute_widths(const pd_smoother_level *level, pd_smoother_level *coarse)
 {
     for (int d = 0; d < PD_DIM; d++) {
-        float last = level->last[d];
-        coarse->last[d] = !level->halve[d] ? last : level->n[d] % 2 ? 0.5f * last : 0.5f * (1.0f + last);
+        float last = level->last_width[d];
+        coarse->last_width[d] = !level->halve[d] ? last : level->n[d] % 2 ? 0.5f * last : 0.5f * (1.0f + last);
     }
 }
 
@@ -362,9 +362,9 @@ static float pdi_coarsen_link_factor(const pd_smoother_level *level, const pd_sm
     int d = link->axis, n = level->n[d];
     if (!level->halve[d]) return 1.0f;
     int above = i[d] + link->upper; /* block above the face */
-    if (above == 0 || above == n) return (1.0f + level->last[d]) / (1.0f + coarse->last[d]) * 0.5f;
-    float fine = above == n - 1 ? 0.5f * (1.0f + level->last[d]) : 1.0f;
-    return fine / (above / 2 == coarse->n[d] - 1 ? 1.0f + coarse->last[d] : 2.0f);
+    if (above == 0 || above == n) return (1.0f + level->last_width[d]) / (1.0f + coarse->last_width[d]) * 0.5f;
+    float fine = above == n - 1 ? 0.5f * (1.0f + level->last_width[d]) : 1.0f;
+    return fine / (above / 2 == coarse->n[d] - 1 ? 1.0f + coarse->last_width[d] : 2.0f);
 }
 
 /* The same for the half cell at a Dirichlet wall. The normal of the wall is unknown; where all axes are halved it does
@@ -378,7 +378,7 @@ static float pdi_coarsen_wall_factor(const pd_smoother_level *level, const pd_sm
     for (int d = 0; d < PD_DIM; d++) {
         if (!level->halve[d] && level->n[d] > 1) return 1.0f;
         if (level->halve[d] && i[d] == coarse->n[d] - 1)
-            factor = fmaxf(factor, 0.5f * level->last[d] / coarse->last[d]);
+            factor = fmaxf(factor, 0.5f * level->last_width[d] / coarse->last_width[d]);
     }
     return factor;
 }
@@ -388,7 +388,7 @@ static int pdi_coarsen_is_link_dropped(const pd_smoother_level *level, const pd_
                                        const pdi_coarsen_link *link)
 {
     int d = link->axis;
-    return level->wrap[d] && !coarse->wrap[d] && i[d] == (link->upper ? level->n[d] - 1 : 0);
+    return level->periodic[d] && !coarse->periodic[d] && i[d] == (link->upper ? level->n[d] - 1 : 0);
 }
 
 /* Index of column q among the entries start .. end-1 of a row; `end` when it is new. mark: last index of each column;
@@ -435,19 +435,19 @@ static int32_t pdi_coarsen_assemble_row(const pd_smoother_level *level, pd_smoot
                 if (fill) {
                     coarse->col[at] = q;
                     coarse->face[at] = (uint8_t)(2 * link.axis + link.upper);
-                    coarse->a[at] = coarse->back[at] = 0.0f;
+                    coarse->a[at] = coarse->reverse[at] = 0.0f;
                 }
             }
             if (!fill) continue;
             /* the smaller coefficient is the conductance, the difference the flow out of p */
             coarse->a[at] += fminf(link.a, link.reverse) * pdi_coarsen_link_factor(level, coarse, i, &link);
-            if (flows) coarse->back[at] += link.reverse - link.a;
+            if (flows) coarse->reverse[at] += link.reverse - link.a;
         }
     }
     for (int32_t k = start; flows && k < end; k++) {
-        float g = coarse->a[k], f = coarse->back[k];
+        float g = coarse->a[k], f = coarse->reverse[k];
         coarse->a[k] = g + (f < 0.0f ? -f : 0.0f);
-        coarse->back[k] = g + (f > 0.0f ? f : 0.0f);
+        coarse->reverse[k] = g + (f > 0.0f ? f : 0.0f);
     }
     return end;
 }
@@ -489,7 +489,7 @@ static pd_status pdi_coarsen_assemble_links(pd_ctx *ctx, const pdi_coarsen_optio
 PDI_FN void pdi_coarsen_compute_diagonals(const pdi_coarsen_options *options, const pd_smoother_level *level,
                                           pd_smoother_level *coarse)
 {
-    float least = coarse->sum ? PDI_COARSEN_MIN_DIAGONAL_CONTRAST : PDI_COARSEN_MIN_DIAGONAL;
+    float least = coarse->coarse_correction ? PDI_COARSEN_MIN_DIAGONAL_CONTRAST : PDI_COARSEN_MIN_DIAGONAL;
     for (int32_t p = 0; p < coarse->cells; p++) {
         /* excluded cells keep their values: they act as Dirichlet neighbours */
         float mass = options->symmetric ? 0.0f : coarse->r[p], wall = 0.0f, links = 0.0f, stiff = 0.0f;
@@ -498,15 +498,15 @@ PDI_FN void pdi_coarsen_compute_diagonals(const pdi_coarsen_options *options, co
             int32_t c = coarse->child[j];
             mass += level->b[c];
             wall += level->x[c];
-            free += level->excess ? (double)level->excess[c] - (double)level->x[c] : 0.0;
-            if (level->inv[c] > 0.0f) stiff += 1.0f / level->inv[c];
+            free += level->row_sum ? (double)level->row_sum[c] - (double)level->x[c] : 0.0;
+            if (level->inverse_diagonal[c] > 0.0f) stiff += 1.0f / level->inverse_diagonal[c];
         }
         wall *= pdi_coarsen_wall_factor(level, coarse, p);
-        for (int32_t k = coarse->row[p]; k < coarse->row[p + 1]; k++) links += coarse->back[k];
+        for (int32_t k = coarse->row[p]; k < coarse->row[p + 1]; k++) links += coarse->reverse[k];
         float diag = mass + wall + links;
         if (links == 0.0f && diag > 0.0f) diag = fmaxf(diag, least * stiff);
-        coarse->inv[p] = diag > 0.0f ? 1.0f / diag : 0.0f;
-        if (coarse->excess) coarse->excess[p] = (float)(free + (double)wall);
+        coarse->inverse_diagonal[p] = diag > 0.0f ? 1.0f / diag : 0.0f;
+        if (coarse->row_sum) coarse->row_sum[p] = (float)(free + (double)wall);
         coarse->r[p] = 0.0f;
         coarse->b[p] = mass;
         coarse->x[p] = wall;

@@ -31,7 +31,7 @@ static inline int pdi_coarsen_get_link(const pd_smoother_level *level, int32_t c
     if (level->row) {
         link->cell = level->col[k];
         link->a = level->a[k];
-        link->reverse = level->back[k];
+        link->reverse = level->reverse[k];
         link->axis = level->face[k] >> 1;
         link->upper = level->face[k] & 1;
         return 1;
@@ -39,7 +39,7 @@ static inline int pdi_coarsen_get_link(const pd_smoother_level *level, int32_t c
     link->axis = k >> 1;
     link->upper = k & 1;
     int32_t stride = pdi_smoother_stride(level->n, link->axis);
-    if (level->edge && level->edge[c]) {
+    if (level->has_periodic_neighbour && level->has_periodic_neighbour[c]) {
         link->cell = pdi_smoother_find_neighbour(level, stride, link->axis, link->upper, c);
         if (link->cell < 0) return 0;
         link->a = pdi_smoother_get_coefficient(level, link->axis, link->upper, c, link->cell);

@@ -16,7 +16,7 @@ PDI_FN void pdi_compact_operator_list(pdi_array_visitor *owner, void *object)
 {
     pd_compact_operator *compact = (pd_compact_operator *)object;
     PDI_ARRAY_UNINIT(owner, compact, active, compact->cells, "1");
-    PDI_ARRAY_UNINIT(owner, compact, wall, compact->cells, "1");
+    PDI_ARRAY_UNINIT(owner, compact, dirichlet, compact->cells, "1");
     PDI_ARRAY_UNINIT(owner, compact, mass, compact->cells, "1/s");
 }
 
@@ -24,7 +24,7 @@ PDI_FN void pdi_compact_operator_face_list(pdi_array_visitor *owner, void *objec
 {
     pd_compact_operator *compact = (pd_compact_operator *)object;
     for (int d = 0; d < PD_DIM; d++) {
-        PDI_ARRAY_UNINIT(owner, compact, conduct[d], compact->cells, "1/s");
+        PDI_ARRAY_UNINIT(owner, compact, conductance[d], compact->cells, "1/s");
         if (compact->with_flux) PDI_ARRAY_UNINIT(owner, compact, flux[d], compact->cells, "1/s");
     }
 }
@@ -61,8 +61,8 @@ static double pdi_compact_operator_wall_distance(const pdi_compact_operator_bc *
                                                  int d, int up)
 {
     const pd_bonds *walls = pdi_grid_is_open(kind) ? NULL : faces->wall_bonds;
-    int32_t row = walls ? walls->row[node] : -1;
-    return row >= 0 ? fabs(walls->leg[((int64_t)row * PD_DIM + d) * 2 + up]) : 0.5;
+    int32_t row = walls ? walls->row_of_node[node] : -1;
+    return row >= 0 ? fabs(walls->neighbour_distance[((int64_t)row * PD_DIM + d) * 2 + up]) : 0.5;
 }
 
 /* Assemble the coefficients of one fluid cell: faces, Dirichlet terms, outflow. */
@@ -81,7 +81,7 @@ static void pdi_compact_operator_assemble_cell(pd_compact_operator *c, int64_t c
             double face = 0.5 * (circumference + pdi_grid_circumference(grid, other));
             double inverse = face / (grid->h[d] * grid->h[d]);
             uint8_t kind = grid->kind[other];
-            double diffusivity = media ? media->at[node] : constant;
+            double diffusivity = media ? media->node_value[node] : constant;
             if (kind == PD_IMAGE) {
                 if (grid->side[2 * d + up] != PD_SIDE_PERIODIC) continue; /* nothing passes a mirror */
                 kind = PD_FLUID;
@@ -89,8 +89,8 @@ static void pdi_compact_operator_assemble_cell(pd_compact_operator *c, int64_t c
             if (kind == PD_FLUID) {
                 if (u) outflow += (up ? face : -face) * 0.5 * (u[node] + u[other]) / grid->h[d];
                 if (!up) continue;
-                if (media) diffusivity = pdi_bond_diffusivity_get(media, node, other, media->unit[d]);
-                c->conduct[d][cell] =
+                if (media) diffusivity = pdi_bond_diffusivity_get(media, node, other, media->unit_bond[d]);
+                c->conductance[d][cell] =
                     (float)(inverse * (u ? pdi_compact_operator_face_diffusion(grid, v, diffusivity, node, other, d)
                                          : diffusivity));
                 if (u) c->flux[d][cell] = (float)(face * 0.5 * (u[node] + u[other]) / grid->h[d]);
@@ -105,7 +105,7 @@ static void pdi_compact_operator_assemble_cell(pd_compact_operator *c, int64_t c
     }
     /* interpolated face velocities are not divergence-free: a net inflow must not accumulate */
     if (v->numerical_diffusivity) mass += pdi_max(-outflow, 0.0);
-    c->wall[cell] = (float)wall;
+    c->dirichlet[cell] = (float)wall;
     c->mass[cell] = (float)mass;
 }
 
@@ -131,10 +131,10 @@ PDI_FN void pdi_compact_operator_assemble(const pd_ctx *ctx, double diffusivity,
             int32_t node = pd_grid_node(grid, i);
             int fluid = grid->kind[node] == PD_FLUID;
             c->active[cell] = (uint8_t)fluid;
-            c->wall[cell] = 0.0f;
+            c->dirichlet[cell] = 0.0f;
             c->mass[cell] = fluid ? (float)mass : 0.0f;
             for (int d = 0; d < PD_DIM; d++) {
-                c->conduct[d][cell] = 0.0f;
+                c->conductance[d][cell] = 0.0f;
                 if (c->flux[d]) c->flux[d][cell] = 0.0f;
             }
             if (fluid) pdi_compact_operator_assemble_cell(c, cell, node, diffusivity, media, convection, faces);
@@ -172,9 +172,9 @@ PDI_FN void pdi_compact_operator_multigrid_desc(const pd_grid *grid, pd_multigri
         desc->stride[d] = grid->stride[d];
         desc->periodic[d] = grid->side[2 * d] == PD_SIDE_PERIODIC;
     }
-    desc->contrast = pdi_compact_operator_needs_double(grid->n, grid->h);
+    desc->high_contrast = pdi_compact_operator_needs_double(grid->n, grid->h);
     desc->first = pd_grid_node(grid, origin);
-    desc->weight = grid->circumference ? grid->circumference + grid->ghost : NULL;
+    desc->rhs_weight = grid->circumference ? grid->circumference + grid->ghost : NULL;
 }
 
 PDI_FN void pdi_compact_operator_upwind_diffusion(const pd_stencil *s, double share, double *spread)
@@ -183,8 +183,8 @@ PDI_FN void pdi_compact_operator_upwind_diffusion(const pd_stencil *s, double sh
     for (int k = 0; k < s->count; k++)
         for (int a = 0; a < PD_DIM; a++)
             for (int b = 0; b < PD_DIM; b++)
-                spread[a * PD_DIM + b] +=
-                    share * 0.5 * fabs(s->grad[k * PD_DIM + a]) * s->xi[k * PD_DIM + b] * s->xi[k * PD_DIM + b];
+                spread[a * PD_DIM + b] += share * 0.5 * fabs(s->gradient_weight[k * PD_DIM + a]) *
+                                          s->xi[k * PD_DIM + b] * s->xi[k * PD_DIM + b];
 }
 
 PDI_FN double pdi_compact_operator_inverse_excess(const pd_stencil *s)

@@ -19,10 +19,10 @@ typedef struct pd_compact_operator {
     int64_t cells; /* of the box, without ghosts */
     int with_flux; /* 1: there is convection */
     uint8_t *active;         /* [cells] 1: fluid */
-    float *conduct[PD_DIM];  /* [cells] [1/s or 1/m2] diffusive coefficient of the upper face */
+    float *conductance[PD_DIM]; /* [cells] [1/s or 1/m2] diffusive coefficient of the upper face */
     float *flux[PD_DIM];     /* [cells] [1/s] volume flow through that face upwards over cell volume, NULL without
                               * flow */
-    float *wall;             /* [cells] Dirichlet coefficients of walls, inlets and outlets */
+    float *dirichlet;        /* [cells] Dirichlet coefficients of walls, inlets and outlets */
     float *mass;             /* [cells] diagonal terms: outflow, and 1/dt of the time derivative */
 } pd_compact_operator;
 

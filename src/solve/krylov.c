@@ -28,14 +28,14 @@ typedef struct pdi_krylov_state {
 /* Size of `small`: rotations, right-hand side, coefficients, and last the Hessenberg matrix, which may grow. */
 static int64_t pdi_krylov_dense_size(const pd_krylov_desc *desc, int columns)
 {
-    int64_t most = desc->most + 1;
+    int64_t most = desc->max_vectors + 1;
     return desc->method == PD_KRYLOV_GMRES ? 4 * most + pdi_hessenberg_column_offset(columns) : 0;
 }
 
 /* Basis vectors whose memory an iterate in double precision takes. */
 static int pdi_krylov_iterate_size(const pd_krylov_desc *desc)
 {
-    return desc->compressed == PD_KRYLOV_INT16 ? 4 : desc->compressed == PD_KRYLOV_SINGLE ? 2 : 1;
+    return desc->basis_precision == PD_KRYLOV_INT16 ? 4 : desc->basis_precision == PD_KRYLOV_SINGLE ? 2 : 1;
 }
 
 /* Floats that store the integers of a vector, and those of its scales; both even. */
@@ -47,20 +47,22 @@ PDI_FN void pdi_krylov_list(pdi_array_visitor *owner, void *object)
 {
     pd_krylov *krylov = (pd_krylov *)object;
     PDI_ARRAY(owner, krylov, work, krylov->desc.n * krylov->vectors, "1");
-    if (krylov->built && krylov->desc.compressed) PDI_ARRAY_UNINIT(owner, krylov, single, krylov->built, "1");
-    if (krylov->built && !krylov->desc.compressed) PDI_ARRAY_UNINIT(owner, krylov, basis, krylov->built, "1");
+    if (krylov->basis_entries && krylov->desc.basis_precision)
+        PDI_ARRAY_UNINIT(owner, krylov, compressed_basis, krylov->basis_entries, "1");
+    if (krylov->basis_entries && !krylov->desc.basis_precision)
+        PDI_ARRAY_UNINIT(owner, krylov, basis, krylov->basis_entries, "1");
 }
 
 static void pdi_krylov_dense_list(pdi_array_visitor *owner, void *object)
 {
     pd_krylov *krylov = (pd_krylov *)object;
-    PDI_ARRAY(owner, krylov, small, pdi_krylov_dense_size(&krylov->desc, krylov->columns), "1");
+    PDI_ARRAY(owner, krylov, dense, pdi_krylov_dense_size(&krylov->desc, krylov->columns), "1");
 }
 
 /* Columns of a chunk by which the basis grows: at most PD_KRYLOV_MAX_CHUNKS chunks reach `most`. */
 static int pdi_krylov_chunk_columns(const pd_krylov *krylov)
 {
-    int more = krylov->desc.most - krylov->base;
+    int more = krylov->desc.max_vectors - krylov->base_columns;
     return more > 0 ? (more + PD_KRYLOV_MAX_CHUNKS - 1) / PD_KRYLOV_MAX_CHUNKS : 0;
 }
 
@@ -70,13 +72,14 @@ static void pdi_krylov_set_layout(pd_krylov *krylov)
     const pd_krylov_desc *d = &krylov->desc;
     int64_t length = krylov->length;
     krylov->stride = length;
-    if (d->compressed == PD_KRYLOV_INT16)
+    if (d->basis_precision == PD_KRYLOV_INT16)
         krylov->stride = pdi_krylov_integer_size(length) + pdi_krylov_scale_size(length);
-    if (!krylov->built) krylov->built = krylov->stride * krylov->basis_vectors;
-    int64_t vectors = krylov->stride ? krylov->built / krylov->stride : krylov->basis_vectors; /* 0: no node at all */
+    if (!krylov->basis_entries) krylov->basis_entries = krylov->stride * krylov->basis_vectors;
+    /* 0: no node at all */
+    int64_t vectors = krylov->stride ? krylov->basis_entries / krylov->stride : krylov->basis_vectors;
     int64_t columns = (vectors - 1) / (d->flexible ? 2 : 1);
-    krylov->base = (int)(columns < d->most ? columns : d->most);
-    krylov->grow = pdi_krylov_chunk_columns(krylov);
+    krylov->base_columns = (int)(columns < d->max_vectors ? columns : d->max_vectors);
+    krylov->chunk_columns = pdi_krylov_chunk_columns(krylov);
 }
 
 PDI_FN void pdi_krylov_set_flexible(pd_krylov *krylov, int flexible)
@@ -91,21 +94,22 @@ PDI_FN pd_status pdi_krylov_init(pd_ctx *ctx, const pd_krylov_desc *desc, pd_kry
     krylov->desc = *desc;
     pd_krylov_desc *d = &krylov->desc;
     if (d->restart == 0) d->restart = 30;
-    if (d->most < d->restart) d->most = d->restart;
+    if (d->max_vectors < d->restart) d->max_vectors = d->restart;
     if (d->max_iterations == 0) d->max_iterations = 200;
     if (d->rtol == 0.0) d->rtol = 1e-8;
     if (d->n < 1) return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "n = %.0f, needs at least 1", (double)d->n);
     if (d->spans && (d->components < 1 || d->n != (int64_t)d->components * d->spans->total))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "n = %.0f, expected %d times %d", (double)d->n, d->components,
                         (int)d->spans->total);
-    krylov->length = d->spans ? (int64_t)d->components * d->spans->nodes : d->n;
-    if (d->restart < 1 || d->restart > 1000 || d->least < 0)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "restart = %d, needs 1 .. 1000 (0: 30); least = %d",
-                        d->restart, d->least);
-    if (d->lean && (d->method != PD_KRYLOV_GMRES || d->flexible || !d->zero_guess))
+    krylov->length = d->spans ? (int64_t)d->components * d->spans->packed_length : d->n;
+    if (d->restart < 1 || d->restart > 1000 || d->initial_vectors < 0)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "restart = %d, needs 1 .. 1000 (0: 30); least = %d", d->restart,
+                        d->initial_vectors);
+    if (d->low_memory && (d->method != PD_KRYLOV_GMRES || d->flexible || !d->zero_guess))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "lean without GMRES and zero_guess, or flexible");
-    krylov->base = d->least && d->least < d->restart ? d->least : d->restart;
-    if (d->lean && krylov->base < 2 * pdi_krylov_iterate_size(d) + 1) krylov->base = 2 * pdi_krylov_iterate_size(d) + 1;
+    krylov->base_columns = d->initial_vectors && d->initial_vectors < d->restart ? d->initial_vectors : d->restart;
+    if (d->low_memory && krylov->base_columns < 2 * pdi_krylov_iterate_size(d) + 1)
+        krylov->base_columns = 2 * pdi_krylov_iterate_size(d) + 1;
     if (d->max_iterations < 1)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "max_iterations = %d, needs at least 1 (0: 200)",
                         d->max_iterations);
@@ -115,10 +119,10 @@ PDI_FN pd_status pdi_krylov_init(pd_ctx *ctx, const pd_krylov_desc *desc, pd_kry
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "atol = %g, needs to be finite and >= 0", d->atol);
     switch (d->method) {
     case PD_KRYLOV_GMRES:
-        krylov->vectors = d->lean ? 1 : 2;
-        krylov->basis_vectors = d->flexible ? 2 * krylov->base + 1 : krylov->base + 1;
+        krylov->vectors = d->low_memory ? 1 : 2;
+        krylov->basis_vectors = d->flexible ? 2 * krylov->base_columns + 1 : krylov->base_columns + 1;
         pdi_krylov_set_layout(krylov);
-        krylov->columns = krylov->few = d->restart > krylov->base ? d->restart : krylov->base;
+        krylov->columns = krylov->built_columns = d->restart > krylov->base_columns ? d->restart : krylov->base_columns;
         break;
     case PD_KRYLOV_CG: krylov->vectors = 5; break;
     default: return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "method %d is unknown", (int)d->method);
@@ -149,29 +153,31 @@ PDI_COLD_END
 /* Entries of one chunk: `grow` vectors and, when flexible, as many preconditioned ones. */
 static int64_t pdi_krylov_chunk_size(const pd_krylov *krylov)
 {
-    return krylov->stride * krylov->grow * (krylov->desc.flexible ? 2 : 1);
+    return krylov->stride * krylov->chunk_columns * (krylov->desc.flexible ? 2 : 1);
 }
 
 static size_t pdi_krylov_entry_bytes(const pd_krylov *krylov)
 {
-    return krylov->desc.compressed ? sizeof *krylov->single : sizeof *krylov->basis;
+    return krylov->desc.basis_precision ? sizeof *krylov->compressed_basis : sizeof *krylov->basis;
 }
 
 static pd_status pdi_krylov_resize_hessenberg(pd_ctx *ctx, pd_krylov *krylov, int columns)
 {
     PDI_TRY(PDI_GROW(ctx, "krylov", pdi_krylov_dense_size(&krylov->desc, krylov->columns),
-                     pdi_krylov_dense_size(&krylov->desc, columns), krylov->small));
+                     pdi_krylov_dense_size(&krylov->desc, columns), krylov->dense));
     krylov->columns = columns;
     return PD_OK;
 }
 
 PDI_FN void pdi_krylov_free_growth(pd_ctx *ctx, pd_krylov *krylov)
 {
-    if (!krylov->chunks && krylov->columns <= krylov->few) return;
-    while (krylov->chunks)
+    if (!krylov->chunk_count && krylov->columns <= krylov->built_columns) return;
+    while (krylov->chunk_count)
         pdi_free(ctx, (size_t)pdi_krylov_chunk_size(krylov), pdi_krylov_entry_bytes(krylov),
-                 &krylov->more[--krylov->chunks]);
-    if (krylov->columns <= krylov->few || pdi_krylov_resize_hessenberg(ctx, krylov, krylov->few) == PD_OK) return;
+                 &krylov->chunk[--krylov->chunk_count]);
+    if (krylov->columns <= krylov->built_columns ||
+        pdi_krylov_resize_hessenberg(ctx, krylov, krylov->built_columns) == PD_OK)
+        return;
     ctx->status = PD_OK; /* what is too large does no harm */
     ctx->message[0] = '\0';
 }
@@ -179,9 +185,9 @@ PDI_FN void pdi_krylov_free_growth(pd_ctx *ctx, pd_krylov *krylov)
 /* Present capacity in columns of the basis and the Hessenberg matrix. */
 static int pdi_krylov_capacity(const pd_krylov *krylov)
 {
-    int columns = krylov->base - krylov->shift + krylov->chunks * krylov->grow;
+    int columns = krylov->base_columns - krylov->iterate_vectors + krylov->chunk_count * krylov->chunk_columns;
     if (columns > krylov->columns) columns = krylov->columns;
-    return columns < krylov->desc.most ? columns : krylov->desc.most;
+    return columns < krylov->desc.max_vectors ? columns : krylov->desc.max_vectors;
 }
 
 /* List function: the next chunk. */
@@ -189,33 +195,33 @@ static void pdi_krylov_chunk_list(pdi_array_visitor *owner, void *object)
 {
     pd_krylov *krylov = (pd_krylov *)object;
     pdi_array_registry_add(owner, PDI_ARRAY_KIND_UNINIT, "krylov.more", "1", pdi_krylov_chunk_size(krylov),
-                           pdi_krylov_entry_bytes(krylov), &krylov->more[krylov->chunks]);
+                           pdi_krylov_entry_bytes(krylov), &krylov->chunk[krylov->chunk_count]);
 }
 
 /* Get memory for one more chunk: from the arena, or else allocated. */
 static pd_status pdi_krylov_add_chunk(pd_ctx *ctx, pd_krylov *krylov)
 {
     pd_arena *arena = krylov->desc.arena;
-    krylov->lent[krylov->chunks] = arena && pdi_arena_fits(arena, pdi_krylov_chunk_list, krylov);
-    if (krylov->lent[krylov->chunks]) return pdi_arena_acquire(ctx, arena, pdi_krylov_chunk_list, krylov);
+    krylov->chunk_is_lent[krylov->chunk_count] = arena && pdi_arena_fits(arena, pdi_krylov_chunk_list, krylov);
+    if (krylov->chunk_is_lent[krylov->chunk_count]) return pdi_arena_acquire(ctx, arena, pdi_krylov_chunk_list, krylov);
     return pdi_array_registry_build(ctx, pdi_krylov_chunk_list, krylov);
 }
 
 /* Enlarge the basis. Returns 1; 0: not possible; negative: desc.fixed, and memory is refused. */
 static int pdi_krylov_grow_basis(pd_ctx *ctx, pd_krylov *krylov)
 {
-    int columns = krylov->base + krylov->chunks * krylov->grow; /* without a shift */
+    int columns = krylov->base_columns + krylov->chunk_count * krylov->chunk_columns; /* without a shift */
     int chunk = krylov->columns >= columns;                     /* the basis limits, not the matrix */
-    if (pdi_krylov_capacity(krylov) == krylov->desc.most) return 0;
-    if (chunk && (!krylov->grow || krylov->chunks == PD_KRYLOV_MAX_CHUNKS)) return 0;
-    if (chunk) columns += krylov->grow;
+    if (pdi_krylov_capacity(krylov) == krylov->desc.max_vectors) return 0;
+    if (chunk && (!krylov->chunk_columns || krylov->chunk_count == PD_KRYLOV_MAX_CHUNKS)) return 0;
+    if (chunk) columns += krylov->chunk_columns;
     pd_status status = krylov->columns < columns ? pdi_krylov_resize_hessenberg(ctx, krylov, columns) : PD_OK;
     if (status == PD_OK && chunk) status = pdi_krylov_add_chunk(ctx, krylov);
     if (status == PD_OK) {
-        krylov->chunks += chunk;
+        krylov->chunk_count += chunk;
         return 1;
     }
-    if (krylov->desc.fixed) return status;
+    if (krylov->desc.fixed_restart) return status;
     ctx->status = PD_OK; /* continue without growth */
     ctx->message[0] = '\0';
     return 0;
@@ -224,17 +230,17 @@ static int pdi_krylov_grow_basis(pd_ctx *ctx, pd_krylov *krylov)
 /* Return the chunks of the arena; allocated ones are kept for the next solve. Returns `status` or an error. */
 static pd_status pdi_krylov_release_chunks(pd_ctx *ctx, pd_krylov *krylov, pd_status status)
 {
-    int kept = 0, chunks = krylov->chunks;
-    while (krylov->chunks--)
-        if (krylov->lent[krylov->chunks])
+    int kept = 0, chunks = krylov->chunk_count;
+    while (krylov->chunk_count--)
+        if (krylov->chunk_is_lent[krylov->chunk_count])
             status = pdi_arena_release(ctx, krylov->desc.arena, pdi_krylov_chunk_list, krylov, status);
     for (int k = 0; k < chunks; k++) {
-        void *chunk = krylov->more[k];
-        krylov->more[k] = NULL;
-        if (krylov->lent[k]) krylov->lent[k] = 0;
-        else krylov->more[kept++] = chunk;
+        void *chunk = krylov->chunk[k];
+        krylov->chunk[k] = NULL;
+        if (krylov->chunk_is_lent[k]) krylov->chunk_is_lent[k] = 0;
+        else krylov->chunk[kept++] = chunk;
     }
-    krylov->chunks = kept;
+    krylov->chunk_count = kept;
     return status;
 }
 
@@ -248,10 +254,11 @@ PDI_FN int pdi_krylov_lend_basis(pd_ctx *ctx, pd_krylov *krylov, pd_arena *arena
                                  int least)
 {
     int64_t entries = pdi_krylov_count_floats(list, object);
-    if (krylov->desc.compressed != PD_KRYLOV_SINGLE || krylov->desc.flexible) return 0;
-    if (krylov->built - entries < least * krylov->stride || !pdi_arena_fits(arena, pdi_krylov_list, krylov)) return 0;
+    if (krylov->desc.basis_precision != PD_KRYLOV_SINGLE || krylov->desc.flexible) return 0;
+    if (krylov->basis_entries - entries < least * krylov->stride || !pdi_arena_fits(arena, pdi_krylov_list, krylov))
+        return 0;
     if (pdi_arena_acquire(ctx, arena, list, object) < 0) return 0;
-    krylov->built -= entries;
+    krylov->basis_entries -= entries;
     pdi_krylov_set_flexible(krylov, 0);
     return 1;
 }
@@ -259,7 +266,7 @@ PDI_FN int pdi_krylov_lend_basis(pd_ctx *ctx, pd_krylov *krylov, pd_arena *arena
 PDI_FN pd_status pdi_krylov_restore_basis(pd_ctx *ctx, pd_krylov *krylov, pd_arena *arena, pdi_array_list_fn list,
                                           void *object, pd_status status)
 {
-    krylov->built += pdi_krylov_count_floats(list, object);
+    krylov->basis_entries += pdi_krylov_count_floats(list, object);
     return pdi_arena_release(ctx, arena, list, object, status);
 }
 
@@ -277,17 +284,18 @@ static double *pdi_krylov_vector(const pdi_krylov_state *run, int i)
 }
 
 /* First vector of the preconditioned basis. */
-static int pdi_krylov_precond_first(const pd_krylov *k) { return k->desc.most + 1; }
+static int pdi_krylov_precond_first(const pd_krylov *k) { return k->desc.max_vectors + 1; }
 
 /* Offset of basis vector i in its chunk; *chunk -1: the basis as built, k->chunks: there is no such vector. */
 static int64_t pdi_krylov_find_vector(const pd_krylov *k, int i, int *chunk)
 {
-    int base = k->base - k->shift, grow = k->grow, flexible = i >= pdi_krylov_precond_first(k);
+    int base = k->base_columns - k->iterate_vectors, grow = k->chunk_columns,
+        flexible = i >= pdi_krylov_precond_first(k);
     int at = flexible ? i - pdi_krylov_precond_first(k) : i - 1;
-    *chunk = at < base ? -1 : grow ? (at - base) / grow : k->chunks;
-    if (flexible && !k->desc.flexible) *chunk = k->chunks;
-    if (*chunk >= k->chunks) return 0; /* there is none */
-    if (*chunk < 0) return k->stride * (flexible ? base + 1 + at : k->shift + i);
+    *chunk = at < base ? -1 : grow ? (at - base) / grow : k->chunk_count;
+    if (flexible && !k->desc.flexible) *chunk = k->chunk_count;
+    if (*chunk >= k->chunk_count) return 0; /* there is none */
+    if (*chunk < 0) return k->stride * (flexible ? base + 1 + at : k->iterate_vectors + i);
     return k->stride * ((at - base) % grow + (flexible ? grow : 0));
 }
 
@@ -296,16 +304,16 @@ static double *pdi_krylov_get_double(const pd_krylov *k, int i)
 {
     int chunk;
     int64_t at = pdi_krylov_find_vector(k, i, &chunk);
-    if (k->desc.compressed || chunk >= k->chunks) return NULL;
-    return chunk < 0 ? k->basis + at : (double *)k->more[chunk] + at;
+    if (k->desc.basis_precision || chunk >= k->chunk_count) return NULL;
+    return chunk < 0 ? k->basis + at : (double *)k->chunk[chunk] + at;
 }
 
 static float *pdi_krylov_get_single(const pd_krylov *k, int i)
 {
     int chunk;
     int64_t at = pdi_krylov_find_vector(k, i, &chunk);
-    if (!k->desc.compressed || chunk >= k->chunks) return NULL;
-    return chunk < 0 ? k->single + at : (float *)k->more[chunk] + at;
+    if (!k->desc.basis_precision || chunk >= k->chunk_count) return NULL;
+    return chunk < 0 ? k->compressed_basis + at : (float *)k->chunk[chunk] + at;
 }
 
 /* Up to PDI_PAR_GROUP basis vectors from `first` on; the preconditioned basis is numbered after the basis. */
@@ -313,7 +321,7 @@ static pdi_par_vector_group pdi_krylov_get_group(const void *user, int first)
 {
     const pdi_krylov_state *run = (const pdi_krylov_state *)user;
     pdi_par_vector_group v;
-    int integers = run->k->desc.compressed == PD_KRYLOV_INT16;
+    int integers = run->k->desc.basis_precision == PD_KRYLOV_INT16;
     for (int m = 0; m < PDI_PAR_GROUP; m++) {
         float *single = pdi_krylov_get_single(run->k, first + m);
         v.doubles[m] = pdi_krylov_get_double(run->k, first + m);
@@ -380,7 +388,10 @@ static double pdi_krylov_residual(const pdi_krylov_state *run, double *r)
 
 static int pdi_krylov_is_finite(double value) { return value >= -DBL_MAX && value <= DBL_MAX; }
 
-static const char *pdi_krylov_name(const pdi_krylov_state *run) { return run->k->desc.of ? run->k->desc.of : "krylov"; }
+static const char *pdi_krylov_name(const pdi_krylov_state *run)
+{
+    return run->k->desc.equations ? run->k->desc.equations : "krylov";
+}
 
 static pd_status pdi_krylov_fail_nan(const pdi_krylov_state *run, const char *what)
 {
@@ -419,14 +430,14 @@ static void pdi_krylov_unpack(const pdi_krylov_state *run, const double *packed,
 static void pdi_krylov_zero_scratch(const pdi_krylov_state *run, double *scratch)
 {
     const pd_krylov_desc *d = &run->k->desc;
-    if (d->lean || d->spans) pdi_par_zero(run->ctx, d->lean ? d->n : run->k->length, scratch);
+    if (d->low_memory || d->spans) pdi_par_zero(run->ctx, d->low_memory ? d->n : run->k->length, scratch);
 }
 
 /* v = a v, stored as basis vector i, and rounded to the stored precision: A Z = V H holds for stored vectors. */
 static void pdi_krylov_store_vector(const pdi_krylov_state *run, double a, double *v, int i)
 {
     int64_t n = run->k->length;
-    if (run->k->desc.compressed == PD_KRYLOV_INT16) {
+    if (run->k->desc.basis_precision == PD_KRYLOV_INT16) {
         float *single = pdi_krylov_get_single(run->k, i);
         pdi_par_scale_quantise(run->ctx, n, a, v, (int16_t *)(void *)single, single + pdi_krylov_integer_size(n));
         return;
@@ -464,9 +475,9 @@ typedef struct pdi_krylov_dense_views {
 
 static pdi_krylov_dense_views pdi_krylov_get_dense(const pd_krylov *krylov)
 {
-    int most = krylov->desc.most + 1;
+    int most = krylov->desc.max_vectors + 1;
     pdi_krylov_dense_views s;
-    s.cs = krylov->small;
+    s.cs = krylov->dense;
     s.sn = s.cs + most;
     s.g = s.sn + most;
     s.y = s.g + most;
@@ -512,7 +523,7 @@ static pd_status pdi_krylov_add_correction(pdi_krylov_state *run, int flexible, 
         pdi_krylov_swap_work(run);
     }
     if (!pdi_krylov_is_finite(pdi_krylov_dot(run, run->v, run->v))) return pdi_krylov_fail_nan(run, "the correction");
-    if (run->k->desc.lean) return PD_OK;
+    if (run->k->desc.low_memory) return PD_OK;
     pdi_krylov_copy(run, run->x, run->w);
     pdi_krylov_axpy(run, 1.0, run->v, run->x);
     return PD_OK;
@@ -531,7 +542,7 @@ static pd_status pdi_krylov_gmres_cycle(pdi_krylov_state *run, double beta)
     s.g[0] = beta;
     while (run->result->iterations < d->max_iterations) {
         int j = count;
-        if (d->fixed && j == d->restart) break;
+        if (d->fixed_restart && j == d->restart) break;
         if (j == pdi_krylov_capacity(run->k)) {
             int grown = pdi_krylov_grow_basis(run->ctx, run->k);
             s = pdi_krylov_get_dense(run->k); /* it may have moved even so */
@@ -565,8 +576,8 @@ static pd_status pdi_krylov_gmres_cycle(pdi_krylov_state *run, double beta)
 static double *pdi_krylov_get_iterate(const pdi_krylov_state *run, int which)
 {
     const pd_krylov *k = run->k;
-    double *front = k->desc.compressed ? (double *)(void *)k->single : k->basis;
-    return front + which * (k->desc.compressed ? pdi_krylov_iterate_size(&k->desc) * k->stride / 2 : k->length);
+    double *front = k->desc.basis_precision ? (double *)(void *)k->compressed_basis : k->basis;
+    return front + which * (k->desc.basis_precision ? pdi_krylov_iterate_size(&k->desc) * k->stride / 2 : k->length);
 }
 
 static void pdi_krylov_unpack_iterate(const pdi_krylov_state *run, const double *packed, double *full)
@@ -581,8 +592,8 @@ static double pdi_krylov_lean_residual(pdi_krylov_state *run)
     double *next = pdi_krylov_get_iterate(run, 1);
     if (run->k->desc.spans) pdi_krylov_pack(run, run->v, next);
     else pdi_par_copy(run->ctx, run->k->length, run->v, next);
-    if (run->k->shift) pdi_par_axpy(run->ctx, run->k->length, 1.0, pdi_krylov_get_iterate(run, 0), next);
-    if (run->k->desc.trusting && run->recurrence_norm <= run->target) return run->recurrence_norm;
+    if (run->k->iterate_vectors) pdi_par_axpy(run->ctx, run->k->length, 1.0, pdi_krylov_get_iterate(run, 0), next);
+    if (run->k->desc.skip_true_residual && run->recurrence_norm <= run->target) return run->recurrence_norm;
     pdi_krylov_unpack_iterate(run, next, run->v);
     pdi_krylov_zero_scratch(run, run->w);
     pdi_krylov_apply(run, run->v, run->w);
@@ -595,15 +606,15 @@ static double pdi_krylov_lean_residual(pdi_krylov_state *run)
 static void pdi_krylov_lean_accept(const pdi_krylov_state *run)
 {
     pdi_par_copy(run->ctx, run->k->length, pdi_krylov_get_iterate(run, 1), pdi_krylov_get_iterate(run, 0));
-    run->k->shift = pdi_krylov_iterate_size(&run->k->desc);
+    run->k->iterate_vectors = pdi_krylov_iterate_size(&run->k->desc);
 }
 
 /* End of a lean solve: copy the best iterate to x, and give its memory back to the basis. */
 static void pdi_krylov_lean_end(const pdi_krylov_state *run)
 {
-    if (run->k->shift) pdi_krylov_unpack_iterate(run, pdi_krylov_get_iterate(run, 0), run->x);
+    if (run->k->iterate_vectors) pdi_krylov_unpack_iterate(run, pdi_krylov_get_iterate(run, 0), run->x);
     else pdi_par_zero(run->ctx, run->k->desc.n, run->x);
-    run->k->shift = 0;
+    run->k->iterate_vectors = 0;
 }
 
 /* GMRES with restarts, from the residual in v of norm `norm` to the tolerance. */
@@ -613,15 +624,15 @@ static pd_status pdi_krylov_gmres(pdi_krylov_state *run, double norm)
     while (norm > run->target) {
         if (run->result->iterations >= d->max_iterations) return pdi_krylov_fail_stall(run, "no convergence");
         PDI_TRY(pdi_krylov_gmres_cycle(run, norm));
-        double fresh = d->lean ? pdi_krylov_lean_residual(run) : pdi_krylov_residual(run, run->v);
+        double fresh = d->low_memory ? pdi_krylov_lean_residual(run) : pdi_krylov_residual(run, run->v);
         if (!pdi_krylov_is_finite(fresh) || fresh > norm) {
             /* rounding, a singular operator or a nonlinear preconditioner: the previous iterate was better */
-            if (!d->lean) pdi_krylov_copy(run, run->w, run->x);
+            if (!d->low_memory) pdi_krylov_copy(run, run->w, run->x);
             if (!pdi_krylov_is_finite(fresh)) return pdi_krylov_fail_nan(run, "the residual");
             return pdi_krylov_fail_stall(run, "stagnation");
         }
         run->result->residual = fresh;
-        if (d->lean) pdi_krylov_lean_accept(run);
+        if (d->low_memory) pdi_krylov_lean_accept(run);
         if (fresh > run->target && fresh > PDI_KRYLOV_STALLED * norm) return pdi_krylov_fail_stall(run, "stagnation");
         norm = fresh;
     }
@@ -777,8 +788,8 @@ PDI_FN pd_status pdi_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn ap
     memset(run.result, 0, sizeof *run.result);
     if (!apply || !krylov->work)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "krylov", "%s", apply ? "solver was not built" : "apply is NULL");
-    run.v = krylov->desc.lean ? x : pdi_krylov_vector(&run, 0);
-    run.w = pdi_krylov_vector(&run, krylov->desc.lean ? 0 : 1);
+    run.v = krylov->desc.low_memory ? x : pdi_krylov_vector(&run, 0);
+    run.w = pdi_krylov_vector(&run, krylov->desc.low_memory ? 0 : 1);
     pdi_krylov_zero_scratch(&run, run.v); /* the last solve may have left other data in them */
     pdi_krylov_zero_scratch(&run, run.w);
     PDI_TRY(pdi_krylov_begin(&run, &norm));
@@ -788,7 +799,7 @@ PDI_FN pd_status pdi_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn ap
         run.result->residual = 0.0;
     } else
         status = krylov->desc.method == PD_KRYLOV_GMRES ? pdi_krylov_gmres(&run, norm) : pdi_krylov_cg(&run, norm);
-    if (krylov->desc.lean) pdi_krylov_lean_end(&run);
+    if (krylov->desc.low_memory) pdi_krylov_lean_end(&run);
     run.result->converged = status == PD_OK;
     return pdi_krylov_release_chunks(ctx, krylov, status);
 }

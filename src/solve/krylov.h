@@ -28,7 +28,7 @@ typedef enum pd_krylov_precision {
 } pd_krylov_precision;
 
 typedef struct pd_krylov_desc {
-    const char *of;     /* name of the equations, "flow", for messages. Borrowed; NULL: "krylov" */
+    const char *equations; /* name of the equations, "flow", for messages. Borrowed; NULL: "krylov" */
     pd_krylov_method method;
     int64_t n;          /* entries of a vector */
     int64_t first, end; /* all entries of b, x and the results of callbacks are zero before `first` and from `end` on,
@@ -38,21 +38,20 @@ typedef struct pd_krylov_desc {
                          * zero in b and x. n = components times spans->total. Borrowed; NULL: all n entries */
     int components;     /* of a vector field, with spans */
     int restart;        /* [-] GMRES: basis vectors before a restart; 0: 30 */
-    int least;          /* [-] GMRES: basis vectors that are allocated at the start of a solve; more are added when
-                         * needed; 0: restart */
-    int most;           /* [-] GMRES: the basis grows up to this many vectors, a few at a time, before a restart; 0:
-                         * restart. Where memory is refused it restarts */
+    int initial_vectors; /* [-] GMRES: basis vectors that are allocated at the start of a solve; more are added when
+                          * needed; 0: restart */
+    int max_vectors;     /* [-] GMRES: the basis grows up to this many vectors, a few at a time, before a restart; 0:
+                          * restart. Where memory is refused it restarts */
     pd_arena *arena;    /* GMRES: lends memory for the growth of the basis until the end of the solve, as far as it
                          * has room. Borrowed; NULL: all is allocated */
-    int fixed;          /* 1: GMRES restarts exactly at `restart`, whatever `most` is: PD_ERR_MEMORY where memory for
+    int fixed_restart;  /* 1: GMRES restarts exactly at `restart`, whatever `most` is: PD_ERR_MEMORY where memory for
                          * that is refused */
     int flexible;       /* 1: flexible GMRES, which stores the preconditioned basis, too. Needed when the preconditioner
                          * is not linear to rounding in double precision, as a single-precision multigrid cycle on a
                          * stiff operator */
-    pd_krylov_precision compressed; /* of the basis of GMRES. Residuals stay double; a restart cycle gains up to six
-                                     * digits in
-                         * single precision (Aliaga, Anzt, Gruetzmacher, Quintana-Orti, Tomas 2022), up to three as
-                         * integers */
+    pd_krylov_precision basis_precision; /* of the basis of GMRES. Residuals stay double; a restart cycle gains up to
+                                          * six digits in single precision (Aliaga, Anzt, Gruetzmacher, Quintana-Orti,
+                                          * Tomas 2022), up to three as integers */
     int max_iterations; /* 0: 200 */
     double rtol;        /* [-] stop at |b - A x| <= max(rtol |b|, atol); 0: 1e-8 */
     double atol;        /* [unit of b] */
@@ -60,10 +59,10 @@ typedef struct pd_krylov_desc {
                              * at
                          * the rounding level of p.Dp is singular. Borrowed; NULL: only p.Ap <= 0 is detected */
     int zero_guess;     /* 1: the initial guess is 0, the x passed in is ignored, which saves one application of A */
-    int lean;           /* 1: low memory: GMRES with zero_guess, not flexible: x serves as a work vector until the solve
+    int low_memory;     /* 1: low memory: GMRES with zero_guess, not flexible: x serves as a work vector until the solve
                          * ends, and callbacks may overwrite their input vector despite const */
-    int trusting;       /* 1: lean GMRES stops on the residual of its recurrence without computing the true one, which
-                         * saves one application of A. For callers that check the result themselves */
+    int skip_true_residual; /* 1: lean GMRES stops on the residual of its recurrence without computing the true one,
+                             * which saves one application of A. For callers that check the result themselves */
 } pd_krylov_desc;
 
 /* Between solves first, end, fixed, max_iterations, rtol, atol, diagonal and zero_guess of desc may be changed. */
@@ -73,20 +72,22 @@ typedef struct pd_krylov {
     int vectors;         /* work vectors */
     double *work;        /* [vectors][n] [unit of b or x] */
     int64_t length;      /* entries of a basis vector */
-    int base;            /* GMRES: columns that the basis holds before it grows, in its present storage format */
-    int shift;           /* GMRES, lean: vectors in front of the basis whose memory holds an iterate; 0: none yet */
+    /* GMRES: columns that the basis holds before it grows, in its present storage format */
+    int base_columns;
+    /* GMRES, lean: vectors in front of the basis whose memory holds an iterate; 0: none yet */
+    int iterate_vectors;
     int basis_vectors;   /* GMRES: allocated vectors of both bases */
     int64_t stride;      /* entries (double or float) from one basis vector to the next */
-    int64_t built;       /* entries of the basis without its growth */
+    int64_t basis_entries; /* entries of the basis without its growth */
     double *basis;       /* GMRES: [basis_vectors][length] [-] basis, then (flexible) preconditioned basis; or NULL */
-    float *single;       /* the same when compressed; integers and then their scales are stored in it, too */
-    double *small;       /* [-] GMRES: Hessenberg matrix, rotations, right-hand side, coefficients */
-    int grow;            /* GMRES: vectors of a chunk by which the basis grows; 0: it does not grow */
-    int columns, few;    /* GMRES: capacity of the Hessenberg matrix in columns, now and when it was built */
+    float *compressed_basis;    /* the same when compressed; integers and then their scales are stored in it, too */
+    double *dense;              /* [-] GMRES: Hessenberg matrix, rotations, right-hand side, coefficients */
+    int chunk_columns;          /* GMRES: vectors of a chunk by which the basis grows; 0: it does not grow */
+    int columns, built_columns; /* GMRES: capacity of the Hessenberg matrix in columns, now and when it was built */
     /* GMRES: chunks of `grow` vectors each, stored as in the basis (flexible: twice) */
-    void *more[PD_KRYLOV_MAX_CHUNKS];
-    int chunks;          /* number of them */
-    int lent[PD_KRYLOV_MAX_CHUNKS]; /* 1: the chunk is lent by the arena */
+    void *chunk[PD_KRYLOV_MAX_CHUNKS];
+    int chunk_count;                         /* number of them */
+    int chunk_is_lent[PD_KRYLOV_MAX_CHUNKS]; /* 1: the chunk is lent by the arena */
 } pd_krylov;
 
 typedef struct pd_krylov_result {

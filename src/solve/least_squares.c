@@ -162,8 +162,8 @@ static pd_status pdi_least_squares_compute_jacobian(pdi_least_squares *s)
         PDI_TRY(pdi_least_squares_compute_column(s, k));
         const double *j = pdi_least_squares_jacobian_column(s, k);
         double size = sqrt(pdi_least_squares_dot(s, j, j));
-        s->result->idle = size > 10.0 * noise ? 0 : k + 1;
-        if (s->result->idle)
+        s->result->ineffective = size > 10.0 * noise ? 0 : k + 1;
+        if (s->result->ineffective)
             return pdi_fail(s->ctx, PD_ERR_ARGUMENT, "squares", "parameter %d has no effect on the points: they change"
                             " by %.3g between its bounds, and by %.3g without it", k + 1, size, noise);
         s->step[k] = pdi_min(PDI_LEAST_SQUARES_MAX_INCREMENT,
@@ -191,9 +191,9 @@ static int pdi_least_squares_compute_step(const pdi_least_squares *s, double *q)
 /* Factor of the covariance: the reduced chi-square; with known standard deviations at least 1. */
 static double pdi_least_squares_covariance_factor(const pdi_least_squares *s)
 {
-    int freedom = s->result->freedom;
+    int freedom = s->result->degrees_of_freedom;
     double reduced = freedom > 0 ? s->sum / freedom : (double)NAN;
-    if (!s->desc->known) return reduced;
+    if (!s->desc->known_deviation) return reduced;
     return reduced > 1.0 ? reduced : 1.0;
 }
 
@@ -203,17 +203,17 @@ static int pdi_least_squares_compute_covariance(pdi_least_squares *s,
 {
     double a[PDI_LEAST_SQUARES_N][PDI_LEAST_SQUARES_N];
     pd_least_squares_result *r = s->result;
-    r->freedom = s->m;
+    r->degrees_of_freedom = s->m;
     for (int k = 0; k < s->n; k++) {
-        r->bound[k] = pdi_least_squares_active_bound(s, k);
-        r->freedom -= !r->bound[k];
+        r->active_bound[k] = pdi_least_squares_active_bound(s, k);
+        r->degrees_of_freedom -= !r->active_bound[k];
     }
     if (!pdi_least_squares_factor_normal(s, 0.0, a)) return 0;
     double scale = pdi_least_squares_covariance_factor(s);
     for (int k = 0; k < s->n; k++) {
         for (int l = 0; l < s->n; l++) cov[k][l] = k == l;
         pdi_vec_cholesky_solve(s->n, PDI_LEAST_SQUARES_N, a[0], cov[k]);
-        for (int l = 0; l < s->n; l++) cov[k][l] *= r->bound[k] || r->bound[l] ? (double)NAN : scale;
+        for (int l = 0; l < s->n; l++) cov[k][l] *= r->active_bound[k] || r->active_bound[l] ? (double)NAN : scale;
     }
     return 1;
 }
@@ -226,7 +226,7 @@ static int pdi_least_squares_is_step_small(pdi_least_squares *s, const double *q
     if (!pdi_least_squares_compute_covariance(s, cov)) return 0;
     double unit = s->result->noise * s->result->noise / pdi_least_squares_covariance_factor(s);
     for (int k = 0; k < s->n; k++) {
-        double error = s->result->bound[k] ? 0.0 : sqrt(cov[k][k]), open = error * sqrt(unit);
+        double error = s->result->active_bound[k] ? 0.0 : sqrt(cov[k][k]), open = error * sqrt(unit);
         if (isnan(error)) error = open = 0.0;
         if (fabs(q[k] - s->q[k]) > tolerance * error + open + 4.0 * DBL_EPSILON) return 0;
     }
@@ -299,13 +299,14 @@ static void pdi_least_squares_set_result(pdi_least_squares *s)
     pd_least_squares_result *r = s->result;
     int fixed = pdi_least_squares_compute_covariance(s, cov);
     double t = pdi_least_squares_student_quantile(
-        s->desc->known && pdi_least_squares_covariance_factor(s) <= 1.0 ? 0 : r->freedom);
+        s->desc->known_deviation && pdi_least_squares_covariance_factor(s) <= 1.0 ? 0 : r->degrees_of_freedom);
     r->sum = s->sum;
     for (int k = 0; k < s->n; k++) {
         r->value[k] = pdi_least_squares_unscale(s->desc, k, s->q[k]);
-        r->error[k] = fixed ? sqrt(cov[k][k]) * pdi_least_squares_unscale_derivative(s->desc, k, s->q[k]) : (double)NAN;
-        r->low[k] = r->value[k] - t * r->error[k];
-        r->high[k] = r->value[k] + t * r->error[k];
+        r->standard_error[k] =
+            fixed ? sqrt(cov[k][k]) * pdi_least_squares_unscale_derivative(s->desc, k, s->q[k]) : (double)NAN;
+        r->low[k] = r->value[k] - t * r->standard_error[k];
+        r->high[k] = r->value[k] + t * r->standard_error[k];
         for (int l = 0; l < s->n; l++)
             r->correlation[k][l] = fixed ? cov[k][l] / sqrt(cov[k][k] * cov[l][l]) : (double)NAN;
     }

@@ -20,7 +20,8 @@ typedef struct pd_least_squares_desc {
     int parameters, points;
     double low[PD_LEAST_SQUARES_PARAMETERS], high[PD_LEAST_SQUARES_PARAMETERS]; /* [unit of caller] */
     double start[PD_LEAST_SQUARES_PARAMETERS]; /* [unit of caller] */
-    int known;          /* 1: residuals are scaled by known standard deviations; 0: these are estimated from the fit */
+    /* 1: residuals are scaled by known standard deviations; 0: these are estimated from the fit */
+    int known_deviation;
     double tolerance;   /* [-] converged when a step is below this fraction of the standard errors; 0: 0.01 */
     double noise;       /* [-] standard deviation of the numerical noise of a residual; 0: it is measured */
     pd_least_squares_fn fn;
@@ -31,18 +32,18 @@ typedef struct pd_least_squares_desc {
 
 typedef struct pd_least_squares_result {
     double value[PD_LEAST_SQUARES_PARAMETERS]; /* [unit of caller] */
-    double error[PD_LEAST_SQUARES_PARAMETERS]; /* [unit of caller] standard error; NaN on a bound or with too few
-                                                * points */
+    double standard_error[PD_LEAST_SQUARES_PARAMETERS]; /* [unit of caller] standard error; NaN on a bound or with too
+                                                         * few points */
     double low[PD_LEAST_SQUARES_PARAMETERS];   /* [unit of caller] ends of the 95 % intervals */
     double high[PD_LEAST_SQUARES_PARAMETERS];  /* [unit of caller] */
-    int bound[PD_LEAST_SQUARES_PARAMETERS]; /* -1, 1: the low, high bound is active */
+    int active_bound[PD_LEAST_SQUARES_PARAMETERS]; /* -1, 1: the low, high bound is active */
     double correlation[PD_LEAST_SQUARES_PARAMETERS][PD_LEAST_SQUARES_PARAMETERS]; /* [-] */
     double sum;                          /* [-] sum of the squared residuals */
-    int freedom;                         /* degrees of freedom: points less parameters inside their bounds */
+    int degrees_of_freedom;              /* degrees of freedom: points less parameters inside their bounds */
     double noise;                        /* [-] numerical noise of a residual */
     int evaluations, steps;
     int converged;
-    int idle;            /* number, from 1, of a parameter without effect that ended the fit; 0: none */
+    int ineffective; /* number, from 1, of a parameter without effect that ended the fit; 0: none */
 } pd_least_squares_result;
 
 #ifdef PDI_INTERNAL

@@ -34,7 +34,7 @@
 static size_t pdi_multigrid_count_coefficients(const pd_multigrid *mg)
 {
     size_t padded = mg->desc.symmetric ? PD_DIM : 2 * PD_DIM, cells = (size_t)mg->level[0].cells;
-    return padded * (cells + 2 * (size_t)mg->pad) + (pdi_coarsen_floats_per_cell(mg->desc.contrast) - 2) * cells;
+    return padded * (cells + 2 * (size_t)mg->pad) + (pdi_coarsen_floats_per_cell(mg->desc.high_contrast) - 2) * cells;
 }
 PDI_FN size_t pdi_multigrid_field_floats(const pd_multigrid *mg)
 {
@@ -44,7 +44,7 @@ PDI_FN size_t pdi_multigrid_field_floats(const pd_multigrid *mg)
 /* Number of doubles of level 0 for sum with its pads. */
 static size_t pdi_multigrid_count_sums(const pd_multigrid *mg)
 {
-    return mg->desc.contrast ? (size_t)mg->level[0].cells + 2 * (size_t)mg->pad : 0;
+    return mg->desc.high_contrast ? (size_t)mg->level[0].cells + 2 * (size_t)mg->pad : 0;
 }
 
 PDI_COLD_BEGIN
@@ -53,19 +53,20 @@ PDI_FN void pdi_multigrid_list(pdi_array_visitor *owner, void *object)
     pd_multigrid *mg = (pd_multigrid *)object;
     pd_smoother_level *fine = &mg->level[0];
     int wraps = 0;
-    for (int d = 0; d < PD_DIM; d++) wraps = wraps || fine->wrap[d];
-    PDI_ARRAY_UNINIT(owner, mg, store, pdi_multigrid_count_coefficients(mg), "1");
-    if (!mg->desc.host && !mg->desc.guest) PDI_ARRAY_UNINIT(owner, mg, fields, pdi_multigrid_field_floats(mg), "1");
-    if (mg->desc.contrast) PDI_ARRAY(owner, mg, sums, pdi_multigrid_count_sums(mg), "1");
+    for (int d = 0; d < PD_DIM; d++) wraps = wraps || fine->periodic[d];
+    PDI_ARRAY_UNINIT(owner, mg, coefficients, pdi_multigrid_count_coefficients(mg), "1");
+    if (!mg->desc.host && !mg->desc.caller_fields)
+        PDI_ARRAY_UNINIT(owner, mg, fields, pdi_multigrid_field_floats(mg), "1");
+    if (mg->desc.high_contrast) PDI_ARRAY(owner, mg, sums, pdi_multigrid_count_sums(mg), "1");
     PDI_ARRAY(owner, fine, parent, fine->cells, "1");
     PDI_ARRAY(owner, fine, begin, fine->n[0] ? 2 * (fine->cells / fine->n[0]) : 0, "1");
-    if (wraps) PDI_ARRAY(owner, fine, edge, fine->cells, "1");
+    if (wraps) PDI_ARRAY(owner, fine, has_periodic_neighbour, fine->cells, "1");
 }
 
 PDI_FN void pdi_multigrid_setup_list(pdi_array_visitor *owner, void *object)
 {
     pd_multigrid *mg = (pd_multigrid *)object;
-    PDI_ARRAY(owner, mg, mark, mg->level[0].cells + 3, "1");
+    PDI_ARRAY(owner, mg, setup_work, mg->level[0].cells + 3, "1");
 }
 
 /* Mark the cells of level 0 that have periodic neighbours. */
@@ -73,9 +74,9 @@ static void pdi_multigrid_mark_periodic(pd_smoother_level *fine)
 {
     for (int d = 0; d < PD_DIM; d++) {
         int32_t stride = pdi_smoother_stride(fine->n, d), along = stride * fine->n[d];
-        for (int32_t c = 0; fine->wrap[d] && c < fine->cells; c += along) {
-            memset(fine->edge + c, 1, (size_t)stride);
-            memset(fine->edge + c + along - stride, 1, (size_t)stride);
+        for (int32_t c = 0; fine->periodic[d] && c < fine->cells; c += along) {
+            memset(fine->has_periodic_neighbour + c, 1, (size_t)stride);
+            memset(fine->has_periodic_neighbour + c + along - stride, 1, (size_t)stride);
         }
     }
 }
@@ -94,14 +95,14 @@ PDI_FN pd_status pdi_multigrid_init(pd_ctx *ctx, const pd_multigrid_desc *desc, 
         if (cells > INT32_MAX / (2 * PD_DIM))
             return pdi_fail(ctx, PD_ERR_SIZE, "multigrid", "the box has more than %d cells", INT32_MAX / (2 * PD_DIM));
         fine->n[d] = desc->n[d];
-        fine->last[d] = 1.0f;
+        fine->last_width[d] = 1.0f;
     }
     fine->cells = (int32_t)cells;
-    fine->shared = desc->symmetric;
+    fine->symmetric_storage = desc->symmetric;
     for (int d = 0; d < PD_DIM; d++)
-        fine->wrap[d] = pdi_coarsen_is_periodic(desc->symmetric, fine->n[d], desc->periodic[d]);
+        fine->periodic[d] = pdi_coarsen_is_periodic(desc->symmetric, fine->n[d], desc->periodic[d]);
     mg->pad = pdi_smoother_stride(fine->n, PD_DIM - 1);
-    if (desc->host) desc->host->hosts = 1;
+    if (desc->host) desc->host->is_host = 1;
     return PD_OK;
 }
 
@@ -119,9 +120,9 @@ static void pdi_multigrid_remove_unused(pd_multigrid *mg)
     pd_arena *arena = mg->desc.arena;
     int kept = 0;
     if (!arena) return;
-    for (int k = 0; k < arena->idles; k++)
-        if (arena->idle[k] != mg) arena->idle[kept++] = arena->idle[k];
-    arena->idles = kept;
+    for (int k = 0; k < arena->unused_count; k++)
+        if (arena->unused[k] != mg) arena->unused[kept++] = arena->unused[k];
+    arena->unused_count = kept;
 }
 
 /* Take over the memory of the coarse levels of the multigrid that was used last, if this one has none. */
@@ -130,8 +131,8 @@ static void pdi_multigrid_take_over_levels(pd_multigrid *mg)
     pd_arena *arena = mg->desc.arena;
     int own = mg->level[1].cell_capacity > 0;
     pdi_multigrid_remove_unused(mg);
-    if (own || !arena || !arena->idles) return;
-    pd_multigrid *other = (pd_multigrid *)arena->idle[--arena->idles];
+    if (own || !arena || !arena->unused_count) return;
+    pd_multigrid *other = (pd_multigrid *)arena->unused[--arena->unused_count];
     for (int l = 1; l < PD_MULTIGRID_LEVELS; l++) {
         mg->level[l] = other->level[l];
         memset(&other->level[l], 0, sizeof other->level[l]);
@@ -142,7 +143,8 @@ static void pdi_multigrid_take_over_levels(pd_multigrid *mg)
 static void pdi_multigrid_add_unused(pd_multigrid *mg)
 {
     pd_arena *arena = mg->desc.arena;
-    if (arena && mg->level[1].cell_capacity && arena->idles < PD_ARENA_MAX_UNUSED) arena->idle[arena->idles++] = mg;
+    if (arena && mg->level[1].cell_capacity && arena->unused_count < PD_ARENA_MAX_UNUSED)
+        arena->unused[arena->unused_count++] = mg;
 }
 
 PDI_FN void pdi_multigrid_set_pointers(pd_multigrid *mg)
@@ -151,7 +153,7 @@ PDI_FN void pdi_multigrid_set_pointers(pd_multigrid *mg)
     pdi_multigrid_take_over_levels(mg);
     pd_smoother_level *fine = &mg->level[0];
     int64_t cells = fine->cells;
-    float *next = mg->store + mg->pad;
+    float *next = mg->coefficients + mg->pad;
     int64_t length = cells + 2 * (int64_t)mg->pad;
     for (int d = 0; d < PD_DIM; d++, next += length) fine->hi[d] = next;
     for (int d = 0; d < PD_DIM; d++) {
@@ -164,10 +166,10 @@ PDI_FN void pdi_multigrid_set_pointers(pd_multigrid *mg)
     for (int d = 0; d < PD_DIM && !desc->symmetric; d++) pdi_multigrid_zero_pads(mg, fine->lo[d], 1);
     fine->b = fine->x + cells + mg->pad;
     fine->r = fine->b + cells;
-    fine->inv = next - mg->pad;
-    if (desc->contrast) {
-        fine->excess = fine->inv + cells;
-        fine->sum = mg->sums + mg->pad;
+    fine->inverse_diagonal = next - mg->pad;
+    if (desc->high_contrast) {
+        fine->row_sum = fine->inverse_diagonal + cells;
+        fine->coarse_correction = mg->sums + mg->pad;
     }
     pdi_multigrid_mark_periodic(fine);
     fine->end = fine->begin + cells / fine->n[0];
@@ -177,8 +179,8 @@ PDI_FN void pdi_multigrid_clear_pointers(pd_multigrid *mg)
 {
     pd_smoother_level *fine = &mg->level[0];
     mg->levels = 0;
-    fine->x = fine->b = fine->r = fine->inv = fine->excess = NULL;
-    fine->sum = NULL;
+    fine->x = fine->b = fine->r = fine->inverse_diagonal = fine->row_sum = NULL;
+    fine->coarse_correction = NULL;
     fine->end = NULL;
     for (int d = 0; d < PD_DIM; d++) fine->lo[d] = fine->hi[d] = NULL;
     pdi_multigrid_add_unused(mg);
@@ -247,13 +249,13 @@ static void pdi_multigrid_compute_faces(const pd_ctx *ctx, pd_multigrid *mg, int
     PDI_PARALLEL_FOR(nt)
     for (int32_t c = 0; c < fine->cells; c++) {
         int inside = c / stride % n < n - 1;
-        int32_t above = inside ? c + stride : fine->wrap[d] ? c - (n - 1) * stride : -1;
+        int32_t above = inside ? c + stride : fine->periodic[d] ? c - (n - 1) * stride : -1;
         int open = above >= 0 && active[c] && active[above];
         float g = open ? (float)(scale * (double)conduct[c]) : 0.0f;
         float f = open && flux ? (float)(scale * (double)flux[c]) : 0.0f;
         hi[c] = g + (f < 0.0f ? -f : 0.0f);
         /* with symmetric storage both are the same element; a periodic one is found through the neighbour */
-        if (inside || (above >= 0 && !fine->shared)) lo[above] = g + (f > 0.0f ? f : 0.0f);
+        if (inside || (above >= 0 && !fine->symmetric_storage)) lo[above] = g + (f > 0.0f ? f : 0.0f);
     }
 }
 
@@ -293,10 +295,10 @@ static void pdi_multigrid_compute_diagonal(const pd_ctx *ctx, pd_multigrid *mg, 
         float diag = fine->x[c] + fine->b[c];
         pdi_coarsen_link link;
         if (active[c]) PDI_COARSEN_FOR_LINKS(fine, c, k, link) diag += link.reverse;
-        fine->inv[c] = diag > 0.0f ? 1.0f / diag : 0.0f;
+        fine->inverse_diagonal[c] = diag > 0.0f ? 1.0f / diag : 0.0f;
         fine->r[c] = 0.0f;
-        double net = flux && fine->excess ? pdi_multigrid_net_outflow(mg, c, flux) : 0.0;
-        if (fine->excess) fine->excess[c] = (float)((double)fine->x[c] + (double)fine->b[c] + net);
+        double net = flux && fine->row_sum ? pdi_multigrid_net_outflow(mg, c, flux) : 0.0;
+        if (fine->row_sum) fine->row_sum[c] = (float)((double)fine->x[c] + (double)fine->b[c] + net);
     }
 }
 
@@ -306,8 +308,8 @@ static void pdi_multigrid_find_row_ends(pd_smoother_level *fine)
     int32_t n = fine->n[0];
     for (int32_t r = 0; r < fine->cells / n; r++) {
         int32_t begin = r * n, end = begin + n;
-        while (begin < end && !(fine->inv[begin] > 0.0f)) begin++;
-        while (begin < end && !(fine->inv[end - 1] > 0.0f)) end--;
+        while (begin < end && !(fine->inverse_diagonal[begin] > 0.0f)) begin++;
+        while (begin < end && !(fine->inverse_diagonal[end - 1] > 0.0f)) end--;
         fine->begin[r] = begin;
         fine->end[r] = end;
     }
@@ -318,9 +320,9 @@ static pdi_coarsen_options pdi_multigrid_coarsen_options(const pd_multigrid *mg)
 {
     pdi_coarsen_options options;
     options.symmetric = mg->desc.symmetric;
-    options.contrast = mg->desc.contrast;
+    options.contrast = mg->desc.high_contrast;
     options.keep_all = mg->desc.symmetric;
-    options.mark = mg->mark;
+    options.mark = mg->setup_work;
     options.fine_lines = mg->level[0].cells / mg->level[0].n[0];
     return options;
 }
@@ -345,8 +347,8 @@ static pd_status pdi_multigrid_reserve_levels(pd_ctx *ctx, pd_multigrid *mg)
     pdi_coarsen_options options = pdi_multigrid_coarsen_options(mg), all = options;
     all.keep_all = 1;
     /* a later setup may need memory for all cells, and time steps allocate nothing */
-    if (!options.keep_all && !mg->roomy) PDI_TRY(pdi_multigrid_build_levels(ctx, &all, mg));
-    mg->roomy = 1;
+    if (!options.keep_all && !mg->has_full_capacity) PDI_TRY(pdi_multigrid_build_levels(ctx, &all, mg));
+    mg->has_full_capacity = 1;
     return pdi_multigrid_build_levels(ctx, &options, mg);
 }
 
@@ -457,7 +459,7 @@ static void pdi_multigrid_cycle_down(pdi_par_team team, const pd_multigrid *mg, 
  * is smoothed: in single precision its rounding, which varies from cell to cell, would dominate in a good conductor. */
 static void pdi_multigrid_prolong(pdi_par_team team, const pd_multigrid *mg, const pd_smoother_level *level)
 {
-    if (level->sum) {
+    if (level->coarse_correction) {
         pdi_multigrid_apply_all(team, level, PDI_SMOOTHER_PROLONG_SUM);
         pdi_multigrid_apply_all(team, level, PDI_SMOOTHER_DEFECT);
     } else if (mg->desc.symmetric) pdi_multigrid_apply_colour(team, level, PDI_SMOOTHER_PROLONG, 0);
@@ -473,7 +475,7 @@ static void pdi_multigrid_cycle_up(pdi_par_team team, const pd_multigrid *mg, co
         pdi_multigrid_apply_colour(team, level, PDI_SMOOTHER_GAUSS_SEIDEL, 0);
     }
     if (!mg->desc.symmetric) pdi_multigrid_sweep_lines(team, level, 1);
-    if (level->sum) pdi_multigrid_apply_all(team, level, PDI_SMOOTHER_ADD_TO_SUM);
+    if (level->coarse_correction) pdi_multigrid_apply_all(team, level, PDI_SMOOTHER_ADD_TO_SUM);
 }
 
 /* The V-cycle of the levels from `first` to the coarsest, which only has START and, with flow, line sweeps. */
@@ -483,7 +485,8 @@ static void pdi_multigrid_cycle_coarse(pdi_par_team team, const pd_multigrid *mg
     for (int l = first; l < mg->levels - 1; l++) pdi_multigrid_cycle_down(team, mg, &mg->level[l]);
     pdi_multigrid_apply_all(team, last, PDI_SMOOTHER_JACOBI); /* symmetric: no links are left */
     for (int sweep = 0; sweep < 2 && !mg->desc.symmetric; sweep++) pdi_multigrid_sweep_lines(team, last, sweep);
-    for (int32_t c = 0; c < last->cells && last->sum; c++) last->sum[c] = (double)last->x[c];
+    for (int32_t c = 0; c < last->cells && last->coarse_correction; c++)
+        last->coarse_correction[c] = (double)last->x[c];
     for (int l = mg->levels - 2; l >= first; l--) pdi_multigrid_cycle_up(team, mg, &mg->level[l]);
 }
 
@@ -502,8 +505,8 @@ static int32_t pdi_multigrid_row_node(const pd_multigrid *mg, int32_t r)
 static double pdi_multigrid_row_weight(const pd_multigrid *mg, int32_t r)
 {
     const int *n = mg->level[0].n;
-    if (PD_DIM == 1 || !mg->desc.weight) return 1.0;
-    return mg->desc.weight[PD_DIM == 3 ? r / n[PD_DIM - 2] : r];
+    if (PD_DIM == 1 || !mg->desc.rhs_weight) return 1.0;
+    return mg->desc.rhs_weight[PD_DIM == 3 ? r / n[PD_DIM - 2] : r];
 }
 
 /* max |rhs| over the active cells of row r, times the weight of the row. */
@@ -513,7 +516,7 @@ static double pdi_multigrid_row_max(const pd_multigrid *mg, int32_t r, const dou
     const pd_smoother_level *fine = &mg->level[0];
     int32_t s0 = mg->desc.stride[0], begin = fine->begin[r], count = fine->end[r] - begin, c = 0;
     const double *given = rhs + pdi_multigrid_row_node(mg, r) + (begin - r * fine->n[0]) * s0;
-    const float *inv = fine->inv + begin;
+    const float *inv = fine->inverse_diagonal + begin;
     double most[lanes], largest = 0.0;
     for (int l = 0; l < lanes; l++) most[l] = 0.0;
     for (; s0 == 1 && c + lanes <= count; c += lanes)
@@ -560,7 +563,7 @@ static void pdi_multigrid_read_rhs_row(const pd_multigrid *mg, int32_t r, const 
     const pd_smoother_level *fine = &mg->level[0];
     int32_t s0 = mg->desc.stride[0], begin = fine->begin[r], count = fine->end[r] - begin;
     const double *PD_RESTRICT given = rhs + pdi_multigrid_row_node(mg, r) + (begin - r * fine->n[0]) * s0;
-    const float *PD_RESTRICT inv = fine->inv + begin;
+    const float *PD_RESTRICT inv = fine->inverse_diagonal + begin;
     float *PD_RESTRICT b = fine->b + begin;
     double factor = scale * pdi_multigrid_row_weight(mg, r);
     if (s0 == 1)
@@ -574,7 +577,7 @@ static void pdi_multigrid_write_x_row(const pd_multigrid *mg, int32_t r, double 
 {
     const pd_smoother_level *fine = &mg->level[0];
     int32_t n0 = fine->n[0], s0 = mg->desc.stride[0];
-    const double *PD_RESTRICT sum = fine->sum ? fine->sum + r * n0 : NULL;
+    const double *PD_RESTRICT sum = fine->coarse_correction ? fine->coarse_correction + r * n0 : NULL;
     const float *PD_RESTRICT single = fine->x + r * n0;
     double *PD_RESTRICT to = x + pdi_multigrid_row_node(mg, r);
     if (sum)
@@ -599,9 +602,9 @@ static void pdi_multigrid_cycle_thread(pdi_par_team team, const pd_multigrid *mg
     pdi_par_barrier(team);
     for (int q = 0; q < PDI_SMOOTHER_PARTS; q++) largest = pdi_max(largest, part[q]);
     double in = pdi_multigrid_power_of_two(largest), out = mg->scale / in;
-    if ((mg->desc.host || mg->hosts || mg->desc.guest) && !team.rank) pdi_multigrid_zero_pads(mg, fine->x, 0);
+    if ((mg->desc.host || mg->is_host || mg->desc.caller_fields) && !team.rank) pdi_multigrid_zero_pads(mg, fine->x, 0);
     for (int32_t r = first; r < behind; r++) {
-        if (mg->desc.host || mg->hosts || mg->desc.guest) pdi_multigrid_zero_row(fine, r);
+        if (mg->desc.host || mg->is_host || mg->desc.caller_fields) pdi_multigrid_zero_row(fine, r);
         pdi_multigrid_read_rhs_row(mg, r, rhs, in);
     }
     pdi_par_barrier(team);

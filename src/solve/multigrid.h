@@ -26,14 +26,14 @@ typedef struct pd_multigrid_desc {
     int n[PD_DIM];          /* cells of the box, axis 0 fastest */
     int32_t stride[PD_DIM]; /* of the padded lattice on which rhs and x live */
     int32_t first;          /* node of cell 0 on that lattice */
-    const double *weight;   /* [n of the last axis] [m] or [-]: factors of the right-hand side, such as the
-                             * circumference, which the coefficients contain already; NULL: 1. Borrowed */
+    const double *rhs_weight; /* [n of the last axis] [m] or [-]: factors of the right-hand side, such as the
+                               * circumference, which the coefficients contain already; NULL: 1. Borrowed */
     int periodic[PD_DIM];   /* 1: the axis is periodic */
     int symmetric;          /* 1: no flow: symmetric cycle, less memory; 0: line smoother for flow */
-    int contrast;           /* 1: conductances differ by orders of magnitude in space: corrections of coarser levels are
+    int high_contrast;      /* 1: conductances differ by orders of magnitude in space: corrections of coarser levels are
                              * in double precision, which costs a fifth to a half more time */
-    int guest; /* 1: with an arena: the caller provides the memory of x, b and r, pdi_multigrid_field_floats
-                * floats that are unused during a setup or a cycle; their content does not matter */
+    int caller_fields; /* 1: with an arena: the caller provides the memory of x, b and r, pdi_multigrid_field_floats
+                        * floats that are unused during a setup or a cycle; their content does not matter */
     struct pd_multigrid *host; /* another multigrid of the same box, whose x, b and r of the finest level this one
                              * shares; they never cycle at the same time, and the host is opened first. Borrowed;
                              * NULL: own arrays */
@@ -45,14 +45,14 @@ typedef struct pd_multigrid_desc {
 typedef struct pd_multigrid {
     pd_multigrid_desc desc;
     int levels;     /* number of levels; 0: not set up */
-    int hosts;      /* 1: it is the host of another one */
-    int roomy;      /* 1: memory has once been allocated for coarse levels of all cells */
+    int is_host;    /* 1: it is the host of another one */
+    int has_full_capacity; /* 1: memory has once been allocated for coarse levels of all cells */
     double scale;   /* [-] power of two: stored coefficient = scale * given coefficient */
     int32_t pad;    /* zero floats before and after each level 0 array read at neighbours */
-    float *store;   /* level 0: coefficients with their pads, inv and excess */
+    float *coefficients; /* level 0: coefficients with their pads, inv and excess */
     float *fields;  /* level 0: x with its pads, b and r; NULL with a host. With desc.guest the caller sets it */
     double *sums;   /* [-] level 0: sum with its pads; NULL without contrast */
-    int32_t *mark;  /* [cells + 3] work array of the setup; NULL between setups with an arena */
+    int32_t *setup_work; /* [cells + 3] work array of the setup; NULL between setups with an arena */
     pd_smoother_level level[PD_MULTIGRID_LEVELS];
 } pd_multigrid;
 

@@ -24,9 +24,11 @@ PDI_FN pd_status pdi_physics_limit_max_step(pd_ctx *ctx, void *self, pd_step *s)
 /* Report step underflow or too many attempts. Returns an error. */
 static pd_status pdi_physics_fail_underflow(pd_ctx *ctx, const pd_physics *p, const pd_step *s)
 {
-    if (p->stuck) return p->stuck(ctx, p->self, s);
-    return pdi_fail(ctx, PD_ERR_STATE, p->name, "steps of %g s do not lead on from t = %g s to %g s, after %d attempts "
-                    "that were not good enough", s->dt, s->time, s->limit, s->trial);
+    if (p->report_underflow) return p->report_underflow(ctx, p->self, s);
+    return pdi_fail(ctx, PD_ERR_STATE, p->name,
+                    "steps of %g s do not lead on from t = %g s to %g s, after %d attempts "
+                    "that were not good enough",
+                    s->dt, s->time, s->latest_end, s->rejected);
 }
 
 PDI_FN pd_status pdi_physics_check_progress(pd_ctx *ctx, const char *name, pdi_physics_progress *pace, double time,
@@ -46,47 +48,50 @@ PDI_FN pd_status pdi_physics_check_progress(pd_ctx *ctx, const char *name, pdi_p
 /* Publish the present attempt as progress information. */
 static void pdi_physics_publish_attempt(const pd_physics *p, const pd_step *s)
 {
-    if (!s->now) return;
-    s->now->name = p->name;
-    s->now->time = s->time;
-    s->now->dt = s->dt;
-    s->now->trial = s->trial;
-    s->now->error = s->trial ? s->error : 0.0;
+    if (!s->progress) return;
+    s->progress->name = p->name;
+    s->progress->time = s->time;
+    s->progress->dt = s->dt;
+    s->progress->rejected = s->rejected;
+    s->progress->error = s->rejected ? s->error : 0.0;
 }
 
 PDI_FN pd_status pdi_physics_step(pd_ctx *ctx, const pd_physics *p, pd_step *s)
 {
-    double left = s->limit - s->time;
+    double left = s->latest_end - s->time;
     pd_status status;
     s->dt = left;
-    s->turned_count = 0;
-    s->ends = s->trial = 0;
+    s->converted_count = 0;
+    s->ends_substeps = s->rejected = 0;
     pdi_physics_publish_attempt(p, s);
     PDI_TRY(pdi_check_cancel(ctx, p->name, p->steps ? *p->steps : 0));
     if (p->limit) PDI_TRY(p->limit(ctx, p->self, s));
-    left = s->limit - s->time;
-    for (s->trial = 0;; s->trial++) {
+    left = s->latest_end - s->time;
+    for (s->rejected = 0;; s->rejected++) {
         pdi_physics_publish_attempt(p, s);
-        if (s->trial) PDI_TRY(pdi_check_cancel(ctx, p->name, p->steps ? *p->steps : 0));
-        if (s->until) s->dt = pdi_min(s->dt, s->until(s->until_user, s->time, s->time + s->dt) - s->time);
-        if (p->until) s->dt = pdi_min(s->dt, p->until(p->until_user, s->time, s->time + s->dt, 0) - s->time);
-        if (pdi_is_step_underflow(s->time, left, s->dt) || s->trial == PDI_PHYSICS_MAX_ATTEMPTS)
+        if (s->rejected) PDI_TRY(pdi_check_cancel(ctx, p->name, p->steps ? *p->steps : 0));
+        if (s->time_limit)
+            s->dt = pdi_min(s->dt, s->time_limit(s->time_limit_user, s->time, s->time + s->dt) - s->time);
+        if (p->time_limit)
+            s->dt = pdi_min(s->dt, p->time_limit(p->time_limit_user, s->time, s->time + s->dt, 0) - s->time);
+        if (pdi_is_step_underflow(s->time, left, s->dt) || s->rejected == PDI_PHYSICS_MAX_ATTEMPTS)
             return pdi_physics_fail_underflow(ctx, p, s);
         if (s->dt < left) s->end = s->time + s->dt;
         else {
             s->dt = left;
-            s->end = s->limit;
+            s->end = s->latest_end;
         }
         pdi_physics_publish_attempt(p, s);
         status = p->attempt(ctx, p->self, s);
         double seen = s->end;
-        if (status >= 0 && status != PD_RETRY && p->until) seen = p->until(p->until_user, s->time, s->end, 1);
+        if (status >= 0 && status != PD_RETRY && p->time_limit)
+            seen = p->time_limit(p->time_limit_user, s->time, s->end, 1);
         if (status != PD_RETRY && !(seen < s->end)) break;
         PDI_TRY(p->reject(ctx, p->self, s));
         s->dt = pdi_min(s->dt, seen - s->time);
     }
     if (status >= 0 && p->accept) PDI_TRY(p->accept(ctx, p->self, s));
-    if (status >= 0 && s->now) s->now->steps++;
+    if (status >= 0 && s->progress) s->progress->accepted_steps++;
     return status;
 }
 
@@ -99,7 +104,7 @@ pd_status pd_physics_run(pd_ctx *ctx, pd_physics p, double t_end)
     memset(&s, 0, sizeof s);
     pdi_physics_progress pace = {*p.time, 0};
     for (s.time = *p.time; s.time < t_end; s.time = s.end) {
-        s.limit = t_end;
+        s.latest_end = t_end;
         pd_status status = pdi_physics_step(ctx, &p, &s);
         if (status < 0) return status;
         if (status > 0) worst = status;

@@ -18,31 +18,32 @@ typedef struct pd_attempt {
     double time;      /* [s] start of its step */
     double dt;        /* [s] step size; 0: the process is quasi-steady, or is being initialised */
     double error;     /* [-] error over tolerance of the previous attempt; HUGE_VAL: it did not converge */
-    int trial;        /* rejected attempts of this step */
-    int64_t steps;    /* substeps accepted since the last step of the run */
+    int rejected;     /* rejected attempts of this step */
+    int64_t accepted_steps; /* substeps accepted since the last step of the run */
 } pd_attempt;
 
 /* One time step of a process, and what it needs to know of the run. */
 typedef struct pd_step {
     double time;      /* [s] start of the step */
-    double limit;     /* [s] latest end of the step */
+    double latest_end; /* [s] latest end of the step */
     double dt;        /* [s] step size of the next attempt */
     double end;       /* [s] end of the attempt: limit, or time + dt */
     double error;     /* [-] error of the attempt over its tolerance, for `accept` and `reject` of the process */
-    int trial;        /* rejected attempts of this step */
-    int ends;         /* 1: set by `accept`: the processes after this one have to step before it steps again */
-    double fraction;  /* [-] of the run: largest fraction of the metal of a node that dissolves in a step */
+    int rejected;     /* rejected attempts of this step */
+    int ends_substeps; /* 1: set by `accept`: the processes after this one have to step before it steps again */
+    /* [-] of the run: largest fraction of the metal of a node that dissolves in a step */
+    double max_dissolved_fraction;
     double rtol;      /* [-] of the run: relative time discretisation error of the amount dissolved */
     double max_step;  /* [s] of the run; 0: no limit */
-    double lost;      /* [unit of its elements] solid dissolved by the process since the start of the run */
-    pd_solve_at_fn at; /* to be called before equations at a time are solved; NULL: nothing is quasi-steady */
-    void *at_user;
-    double (*until)(void *user, double t, double end); /* latest end [s] of a step from t that resolves the
-                                                        * time-dependent inputs; NULL: there are none */
-    void *until_user;
-    pd_attempt *now;       /* receives progress information; NULL: not wanted */
-    const int32_t *turned; /* [turned_count] set by `accept`: the solid nodes that became fluid */
-    int32_t turned_count;
+    double dissolved; /* [unit of its elements] solid dissolved by the process since the start of the run */
+    pd_solve_at_fn solve_at; /* to be called before equations at a time are solved; NULL: nothing is quasi-steady */
+    void *solve_at_user;
+    double (*time_limit)(void *user, double t, double end); /* latest end [s] of a step from t that resolves the
+                                                             * time-dependent inputs; NULL: there are none */
+    void *time_limit_user;
+    pd_attempt *progress;           /* receives progress information; NULL: not wanted */
+    const int32_t *converted_nodes; /* [turned_count] set by `accept`: the solid nodes that became fluid */
+    int32_t converted_count;
 } pd_step;
 
 /* A conserved quantity. Processes that name the same element share one mass balance. */
@@ -55,7 +56,8 @@ typedef struct pd_amounts {
     double solid;     /* [unit] in metal */
     double volume;    /* [m3] (m2 in planar 2D, m in 1D) of that metal */
     double dissolved; /* [unit] in fluid */
-    double carry;     /* [unit] undelivered: residual of the last linear solve, or debris; the next step delivers it */
+    /* [unit] undelivered: residual of the last linear solve, or debris; the next step delivers it */
+    double undelivered;
     double out, in;   /* [unit] outflow and inflow through the sides since the start */
 } pd_amounts;
 
@@ -66,19 +68,19 @@ typedef struct pd_physics {
     const double *time; /* [s] its present time; NULL: it cannot run alone */
     const pd_element *element; /* [elements] */
     int elements;
-    int inner;            /* 1: it takes substeps within a step of the run */
+    int has_substeps; /* 1: it takes substeps within a step of the run */
     /* Latest end [s] of an attempt from t to `end` that resolves the time dependence of its own rate laws, all else
      * being as it is at t (tried = 0: before the attempt) or at `end` (1: after it). NULL: nothing depends on time */
-    double (*until)(void *user, double t, double end, int tried);
-    void *until_user;
+    double (*time_limit)(void *user, double t, double end, int tried);
+    void *time_limit_user;
     const int64_t *steps; /* count of its substeps; NULL: not counted */
     /* Called once at the initial time t [s], before the first mass balance. */
     pd_status (*start)(pd_ctx *ctx, void *self, double t);
     /* Quasi-steady processes: solve at time t [s]. */
-    pd_solve_at_fn at;
+    pd_solve_at_fn solve_at;
     /* Lower step->dt to the largest step of the run that suits the process. Called when the first process takes several
      * substeps in a step of the run; a process that takes a single step limits it by `limit`. */
-    pd_status (*longest)(pd_ctx *ctx, void *self, pd_step *step);
+    pd_status (*max_run_step)(pd_ctx *ctx, void *self, pd_step *step);
     /* Begin a step: lower step->dt to the largest admissible step; step->limit may be lowered, too. */
     pd_status (*limit)(pd_ctx *ctx, void *self, pd_step *step);
     /* Compute a step of step->dt from step->time. PD_RETRY: its error is too large, `reject` follows. */
@@ -90,15 +92,15 @@ typedef struct pd_physics {
     pd_status (*reject)(pd_ctx *ctx, void *self, pd_step *step);
     /* Report step underflow with a message of this physics: step->dt is below the rounding error of time. Returns an
      * error. NULL: a general message. */
-    pd_status (*stuck)(pd_ctx *ctx, void *self, const pd_step *step);
+    pd_status (*report_underflow)(pd_ctx *ctx, void *self, const pd_step *step);
     /* End of a step of the run at t [s]. Quasi-steady processes: after the mass balance; others: when they reach t. */
     pd_status (*finish)(pd_ctx *ctx, void *self, double t);
     /* Solid nodes [count] became fluid; the bonds have been updated. */
-    pd_status (*changed)(pd_ctx *ctx, void *self, const int32_t *turned, int32_t count);
+    pd_status (*nodes_converted)(pd_ctx *ctx, void *self, const int32_t *turned, int32_t count);
     /* Write the state to a checkpoint, or read it. */
-    pd_status (*store)(pd_ctx *ctx, void *self, pd_archive *archive);
+    pd_status (*checkpoint)(pd_ctx *ctx, void *self, pd_archive *archive);
     /* Add the present amounts of element k of this process to the mass balance. */
-    void (*balance)(pd_ctx *ctx, void *self, int k, pd_amounts *amounts);
+    void (*add_amounts)(pd_ctx *ctx, void *self, int k, pd_amounts *amounts);
     /* Largest relative error [-] of the balances that the process keeps itself. */
     double (*imbalance)(pd_ctx *ctx, void *self);
 } pd_physics;

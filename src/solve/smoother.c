@@ -31,12 +31,12 @@ static void pdi_smoother_find_row_neighbours(const pd_smoother_level *fine, cons
     adjacent->above[0] = 1;
     for (int d = 1; d < PD_DIM; d++) {
         int32_t n = fine->n[d], i = row % n, across = (n - 1) * stride[d];
-        adjacent->below[d] = i == 0 && fine->wrap[d] ? across : -stride[d];
-        adjacent->above[d] = i == n - 1 && fine->wrap[d] ? -across : stride[d];
+        adjacent->below[d] = i == 0 && fine->periodic[d] ? across : -stride[d];
+        adjacent->above[d] = i == n - 1 && fine->periodic[d] ? -across : stride[d];
         row /= n;
     }
     for (int d = 0; d < PD_DIM; d++) {
-        adjacent->lo[d] = fine->shared ? fine->hi[d] + adjacent->below[d] : fine->lo[d];
+        adjacent->lo[d] = fine->symmetric_storage ? fine->hi[d] + adjacent->below[d] : fine->lo[d];
         adjacent->hi[d] = fine->hi[d];
     }
 }
@@ -57,7 +57,8 @@ PDI_NOINLINE static float pdi_smoother_periodic_sum(const pd_smoother_level *fin
 static inline float pdi_smoother_fine_sum(const pd_smoother_level *fine, const int32_t *stride, int32_t c)
 {
     float sum = 0.0f;
-    if (fine->edge && fine->edge[c]) return pdi_smoother_periodic_sum(fine, stride, c);
+    if (fine->has_periodic_neighbour && fine->has_periodic_neighbour[c])
+        return pdi_smoother_periodic_sum(fine, stride, c);
     for (int d = 0; d < PD_DIM; d++)
         sum += fine->lo[d][c] * fine->x[c - stride[d]] + fine->hi[d][c] * fine->x[c + stride[d]];
     return sum;
@@ -79,12 +80,13 @@ static inline float pdi_smoother_sum(const pd_smoother_level *level, const int32
  * as in a good conductor, the rounding of the products would exceed the row sum. */
 static inline float pdi_smoother_fine_defect(const pd_smoother_level *fine, const int32_t *stride, int32_t c)
 {
-    double leave = (double)fine->excess[c] * fine->sum[c];
+    double leave = (double)fine->row_sum[c] * fine->coarse_correction[c];
     for (int d = 0; d < PD_DIM; d++)
         for (int upper = 0; upper < 2; upper++) {
             int32_t q = pdi_smoother_find_neighbour(fine, stride[d], d, upper, c);
             if (q < 0) continue;
-            leave += (double)pdi_smoother_get_coefficient(fine, d, upper, c, q) * (fine->sum[c] - fine->sum[q]);
+            leave += (double)pdi_smoother_get_coefficient(fine, d, upper, c, q) *
+                     (fine->coarse_correction[c] - fine->coarse_correction[q]);
         }
     return (float)leave;
 }
@@ -92,9 +94,9 @@ static inline float pdi_smoother_fine_defect(const pd_smoother_level *fine, cons
 /* The same on a coarse level. */
 static inline float pdi_smoother_coarse_defect(const pd_smoother_level *level, int32_t c)
 {
-    double leave = (double)level->excess[c] * level->sum[c];
+    double leave = (double)level->row_sum[c] * level->coarse_correction[c];
     for (int32_t k = level->row[c]; k < level->row[c + 1]; k++)
-        leave += (double)level->a[k] * (level->sum[c] - level->sum[level->col[k]]);
+        leave += (double)level->a[k] * (level->coarse_correction[c] - level->coarse_correction[level->col[k]]);
     return (float)leave;
 }
 
@@ -102,8 +104,8 @@ static inline float pdi_smoother_coarse_defect(const pd_smoother_level *level, i
 static void pdi_smoother_block_defect(const pd_smoother_level *fine, const int32_t *stride, int32_t first,
                                       int32_t count)
 {
-    const float *PD_RESTRICT excess = fine->excess + first;
-    const double *PD_RESTRICT sum = fine->sum + first;
+    const float *PD_RESTRICT excess = fine->row_sum + first;
+    const double *PD_RESTRICT sum = fine->coarse_correction + first;
     float *PD_RESTRICT b = fine->b + first;
     const float *lo[PD_DIM], *hi[PD_DIM];
     for (int d = 0; d < PD_DIM; d++) {
@@ -127,7 +129,7 @@ static void pdi_smoother_subtract_defect(const pd_smoother_level *level, const i
     float *b = level->b;
     if (level->row)
         for (int32_t c = first; c < end; c++) b[c] -= pdi_smoother_coarse_defect(level, c);
-    else if (level->edge)
+    else if (level->has_periodic_neighbour)
         for (int32_t c = first; c < end; c++) b[c] -= pdi_smoother_fine_defect(level, stride, c);
     else
         for (int32_t c = first; c < end; c += PDI_SMOOTHER_VECTOR_CELLS)
@@ -140,7 +142,7 @@ static inline void pdi_smoother_apply_cells(const pd_smoother_level *level, cons
                                             int32_t first, int32_t end, int32_t step)
 {
     float *x = level->x;
-    const float *b = level->b, *inv = level->inv;
+    const float *b = level->b, *inv = level->inverse_diagonal;
     switch (op) {
     case PDI_SMOOTHER_JACOBI:
         for (int32_t c = first; c < end; c += step) x[c] = b[c] * inv[c];
@@ -158,11 +160,11 @@ static inline void pdi_smoother_apply_cells(const pd_smoother_level *level, cons
         break;
     case PDI_SMOOTHER_PROLONG_SUM:
         for (int32_t c = first; c < end; c += step)
-            level->sum[c] = level->parent[c] >= 0 ? level[1].sum[level->parent[c]] : 0.0;
+            level->coarse_correction[c] = level->parent[c] >= 0 ? level[1].coarse_correction[level->parent[c]] : 0.0;
         break;
     case PDI_SMOOTHER_DEFECT: pdi_smoother_subtract_defect(level, stride, first, end); break;
     case PDI_SMOOTHER_ADD_TO_SUM:
-        for (int32_t c = first; c < end; c += step) level->sum[c] += (double)x[c];
+        for (int32_t c = first; c < end; c += step) level->coarse_correction[c] += (double)x[c];
         break;
     }
 }
@@ -192,7 +194,7 @@ static void pdi_smoother_compute_residuals(const pd_smoother_level *fine, const 
     float next[PDI_SMOOTHER_VECTOR_CELLS];
     for (int32_t at = first; at < end; at += PDI_SMOOTHER_VECTOR_CELLS) {
         int n = end - at < PDI_SMOOTHER_VECTOR_CELLS ? (int)(end - at) : PDI_SMOOTHER_VECTOR_CELLS;
-        const float *b = fine->b + at, *inv = fine->inv + at, *x = fine->x + at, *lo[PD_DIM], *hi[PD_DIM];
+        const float *b = fine->b + at, *inv = fine->inverse_diagonal + at, *x = fine->x + at, *lo[PD_DIM], *hi[PD_DIM];
         float *r = fine->r + at;
         for (int d = 0; d < PD_DIM; d++) {
             lo[d] = adjacent->lo[d] + at;
@@ -217,7 +219,7 @@ static void pdi_smoother_row_residual(const pd_smoother_level *fine, const int32
     pdi_smoother_row_neighbours adjacent;
     int32_t begin = row * fine->n[0], last = begin + fine->n[0] - 1, inner = end;
     pdi_smoother_find_row_neighbours(fine, stride, row, &adjacent);
-    if (fine->wrap[0]) {
+    if (fine->periodic[0]) {
         if (first == begin && first < end) {
             pdi_smoother_apply_cells(fine, stride, PDI_SMOOTHER_RESIDUAL, first, first + 1, 1);
             first += step;
@@ -253,7 +255,7 @@ static void pdi_smoother_every_second(const pd_smoother_level *fine, const pdi_s
     float next[PDI_SMOOTHER_VECTOR_CELLS];
     for (int32_t at = first; at < end; at += PDI_SMOOTHER_VECTOR_CELLS) {
         int n = end - at < PDI_SMOOTHER_VECTOR_CELLS ? (int)(end - at) : PDI_SMOOTHER_VECTOR_CELLS;
-        const float *b = fine->b + at, *inv = fine->inv + at, *lo[PD_DIM], *hi[PD_DIM];
+        const float *b = fine->b + at, *inv = fine->inverse_diagonal + at, *lo[PD_DIM], *hi[PD_DIM];
         float *x = fine->x + at;
         for (int d = 0; d < PD_DIM; d++) {
             lo[d] = adjacent->lo[d] + at;
@@ -280,7 +282,7 @@ static void pdi_smoother_row_sweep(const pd_smoother_level *fine, const int32_t 
     pdi_smoother_row_neighbours adjacent;
     int32_t begin = r * fine->n[0], last = begin + fine->n[0] - 1, end = fine->end[r], inner = end;
     pdi_smoother_find_row_neighbours(fine, stride, r, &adjacent);
-    if (fine->wrap[0]) {
+    if (fine->periodic[0]) {
         if (first == begin && first < end) {
             pdi_smoother_apply_cells(fine, stride, op, first, first + 1, 1);
             first += 2;
@@ -316,7 +318,7 @@ PDI_FN void pdi_smoother_apply_colour(pdi_par_team team, const pd_smoother_level
 PDI_NOINLINE static void pdi_smoother_sweep_coarse_line(const pd_smoother_level *level, int32_t first, int32_t end)
 {
     float *x = level->x;
-    const float *b = level->b, *inv = level->inv;
+    const float *b = level->b, *inv = level->inverse_diagonal;
     for (int32_t c = first; c < end; c++) x[c] = (b[c] + pdi_smoother_coarse_sum(level, c)) * inv[c];
     for (int32_t c = end - 1; c >= first; c--) x[c] = (b[c] + pdi_smoother_coarse_sum(level, c)) * inv[c];
 }
@@ -346,11 +348,11 @@ PDI_NOINLINE static void pdi_smoother_fine_line_rhs(const pd_smoother_level *fin
 static inline void pdi_smoother_sweep_fine_lines(const pd_smoother_level *fine, const int32_t *stride,
                                                  const int32_t *line, int lines)
 {
-    const float *PD_RESTRICT lo = fine->lo[0], *PD_RESTRICT hi = fine->hi[0], *PD_RESTRICT inv = fine->inv;
+    const float *PD_RESTRICT lo = fine->lo[0], *PD_RESTRICT hi = fine->hi[0], *PD_RESTRICT inv = fine->inverse_diagonal;
     const float *PD_RESTRICT given = fine->r;
     float *PD_RESTRICT x = fine->x, last[2] = {0.0f, 0.0f};
     int32_t n = fine->n[0], first[2] = {0, 0};
-    int wrap = fine->wrap[0];
+    int wrap = fine->periodic[0];
     for (int l = 0; l < lines; l++) {
         first[l] = line[l] * n;
         pdi_smoother_fine_line_rhs(fine, stride, line[l]);

@@ -12,15 +12,15 @@
 typedef struct pd_smoother_level {
     int n[PD_DIM];     /* blocks along the axes */
     int halve[PD_DIM]; /* 1: the next level pairs the blocks of this axis */
-    int shared;        /* level 0: 1: symmetric storage, lo is hi of the neighbour */
-    int wrap[PD_DIM];  /* 1: the axis is periodic */
-    float last[PD_DIM]; /* width of the last block, the others being 1 */
+    int symmetric_storage;    /* level 0: 1: symmetric storage, lo is hi of the neighbour */
+    int periodic[PD_DIM];     /* 1: the axis is periodic */
+    float last_width[PD_DIM]; /* width of the last block, the others being 1 */
     int32_t cells, red; /* red: cells of the first colour (symmetric, coarse levels) */
     float *x, *b, *r;  /* [cells] [-] correction, right-hand side, residual */
-    float *inv;        /* [cells] 1 / diagonal; 0: inactive cell */
-    float *excess;     /* [cells] row sum: diagonal less links; NULL without contrast */
-    double *sum;       /* [cells] [-] correction of all coarser levels in double precision, then plus x; NULL without
-                        * contrast */
+    float *inverse_diagonal;   /* [cells] 1 / diagonal; 0: inactive cell */
+    float *row_sum;            /* [cells] row sum: diagonal less links; NULL without contrast */
+    double *coarse_correction; /* [cells] [-] correction of all coarser levels in double precision, then plus x; NULL
+                                * without contrast */
     int32_t *parent;   /* [cells] cell of the next level; -1: none */
     int32_t *begin, *end; /* level 0: [cells / n[0]] first active cell of each row along axis 0, and one past the
                            * last; all others hold zeros */
@@ -28,10 +28,11 @@ typedef struct pd_smoother_level {
     int32_t *block;    /* coarse levels: [cells] block of the cell */
     int32_t *row;      /* coarse levels: [cells + 1] offset of the links of a cell */
     int32_t *col;      /* [row[cells]] the neighbour */
-    float *a, *back;   /* coefficient of the neighbour in this row, and of this cell in the row of the neighbour (one
-                        * allocation; symmetric: one array) */
+    float *a, *reverse; /* coefficient of the neighbour in this row, and of this cell in the row of the neighbour (one
+                         * allocation; symmetric: one array) */
     uint8_t *face;     /* direction of the link: 2 axis + (1: upper) */
-    uint8_t *edge;     /* level 0: [cells] 1: the cell has a periodic neighbour; NULL: no axis is periodic */
+    /* level 0: [cells] 1: the cell has a periodic neighbour; NULL: no axis is periodic */
+    uint8_t *has_periodic_neighbour;
     int32_t *child_first, *child; /* cells of the finer level that form a cell (CSR) */
     float *values;     /* coarse levels: storage of x, b, r, inv and excess */
     int32_t *indices;  /* coarse levels: storage of parent, block, row, child_first */
@@ -74,7 +75,7 @@ static inline int32_t pdi_smoother_find_neighbour(const pd_smoother_level *fine,
 {
     int32_t n = fine->n[axis], i = c / stride % n;
     if (i != (upper ? n - 1 : 0)) return upper ? c + stride : c - stride;
-    if (!fine->wrap[axis]) return -1;
+    if (!fine->periodic[axis]) return -1;
     return upper ? c - (n - 1) * stride : c + (n - 1) * stride;
 }
 
@@ -84,7 +85,7 @@ static inline float pdi_smoother_get_coefficient(const pd_smoother_level *fine, 
                                                  int32_t neighbour)
 {
     if (upper) return fine->hi[axis][c];
-    return fine->shared ? fine->hi[axis][neighbour] : fine->lo[axis][c];
+    return fine->symmetric_storage ? fine->hi[axis][neighbour] : fine->lo[axis][c];
 }
 /* All threads of a team have to call the following functions. There is no barrier at their end. */
 /* Apply an operation to `count` cells from `first`, in any order. */

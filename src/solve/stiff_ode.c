@@ -67,7 +67,7 @@ static void pdi_stiff_ode_compute_jacobian(pdi_stiff_ode_state *w, double t, con
     memcpy(x, y, sizeof x);
     pdi_stiff_ode_compute_rates(w, t, x, at);
     for (int j = 0; j < s->count; j++) {
-        double stride = PDI_STIFF_ODE_INCREMENT * pdi_max(fabs(y[j]), s->size[j]);
+        double stride = PDI_STIFF_ODE_INCREMENT * pdi_max(fabs(y[j]), s->typical[j]);
         if (!(stride > 0.0)) stride = PDI_STIFF_ODE_INCREMENT;
         x[j] = y[j] + stride > s->high[j] ? y[j] - stride : y[j] + stride;
         pdi_stiff_ode_compute_rates(w, t, x, moved);
@@ -149,7 +149,7 @@ static double pdi_stiff_ode_step(pdi_stiff_ode_state *w, double t, double h, con
     }
     for (int k = 0; k < s->count; k++) {
         double off = fabs(table[last][last][k] - table[last][last - 1][k]);
-        double size = pdi_max(pdi_max(fabs(y[k]), fabs(table[last][last][k])), s->size[k]);
+        double size = pdi_max(pdi_max(fabs(y[k]), fabs(table[last][last][k])), s->typical[k]);
         end[k] = table[last][last][k];
         if (!(off < 1e100)) return HUGE_VAL;
         if (off > 0.0) worst = pdi_max(worst, off / (size * s->tolerance));
@@ -164,7 +164,7 @@ static double pdi_stiff_ode_bound_fraction(const pd_stiff_ode *s, const double *
     double share = 1.0;
     for (int k = 0; k < s->count; k++) {
         double bound = pdi_stiff_ode_clip(s, k, end[k]), out = fabs(end[k] - bound);
-        double near_ = s->tolerance * pdi_max(pdi_max(fabs(bound), fabs(y[k])), s->size[k]);
+        double near_ = s->tolerance * pdi_max(pdi_max(fabs(bound), fabs(y[k])), s->typical[k]);
         if (!(out > 0.0)) continue;
         if (out <= near_ || fabs(bound - y[k]) <= near_) end[k] = bound;
         else share = pdi_min(share, pdi_max((bound - y[k]) / (end[k] - y[k]), PDI_STIFF_ODE_SHRINK));
@@ -186,7 +186,7 @@ static int pdi_stiff_ode_has_left_bound(const pdi_stiff_ode_state *w, double t, 
     pdi_stiff_ode_compute_rates(&loose, t + h, end, rate);
     for (int k = 0; k < s->count; k++) {
         double out = end[k] >= s->high[k] ? rate[k] : -rate[k];
-        if (w->fixed[k] && -out * h > s->tolerance * pdi_max(fabs(end[k]), s->size[k])) return 1;
+        if (w->fixed[k] && -out * h > s->tolerance * pdi_max(fabs(end[k]), s->typical[k])) return 1;
     }
     return 0;
 }
@@ -200,7 +200,7 @@ static double pdi_stiff_ode_estimate_first_step(pdi_stiff_ode_state *w, double t
     pdi_stiff_ode_mark_fixed(w, t, y);
     pdi_stiff_ode_compute_rates(w, t, y, rate);
     for (int k = 0; k < s->count; k++) {
-        double size = pdi_max(fabs(y[k]), s->size[k]);
+        double size = pdi_max(fabs(y[k]), s->typical[k]);
         if (fabs(rate[k]) * h > size && size > 0.0) h = size / fabs(rate[k]);
     }
     return pdi_max(h, PDI_STIFF_ODE_MIN_FIRST_STEP * whole);

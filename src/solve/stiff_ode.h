@@ -20,7 +20,7 @@ typedef struct pd_stiff_ode {
     pd_stiff_ode_rate_fn rate;
     void *user;
     const double *low, *high; /* [count] [unit of y] bounds; infinite: none */
-    const double *size;       /* [count] [unit of y] typical values: errors are relative to the larger of size and
+    const double *typical;    /* [count] [unit of y] typical values: errors are relative to the larger of size and
                                * |y| */
     double tolerance;         /* [-] relative error allowed in a step */
 } pd_stiff_ode;

@@ -38,7 +38,7 @@ PDI_FN void pdi_bounds_take_all(const pd_grid *grid, uint8_t kind, const double 
 
 PDI_FN void pdi_bounds_take_inlets(const pd_ghosts *ghosts, const double *x, pdi_bounds *b)
 {
-    for (int32_t k = ghosts->count; k < ghosts->listed; k++) pdi_bounds_take(x[ghosts->node[k]], b);
+    for (int32_t k = ghosts->outlets_end; k < ghosts->inlets_end; k++) pdi_bounds_take(x[ghosts->node[k]], b);
 }
 
 PDI_FN void pdi_bounds_widen(const pd_grid *grid, const double *c, double share, pdi_bounds *b)

@@ -32,7 +32,7 @@ static double pdi_conductance_entry(const pd_bonds *bonds, int32_t i, int k)
  * of inlets is there. */
 static int32_t pdi_conductance_behind(const pd_grid *grid, int32_t i, const int *at, int d, int upper)
 {
-    if (!(grid->ends >> (2 * d + upper) & 1) || at[d] != (upper ? grid->n[d] - 1 : 0)) return -1;
+    if (!(grid->mixed_sides >> (2 * d + upper) & 1) || at[d] != (upper ? grid->n[d] - 1 : 0)) return -1;
     return upper ? i + grid->stride[d] : i - grid->stride[d];
 }
 
@@ -72,7 +72,7 @@ static double pdi_conductance_past(const pd_grid *grid, int32_t i, int d, int up
         memcpy(x, foot, sizeof x);
         x[e] += step * middle * grid->h[e];
         pdi_grid_fold_position_images(grid, x);
-        if (grid->entry(grid->entry_user, 2 * d + upper, x)) from = middle;
+        if (grid->is_inlet(grid->is_inlet_user, 2 * d + upper, x)) from = middle;
         else to = middle;
     }
     return 0.5 * (from + to) - 0.5;
@@ -153,7 +153,7 @@ static double pdi_conductance_end(const pd_bonds *bonds, int32_t i, int k)
 PDI_FN double pdi_conductance_beside(const pd_bonds *bonds, int32_t i, int k, double bond)
 {
     bond /= pdi_conductance_entry(bonds, i, k);
-    return bonds->grid->ends ? bond * pdi_conductance_end(bonds, i, k) : bond;
+    return bonds->grid->mixed_sides ? bond * pdi_conductance_end(bonds, i, k) : bond;
 }
 
 /* Which bonds of a row at rest have a number, and what those that are closed and have none would conduct. */
@@ -165,7 +165,7 @@ static void pdi_conductance_sums(const pd_conductance *c, int32_t row)
     for (int k = 0; k < bonds->stencil->count; k++) {
         float more = c->more[pdi_conductance_place(c, row, k)];
         if (more < 0.0f || more > 0.0f) c->other[(int64_t)(k >> 5) * c->capacity + row] |= (uint32_t)1 << (k & 31);
-        else if (!pdi_bond_is_open(bonds, row, k)) sum += bonds->stencil->lap[k];
+        else if (!pdi_bond_is_open(bonds, row, k)) sum += bonds->stencil->laplacian_weight[k];
     }
     c->shut[row] = c->diffusion->desc.diffusivity * sum;
 }
@@ -177,8 +177,8 @@ static void pdi_conductance_find(const pd_conductance *c)
     const pd_bonds *bonds = c->bonds;
     int32_t old = 0;
     for (int32_t r = 0; r < bonds->rows; r++) {
-        int32_t end = r < bonds->plain ? c->plain : c->rows;
-        if (r == bonds->plain) old = c->plain;
+        int32_t end = r < bonds->rows_without_inlet ? c->plain : c->rows;
+        if (r == bonds->rows_without_inlet) old = c->plain;
         while (old < end && c->node[old] < bonds->node[r]) old++;
         c->from[r] = old < end && c->node[old] == bonds->node[r] ? old : -1;
     }
@@ -222,7 +222,7 @@ static void pdi_conductance_bond(const pd_conductance *c, int32_t r, int k)
     c->bond[at] = 0.0;
     if (!open) return;
     pdi_diffusion_bond(c->diffusion, i, k, 1, 1, c->bond + at);
-    if (bonds->inlet[r] || bonds->grid->ends) c->bond[at] = pdi_conductance_beside(bonds, i, k, c->bond[at]);
+    if (bonds->has_inlet[r] || bonds->grid->mixed_sides) c->bond[at] = pdi_conductance_beside(bonds, i, k, c->bond[at]);
 }
 
 /* The bonds of a row that have an end with new numbers. */
@@ -248,13 +248,13 @@ PDI_FN void pdi_conductance_update(const pd_ctx *ctx, pd_conductance *c)
     pdi_conductance_find(c);
     pdi_conductance_move(c);
     /* callbacks say where inlets end: one thread asks them */
-    int32_t several = bonds->grid->ends ? bonds->plain : bonds->rows;
+    int32_t several = bonds->grid->mixed_sides ? bonds->rows_without_inlet : bonds->rows;
     PDI_PARALLEL_FOR(nt)
     for (int32_t r = 0; r < several; r++) pdi_conductance_row(c, r);
     for (int32_t r = several; r < bonds->rows; r++) pdi_conductance_row(c, r);
     for (int32_t r = 0; r < bonds->rows; r++) c->node[r] = bonds->node[r];
     c->rows = bonds->rows;
-    c->plain = bonds->plain;
+    c->plain = bonds->rows_without_inlet;
     c->version = bonds->version;
 }
 

@@ -40,7 +40,7 @@ static inline double pdi_conductance_value(const pd_conductance *c, int32_t row,
 {
     if (!c->rests) return c->bond[pdi_conductance_place(c, row, k)];
     if (!pdi_bond_is_open(c->bonds, row, k)) return 0.0;
-    return c->diffusion->desc.diffusivity * c->bonds->stencil->lap[k] *
+    return c->diffusion->desc.diffusivity * c->bonds->stencil->laplacian_weight[k] *
            (1.0 + (double)c->more[pdi_conductance_place(c, row, k)]);
 }
 /* [1/s] of bond k of `count` nodes, not at rest: rows from `row`, or nodes with whole families (-1). `space`: room for

@@ -97,7 +97,7 @@ typedef struct pdi_diffusion_cuts {
 static void pdi_diffusion_count(const pd_diffusion *d, int32_t r, const uint8_t *held, pdi_diffusion_cuts *cuts)
 {
     const pd_bonds *bonds = d->bonds;
-    const double *lap = pdi_bond_get_laplacian_weights(bonds, bonds->node[r]), *even = bonds->stencil->lap;
+    const double *lap = pdi_bond_get_laplacian_weights(bonds, bonds->node[r]), *even = bonds->stencil->laplacian_weight;
     double whole = 0.0;
     memset(cuts, 0, sizeof *cuts);
     for (int k = 0; k < bonds->stencil->count; k++) {
@@ -220,7 +220,7 @@ static void pdi_diffusion_leave(pd_diffusion *d, int32_t i)
 }
 
 /* The ghost k of the list has the numbers of the node that it stands for, or mirrors. */
-static int pdi_diffusion_stands(const pd_ghosts *g, int32_t k) { return k < g->images || k >= g->count; }
+static int pdi_diffusion_stands(const pd_ghosts *g, int32_t k) { return k < g->images_end || k >= g->outlets_end; }
 
 /* Room for all rows and for the ghosts of them. *all: 1 when there is other room than before, where nothing stands. */
 static pd_status pdi_diffusion_fit(pd_ctx *ctx, pd_diffusion *d, int *all)
@@ -228,8 +228,8 @@ static pd_status pdi_diffusion_fit(pd_ctx *ctx, pd_diffusion *d, int *all)
     const pd_bonds *bonds = d->bonds;
     const pd_ghosts *g = &bonds->ghosts;
     int64_t need = bonds->rows;
-    for (int32_t k = 0; k < g->listed; k++)
-        need += pdi_diffusion_stands(g, k) && (bonds->row[g->source[k]] >= 0 || d->place[g->source[k]] >= 0);
+    for (int32_t k = 0; k < g->inlets_end; k++)
+        need += pdi_diffusion_stands(g, k) && (bonds->row_of_node[g->source[k]] >= 0 || d->place[g->source[k]] >= 0);
     if (need <= d->capacity && d->tensor) return PD_OK;
     need += need / 4;
     d->used = d->spares = 0;
@@ -255,21 +255,21 @@ static void pdi_diffusion_mirror(float *tensor, int64_t ghost, int64_t from, int
 static void pdi_diffusion_ghosts(pd_diffusion *d)
 {
     const pd_ghosts *g = &d->bonds->ghosts;
-    for (int32_t k = 0; k < g->listed; k++)
+    for (int32_t k = 0; k < g->inlets_end; k++)
         if (pdi_diffusion_stands(g, k) && d->place[g->source[k]] < 0) pdi_diffusion_leave(d, g->node[k]);
-    for (int32_t k = 0; k < g->listed; k++) {
+    for (int32_t k = 0; k < g->inlets_end; k++) {
         int32_t i = g->node[k], source = g->source[k];
         if (!pdi_diffusion_stands(g, k)) continue;
         d->renewed[i] = d->renewed[source];
         if (d->place[source] < 0) continue;
         pdi_diffusion_take(d, i);
         int64_t to = d->place[i], from = d->place[source];
-        pdi_diffusion_mirror(d->tensor, to, from, g->odd[k]);
+        pdi_diffusion_mirror(d->tensor, to, from, g->sign_flips[k]);
         if (!d->metals) continue;
-        pdi_diffusion_mirror(d->metal, to, from, g->odd[k]);
+        pdi_diffusion_mirror(d->metal, to, from, g->sign_flips[k]);
         for (int a = 0; a < PD_DIM; a++) {
             float value = d->facing[from * PD_DIM + a];
-            d->facing[to * PD_DIM + a] = g->odd[k] >> a & 1 ? -value : value;
+            d->facing[to * PD_DIM + a] = g->sign_flips[k] >> a & 1 ? -value : value;
         }
     }
 }
@@ -364,8 +364,8 @@ static void pdi_diffusion_hold(pd_diffusion *d, int32_t r, uint8_t *held)
         if (!(c >= 0.0)) continue;
         held[k] = 1;
         for (int a = 0; a < PD_DIM && d->wall_grad; a++) {
-            d->wall_grad[(int64_t)place * PD_DIM + a] += s->grad[k * PD_DIM + a] / t * c;
-            d->wall_grad_rate[(int64_t)place * PD_DIM + a] += s->grad[k * PD_DIM + a] / t;
+            d->wall_grad[(int64_t)place * PD_DIM + a] += s->gradient_weight[k * PD_DIM + a] / t * c;
+            d->wall_grad_rate[(int64_t)place * PD_DIM + a] += s->gradient_weight[k * PD_DIM + a] / t;
         }
         if (first) d->wall_value[place] = c;
         first = 0;
@@ -380,7 +380,7 @@ static void pdi_diffusion_hold(pd_diffusion *d, int32_t r, uint8_t *held)
 /* 1 when a bond of the node is cut. Rows at inlets may have none. */
 static int pdi_diffusion_cut(const pd_bonds *bonds, int32_t i)
 {
-    int32_t r = bonds->row[i];
+    int32_t r = bonds->row_of_node[i];
     for (int k = 0; k < bonds->stencil->count && r >= 0; k++)
         if (!pdi_bond_is_open(bonds, r, k)) return 1;
     return 0;
@@ -432,12 +432,12 @@ static void pdi_diffusion_find(pd_diffusion *d, int all)
     const pd_bonds *bonds = d->bonds;
     int32_t total = bonds->grid->total;
     for (int32_t i = 0; i < total; i++) {
-        if ((!all && bonds->renewed[i] <= d->version) || d->place[i] < 0 || pdi_diffusion_cut(bonds, i)) continue;
+        if ((!all && bonds->node_version[i] <= d->version) || d->place[i] < 0 || pdi_diffusion_cut(bonds, i)) continue;
         pdi_diffusion_leave(d, i);
         if (!all) pdi_diffusion_turn(d, i);
     }
     for (int32_t i = 0; i < total; i++) {
-        if (!all && bonds->renewed[i] <= d->version) continue;
+        if (!all && bonds->node_version[i] <= d->version) continue;
         int turned = d->place[i] < 0 && pdi_diffusion_cut(bonds, i);
         if (turned) pdi_diffusion_take(d, i);
         pdi_diffusion_clear(d, i);
@@ -541,7 +541,7 @@ static pd_status pdi_diffusion_make(pd_ctx *ctx, const pd_bonds *bonds, const pd
     if (desc->field)
         PDI_TRY(pdi_bond_diffusivity_build(ctx, bonds->stencil, bonds->grid, desc->field, desc->level, desc->user,
                                            &d->media));
-    d->field = d->media.at;
+    d->field = d->media.node_value;
     return pdi_diffusion_update(ctx, d);
 }
 

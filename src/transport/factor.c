@@ -127,7 +127,7 @@ static void pdi_factor_alpha(const pd_factor *f, const pdi_factor_order *o, cons
 {
     const pd_bonds *bonds = f->flux->bonds;
     const pd_diffusion *d = f->flux->diffusion;
-    const double *lap = bonds->stencil->lap;
+    const double *lap = bonds->stencil->laplacian_weight;
     double bend = 0.0, size = 0.0, step[8], floor_size = least * bonds->stencil->lap_sum, own = 0.0;
     for (int k = 0; k < 8; k++) {
         step[k] = open[k] ? lap[k] * (c[i + bonds->paths.shift[k]] - c[i]) : 0.0;
@@ -157,9 +157,10 @@ static void pdi_factor_gradient(const pd_factor *f, const pdi_factor_order *o, i
 {
     const pd_bonds *bonds = f->flux->bonds;
     const pd_diffusion *diffusion = f->flux->diffusion;
-    const double *grad = bonds->stencil->grad, *moment = NULL, *held = NULL;
+    const double *grad = bonds->stencil->gradient_weight, *moment = NULL, *held = NULL;
     int32_t place = diffusion->place[i];
-    if (pdi_limiter_cut(f->flux->limiter, i)) moment = bonds->moment + (int64_t)bonds->row[i] * PD_DIM * PD_DIM;
+    if (pdi_limiter_cut(f->flux->limiter, i))
+        moment = bonds->inverse_moment + (int64_t)bonds->row_of_node[i] * PD_DIM * PD_DIM;
     else if (place >= 0) held = diffusion->wall_grad_rate + (int64_t)place * PD_DIM;
     for (int d = 0; d < 2; d++) {
         double own = held ? -held[d % PD_DIM] : 0.0;
@@ -167,7 +168,7 @@ static void pdi_factor_gradient(const pd_factor *f, const pdi_factor_order *o, i
         for (int k = 0; k < 8; k++) {
             const double *g = grad + k * PD_DIM;
             double part = moment ? 0.0 : g[d % PD_DIM];
-            for (int e = 0; e < PD_DIM && moment; e++) part += moment[d * PD_DIM + e] * bonds->norm[e] * g[e];
+            for (int e = 0; e < PD_DIM && moment; e++) part += moment[d * PD_DIM + e] * bonds->full_moment[e] * g[e];
             if (!open[k]) continue;
             to[o->at[k]] = (float)part;
             own -= part;
@@ -217,9 +218,9 @@ static void pdi_factor_bond(const pd_factor *f, const pdi_factor_order *o, const
     int a = o->at[k] / 4 - 1, b = o->at[k] % 4 - 1;
     uint8_t kind = bonds->grid->kind[j];
     double flux, bond, x[2] = {0.0, 0.0};
-    if (o->plain && bonds->row[i] < 0) {
+    if (o->plain && bonds->row_of_node[i] < 0) {
         flux = k < 4 ? t->flux[k * total + i] : -t->flux[(7 - k) * total + j];
-        bond = t->diffusion->desc.diffusivity * bonds->stencil->lap[k];
+        bond = t->diffusion->desc.diffusivity * bonds->stencil->laplacian_weight[k];
     } else pdi_flux_one(t, i, k, &flux, &bond);
     if (kind == PD_OUTLET) {
         row[2][4] += (float)flux;

@@ -46,7 +46,7 @@ static inline double pdi_flux_leave(double half, double least, double near, doub
 
 PDI_FN void pdi_flux_bond(const pd_flux *t, int32_t i, int k, double *flux, double *bond, double *upwind)
 {
-    pdi_diffusion_bond(t->diffusion, i, k, 1, t->bonds->row[i] >= 0, bond);
+    pdi_diffusion_bond(t->diffusion, i, k, 1, t->bonds->row_of_node[i] >= 0, bond);
     *bond = pdi_conductance_beside(t->bonds, i, k, *bond);
     *flux = t->flow ? pdi_flow_compute_bond_flux(t->flow, i, k) : 0.0;
     *upwind = pdi_flux_upwind(0.5 * *flux, *bond) - *bond;
@@ -62,7 +62,7 @@ PDI_FN double pdi_flux_bond_flux(const pd_flux *t, const double *c, int32_t i, i
 
 PDI_FN int pdi_flux_open(const pd_flux *t, int32_t i, int k)
 {
-    int32_t r = t->bonds->row[i];
+    int32_t r = t->bonds->row_of_node[i];
     return r < 0 || pdi_bond_is_open(t->bonds, r, k);
 }
 
@@ -77,9 +77,9 @@ static void pdi_flux_ratio(pd_flux *t)
     t->even = 1;
     for (int k = 0; k < s->count; k++)
         for (int d = 0; d < PD_DIM; d++) {
-            double g = s->grad[k * PD_DIM + d], drop = s->lap[k] * s->xi[k * PD_DIM + d];
+            double g = s->gradient_weight[k * PD_DIM + d], drop = s->laplacian_weight[k] * s->xi[k * PD_DIM + d];
             if (fabs(g) > 0.0 && !(fabs(c[d]) > 0.0)) c[d] = drop / g;
-            if (fabs(drop - c[d] * g) > 1e-12 * s->lap[k] * pdi_vec_norm(s->xi + k * PD_DIM)) t->even = 0;
+            if (fabs(drop - c[d] * g) > 1e-12 * s->laplacian_weight[k] * pdi_vec_norm(s->xi + k * PD_DIM)) t->even = 0;
         }
     for (int d = 0; d < PD_DIM && !t->even; d++) c[d] = 0.0;
 }
@@ -90,15 +90,16 @@ static void pdi_flux_stream_share(const pd_flux *t)
 {
     const pd_flow *f = t->flow;
     int64_t total = f->grid->total;
-    double *q = t->stream + PD_DIM * total, weight = f->impulse ? 1.0 : f->stabilisation;
-    const double *p = f->impulse ? f->impulse : f->p, *grad = f->impulse ? f->impulse_grad : f->grad;
+    double *q = t->stream + PD_DIM * total, weight = f->pressure_impulse ? 1.0 : f->stabilisation;
+    const double *p = f->pressure_impulse ? f->pressure_impulse : f->p,
+                 *grad = f->pressure_impulse ? f->pressure_impulse_grad : f->pressure_grad;
     PDI_FOR_NOWAIT
     for (int64_t i = 0; i < total; i++) {
         for (int d = 0; d < PD_DIM; d++) {
             int64_t at = d * total + i;
             t->stream[at] = f->advecting[at] + 0.5 * weight * t->ratio[d] * grad[at];
         }
-        q[i] = weight * p[i] + (f->potential ? f->potential[i] : 0.0);
+        q[i] = weight * p[i] + (f->divergence_potential ? f->divergence_potential[i] : 0.0);
     }
 }
 
@@ -113,8 +114,9 @@ static void pdi_flux_uneven(const pd_flux *t, int32_t i, int k, int count, doubl
 {
     const pd_flow *f = t->flow;
     const pd_stencil *s = f->bonds->stencil;
-    const double *grad = (f->impulse ? f->impulse_grad : f->grad) + i, *far = grad + f->bonds->paths.shift[k];
-    double part = 0.5 * (f->impulse ? 1.0 : f->stabilisation) * pdi_bond_get_laplacian_weights(f->bonds, i)[k];
+    const double *grad = (f->pressure_impulse ? f->pressure_impulse_grad : f->pressure_grad) + i,
+                 *far = grad + f->bonds->paths.shift[k];
+    double part = 0.5 * (f->pressure_impulse ? 1.0 : f->stabilisation) * pdi_bond_get_laplacian_weights(f->bonds, i)[k];
     for (int d = 0; d < PD_DIM; d++) {
         int64_t at = (int64_t)d * f->grid->total;
         for (int b = 0; b < count; b++) flux[b] += part * s->xi[k * PD_DIM + d] * (grad[at + b] + far[at + b]);
@@ -126,7 +128,7 @@ static void pdi_flux_volume(const pd_flux *t, int32_t i, int k, int count, doubl
 {
     const pd_bonds *bonds = t->bonds;
     int64_t total = bonds->grid->total, shift = bonds->paths.shift[k];
-    const double *w = t->stream + i, *q = w + PD_DIM * total, *g = bonds->stencil->grad + k * PD_DIM;
+    const double *w = t->stream + i, *q = w + PD_DIM * total, *g = bonds->stencil->gradient_weight + k * PD_DIM;
     double a = pdi_bond_get_laplacian_weights(bonds, i)[k], share = pdi_bond_get_flux_factor(bonds, i, k);
     for (int b = 0; b < count; b++) {
         double sum = pdi_flow_dot(g, w + b, total) + pdi_flow_dot(g, w + b + shift, total);
@@ -141,8 +143,8 @@ PDI_INLINE void pdi_flux_volumes(const pd_flux *t, int32_t i, int k, int count, 
 {
     const pd_stencil *s = t->bonds->stencil;
     int64_t total = t->bonds->grid->total, shift = t->bonds->paths.shift[k];
-    const double *w = t->stream + i, *q = w + PD_DIM * total, *g = s->grad + k * PD_DIM;
-    double a = s->lap[k];
+    const double *w = t->stream + i, *q = w + PD_DIM * total, *g = s->gradient_weight + k * PD_DIM;
+    double a = s->laplacian_weight[k];
     for (int b = 0; b < count; b++) {
         double here = pdi_flow_dot(g, w + b, total);
         ahead[b] = here + pdi_flow_dot(g, w + b + shift, total) - a * (q[b + shift] - q[b]);
@@ -189,7 +191,7 @@ static void pdi_flux_store_run(const void *user, int32_t i, int32_t row, int32_t
 /* F and the conductance of bond k of node i, as sweeps see them. */
 PDI_FN void pdi_flux_one(const pd_flux *t, int32_t i, int k, double *flux, double *bond)
 {
-    int32_t row = t->bonds->row[i];
+    int32_t row = t->bonds->row_of_node[i];
     *flux = 0.0;
     if (t->flux) {
         double factor;
@@ -203,7 +205,7 @@ PDI_FN void pdi_flux_one(const pd_flux *t, int32_t i, int k, double *flux, doubl
     if (row >= 0) *bond = pdi_conductance_value(&t->conductance, row, k);
     else {
         pdi_diffusion_bond(t->diffusion, i, k, 1, 0, bond);
-        if (t->bonds->grid->ends) *bond = pdi_conductance_beside(t->bonds, i, k, *bond);
+        if (t->bonds->grid->mixed_sides) *bond = pdi_conductance_beside(t->bonds, i, k, *bond);
     }
 }
 
@@ -271,7 +273,7 @@ PDI_INLINE_HOT void pdi_flux_pair_get(const pd_flux *t, int32_t i, int32_t row, 
     int bonds = t->bonds->stencil->count, opposite = bonds - 1 - k;
     if (place >= 0) {
         int64_t first = (int64_t)place * bonds;
-        const int32_t *far = t->boundary->far + first;
+        const int32_t *far = t->boundary->far_end + first;
         p->flux = t->boundary_flux + first + k;
         p->back = t->boundary_flux + first + opposite;
         p->turn = 1.0;

@@ -84,8 +84,8 @@ static pd_status pdi_inverse_fill(pd_ctx *ctx, pd_inverse *v, const int32_t *pin
     pdi_compact_operator_assemble(ctx, d->desc.diffusivity, d->field ? &d->media : NULL, &convection, v->rate, &faces,
                                   c);
     pdi_inverse_hold(v, pinned, pinned_count);
-    pd_status status = pdi_multigrid_setup(ctx, &v->mg, c->active, (const float *const *)c->conduct,
-                                           flux->flow ? (const float *const *)c->flux : NULL, c->wall, c->mass);
+    pd_status status = pdi_multigrid_setup(ctx, &v->mg, c->active, (const float *const *)c->conductance,
+                                           flux->flow ? (const float *const *)c->flux : NULL, c->dirichlet, c->mass);
     if (status != PD_ERR_ARGUMENT) return status;
     return pdi_fail(ctx, PD_ERR_DIVERGED, "transport", "D = %g m2/s, h = %g m, speeds and the step give rates beyond "
                     "the range of numbers of the solver: expected those of what is dissolved in a fluid",
@@ -102,7 +102,7 @@ PDI_FN pd_status pdi_inverse_setup(pd_ctx *ctx, pd_inverse *v, double rate, cons
     v->rate = rate;
     if (again) {
         pdi_inverse_hold(v, pinned, pinned_count);
-        return pdi_multigrid_update_mass(ctx, &v->mg, c->active, c->wall, c->mass);
+        return pdi_multigrid_update_mass(ctx, &v->mg, c->active, c->dirichlet, c->mass);
     }
     v->fresh = 1;
     PDI_TRY(pdi_arena_acquire(ctx, arena, pdi_compact_operator_face_list, c));

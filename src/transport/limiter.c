@@ -75,8 +75,8 @@ static void pdi_limiter_walls(const pdi_limiter_sweep *s, pdi_limiter_piece *p, 
         }
         return;
     }
-    const double *moment = bonds->moment + (int64_t)(p->row + b) * PD_DIM * PD_DIM;
-    for (int d = 0; d < PD_DIM; d++) sum[d] = slope[d * total] * bonds->norm[d];
+    const double *moment = bonds->inverse_moment + (int64_t)(p->row + b) * PD_DIM * PD_DIM;
+    for (int d = 0; d < PD_DIM; d++) sum[d] = slope[d * total] * bonds->full_moment[d];
     for (int d = 0; d < PD_DIM; d++) {
         slope[d * total] = 0.0;
         for (int e = 0; e < PD_DIM; e++) slope[d * total] += moment[d * PD_DIM + e] * sum[e];
@@ -115,8 +115,8 @@ PDI_INLINE void pdi_limiter_block(const pdi_limiter_sweep *of, int32_t i, int by
     for (int k = 0; k < s->count / 2; k++) {
         int32_t shift = bonds->paths.shift[k];
         const double *ahead = c + shift, *behind = c - shift, *x_ahead = x + shift, *x_behind = x - shift;
-        const double *g = s->grad + k * PD_DIM;
-        double a = s->lap[k];
+        const double *g = s->gradient_weight + k * PD_DIM;
+        double a = s->laplacian_weight[k];
         for (int b = 0; b < PDI_BLOCK; b++) {
             double p = a * (ahead[b] - c[b]), q = a * (behind[b] - c[b]);
             bend[b] += p + q;
@@ -187,14 +187,14 @@ PDI_INLINE_HOT void pdi_limiter_bonds(const pdi_limiter_sweep *of, int32_t i, in
     static const double none[PD_DIM] = {0.0};
     pdi_limiter_piece p;
     pdi_limiter_piece_start(of, i, row, count, &p);
-    const int32_t *far = place < 0 ? NULL : l->boundary->far + (int64_t)place * s->count;
+    const int32_t *far = place < 0 ? NULL : l->boundary->far_end + (int64_t)place * s->count;
     int beside = place >= 0, cut = beside && pdi_limiter_cut(l, i);
     for (int k = 0; k < s->count; k++) {
         int32_t shift = beside ? far[k] - i : bonds->paths.shift[k];
         int skip = cut && bonds->grid->kind[far[k]] == PD_INLET;
         if (!beside && row >= 0 && !pdi_limiter_gates(bonds, &p, k)) continue;
-        pdi_limiter_add(&p, p.c + shift, p.x ? p.x + shift : NULL, s->lap[k], skip ? none : s->grad + k * PD_DIM,
-                        bonds->grid->total, of->slope + i);
+        pdi_limiter_add(&p, p.c + shift, p.x ? p.x + shift : NULL, s->laplacian_weight[k],
+                        skip ? none : s->gradient_weight + k * PD_DIM, bonds->grid->total, of->slope + i);
     }
     pdi_limiter_piece_end(of, &p);
 }
@@ -213,7 +213,8 @@ static void pdi_limiter_sweep_all(const pd_ctx *ctx, const pdi_limiter_sweep *s,
     const pd_bonds *bonds = s->limiter->bonds;
     pdi_node_loop_by_blocks(ctx, s->limiter->boundary, bonds->grid->fluid_count * bonds->stencil->count * 4,
                             pdi_limiter_nodes, s);
-    for (int32_t k = bonds->ghosts.count; k < bonds->ghosts.listed; k++) s->factor[bonds->ghosts.node[k]] = entering;
+    for (int32_t k = bonds->ghosts.outlets_end; k < bonds->ghosts.inlets_end; k++)
+        s->factor[bonds->ghosts.node[k]] = entering;
     pd_ghosts_set_scalar(&bonds->ghosts, s->factor);
     pd_ghosts_set_vector(&bonds->ghosts, s->slope);
 }

@@ -18,7 +18,7 @@ PDI_INLINE void pdi_rest_bond(const pd_conductance *c, const double *x, const fl
 {
     const pd_bonds *bonds = c->bonds;
     const double *far = x + bonds->paths.shift[k];
-    double whole = c->diffusion->desc.diffusivity * bonds->stencil->lap[k];
+    double whole = c->diffusion->desc.diffusivity * bonds->stencil->laplacian_weight[k];
     for (int b = 0; b < count; b++) {
         double bond = whole * ((exact ? 1.0 : 0.0) + (double)more[b]);
         sum[b] += (exact ? (double)(int32_t)(open[b] >> (k & 31) & 1u) : 1.0) * bond * (x[b] - far[b]);
@@ -34,7 +34,7 @@ PDI_INLINE void pdi_rest_block(const pd_conductance *c, const double *x, int32_t
     const float *first = c->more + pdi_conductance_place(c, row, 0);
     double total[PDI_BLOCK] = {0.0};
     for (int word = 0; word < bonds->paths.words; word++) {
-        const uint32_t *bits = exact ? bonds->mask + (int64_t)word * bonds->capacity + row
+        const uint32_t *bits = exact ? bonds->open_mask + (int64_t)word * bonds->capacity + row
                                      : c->other + (int64_t)word * c->capacity + row;
         uint32_t any = 0;
         for (int b = 0; b < count; b++) any |= bits[b];

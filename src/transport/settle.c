@@ -63,8 +63,8 @@ static double pdi_settle_rounding(const pd_transport *t)
     pdi_compensated_sum sum = {0.0, 0.0};
     for (int d = 0; d < PD_DIM; d++) carry[d] = 0.0;
     for (int k = 0; k < s->count; k++) {
-        conduct += s->lap[k];
-        for (int d = 0; d < PD_DIM; d++) carry[d] += fabs(s->grad[k * PD_DIM + d]);
+        conduct += s->laplacian_weight[k];
+        for (int d = 0; d < PD_DIM; d++) carry[d] += fabs(s->gradient_weight[k * PD_DIM + d]);
     }
     conduct *= t->rest ? rounding * rounding : rounding;
     for (int32_t i = 0; i < t->grid->total; i++) {

@@ -35,7 +35,7 @@ static inline void pdi_steep_bends(const pdi_steep *s, int32_t i, int32_t row, i
     int32_t shift = bonds->paths.shift[k];
     const double *c = s->c + i;
     if (place >= 0) {
-        const int32_t *far = s->flux->boundary->far + (int64_t)place * bonds->stencil->count;
+        const int32_t *far = s->flux->boundary->far_end + (int64_t)place * bonds->stencil->count;
         int32_t next = far[k], before = far[bonds->stencil->count - 1 - k];
         bend[0] = next != i && before != i ? s->c[next] - 2.0 * c[0] + s->c[before] : 0.0;
         return;
@@ -71,12 +71,12 @@ static void pdi_steep_bend_images(const pdi_steep *s, int k)
     const pd_bonds *bonds = s->flux->bonds;
     const pd_ghosts *ghosts = &bonds->ghosts;
     int last = bonds->stencil->count - 1;
-    for (int32_t g = 0; g < ghosts->images; g++) {
+    for (int32_t g = 0; g < ghosts->images_end; g++) {
         int32_t source = ghosts->source[g];
-        int turned = ghosts->odd[g] ? pdi_steep_turned(bonds->stencil, k, ghosts->odd[g]) : k;
+        int turned = ghosts->sign_flips[g] ? pdi_steep_turned(bonds->stencil, k, ghosts->sign_flips[g]) : k;
         int same = turned == k || turned == last - k || bonds->grid->kind[source] != PD_FLUID;
         if (same) s->bend[ghosts->node[g]] = s->bend[source];
-        else pdi_steep_bends(s, source, bonds->row[source], -1, turned, 1, s->bend + ghosts->node[g]);
+        else pdi_steep_bends(s, source, bonds->row_of_node[source], -1, turned, 1, s->bend + ghosts->node[g]);
     }
 }
 
@@ -127,7 +127,7 @@ PDI_INLINE_HOT void pdi_steep_values(const pdi_steep_sweep *of, int32_t i, int32
     const double *one = s->value + of->k * total + i, *two = s->value + opposite * total + i;
     double on[PDI_BLOCK], back[PDI_BLOCK];
     if (place >= 0) {
-        const int32_t *far = s->flux->boundary->far + (int64_t)place * bonds->stencil->count;
+        const int32_t *far = s->flux->boundary->far_end + (int64_t)place * bonds->stencil->count;
         next = far[of->k] - i;
         before = far[opposite] - i;
     }
@@ -176,8 +176,8 @@ static void pdi_steep_images(const pdi_steep *s)
     const pd_ghosts *ghosts = &bonds->ghosts;
     int64_t total = bonds->grid->total;
     for (int k = 0; k < bonds->stencil->count; k++)
-        for (int32_t g = 0; g < ghosts->images; g++) {
-            int from = ghosts->odd[g] ? pdi_steep_turned(bonds->stencil, k, ghosts->odd[g]) : k;
+        for (int32_t g = 0; g < ghosts->images_end; g++) {
+            int from = ghosts->sign_flips[g] ? pdi_steep_turned(bonds->stencil, k, ghosts->sign_flips[g]) : k;
             s->value[k * total + ghosts->node[g]] = s->value[from * total + ghosts->source[g]];
         }
 }

@@ -406,12 +406,13 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
     pdi_transport_user user = pdi_transport_see(ctx, t);
     double norm = pdi_transport_evaluate(ctx, t), loose = PDI_KRYLOV_FORCING_MAX;
     pd_status status = PD_OK;
-    t->krylov.desc.fixed = 0; /* waves from node to node that the limiter hardly damps need the whole space */
+    t->krylov.desc.fixed_restart = 0; /* waves from node to node that the limiter hardly damps need the whole space */
     /* else rounding is far below what is asked for */
     pdi_krylov_set_flexible(&t->krylov, pdi_compact_operator_is_stretched(t->grid->h));
     pdi_factor_lend(ctx, pdi_transport_arena(t), &t->krylov, &t->factors);
     if (t->flux.flux)
-        pdi_bend_lend(ctx, pdi_transport_arena(t), t->size, t->flow->speed / t->grid->h[0], &t->krylov, &t->flux.bend);
+        pdi_bend_lend(ctx, pdi_transport_arena(t), t->size, t->flow->velocity_scale / t->grid->h[0], &t->krylov,
+                      &t->flux.bend);
     while (result->limiter < t->desc.max_limiter && norm > goal) {
         status = pdi_check_cancel(ctx, "transport: Newton", result->limiter);
         if (status < 0) break;
@@ -425,7 +426,7 @@ static pd_status pdi_transport_newton(pd_ctx *ctx, pd_transport *t, double goal,
         if (moved <= still * t->size || left > PDI_TRANSPORT_STALLED) break;
         loose = pdi_krylov_forcing_linear(left);
     }
-    t->krylov.desc.fixed = 1;
+    t->krylov.desc.fixed_restart = 1;
     pdi_krylov_free_growth(ctx, &t->krylov);
     status = pdi_bend_return(ctx, pdi_transport_arena(t), status, &t->krylov, &t->flux.bend);
     status = pdi_factor_return(ctx, pdi_transport_arena(t), status, &t->krylov, &t->factors);
@@ -651,18 +652,19 @@ static void pdi_transport_work_list(pdi_array_visitor *owner, void *object)
 static void pdi_transport_krylov(pd_transport *t, pd_krylov_desc *kd)
 {
     memset(kd, 0, sizeof *kd);
-    kd->of = "transport";
+    kd->equations = "transport";
     kd->n = t->grid->total;
-    kd->spans = &t->bonds->spans;
+    kd->spans = &t->bonds->active_ranges;
     kd->components = 1;
     kd->restart = 20;
-    kd->least = t->flow ? 0 : PDI_TRANSPORT_LEAST;
-    kd->most = t->flow ? 10 * kd->restart : 0;
+    kd->initial_vectors = t->flow ? 0 : PDI_TRANSPORT_LEAST;
+    kd->max_vectors = t->flow ? 10 * kd->restart : 0;
     kd->arena = pdi_transport_arena(t);
-    kd->fixed = 1;
+    kd->fixed_restart = 1;
     kd->flexible = 1;
     kd->zero_guess = 1;
-    kd->compressed = t->desc.field ? PD_KRYLOV_DOUBLE : PD_KRYLOV_SINGLE; /* in which a good conductor's level drowns */
+    /* in which a good conductor's level drowns */
+    kd->basis_precision = t->desc.field ? PD_KRYLOV_DOUBLE : PD_KRYLOV_SINGLE;
 }
 
 PDI_FN pd_status pdi_transport_plan(pd_ctx *ctx, pd_transport *t)
@@ -672,9 +674,9 @@ PDI_FN pd_status pdi_transport_plan(pd_ctx *ctx, pd_transport *t)
     pdi_transport_krylov(t, &kd);
     pdi_compact_operator_multigrid_desc(t->grid, &md);
     md.symmetric = t->flow == NULL;
-    md.contrast = md.contrast || t->desc.field != NULL;
+    md.high_contrast = md.high_contrast || t->desc.field != NULL;
     md.arena = pdi_transport_arena(t);
-    md.guest = pdi_transport_repeats(t);
+    md.caller_fields = pdi_transport_repeats(t);
     t->inverse.flux = t->factors.flux = &t->flux;
     t->limiter.bonds = t->flux.bonds = t->bonds;
     t->flux.flow = t->flow;
@@ -783,7 +785,7 @@ pd_status pd_transport_build(pd_ctx *ctx, const pd_grid *grid, const pd_bonds *b
 PDI_FN pd_status pdi_transport_store(pd_ctx *ctx, pd_transport *t, pd_archive *archive)
 {
     PDI_TRY(pdi_array_registry_store(ctx, pdi_transport_list, t, archive));
-    return archive->reading ? pdi_transport_at(ctx, t, t->time) : PD_OK;
+    return archive->is_reading ? pdi_transport_at(ctx, t, t->time) : PD_OK;
 }
 
 void pd_transport_free(pd_ctx *ctx, pd_transport *t)

@@ -207,14 +207,14 @@ static pd_status pdi_two_stage_limit(pd_ctx *ctx, void *self, pd_step *s)
     pd_two_stage *a = (pd_two_stage *)self;
     int last;
     (void)ctx;
-    if (!(a->dt > 0.0)) a->dt = a->desc.first > 0.0 ? a->desc.first : s->limit - s->time;
+    if (!(a->dt > 0.0)) a->dt = a->desc.first > 0.0 ? a->desc.first : s->latest_end - s->time;
     a->largest = 0.0; /* what longer trials have met counts: a field that begins with nothing has no size of its own */
     a->time = s->time;
-    a->at = s->at;
-    a->at_user = s->at_user;
+    a->at = s->solve_at;
+    a->at_user = s->solve_at_user;
     a->passed[0] = a->out;
     a->passed[1] = a->in;
-    s->dt = pdi_sdirk_limit_step(a->dt, a->desc.largest, s->limit - s->time, &last);
+    s->dt = pdi_sdirk_limit_step(a->dt, a->desc.largest, s->latest_end - s->time, &last);
     return PD_OK;
 }
 
@@ -246,7 +246,7 @@ static pd_status pdi_two_stage_reject(pd_ctx *ctx, void *self, pd_step *s)
     a->out = a->passed[0];
     a->in = a->passed[1];
     a->dt = s->dt * pdi_max(PDI_TWO_STAGE_SHRINK, pdi_sdirk_step_factor(s->error, PDI_TWO_STAGE_GROWTH));
-    s->dt = pdi_sdirk_limit_step(a->dt, a->desc.largest, s->limit - s->time, &last);
+    s->dt = pdi_sdirk_limit_step(a->dt, a->desc.largest, s->latest_end - s->time, &last);
     return PD_OK;
 }
 
@@ -293,7 +293,7 @@ static void pdi_two_stage_balance(pd_ctx *ctx, void *self, int k, pd_amounts *am
     const pd_two_stage *a = (const pd_two_stage *)self;
     (void)k;
     amounts->dissolved += pd_transport_stock(ctx, a->transport);
-    amounts->carry += pd_transport_carried(ctx, a->transport);
+    amounts->undelivered += pd_transport_carried(ctx, a->transport);
     amounts->out += a->out;
     amounts->in += a->in;
 }
@@ -313,9 +313,9 @@ pd_physics pd_two_stage_process(pd_two_stage *a)
     p.attempt = pdi_two_stage_attempt;
     p.accept = pdi_two_stage_accept;
     p.reject = pdi_two_stage_reject;
-    p.stuck = pdi_two_stage_stuck;
-    p.store = pdi_two_stage_store;
-    p.balance = pdi_two_stage_balance;
+    p.report_underflow = pdi_two_stage_stuck;
+    p.checkpoint = pdi_two_stage_store;
+    p.add_amounts = pdi_two_stage_balance;
     return p;
 }
 

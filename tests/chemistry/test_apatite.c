@@ -66,7 +66,7 @@ static double element(int z, double *solid)
             if (i == apatite) *solid += c[node] / bath.n;
             else sum += pdi_species_count_atoms(&fluid.species[i], z) * c[node] / bath.n;
             for (int e = 0; e < s->count; e++)
-                if (s->place[i] == s->master[e])
+                if (s->solute_of_species[i] == s->component_solute[e])
                     sum += pdi_species_count_atoms(&fluid.species[i], z) *
                            bath.reactive.carry[e * (int64_t)bath.grid.total + node] / bath.n;
         }
@@ -127,7 +127,7 @@ static void settle(pd_activity davies, int n, double grains, double nucleation, 
     if (!read_fluid(&ctx, davies)) return;
     of.nucleation = nucleation;
     of.rate = rate;
-    of.surface = surface;
+    of.surface_rate = surface;
     fill(&ctx, n, &of);
     vessel_pour(&bath, grain, &grains);
     if (!CHECK_OK(&ctx, bath.status)) return;
@@ -143,7 +143,7 @@ static void settle(pd_activity davies, int n, double grains, double nucleation, 
     check_by_hand(grains / n);
     memcpy(c, fluid.initial, sizeof c);
     c[apatite] = grains / n;
-    fluid.precipitates = 1;
+    fluid.all_minerals_form = 1;
     if (CHECK_OK(&ctx, pd_electrolyte_solve(&ctx, &fluid, c, &state))) {
         element(20, &n_solid);
         CHECK_REL(n_solid, c[apatite], 1e-7);

@@ -14,7 +14,7 @@ static void build(mixture *v, pd_activity activity, pd_components *s)
 static void pick(const pd_components *s, int species, const double *all, double *c)
 {
     for (int i = 0; i < species; i++)
-        if (s->place[i] >= 0) c[s->place[i]] = all[i];
+        if (s->solute_of_species[i] >= 0) c[s->solute_of_species[i]] = all[i];
 }
 
 /* Any mixture, from a guess that says nothing. Speciation finds the same. */
@@ -31,7 +31,7 @@ static void any(pd_activity activity, double most, double tolerance)
     CHECK_OK(&v.ctx, pd_speciation_build(&v.ctx, v.s, v.species, v.r, v.reactions, activity, 298.15, &system));
     CHECK_INT(s.solutes, 14);
     CHECK_INT(s.count, 7);
-    CHECK_INT(s.joined, 5);
+    CHECK_INT(s.equilibrium_components, 5);
     for (int k = 0; k < 400; k++) {
         double all[PD_SPECIES_MAX], c[PD_SPECIES_MAX], total[PD_SPECIES_MAX], again[PD_SPECIES_MAX];
         for (int i = 0; i < v.species; i++) all[i] = most * pow(10.0, -12.0 * random_share(&random));
@@ -43,12 +43,12 @@ static void any(pd_activity activity, double most, double tolerance)
         pdi_components_compute_totals(&s, c, again);
         for (int m = 0; m < s.count; m++) {
             double size = fabs(total[m]);
-            for (int i = 0; i < s.solutes; i++) size += fabs(s.m[m][i]) * c[i];
+            for (int i = 0; i < s.solutes; i++) size += fabs(s.stoichiometry[m][i]) * c[i];
             CHECK_NEAR(again[m], total[m], 1e-14 * size);
         }
         if (pd_speciation_solve(&system, all, &result) != PD_OK) continue;
         solved++;
-        for (int i = 1; i < v.species; i++) CHECK_REL(c[s.place[i]], all[i], tolerance);
+        for (int i = 1; i < v.species; i++) CHECK_REL(c[s.solute_of_species[i]], all[i], tolerance);
     }
     CHECK_LE(380, solved);
 }
@@ -103,8 +103,9 @@ TEST(acid_from_lye)
     mix_reaction(&v, "Mg2+ + H2O = MgOH+ + H+", -11.44, 0.0, NULL);
     for (int davies = 0; davies < 2; davies++) {
         build(&v, davies ? PD_ACTIVITY_DAVIES : PD_ACTIVITY_IDEAL, &s);
-        int h = s.place[1], oh = s.place[2], mg = s.place[3], mgoh = s.place[4];
-        for (int i = 5; i < 7; i++) c[s.place[i]] = start[s.place[i]] = 154.0;
+        int h = s.solute_of_species[1], oh = s.solute_of_species[2], mg = s.solute_of_species[3],
+            mgoh = s.solute_of_species[4];
+        for (int i = 5; i < 7; i++) c[s.solute_of_species[i]] = start[s.solute_of_species[i]] = 154.0;
         start[h] = acid;
         start[mg] = -1.7763568394002505e-15;
         pdi_components_compute_totals(&s, start, total);
@@ -170,7 +171,7 @@ TEST(most_species)
     mix_reaction(&v, text, 0.0, 0.0, NULL);
     build(&v, PD_ACTIVITY_DAVIES, &s);
     int columns = pdi_components_count_columns(&s);
-    CHECK_INT(s.live, PD_SPECIES_MAX);
+    CHECK_INT(s.members, PD_SPECIES_MAX);
     CHECK_INT(columns, PD_SPECIES_MAX);
     for (int i = 0; i < s.solutes; i++) {
         c[i] = 1.0 + 0.1 * i;
@@ -179,15 +180,16 @@ TEST(most_species)
     pdi_components_compute_totals(&s, c, total);
     CHECK_INT(pdi_components_solve(&s, total, c), PD_OK);
     for (int i = 0; i < s.solutes; i++) sum += 1.0 / c[i];
-    table[s.live * columns] = -7.0;
+    table[s.members * columns] = -7.0;
     pdi_components_compute_derivatives(&s, c, table);
-    CHECK_NEAR(table[s.live * columns], -7.0, 0.0);
-    for (int n = 0; n < s.live; n++)
-        for (int k = 0; k < s.joined; k++) {
-            int i = s.member[n], with = s.master[k];
+    CHECK_NEAR(table[s.members * columns], -7.0, 0.0);
+    for (int n = 0; n < s.members; n++)
+        for (int k = 0; k < s.equilibrium_components; k++) {
+            int i = s.member_solute[n], with = s.component_solute[k];
             CHECK_NEAR(table[n * columns + k], (i == with ? 1.0 : 0.0) - nu[i] * nu[with] / c[with] / sum, 1e-12);
         }
-    for (int n = 0; n < s.live; n++) CHECK_NEAR(table[n * columns + s.joined], 0.0, 1e-15); /* no charges */
+    /* no charges */
+    for (int n = 0; n < s.members; n++) CHECK_NEAR(table[n * columns + s.equilibrium_components], 0.0, 1e-15);
 }
 
 TEST(speeds)
@@ -239,7 +241,7 @@ TEST(speeds_among_ions)
     /* ln gamma z^2: 4 and 1 on one side, 1 on the other; a_p/(a_m a_o) = K */
     for (int k = 0; k < 100; k++) {
         strength = 0.5 * (4.0 * all[0] + all[1] + all[2] + all[3] + all[4]);
-        davies = pdi_activity_compute_davies(s.debye, strength, &slope);
+        davies = pdi_activity_compute_davies(s.debye_hueckel, strength, &slope);
         all[2] = pow(10.0, 2.6) * 1e-3 * all[0] * all[1] * exp(4.0 * davies);
     }
     for (int r = 0; r < 2; r++)
@@ -287,7 +289,7 @@ TEST(water)
 static int is_master(const pd_components *s, int i)
 {
     for (int k = 0; k < s->count; k++)
-        if (s->master[k] == i) return 1;
+        if (s->component_solute[k] == i) return 1;
     return 0;
 }
 
@@ -306,7 +308,8 @@ TEST(order)
     build(&v, PD_ACTIVITY_IDEAL, &s);
     build(&w, PD_ACTIVITY_IDEAL, &t);
     for (int i = 0; i < v.species; i++)
-        if (s.place[i] >= 0) CHECK_INT(is_master(&s, s.place[i]), is_master(&t, t.place[v.species - 1 - i]));
+        if (s.solute_of_species[i] >= 0)
+            CHECK_INT(is_master(&s, s.solute_of_species[i]), is_master(&t, t.solute_of_species[v.species - 1 - i]));
 }
 
 /* What water alone makes has no total: its concentration is the constant, from any guess. */
@@ -322,7 +325,7 @@ TEST(of_water_alone)
         mix_reaction(&v, "H4O2 = 2 H2O", 1.5, 0.0, NULL);
         build(&v, davies ? PD_ACTIVITY_DAVIES : PD_ACTIVITY_IDEAL, &s);
         CHECK_INT(s.count, 0);
-        CHECK_INT(s.live, 1);
+        CHECK_INT(s.members, 1);
         CHECK_INT(pdi_components_solve(&s, &total, c), PD_OK);
         CHECK_REL(c[0], 1000.0 * pow(10.0, -1.5), 1e-14);
         pdi_components_compute_derivatives(&s, c, slopes);

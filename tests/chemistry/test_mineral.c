@@ -50,21 +50,21 @@ static void any(pd_activity activity)
         for (int i = 0; i < v.species; i++) all[i] = 30.0 * pow(10.0, -6.0 * random_share(&random));
         all[0] = 55344.0;
         for (int i = 0; i < v.species; i++)
-            if (test_system.place[i] >= 0) c[test_system.place[i]] = all[i];
+            if (test_system.solute_of_species[i] >= 0) c[test_system.solute_of_species[i]] = all[i];
         for (int s = 0; s < 3; s++) n[s] = all[of[s].species] = k % 3 ? all[of[s].species] : 0.0;
         double before[3] = {n[0], n[1], n[2]};
         start.dt = 1.0;
-        start.start = before;
+        start.start_amount = before;
         pdi_mineral_begin_step(&test_system, &test_minerals, n, c, &start);
         pdi_components_compute_totals(&test_system, c, total);
         if (!CHECK_INT(pdi_mineral_solve(&test_system, &test_minerals, &start, total, c, n), PD_OK)) continue;
         pdi_components_compute_totals(&test_system, c, again);
         for (int m = 0; m < test_system.count; m++) {
             double size = fabs(total[m]);
-            for (int i = 0; i < test_system.solutes; i++) size += fabs(test_system.m[m][i]) * c[i];
+            for (int i = 0; i < test_system.solutes; i++) size += fabs(test_system.stoichiometry[m][i]) * c[i];
             for (int s = 0; s < 3; s++) {
-                again[m] += test_minerals.gain[s][m] * (n[s] - before[s]);
-                size += fabs(test_minerals.gain[s][m]) * (n[s] + before[s]);
+                again[m] += test_minerals.total_content[s][m] * (n[s] - before[s]);
+                size += fabs(test_minerals.total_content[s][m]) * (n[s] + before[s]);
             }
             CHECK_NEAR(again[m], total[m], 1e-13 * size);
         }
@@ -78,7 +78,8 @@ static void any(pd_activity activity)
             if (n[s] > 0.0) CHECK_LE(-index, 1e-4);
         }
         for (int i = 1; i < v.species; i++)
-            if (test_system.place[i] >= 0 && all[i] > 1e-9) CHECK_REL(c[test_system.place[i]], all[i], 1e-5);
+            if (test_system.solute_of_species[i] >= 0 && all[i] > 1e-9)
+                CHECK_REL(c[test_system.solute_of_species[i]], all[i], 1e-5);
     }
     NOTE("%.0f solved, brucite in %.0f", (double)solved, (double)formed[0]);
     NOTE("calcite in %.0f, hydroxyapatite in %.0f", (double)formed[1], (double)formed[2]);
@@ -108,7 +109,7 @@ TEST(laws)
         of.rate = rates[k / 4];
         if (!build(&v, PD_ACTIVITY_IDEAL, &of, 1)) return;
         start.dt = dt;
-        start.start = &first;
+        start.start_amount = &first;
         pdi_mineral_begin_step(&test_system, &test_minerals, &n, c, &start);
         CHECK_INT(pdi_mineral_solve(&test_system, &test_minerals, &start, c, c, &n), PD_OK);
         q = dt * of.rate; /* x = q ((a - x)(b - x) - 1), x the change */
@@ -130,21 +131,21 @@ TEST(limits)
     memset(&of, 0, sizeof of);
     of.species = mix_species(&v, "NaK(s)", NULL, 0.0);
     of.volume = 1e-3;
-    of.porosity = 0.25;
+    of.min_porosity = 0.25;
     of.nucleation = 1.0;
     mix_reaction(&v, "NaK(s) = Aa + Bb", -6.0, 0.0, NULL);
     if (!build(&v, PD_ACTIVITY_IDEAL, &of, 1)) return;
     for (int k = 0; k < 3; k++) {
         double c[2] = {k ? 1e4 : 3.0, k ? 1e4 : 3.0}, total[2] = {c[0], c[1]}, n = k == 2 ? 740.0 : 0.0, none = n;
         start.dt = 1.0;
-        start.start = &none;
+        start.start_amount = &none;
         pdi_mineral_begin_step(&test_system, &test_minerals, &n, c, &start);
         CHECK_INT(pdi_mineral_solve(&test_system, &test_minerals, &start, total, c, &n), PD_OK);
         CHECK_NEAR(n, k ? 750.0 : 0.0, 1e-9);
         CHECK_NEAR(c[0], total[0] + none - n, 1e-9);
     }
     double n = 1e-3, c[2] = {3.0, 3.0}, total[2] = {3.0, 3.0}, first = n;
-    start.start = &first;
+    start.start_amount = &first;
     pdi_mineral_begin_step(&test_system, &test_minerals, &n, c, &start);
     CHECK_INT(pdi_mineral_solve(&test_system, &test_minerals, &start, total, c, &n), PD_OK);
     CHECK_NEAR(n, 2.001, 1e-12);
@@ -169,7 +170,7 @@ static int pairs(mixture *v, pd_mineral *of, const int *order, const double *por
         of[s].species = solid[which];
         of[s].rate = which ? 1e-6 : 3e-6;
         of[s].volume = which ? 2e-4 : 1e-4;
-        of[s].porosity = porosity[which];
+        of[s].min_porosity = porosity[which];
     }
     return build(v, PD_ACTIVITY_IDEAL, of, 2);
 }
@@ -184,17 +185,17 @@ static void pairs_step(const int *order, const double *porosity, double pair_a, 
     static const char *const name[4] = {"Aa", "Bb", "Cc", "Dd"};
     double c[PD_SPECIES_MAX] = {0.0}, total[PD_SPECIES_MAX], n[2], before[2];
     if (!pairs(&v, of, order, porosity)) return;
-    for (int i = 0; i < 4; i++) c[test_system.place[mix_at(&v, name[i])]] = i < 2 ? pair_a : pair_b;
+    for (int i = 0; i < 4; i++) c[test_system.solute_of_species[mix_at(&v, name[i])]] = i < 2 ? pair_a : pair_b;
     for (int s = 0; s < 2; s++) before[s] = n[s] = first[order[s]];
     start.dt = dt;
-    start.start = before;
+    start.start_amount = before;
     pdi_mineral_begin_step(&test_system, &test_minerals, n, c, &start);
     pdi_components_compute_totals(&test_system, c, total);
     CHECK_INT(pdi_mineral_solve(&test_system, &test_minerals, &start, total, c, n), PD_OK);
     for (int i = 0; i < 4; i++) {
         int pair = i / 2, s = order[0] == pair ? 0 : 1;
         double had = (pair ? pair_b : pair_a) + before[s];
-        CHECK_NEAR(c[test_system.place[mix_at(&v, name[i])]] + n[s], had, 1e-12 * had);
+        CHECK_NEAR(c[test_system.solute_of_species[mix_at(&v, name[i])]] + n[s], had, 1e-12 * had);
     }
     for (int s = 0; s < 2; s++) amount[order[s]] = n[s];
 }
@@ -277,16 +278,16 @@ TEST(any_order_of_three)
                 in_order[s] = of[permuted[o][s]];
                 in_order[s].rate = rate[permuted[o][s]];
                 in_order[s].volume = volume * (1 + permuted[o][s]);
-                in_order[s].porosity = 0.1;
+                in_order[s].min_porosity = 0.1;
                 first[s] = n[s] = amount[permuted[o][s]] / (1 + permuted[o][s]);
             }
             if (!build(&v, PD_ACTIVITY_IDEAL, in_order, 3)) return;
             for (int i = 0; i < v.species; i++)
-                if (test_system.place[i] >= 0) c[test_system.place[i]] = value[i];
+                if (test_system.solute_of_species[i] >= 0) c[test_system.solute_of_species[i]] = value[i];
             pdi_components_compute_totals(&test_system, c, total);
             if (pdi_components_solve(&test_system, total, c) != PD_OK) continue;
             start.dt = dt;
-            start.start = first;
+            start.start_amount = first;
             pdi_mineral_begin_step(&test_system, &test_minerals, n, c, &start);
             lost |= pdi_mineral_solve(&test_system, &test_minerals, &start, total, c, n) != PD_OK;
             if (lost) break; /* the step is to be taken in parts */
@@ -326,7 +327,7 @@ TEST(stage_beyond)
     of[1].species = mix_species(&v, "NaLi(s)", NULL, 0.0);
     of[0].volume = 1e-3;
     of[1].volume = 2e-3;
-    of[0].porosity = of[1].porosity = 0.25;
+    of[0].min_porosity = of[1].min_porosity = 0.25;
     mix_reaction(&v, "NaK(s) = Aa + Bb", -6.0, 0.0, NULL);
     mix_reaction(&v, "NaLi(s) = Aa + Cc", -5.0, 0.0, NULL);
     for (int k = 0; k < 3; k++) {
@@ -336,7 +337,7 @@ TEST(stage_beyond)
         of[1].rate = k == 2 ? 5.0 : 0.0;
         if (!build(&v, PD_ACTIVITY_IDEAL, of, 2)) return;
         start.dt = 10.0;
-        start.start = from;
+        start.start_amount = from;
         pdi_mineral_begin_step(&test_system, &test_minerals, before, c, &start);
         CHECK_INT(pdi_mineral_solve(&test_system, &test_minerals, &start, total, c, n), PD_OK);
         CHECK_NEAR(pdi_mineral_compute_volume_fraction(&test_minerals, n), 0.75, 1e-9);
@@ -361,18 +362,18 @@ TEST(full_lacks_acid)
     memset(&of, 0, sizeof of);
     of.species = mix_species(&v, "Mg(OH)2(s)", NULL, 0.0);
     of.volume = 1e-3;
-    of.porosity = 0.25;
+    of.min_porosity = 0.25;
     mix_reaction(&v, "Mg(OH)2(s) + 2 H+ = Mg2+ + 2 H2O", 16.84, 0.0, NULL);
     if (!build(&v, PD_ACTIVITY_IDEAL, &of, 1)) return;
     for (int k = 0; k < 4; k++) {
         double c[2] = {100.0, 100.0}, total[2] = {100.0, 100.0}, before = k < 2 ? 740.0 : 760.0, from = before;
         if (k == 1) from = 751.0; /* beyond the room of 750 */
-        total[test_system.place[acid]] = k ? -1.0 : -19.0;
-        if (k == 1) total[test_system.place[acid]] = 1.0;
+        total[test_system.solute_of_species[acid]] = k ? -1.0 : -19.0;
+        if (k == 1) total[test_system.solute_of_species[acid]] = 1.0;
         start.dt = 1.0;
-        start.start = &from;
+        start.start_amount = &from;
         pdi_mineral_begin_step(&test_system, &test_minerals, &before, c, &start);
-        if (k == 3) total[test_system.place[acid]] = 0.0;
+        if (k == 3) total[test_system.solute_of_species[acid]] = 0.0;
         CHECK_INT(pdi_mineral_is_infeasible(&test_system, &test_minerals, &start, total), k == 1 || k == 2);
     }
 }
@@ -384,15 +385,15 @@ static void derive(double surface)
     pd_mineral of[3];
     body(&v, of);
     of[1].rate = 1e-3;
-    of[2].surface = surface;
+    of[2].surface_rate = surface;
     if (!build(&v, PD_ACTIVITY_DAVIES, of, 3)) return;
     double c[PD_SPECIES_MAX] = {0.0}, n[3] = {1.0, 2.0, 1.5}, first[3] = {1.0, 2.0, 1.5}, total[PD_SPECIES_MAX];
     double by[3 * PD_SPECIES_MAX];
     pd_mineral_start start;
     start.dt = 10.0;
-    start.start = first;
+    start.start_amount = first;
     for (int i = 1; i < test_system.solutes; i++) c[i] = 0.3 + 0.1 * i;
-    c[test_system.place[mix_at(&v, "OH-")]] = 30.0;
+    c[test_system.solute_of_species[mix_at(&v, "OH-")]] = 30.0;
     pdi_components_compute_totals(&test_system, c, total);
     CHECK_INT(pdi_components_solve(&test_system, total, c), PD_OK);
     pdi_mineral_begin_step(&test_system, &test_minerals, n, c, &start);
@@ -429,7 +430,7 @@ TEST(spreading)
     mix_species(&v, "Bb", "K", 1e-9);
     memset(&of, 0, sizeof of);
     of.species = mix_species(&v, "NaK(s)", NULL, 0.0);
-    of.surface = 0.3;
+    of.surface_rate = 0.3;
     mix_reaction(&v, "NaK(s) = Aa + Bb", -6.0, 0.0, NULL); /* K of 1 mol2/m6 */
     for (int k = 0; k < 16; k++) {
         static const double steps[4] = {1e-3, 1.0, 1e3, 1e9};
@@ -438,10 +439,10 @@ TEST(spreading)
         of.rate = k % 4 < 2 ? 0.0 : 1e-4;
         if (!build(&v, PD_ACTIVITY_IDEAL, &of, 1)) return;
         start.dt = dt;
-        start.start = &first;
+        start.start_amount = &first;
         pdi_mineral_begin_step(&test_system, &test_minerals, &n, c, &start);
         CHECK_INT(pdi_mineral_solve(&test_system, &test_minerals, &start, c, c, &n), PD_OK);
-        double speed = (of.rate + of.surface * n) * (c[0] * c[1] - 1.0);
+        double speed = (of.rate + of.surface_rate * n) * (c[0] * c[1] - 1.0);
         CHECK(of.rate > 0.0 || n > 0.0);
         if (n > 0.0 && dt < 1e6) CHECK_NEAR(n - first, dt * speed, 1e-11 * dt);
         if (n > 0.0 && dt > 1e6) CHECK_NEAR(k % 2 ? c[0] * c[1] : n, k % 2 ? 1.0 : 0.0, 1e-8);
@@ -454,7 +455,7 @@ TEST(spreading)
     pdi_mineral_begin_step(&test_system, &test_minerals, &n, c, &start);
     CHECK_INT(pdi_mineral_try_resume(&start, 0, 4e-4, 2.5, &amount), 1);
     CHECK_NEAR(amount, 4e-4, 1e-18);
-    CHECK_NEAR(start.grow[0], 0.75, 1e-15);
+    CHECK_NEAR(start.amount_rate[0], 0.75, 1e-15);
     CHECK_INT(pdi_mineral_try_resume(&start, 0, 4e-4, 2.5, &amount), 0);
 }
 
@@ -475,9 +476,9 @@ TEST(empty_volume)
     of.species = mix_species(&v, "Mg(OH)2(s)", NULL, 0.0);
     mix_reaction(&v, "Mg(OH)2(s) + 2 H+ = Mg2+ + 2 H2O", 16.84, 0.0, NULL);
     if (!build(&v, PD_ACTIVITY_IDEAL, &of, 1)) return;
-    c[test_system.place[hydroxide]] = c[test_system.place[metal]] = 1e-200;
+    c[test_system.solute_of_species[hydroxide]] = c[test_system.solute_of_species[metal]] = 1e-200;
     start.dt = 1.0;
-    start.start = &before;
+    start.start_amount = &before;
     pdi_mineral_begin_step(&test_system, &test_minerals, &n, c, &start);
     pdi_components_compute_totals(&test_system, c, total);
     CHECK_INT(pdi_mineral_solve(&test_system, &test_minerals, &start, total, c, &n), PD_OK);

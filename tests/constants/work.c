@@ -35,7 +35,7 @@ static void work_result(const pd_model *m)
         }
         if (c) amount += c[i] * c[i];
     }
-    printf(" loss=%.9g u=%.9g c=%.9g", pd_time_loop_volume_loss(&m->couple), sqrt(flow), sqrt(amount));
+    printf(" loss=%.9g u=%.9g c=%.9g", pd_time_loop_volume_loss(&m->time_loop), sqrt(flow), sqrt(amount));
 }
 
 static int work_run(pd_ctx *ctx, const char *path)
@@ -45,11 +45,11 @@ static int work_run(pd_ctx *ctx, const char *path)
     memset(&model, 0, sizeof model);
     pd_status status = pd_scene_read(ctx, path, NULL, 0, &setup);
     if (status >= 0) status = pdi_model_build(ctx, &setup, &model);
-    if (status >= 0) status = pd_time_loop_run(ctx, &model.couple, setup.until, 0.0, NULL, NULL);
+    if (status >= 0) status = pd_time_loop_run(ctx, &model.time_loop, setup.end_time, 0.0, NULL, NULL);
     if (status < 0) {
         fprintf(stderr, "%s: %s\n", path, ctx->message);
     } else {
-        printf("work name=%s steps=%ld work=%ld", setup.name, (long)model.couple.steps, work_done(&model));
+        printf("work name=%s steps=%ld work=%ld", setup.name, (long)model.time_loop.steps, work_done(&model));
         work_result(&model);
         printf("\n");
     }

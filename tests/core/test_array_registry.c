@@ -144,9 +144,9 @@ static pd_status move_thing(pd_ctx *ctx, thing *it, int in, int refused)
 {
     pd_archive archive;
     memset(&archive, 0, sizeof archive);
-    archive.item = memory_item;
+    archive.transfer = memory_item;
     archive.user = &kept;
-    archive.reading = reading = in;
+    archive.is_reading = reading = in;
     kept.at = 0;
     kept.items = 0;
     kept.names[0] = '\0';
@@ -288,13 +288,13 @@ TEST(names_and_units)
     flow.grid = &grid;
     flow.bonds = transport.bonds = transport.flux.bonds = &bonds;
     transport.limiter.bonds = transport.diffusion.bonds = transport.flux.conductance.bonds = &bonds;
-    flow.wall = flow.push = still;
+    flow.wall = flow.body_force_fn = still;
     flow.clock = transport.desc.clock = &flow.time;
     steady.flow = implicit.flow = unsteady.flow = &flow;
     jacobian.flow = transport.flow = transport.flux.flow = &flow;
     transport.grid = transport.diffusion.media.grid = &grid;
     transport.diffusion.media.stencil = &stencil;
-    transport.desc.field = transport.diffusion.desc.held = transport.diffusion.media.level = any;
+    transport.desc.field = transport.diffusion.desc.held = transport.diffusion.media.surface_distance = any;
     two_stage.transport = &transport;
     seen[0] = '\0';
     int64_t all = 0;

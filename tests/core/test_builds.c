@@ -89,8 +89,8 @@ static pd_flow_desc stream(const lab *l)
     memset(&d, 0, sizeof d);
     d.rho = l->wrong ? -1.0 : 1000.0;
     d.mu = 1e-3;
-    d.speed = 0.01;
-    d.length = 1e-5;
+    d.report_speed = 0.01;
+    d.report_length = 1e-5;
     return d;
 }
 
@@ -274,7 +274,7 @@ INNER(multigrid, pd_multigrid)
         d.n[k] = l->wrong ? 0 : 8;
         d.stride[k] = k == 0 ? 1 : 8 * d.stride[k - 1];
     }
-    d.contrast = 1;
+    d.high_contrast = 1;
     return multigrid_build(ctx, &d, o);
 }
 
@@ -311,7 +311,7 @@ BUILD(weakly_compressible, pd_weakly_compressible)
 {
     pd_weakly_compressible_desc d;
     memset(&d, 0, sizeof d);
-    d.sound = l->wrong ? -1.0 : 1.0;
+    d.sound_speed = l->wrong ? -1.0 : 1.0;
     return pd_weakly_compressible_build(ctx, &l->flow, &d, o);
 }
 
@@ -320,7 +320,7 @@ BUILD(gas, pd_gas)
     pd_gas_desc d;
     memset(&d, 0, sizeof d);
     d.gamma = l->wrong ? 0.5 : 1.4;
-    d.order = PD_GAS_SECOND;
+    d.spatial_order = PD_GAS_SECOND;
     return pd_gas_build(ctx, &l->pin.grid, &l->pin.bonds, &d, o);
 }
 
@@ -388,7 +388,7 @@ static void pd_inlet_free(pd_ctx *ctx, pd_inlet *inlet)
 BUILD(inlet, pd_inlet)
 {
     pd_status status = pdi_inlet_build(ctx, &l->of_pin, &l->pin.grid, o);
-    if (status < 0) o->latest = 0; /* the side that is refused */
+    if (status < 0) o->error_side = 0; /* the side that is refused */
     return status;
 }
 
@@ -403,14 +403,14 @@ BUILD(coarsen_setup, pd_coarsened_setup) { return pdi_coarsen_setup_build(ctx, &
 INNER(model, pd_model)
 {
     pd_status status = pdi_model_build(ctx, &l->of_pin, o);
-    if (status < 0) o->line = 0; /* of the scene: what is refused */
+    if (status < 0) o->error_line = 0; /* of the scene: what is refused */
     return status;
 }
 
 INNER(monitors, pd_monitors)
 {
     pd_status status = pdi_monitors_build(ctx, &l->pin, o);
-    if (status < 0) o->line = 0;
+    if (status < 0) o->error_line = 0;
     return status;
 }
 
@@ -420,7 +420,7 @@ INNER(depletion_notes, pd_depletion_notes) { return pdi_depletion_notes_build(ct
 INNER(compare_measured, pd_measured_comparison)
 {
     pd_status status = pdi_compare_measured_build(ctx, &l->pin, NULL, NULL, 0, o); /* a scene without measured points */
-    if (status < 0) o->line = 0;
+    if (status < 0) o->error_line = 0;
     return status;
 }
 
@@ -515,7 +515,7 @@ BUILD(solid_coupling, pd_solid_coupling)
     const pd_solid_coupling_precrack cut = {"notch", PD_DIM == 3 ? 4 : PD_DIM, corner};
     pd_solid_coupling_desc d;
     memset(&d, 0, sizeof d);
-    d.m = 2.0;
+    d.horizon_ratio = 2.0;
     d.elastic.young = l->wrong ? 0.0 : 1.0;
     d.load = no_load;
     d.cuts = &cut;

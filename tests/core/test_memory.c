@@ -121,7 +121,7 @@ static pd_status run_scene(pd_ctx *ctx, void *user)
     memset(&figures, 0, sizeof figures);
     desc.folder = path_of("out");
     desc.print = hear;
-    desc.dry = w->dry;
+    desc.no_files = w->dry;
     if (w->estimate) desc.figures = &figures;
     pd_status status = pd_scene_read(ctx, path_of("a.scene"), NULL, 0, &setup);
     if (status == PD_OK) status = pd_run(ctx, &setup, &desc, &result);
@@ -302,7 +302,7 @@ static pd_status run_gas(pd_ctx *ctx, void *user)
         box.hi[d] = 8.0;
     }
     desc.gamma = 1.4;
-    desc.order = PD_GAS_SECOND;
+    desc.spatial_order = PD_GAS_SECOND;
     desc.initial = at_rest;
     pd_status status = pd_stencil_build(ctx, &family, &stencil);
     if (status == PD_OK) status = pd_grid_build(ctx, &stencil, &box, &grid);

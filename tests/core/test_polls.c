@@ -51,8 +51,8 @@ static long stop_everywhere(const char *what, fault_work work, void *user, long 
         s.doing = NULL;
         stops++;
         fault_context(&f, 0, 0, &ctx);
-        ctx.poll = asked;
-        ctx.poll_user = &s;
+        ctx.cancel = asked;
+        ctx.cancel_user = &s;
         s.stop_at = k;
         pd_status status = work(&ctx, user);
         if (k == 0) calls = s.asked < CALLS ? s.asked : CALLS - 1;
@@ -80,7 +80,8 @@ static pd_status model_work(pd_ctx *ctx, void *user)
     static pd_model model;
     pd_status status = pdi_model_build(ctx, &shared, &model);
     (void)user;
-    if (status >= 0) status = pd_time_loop_run(ctx, &model.couple, shared.until, shared.every, NULL, NULL);
+    if (status >= 0)
+        status = pd_time_loop_run(ctx, &model.time_loop, shared.end_time, shared.output_interval, NULL, NULL);
     pdi_model_free(ctx, &model);
     return status;
 }

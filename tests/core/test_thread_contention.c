@@ -21,7 +21,7 @@ static void machine_loop(machine *m, uint64_t key, double length)
 {
     double start = m->now, shake = 1.0 + m->jitter * machine_random(m);
     double alone = length * shake * (m->slice > 0.0 ? m->alone : 1.0), took = alone;
-    if (!m->pace.one) {
+    if (!m->pace.single_thread) {
         took = length * shake / m->gain;
         if (m->slice > 0.0) {
             double wait = m->often + took / m->slice;
@@ -68,7 +68,7 @@ TEST(quiet)
         machine m;
         machine_start(&m);
         CHECK_REL(machine_run(&m, lengths[k], 60.0), (4.3 / 1.9 + 0.1 / 1.1) / (4.3 + 0.1 / 1.1), 0.01);
-        CHECK_INT(m.pace.one, 0);
+        CHECK_INT(m.pace.single_thread, 0);
     }
 }
 
@@ -96,7 +96,7 @@ TEST(always_late)
     machine_start(&m);
     m.gain = 0.1;
     CHECK_LE(machine_run(&m, 1e-4, 30.0), 1.2);
-    CHECK_INT(m.pace.one, 1);
+    CHECK_INT(m.pace.single_thread, 1);
 }
 
 /* When the program beside ends, all threads are back within the rest of a trial. */
@@ -107,10 +107,10 @@ TEST(comes_back)
     m.slice = 0.004;
     m.often = 0.5;
     machine_run(&m, 1e-4, 10.0);
-    CHECK_INT(m.pace.one, 1);
+    CHECK_INT(m.pace.single_thread, 1);
     m.slice = 0.0;
     machine_run(&m, 1e-4, 6.0);
-    CHECK_INT(m.pace.one, 0);
+    CHECK_INT(m.pace.single_thread, 0);
     CHECK_LE(machine_run(&m, 1e-4, 30.0), 0.6);
 }
 

@@ -27,7 +27,7 @@ static scene *scene_start(int n)
     s->with = WITH_FLOW | WITH_TRANSPORT;
     s->flow_desc.rho = RHO;
     s->flow_desc.mu = 1.0;
-    s->flow_desc.speed = s->flow_desc.length = 1.0;
+    s->flow_desc.report_speed = s->flow_desc.report_length = 1.0;
     s->transport_desc.diffusivity = D;
     return s;
 }
@@ -75,16 +75,16 @@ TEST(planes_agree)
         pd_diagnostics_plane(&s->ctx, &s->bonds, &s->flow, &s->transport, 0, 1, &first);
         for (int index = 2; index < s->grid.n[0]; index++) {
             pd_diagnostics_plane(&s->ctx, &s->bonds, &s->flow, &s->transport, 0, index, &plane);
-            worst = fmax(worst, fabs(plane.species / first.species - 1.0));
+            worst = fmax(worst, fabs(plane.species_flux / first.species_flux - 1.0));
             worst = fmax(worst, fabs(plane.flow / first.flow - 1.0));
         }
         CHECK(worst < 1e-8);
-        CHECK_REL(first.species, (back ? -1.0 : 1.0) * s->transport.inflow, 1e-8);
+        CHECK_REL(first.species_flux, (back ? -1.0 : 1.0) * s->transport.inflow, 1e-8);
         CHECK_REL(plane.area, depth(), 1e-12);
         CHECK_REL(plane.flow, (back ? -1.0 : 1.0) * MEAN * depth(), 3e-3);
         CHECK_REL(plane.pressure, back ? 1.95 * 12.0 * MEAN : 0.05 * 12.0 * MEAN, 1e-9);
-        CHECK_REL(plane.bulk, 3.0, 1e-8);
-        CHECK_REL(plane.mean, 3.0, 1e-8);
+        CHECK_REL(plane.mixed_concentration, 3.0, 1e-8);
+        CHECK_REL(plane.mean_concentration, 3.0, 1e-8);
         scene_free(s);
     }
 }
@@ -102,12 +102,12 @@ TEST(bulk_is_weighted_by_the_stream)
         if (s->grid.kind[i] == PD_FLUID) s->transport.c[i] = x[1];
     }
     pd_diagnostics_plane(&s->ctx, &s->bonds, &s->flow, &s->transport, 0, 20, &plane);
-    CHECK_REL(plane.bulk, 0.5, 1e-12);
+    CHECK_REL(plane.mixed_concentration, 0.5, 1e-12);
     for (int32_t i = 0; i < s->grid.total; i++)
         if (s->grid.kind[i] == PD_FLUID) s->flow.u[i] = s->transport.c[i];
     pd_diagnostics_plane(&s->ctx, &s->bonds, &s->flow, &s->transport, 0, 20, &plane);
-    CHECK_REL(plane.bulk, 2.0 / 3.0, 1e-3);
-    CHECK_REL(plane.mean, 0.5, 1e-12);
+    CHECK_REL(plane.mixed_concentration, 2.0 / 3.0, 1e-3);
+    CHECK_REL(plane.mean_concentration, 0.5, 1e-12);
     scene_free(s);
 }
 
@@ -134,8 +134,8 @@ TEST(walls_give_what_planes_carry)
     CHECK_REL(flux, D * 2.0 * depth(), 1e-12);
     for (int index = 1; index < 10; index += 4) {
         pd_diagnostics_plane(&s->ctx, &s->bonds, NULL, &s->transport, 1, index, &plane);
-        if (index == 5) CHECK_REL(plane.species, flux, 1e-8);
-        CHECK(isnan(plane.bulk));
+        if (index == 5) CHECK_REL(plane.species_flux, flux, 1e-8);
+        CHECK(isnan(plane.mixed_concentration));
     }
     pd_diagnostics_surface_flux(&s->ctx, &s->bonds.paths, &s->transport, NULL, lo, hi, 0, layer, part);
     double sum = 0.0, whole = 0.0;
@@ -194,7 +194,7 @@ static double area_error(double radius, int axisymmetric)
     for (int k = 0; k < 9; k++) {
         scene *s = area_start(2 * room, axisymmetric);
         s->shapes[0].type = PD_SHAPE_BALL;
-        s->shapes[0].r = radius;
+        s->shapes[0].radius = radius;
         s->shapes[0].a[0] = k % 3 / 3.0;
         s->shapes[0].a[1] = axisymmetric ? 0.0 : k / 3 / 3.0;
         double exact = PD_DIM == 3 || axisymmetric ? 4.0 * pi * radius * radius : 2.0 * pi * radius;
@@ -256,8 +256,8 @@ TEST(box_of_a_stream)
     CHECK_REL(box.energy, 0.5 * RHO * 1.2 * MEAN * MEAN * depth(), 1e-5);
     CHECK_REL(box.momentum[0], RHO * MEAN * depth(), 1e-3);
     CHECK_NEAR(box.momentum[1], 0.0, 1e-12);
-    CHECK_REL(box.least, 2.0, 0.0);
-    CHECK_REL(box.most, 2.0, 0.0);
+    CHECK_REL(box.min_concentration, 2.0, 0.0);
+    CHECK_REL(box.max_concentration, 2.0, 0.0);
     CHECK_NEAR(box.solid, 0.0, 0.0);
     scene_free(s);
 }

@@ -57,7 +57,8 @@ static scene_case *run(int k, const char *text)
     pd_ctx_init(&c->ctx);
     if (!CHECK_OK(&c->ctx, pd_scene_parse(&c->ctx, "bar", text, NULL, 0, &c->setup))) return NULL;
     if (!CHECK_OK(&c->ctx, pdi_model_build(&c->ctx, &c->setup, &c->model))) return NULL;
-    if (!CHECK_OK(&c->ctx, pd_time_loop_run(&c->ctx, &c->model.couple, c->setup.until, 0.0, NULL, NULL))) return NULL;
+    if (!CHECK_OK(&c->ctx, pd_time_loop_run(&c->ctx, &c->model.time_loop, c->setup.end_time, 0.0, NULL, NULL)))
+        return NULL;
     return c;
 }
 
@@ -74,15 +75,15 @@ TEST(faces_move)
     scene_case *c = run(0, LATTICE SOLID "[side x+] ux = 0.02 um\n");
     double force[PD_DIM], strain = 0.02e-6 / LENGTH, wanted = 200e9 * strain * 10e-6 * DEPTH;
     if (!c) return;
-    for (int k = 0; k < c->setup.metal_body.grips; k++) {
-        CHECK(pdi_reaction_force_compute(&c->ctx, &c->model.grips, k, c->model.couple.time, force) == PD_OK);
-        int side = c->setup.metal_body.grip[k].side;
+    for (int k = 0; k < c->setup.metal_body.mechanical_bcs; k++) {
+        CHECK(pdi_reaction_force_compute(&c->ctx, &c->model.mechanical_bc, k, c->model.time_loop.time, force) == PD_OK);
+        int side = c->setup.metal_body.mechanical_bc[k].side;
         if (side == 1) CHECK_REL(force[0], wanted, 1e-5);
         if (side == 0) CHECK_REL(force[0], -wanted, 1e-5);
     }
-    for (int32_t i = 0; i < c->model.structure.count; i++)
-        if (!CHECK_REL(c->model.structure.mises[i], 200e9 * strain, 1e-5)) break;
-    CHECK_REL(c->model.structure.rest.work, 0.5 * wanted * 0.02e-6, 1e-5);
+    for (int32_t i = 0; i < c->model.solid.count; i++)
+        if (!CHECK_REL(c->model.solid.mises[i], 200e9 * strain, 1e-5)) break;
+    CHECK_REL(c->model.solid.static_solver.work, 0.5 * wanted * 0.02e-6, 1e-5);
     end(c);
 }
 
@@ -93,13 +94,13 @@ TEST(traction)
                                        : LATTICE SOLID "[side x+] traction = 100 MPa, 0 MPa, 0 MPa\n");
     double force[PD_DIM], last = 0.0;
     if (!c) return;
-    const pd_solid_coupling *s = &c->model.structure;
+    const pd_solid_coupling *s = &c->model.solid;
     for (int32_t i = 0; i < s->count; i++) {
         if (!CHECK_REL(s->mises[i], 100e6, 1e-6) || !CHECK_REL(s->pressure[i], 100e6 / 3.0, 1e-6)) break;
-        if (s->body.position[i * PD_DIM] > LENGTH - 1e-6) last = s->rest.u[i * PD_DIM];
+        if (s->body.position[i * PD_DIM] > LENGTH - 1e-6) last = s->static_solver.u[i * PD_DIM];
     }
     CHECK_REL(last, 100e6 / 200e9 * (LENGTH - 0.5e-6), 1e-6);
-    CHECK(pdi_reaction_force_compute(&c->ctx, &c->model.grips, 0, c->model.couple.time, force) == PD_OK);
+    CHECK(pdi_reaction_force_compute(&c->ctx, &c->model.mechanical_bc, 0, c->model.time_loop.time, force) == PD_OK);
     CHECK_REL(force[0], -100e6 * 10e-6 * DEPTH, 1e-6);
     end(c);
 }
@@ -121,8 +122,8 @@ static scene_case *pull(const char *material, const char *traction)
 /* Stretches of a bar by the displacements of two nodes: along, and across along y. */
 static void stretches(const scene_case *c, double *along, double *across)
 {
-    const pd_solid_coupling *s = &c->model.structure;
-    const double *u = s->rest.u;
+    const pd_solid_coupling *s = &c->model.solid;
+    const double *u = s->static_solver.u;
     int at[3] = {4, 4, 4}, next[3] = {14, 4, 4}, over[3] = {4, 7, 4};
     int32_t a = s->point[pd_grid_node(&c->model.grid, at)], b = s->point[pd_grid_node(&c->model.grid, next)];
     int32_t d = s->point[pd_grid_node(&c->model.grid, over)];
@@ -143,7 +144,7 @@ TEST(large_strains)
     NOTE("neo-Hookean: stretches of %.6f and %.6f", a, b);
     CHECK_REL(mu * (a - 1.0 / a) + lambda * swell / a, load, 1e-6);
     CHECK_NEAR(mu * (b - 1.0 / b) + lambda * swell / b, 0.0, 1e-6 * load);
-    CHECK_REL(c->model.structure.stress[0] * b * b, load, 1e-6);
+    CHECK_REL(c->model.solid.stress[0] * b * b, load, 1e-6);
     end(c);
     if (PD_DIM == 3) return; /* minutes */
     c = pull("material = hencky", "20 GPa");
@@ -159,8 +160,8 @@ TEST(large_strains)
     stretches(c, &a, &b);
     double tau = 400e6 * a, slip = (tau - 300e6) / 1e9; /* of Kirchhoff, whose volume is that of the reference */
     CHECK_REL(log(a), tau / 200e9 + slip, 1e-6);
-    CHECK_REL(c->model.structure.slip[0], slip, 1e-6);
-    double volume = LENGTH * 10e-6 * DEPTH, cost = c->model.structure.solid.dissipated(c->model.structure.solid.self);
+    CHECK_REL(c->model.solid.plastic_strain[0], slip, 1e-6);
+    double volume = LENGTH * 10e-6 * DEPTH, cost = c->model.solid.solid.dissipated(c->model.solid.solid.self);
     CHECK_REL(cost, volume * (300e6 * slip + 0.5e9 * slip * slip), 1e-6);
     end(c);
 }
@@ -172,7 +173,7 @@ TEST(ordinary)
     scene_case *c = pull("material = ordinary", "100 MPa");
     if (!c) return;
     stretches(c, &a, &b);
-    CHECK(pdi_reaction_force_compute(&c->ctx, &c->model.grips, 0, c->model.couple.time, force) == PD_OK);
+    CHECK(pdi_reaction_force_compute(&c->ctx, &c->model.mechanical_bc, 0, c->model.time_loop.time, force) == PD_OK);
     CHECK_REL(force[0], -100e6 * 10e-6 * DEPTH, 1e-6);
     NOTE("strain %.4f of Hooke's", (a - 1.0) / (100e6 / 200e9));
     CHECK_REL(a - 1.0, 100e6 / 200e9, 0.05);
@@ -185,7 +186,7 @@ TEST(fields)
     scene_case *c = pull("", "100 MPa");
     double all = 0.0;
     if (!c) return;
-    const pd_solid_coupling *s = &c->model.structure;
+    const pd_solid_coupling *s = &c->model.solid;
     pdi_sample_prepare(&c->ctx, &c->model, pdi_setup_field_bit(PD_FIELD_STRAIN_ENERGY));
     for (int32_t i = 0; i < s->count; i++) {
         double wanted = 0.5 * 100e6 * 100e6 / 200e9;
@@ -196,7 +197,7 @@ TEST(fields)
         CHECK_NEAR(pdi_sample_get_node(&c->model, PD_FIELD_SIGMA_ZZ, s->node[i]), 0.0, 100.0);
         CHECK_NEAR(pdi_sample_get_node(&c->model, PD_FIELD_SIGMA_XY, s->node[i]), 0.0, 100.0);
     }
-    CHECK_REL(all, s->rest.stored, 1e-12);
+    CHECK_REL(all, s->static_solver.stored, 1e-12);
     end(c);
 }
 
@@ -210,7 +211,7 @@ TEST(strength)
                  " um\n[side y-] uy = 0 um\n" AROUND "[side x+] ux = %g nm\n", strengths[k], 1e9 * LENGTH * 5e-4);
         scene_case *c = run(0, text);
         if (!c) return;
-        const pd_quasi_static *rest = &c->model.structure.rest;
+        const pd_quasi_static *rest = &c->model.solid.static_solver;
         if (!k) CHECK_INT(rest->broken, 0);
         else CHECK(rest->stored <= 1e-9 * rest->work);
         end(c);
@@ -224,12 +225,12 @@ TEST(dissolution_alone)
                      "[side x+] ux = 0.02 um\n[solid]\nrtol = 1e-9\n" CORRODE);
     if (!alone || !loaded) return;
     size_t size = (size_t)alone->model.grid.total * sizeof(double);
-    CHECK(alone->model.grid.solid_count < alone->model.couple.solid_nodes_start);
+    CHECK(alone->model.grid.solid_count < alone->model.time_loop.solid_nodes_start);
     CHECK(memcmp(alone->model.transport.c, loaded->model.transport.c, size) == 0);
-    CHECK_INT(alone->model.couple.steps, loaded->model.couple.steps);
-    CHECK_LE(loaded->model.structure.rest.stored, loaded->model.structure.rest.work);
-    double taken = loaded->model.structure.rest.work - loaded->model.structure.rest.stored;
-    CHECK_REL(loaded->model.structure.rest.taken, taken, 5e-8);
+    CHECK_INT(alone->model.time_loop.steps, loaded->model.time_loop.steps);
+    CHECK_LE(loaded->model.solid.static_solver.stored, loaded->model.solid.static_solver.work);
+    double taken = loaded->model.solid.static_solver.work - loaded->model.solid.static_solver.stored;
+    CHECK_REL(loaded->model.solid.static_solver.dissolved_energy, taken, 5e-8);
     end(alone);
     end(loaded);
 }
@@ -247,8 +248,8 @@ TEST(gutman)
         LATTICE "[solid] E = 200 GPa nu = 0.3 speed_factor = exp(sigma_h * 7.09e-6 m3/mol / (R * 298 K))\n"
         "[side x-] ux = 0 um\n[side y-] uy = 0 um\n[side z-] uz = 0 um\n[side x+] ux = 0.036 um\n" CORRODE);
     if (!alone || !loaded) return;
-    double slow = pd_time_loop_volume_loss(&alone->model.couple),
-           fast = pd_time_loop_volume_loss(&loaded->model.couple);
+    double slow = pd_time_loop_volume_loss(&alone->model.time_loop),
+           fast = pd_time_loop_volume_loss(&loaded->model.time_loop);
     NOTE("gutman: loss %.5f without stress, %.5f with it: %.4f, expected %.4f", slow, fast, fast / slow, factor);
     CHECK_REL(factor, 1.331, 1e-3);
     CHECK_REL(fast / slow, factor, 0.01);
@@ -265,9 +266,9 @@ TEST(torn)
                         AROUND "[side x+] ux = 0.1 um\n");
     double force[PD_DIM];
     if (!c) return;
-    const pd_quasi_static *rest = &c->model.structure.rest;
-    for (int k = 0; k < c->setup.metal_body.grips; k++) {
-        CHECK(pdi_reaction_force_compute(&c->ctx, &c->model.grips, k, c->model.couple.time, force) == PD_OK);
+    const pd_quasi_static *rest = &c->model.solid.static_solver;
+    for (int k = 0; k < c->setup.metal_body.mechanical_bcs; k++) {
+        CHECK(pdi_reaction_force_compute(&c->ctx, &c->model.mechanical_bc, k, c->model.time_loop.time, force) == PD_OK);
         CHECK(fabs(force[0]) <= 1e-9 * 200e9 * 5e-3 * 10e-6 * DEPTH);
     }
     NOTE("torn: %.0f bonds, %.6g of %.6g J released", (double)rest->broken, rest->released, rest->work);
@@ -283,10 +284,10 @@ TEST(thinning)
     scene_case *c = run(0, LATTICE "[solid] E = 200 GPa nu = 0.3 yield = 200 MPa\n[side x-] ux = 0 um\n" AROUND
                         "[side y-] uy = 0 um\n[side x+] ux = 0.2 um\n" CORRODE);
     if (!c) return;
-    double left = 1.0 - pd_time_loop_volume_loss(&c->model.couple), section = left * 10e-6 * DEPTH;
-    for (int k = 0; k < c->setup.metal_body.grips; k++) {
-        if (c->setup.metal_body.grip[k].side != 1) continue;
-        CHECK(pdi_reaction_force_compute(&c->ctx, &c->model.grips, k, c->model.couple.time, force) == PD_OK);
+    double left = 1.0 - pd_time_loop_volume_loss(&c->model.time_loop), section = left * 10e-6 * DEPTH;
+    for (int k = 0; k < c->setup.metal_body.mechanical_bcs; k++) {
+        if (c->setup.metal_body.mechanical_bc[k].side != 1) continue;
+        CHECK(pdi_reaction_force_compute(&c->ctx, &c->model.mechanical_bc, k, c->model.time_loop.time, force) == PD_OK);
         NOTE("thinning: %.4f of the metal bears %.5g N, expected %.5g", left, force[0], flow * section);
         CHECK(left < 0.85 && left > 0.75);
         CHECK_REL(force[0], flow * section, 1e-3);
@@ -301,12 +302,12 @@ TEST(thinning_beside_a_mirror)
     scene_case *c = run(0, LATTICE "[solid] E = 200 GPa  nu = 0.3  " PLANE "\n[side x-] ux = 0 um\n"
                         "[side y-] flow = mirror\n" AROUND "[side x+] ux = 0.02 um\n" CORRODE);
     if (!c) return;
-    double left = 1.0 - pd_time_loop_volume_loss(&c->model.couple);
+    double left = 1.0 - pd_time_loop_volume_loss(&c->model.time_loop);
     CHECK(left < 0.85 && left > 0.75);
-    CHECK(c->model.grid.solid_count < c->model.couple.solid_nodes_start);
-    for (int k = 0; k < c->setup.metal_body.grips; k++) {
-        if (c->setup.metal_body.grip[k].side != 1) continue;
-        CHECK(pdi_reaction_force_compute(&c->ctx, &c->model.grips, k, c->model.couple.time, force) == PD_OK);
+    CHECK(c->model.grid.solid_count < c->model.time_loop.solid_nodes_start);
+    for (int k = 0; k < c->setup.metal_body.mechanical_bcs; k++) {
+        if (c->setup.metal_body.mechanical_bc[k].side != 1) continue;
+        CHECK(pdi_reaction_force_compute(&c->ctx, &c->model.mechanical_bc, k, c->model.time_loop.time, force) == PD_OK);
         NOTE("%.4f of the metal bears %.5g N", left, force[0]);
         CHECK_REL(force[0], 200e9 * strain * left * 10e-6 * DEPTH, 1e-3);
     }
@@ -326,7 +327,7 @@ TEST(flow_beside_a_mirror)
             "[grid] h = 1 um  m = 2  box = 0 .. 12 um, -2 um .. 10 um" DEEP "\n"
             "[shape bar] box = 0 .. 12 um, 0 .. 8 um" DEEP "\n  kind = solid  material = steel304\n" FLOWS);
         if (!c) return;
-        const pd_quasi_static *q = &c->model.structure.rest;
+        const pd_quasi_static *q = &c->model.solid.static_solver;
         cost[half] = q->solid.dissipated(q->solid.self);
         stored[half] = q->stored;
         for (int64_t k = 0; k < q->n; k++) most[half] = fmax(most[half], fabs(q->u[k]));
@@ -356,7 +357,8 @@ TEST(refused_when_built)
         pd_ctx_init(&c->ctx);
         if (!CHECK_OK(&c->ctx, pd_scene_parse(&c->ctx, "bar", wrong[k][0], NULL, 0, &c->setup))) continue;
         pd_status status = pdi_model_build(&c->ctx, &c->setup, &c->model);
-        if (status == PD_OK) status = pd_time_loop_run(&c->ctx, &c->model.couple, c->setup.until, 0.0, NULL, NULL);
+        if (status == PD_OK)
+            status = pd_time_loop_run(&c->ctx, &c->model.time_loop, c->setup.end_time, 0.0, NULL, NULL);
         CHECK(status < 0);
         if (!CHECK(strstr(c->ctx.message, wrong[k][1]) != NULL)) NOTE("%d: %s", (int)k, c->ctx.message);
         end(c);

@@ -67,19 +67,19 @@ static int crosses(const double *x, const double *y, double last, double height)
 
 static void check_bonds(const scene_case *c, double last, double height)
 {
-    const pd_body *body = &c->model.structure.body;
+    const pd_body *body = &c->model.solid.body;
     int64_t wrong = 0, broken = 0;
     for (int32_t i = 0; i < body->count; i++) {
         double x[PD_DIM], y[PD_DIM], share = 0.0;
         for (int d = 0; d < PD_DIM; d++) x[d] = 1e6 * body->position[i * PD_DIM + d];
         for (pd_bond_iterator b = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&b);) {
-            for (int d = 0; d < PD_DIM; d++) y[d] = 1e6 * body->position[b.to * PD_DIM + d];
+            for (int d = 0; d < PD_DIM; d++) y[d] = 1e6 * body->position[b.neighbour * PD_DIM + d];
             int is = crosses(x, y, last, height);
             wrong += is != pdi_body_bond_is_broken(&b);
             broken += is;
-            share += is / (double)(body->row[i + 1] - body->row[i]);
+            share += is / (double)(body->first_bond[i + 1] - body->first_bond[i]);
         }
-        wrong += fabs(pdi_solid_coupling_damage(&c->model.structure, i) - share) > 1e-12;
+        wrong += fabs(pdi_solid_coupling_damage(&c->model.solid, i) - share) > 1e-12;
     }
     CHECK_INT(wrong, 0);
     CHECK(broken > 0);
@@ -118,10 +118,10 @@ TEST(tips)
     for (int k = 0; k < 2; k++) {
         CHECK_STR(m[k].desc->name, k ? "b" : "a");
         CHECK_INT(m[k].count, 3);
-        CHECK_NEAR(m[k].figure[0].value, k ? 15e-6 : 6e-6, 1e-6);
-        CHECK_NEAR(m[k].figure[1].value, 5e-6, 1e-12);
-        if (PD_DIM == 3) CHECK_NEAR(m[k].figure[2].value, 3e-6, 1e-12);
-        if (PD_DIM == 2) CHECK_NEAR(m[k].figure[2].value, k ? 5e-6 : 6e-6, 1e-6);
+        CHECK_NEAR(m[k].output[0].value, k ? 15e-6 : 6e-6, 1e-6);
+        CHECK_NEAR(m[k].output[1].value, 5e-6, 1e-12);
+        if (PD_DIM == 3) CHECK_NEAR(m[k].output[2].value, 3e-6, 1e-12);
+        if (PD_DIM == 2) CHECK_NEAR(m[k].output[2].value, k ? 5e-6 : 6e-6, 1e-6);
     }
     end(c);
 }
@@ -136,12 +136,13 @@ TEST(strip)
         "[side y-] ux = 0 um  uy = 0 um\n[side y+] ux = 0 um  uy = 0.004 um\n"
         "[solid] E = 45 GPa  nu = 0.3  rtol = 1e-5\n"
         "[cut a] points = 0 um, 10 um, 16 um, 10 um  contours = 2 um, 5 um, 8 um\n");
-    if (!c || !CHECK_OK(&c->ctx, pd_time_loop_run(&c->ctx, &c->model.couple, c->setup.until, 0.0, NULL, NULL))) return;
+    if (!c || !CHECK_OK(&c->ctx, pd_time_loop_run(&c->ctx, &c->model.time_loop, c->setup.end_time, 0.0, NULL, NULL)))
+        return;
     if (!CHECK_OK(&c->ctx, pdi_monitors_build(&c->ctx, &c->model, &c->monitors))) return;
     const pd_monitor *m = c->monitors.monitor + 3;
     double wanted = 0.5 * 45e9 * 0.7 / (1.3 * 0.4) * 2e-4 * 2e-4 * 20e-6;
-    CHECK_STR(m->figure[3].key, "J_inner");
-    double inner = m->figure[3].value, outer = m->figure[4].value;
+    CHECK_STR(m->output[3].key, "J_inner");
+    double inner = m->output[3].value, outer = m->output[4].value;
     NOTE("strip: J is %.4f and %.4f of that of a long strip", inner / wanted, outer / wanted);
     CHECK_REL(inner, outer, 2e-3);
     CHECK_REL(outer, wanted, 0.05);
@@ -152,8 +153,8 @@ TEST(strip)
         "[side y-] ux = 0 um  uy = 0 um\n[side y+] ux = 0 um  uy = 0.004 um\n[solid] E = 45 GPa  nu = 0.3\n"
         "[cut a] points = 0 um, 10 um, 15 um, 10 um  contours = 1 um, 4 um, 9 um\n");
     if (!c || !CHECK_OK(&c->ctx, pdi_monitors_build(&c->ctx, &c->model, &c->monitors))) return;
-    CHECK(!isnan(c->monitors.monitor[3].figure[3].value));
-    CHECK(isnan(c->monitors.monitor[3].figure[4].value));
+    CHECK(!isnan(c->monitors.monitor[3].output[3].value));
+    CHECK(isnan(c->monitors.monitor[3].output[4].value));
     end(c);
 }
 

@@ -53,8 +53,8 @@ static int scene_finish(scene *s, pin *p, double m, int flowing)
     s->steady_desc.tolerance = 1e-8;
     s->flow_desc.rho = RHO;
     s->flow_desc.mu = p->nu * RHO;
-    s->flow_desc.speed = p->mean;
-    s->flow_desc.length = 2.0 * p->half;
+    s->flow_desc.report_speed = p->mean;
+    s->flow_desc.report_length = 2.0 * p->half;
     s->flow_desc.inlet = parabola;
     s->flow_desc.inlet_user = p;
     s->transport_desc.diffusivity = p->diffusivity;
@@ -94,17 +94,19 @@ static void check_bonds(scene *s)
     int64_t dd = PD_DIM * PD_DIM;
     if (!CHECK_OK(&s->ctx, pd_bonds_build(&s->ctx, &s->stencil, &s->grid, 0, &fresh))) return;
     CHECK_INT(b->rows, fresh.rows);
-    CHECK_INT(b->whole.count, fresh.whole.count);
-    for (int32_t k = 0; k < fresh.whole.count && k < b->whole.count; k++)
-        CHECK(b->whole.first[k] == fresh.whole.first[k] && b->whole.length[k] == fresh.whole.length[k]);
+    CHECK_INT(b->full_ranges.count, fresh.full_ranges.count);
+    for (int32_t k = 0; k < fresh.full_ranges.count && k < b->full_ranges.count; k++)
+        CHECK(b->full_ranges.first[k] == fresh.full_ranges.first[k] &&
+              b->full_ranges.length[k] == fresh.full_ranges.length[k]);
     for (int32_t r = 0; r < fresh.rows; r++) {
-        int32_t q = b->row[fresh.node[r]];
+        int32_t q = b->row_of_node[fresh.node[r]];
         if (!CHECK_INT(q, r)) continue;
         for (int w = 0; w < b->paths.words; w++)
-            CHECK(b->mask[(int64_t)w * b->capacity + q] == fresh.mask[(int64_t)w * fresh.capacity + r]);
-        CHECK(memcmp(&b->wall_lap[q], &fresh.wall_lap[r], sizeof *b->wall_lap) == 0);
-        CHECK(memcmp(&b->wall_curv[q], &fresh.wall_curv[r], sizeof *b->wall_curv) == 0);
-        CHECK(memcmp(b->moment + q * dd, fresh.moment + r * dd, (size_t)dd * sizeof *b->moment) == 0);
+            CHECK(b->open_mask[(int64_t)w * b->capacity + q] == fresh.open_mask[(int64_t)w * fresh.capacity + r]);
+        CHECK(memcmp(&b->wall_laplacian[q], &fresh.wall_laplacian[r], sizeof *b->wall_laplacian) == 0);
+        CHECK(memcmp(&b->wall_curvature[q], &fresh.wall_curvature[r], sizeof *b->wall_curvature) == 0);
+        CHECK(memcmp(b->inverse_moment + q * dd, fresh.inverse_moment + r * dd,
+                     (size_t)dd * sizeof *b->inverse_moment) == 0);
     }
     pd_bonds_free(&s->ctx, &fresh);
 }
@@ -122,7 +124,7 @@ static int observe(void *user, const pd_time_loop *couple)
 {
     watch *w = (watch *)user;
     scene *s = w->s;
-    CHECK_LE(couple->ledger[0].relative, 1e-12);
+    CHECK_LE(couple->ledger[0].relative_imbalance, 1e-12);
     CHECK_LE(w->loss, pd_time_loop_volume_loss(couple));
     CHECK_INT(couple->steps, w->steps);
     if (couple->steps) CHECK(couple->time > w->last_time);
@@ -276,16 +278,16 @@ static int random_scene(scene *s, pin *p, uint32_t *seed, int flowing)
     /* with flow, two cells stay free on every side */
     double margin = flowing ? 2.0 * p->h : 0.0;
     s->shapes[0].type = PD_SHAPE_BALL;
-    s->shapes[0].r = random_between(seed, 0.1, 0.49) * (least_edge - 2.0 * margin);
+    s->shapes[0].radius = random_between(seed, 0.1, 0.49) * (least_edge - 2.0 * margin);
     s->shapes[1].type = PD_SHAPE_BOX;
     for (int d = 0; d < PD_DIM; d++) {
-        double lo = s->grid_desc.lo[d] + margin, hi = s->grid_desc.hi[d] - margin, r = s->shapes[0].r;
+        double lo = s->grid_desc.lo[d] + margin, hi = s->grid_desc.hi[d] - margin, r = s->shapes[0].radius;
         s->shapes[0].a[d] = random_between(seed, lo + r, hi - r);
         s->shapes[1].a[d] = random_between(seed, lo, 0.5 * (lo + hi));
         s->shapes[1].b[d] = fmin(hi, s->shapes[1].a[d] + random_between(seed, 1.01 * p->h, 0.5 * (hi - lo) + p->h));
     }
     s->shapes[2].type = PD_SHAPE_UNION;
-    s->shapes[2].children = 2;
+    s->shapes[2].child_count = 2;
     s->shapes[2].child[1] = 1;
     p->csat = p->solid * random_between(seed, 0.01, 2.0);
     s->dissolve_desc.threshold = next_random(seed) % 3 ? 0.0 : random_between(seed, 0.0, 0.009) * p->csat / p->solid;
@@ -297,7 +299,7 @@ static void random_run(scene *s, double csat, double end)
     if (!CHECK_OK(&s->ctx, pd_time_loop_start(&s->ctx, &s->couple))) return;
     for (int steps = 0; s->couple.time < end; steps++) {
         if (!CHECK(steps < 3000) || !CHECK_OK(&s->ctx, pd_time_loop_step(&s->ctx, &s->couple, end))) return;
-        CHECK_LE(s->couple.ledger[0].relative, 1e-12);
+        CHECK_LE(s->couple.ledger[0].relative_imbalance, 1e-12);
         for (int32_t i = 0; i < s->grid.total; i++)
             if (s->grid.kind[i] == PD_FLUID)
                 CHECK(s->transport.c[i] >= -1e-7 * csat && s->transport.c[i] <= csat * (1.0 + 1e-7));

@@ -34,8 +34,8 @@ static void scene_start(scene *s, int x, int y, int z)
     s->with = WITH_FLOW;
     s->flow_desc.rho = RHO;
     s->flow_desc.mu = MU;
-    s->flow_desc.speed = U;
-    s->flow_desc.length = y * H;
+    s->flow_desc.report_speed = U;
+    s->flow_desc.report_length = y * H;
 }
 
 static int flow_build(scene *s, double m)
@@ -63,7 +63,7 @@ static int build_ball(scene *s, double m, channel *c)
     s->grid_desc.side[0] = PD_SIDE_INLET;
     s->grid_desc.side[1] = PD_SIDE_OUTLET;
     s->shapes[0].type = PD_SHAPE_BALL;
-    s->shapes[0].r = 3.3 * H;
+    s->shapes[0].radius = 3.3 * H;
     for (int d = 0; d < PD_DIM; d++) s->shapes[0].a[d] = 0.47 * s->grid_desc.hi[d];
     s->grid_desc.solid = &s->shapes[0];
     s->flow_desc.inlet = parabola;
@@ -85,7 +85,7 @@ static void fill_random(scene *s, uint32_t seed)
 /* Largest residuals in units of U^2/L and U/L. */
 static void scaled_residuals(scene *s, double *momentum, double *continuity)
 {
-    double length = s->flow_desc.length;
+    double length = s->flow_desc.report_length;
     int64_t split = (int64_t)PD_DIM * s->grid.total;
     pdi_flow_assemble_residual(&s->ctx, &s->flow, ru, rc);
     *momentum = *continuity = 0.0;
@@ -102,10 +102,10 @@ TEST(hydrostatics)
     double momentum, continuity;
     scene_start(s, PD_DIM == 2 ? 30 : 14, 13, 12);
     s->shapes[0].type = PD_SHAPE_BALL;
-    s->shapes[0].r = 3.3 * H;
+    s->shapes[0].radius = 3.3 * H;
     for (int d = 0; d < PD_DIM; d++) {
         s->shapes[0].a[d] = 0.47 * s->grid_desc.hi[d];
-        s->flow_desc.force[d] = (d + 1.0) * U * U / s->flow_desc.length;
+        s->flow_desc.force[d] = (d + 1.0) * U * U / s->flow_desc.report_length;
     }
     s->grid_desc.solid = &s->shapes[0];
     if (!flow_build(s, 3.0)) return;
@@ -184,7 +184,7 @@ TEST(poiseuille_between_planes)
                 s->shapes[2].child[side] = side;
             }
             s->shapes[2].type = PD_SHAPE_UNION;
-            s->shapes[2].children = 2;
+            s->shapes[2].child_count = 2;
             s->grid_desc.wall = &s->shapes[2];
             c.half = 0.5 * (high[k] - low[k]) * H;
             c.centre = 0.5 * (high[k] + low[k]) * H;
@@ -213,7 +213,7 @@ TEST(sections_balance)
         fill_random(s, 5);
         scaled_residuals(s, &momentum, &continuity);
         double start = pd_flow_integrate_section(&s->ctx, &s->flow, 0, 1),
-               scale = U * pow(s->flow_desc.length, PD_DIM - 1);
+               scale = U * pow(s->flow_desc.report_length, PD_DIM - 1);
         for (int index = 2; index < s->grid.n[0]; index++) {
             double gain = 0.0;
             for (int32_t node = 0; node < s->grid.total; node++) {
@@ -324,17 +324,19 @@ TEST(surfaces_of_any_size)
                 s->grid_desc.hi[d] += shift;
                 s->shapes[0].a[d] = 8.3 * h + shift;
             }
-            s->shapes[0].r = 4.2 * h;
+            s->shapes[0].radius = 4.2 * h;
             s->grid_desc.wall = s->shapes;
             s->with = WITH_FLOW;
-            s->flow_desc.rho = s->flow_desc.mu = s->flow_desc.speed = 1.0;
-            s->flow_desc.length = h;
+            s->flow_desc.rho = s->flow_desc.mu = s->flow_desc.report_speed = 1.0;
+            s->flow_desc.report_length = h;
             if (!scene_build(s)) return;
             if (!CHECK_OK(&s->ctx, pdi_flow_find_surface_patches(&s->ctx, &s->flow))) return;
-            const pd_quadratic_reconstruction *of = &s->flow.slopes;
-            int terms = PD_DIM * (PD_DIM + 3) / 2, misses = of->wide ? 0 : PD_DIM * PDI_RECONSTRUCT_HESSIAN_SIZE;
+            const pd_quadratic_reconstruction *of = &s->flow.wall_fit;
+            int terms = PD_DIM * (PD_DIM + 3) / 2,
+                misses = of->wide_capacity ? 0 : PD_DIM * PDI_RECONSTRUCT_HESSIAN_SIZE;
             CHECK(of->count > 10);
-            const double *list[3] = {of->drag, of->bend, of->miss}, unit[3] = {h * h, 1.0, 1.0 / h};
+            const double *list[3] = {of->wall_friction, of->wall_coefficients, of->viscous_error},
+                         unit[3] = {h * h, 1.0, 1.0 / h};
             int64_t length[3] = {of->count, (int64_t)of->count * terms, (int64_t)of->count * misses};
             for (int n = 0; n < 3; n++)
                 for (int64_t i = 0; i < length[n] && i < 4096; i++) {
@@ -402,7 +404,7 @@ TEST(nearest_of_surfaces)
             s->shapes[0].a[d] = to[d] - (1.0 + away) * towards[d];
         }
         s->shapes[0].type = PD_SHAPE_BALL;
-        s->shapes[0].r = 1.0;
+        s->shapes[0].radius = 1.0;
         s->grid_desc.solid = &s->shapes[0];
         if (!scene_build(s)) return;
         int32_t node = pd_grid_node(&s->grid, at);
@@ -434,8 +436,8 @@ TEST(bad_input)
         double *value[4];
         value[0] = &desc.rho;
         value[1] = &desc.mu;
-        value[2] = &desc.speed;
-        value[3] = &desc.length;
+        value[2] = &desc.report_speed;
+        value[3] = &desc.report_length;
         if (k < 8) *value[k / 2] = wrong[k % 2];
         else if (k == 8) desc.mu = -MU;
         else desc.inlet = not_finite;
@@ -466,7 +468,7 @@ TEST(update_of_dissolved_nodes)
     for (int d = 0; d < PD_DIM; d++) s->shapes[0].b[d] = d ? 5.0 * H : s->grid_desc.hi[0];
     s->grid_desc.solid = &s->shapes[0];
     if (!flow_build(s, 2.0)) return;
-    int32_t before = s->bonds.ghosts.count;
+    int32_t before = s->bonds.ghosts.outlets_end;
     fill_random(s, 7);
     for (int32_t node = 0; node < s->grid.total; node++) {
         if (s->grid.kind[node] != PD_SOLID || next_random(&seed) % 2) continue;
@@ -475,15 +477,15 @@ TEST(update_of_dissolved_nodes)
     for (int32_t k = 0; k < count; k++) pdi_grid_set_fluid(&s->grid, changed[k]);
     CHECK_OK(&s->ctx, pd_bonds_update(&s->ctx, changed, count, &s->bonds));
     CHECK_OK(&s->ctx, pd_flow_update(&s->ctx, changed, count, &s->flow));
-    CHECK(count > 10 && s->bonds.ghosts.count > before);
-    CHECK_INT(s->bonds.ghosts.count, pdi_grid_count_kind(&s->grid, PD_OUTLET));
+    CHECK(count > 10 && s->bonds.ghosts.outlets_end > before);
+    CHECK_INT(s->bonds.ghosts.outlets_end, pdi_grid_count_kind(&s->grid, PD_OUTLET));
     for (int32_t k = 0; k < count; k++) {
         for (int d = 0; d < PD_DIM; d++) CHECK_NEAR(s->flow.u[(int64_t)d * s->grid.total + changed[k]], 0.0, 0.0);
         CHECK(fabs(s->flow.p[changed[k]]) <= U * U);
     }
     pdi_flow_assemble_residual(&s->ctx, &s->flow, ru, rc);
     for (int64_t k = 0; k < (int64_t)(PD_DIM + 1) * s->grid.total; k++) CHECK(ru[k] - ru[k] == 0.0); /* finite */
-    for (int32_t o = 0; o < s->bonds.ghosts.count; o++)
+    for (int32_t o = 0; o < s->bonds.ghosts.outlets_end; o++)
         CHECK_NEAR(s->flow.p[s->bonds.ghosts.node[o]], -s->flow.p[s->bonds.ghosts.source[o]], 1e-15);
     flow_free(s);
 }

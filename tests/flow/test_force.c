@@ -23,7 +23,7 @@ static scene *scene_start(int x, int y, int z)
     s->with = WITH_FLOW;
     s->flow_desc.rho = RHO;
     s->flow_desc.mu = MU;
-    s->flow_desc.speed = s->flow_desc.length = 1.0;
+    s->flow_desc.report_speed = s->flow_desc.report_length = 1.0;
     return s;
 }
 
@@ -141,7 +141,7 @@ static double lift(int n)
     double force[PD_DIM], balance[PD_DIM], lo[PD_DIM], hi[PD_DIM], volume = PD_DIM == 3 ? 4.0 / 3.0 * BALL : 1.0;
     volume *= pi * BALL * BALL;
     s->shapes[0].type = PD_SHAPE_BALL;
-    s->shapes[0].r = BALL;
+    s->shapes[0].radius = BALL;
     s->grid_desc.solid = &s->shapes[0];
     s->flow_desc.force[0] = DROP;
     for (int side = 0; side < 2 * PD_DIM; side++) s->grid_desc.side[side] = PD_SIDE_WALL;
@@ -189,9 +189,9 @@ static double tube(int n)
     scene *s = scene_start(4, n, n);
     double force[PD_DIM], wanted = RHO * DROP * pi * TUBE * TUBE * 4.0 / n;
     s->shapes[0].type = PD_SHAPE_CYLINDER;
-    s->shapes[0].r = TUBE;
+    s->shapes[0].radius = TUBE;
     s->shapes[1].type = PD_SHAPE_COMPLEMENT;
-    s->shapes[1].children = 1;
+    s->shapes[1].child_count = 1;
     for (int d = 0; d < PD_DIM; d++) s->shapes[0].a[d] = 0.5;
     s->grid_desc.wall = &s->shapes[1];
     s->grid_desc.side[2] = s->grid_desc.side[3] = s->grid_desc.side[4] = s->grid_desc.side[5] = PD_SIDE_WALL;
@@ -257,7 +257,7 @@ static void turned_errors(int n, double m, double angle, double p, double *frict
         s->shapes[k].b[1] = (k ? -1.0 : 1.0) * cos(angle);
     }
     s->shapes[2].type = PD_SHAPE_UNION;
-    s->shapes[2].children = 2;
+    s->shapes[2].child_count = 2;
     s->shapes[2].child[1] = 1;
     s->grid_desc.wall = &s->shapes[2];
     if (!scene_build(s) || !CHECK_INT(pdi_flow_find_surface_patches(&s->ctx, &s->flow), PD_OK)) return;
@@ -313,7 +313,7 @@ TEST(several_bodies)
         scene *s = scene_start(24, 20, 16);
         double all[PD_DIM], part[PD_DIM], sum[PD_DIM], lo[PD_DIM], hi[PD_DIM], size = 0.0;
         s->shapes[0].type = PD_SHAPE_BALL;
-        s->shapes[0].r = 0.21;
+        s->shapes[0].radius = 0.21;
         s->shapes[1].type = PD_SHAPE_BOX;
         for (int d = 0; d < PD_DIM; d++) {
             s->shapes[0].a[d] = d ? 0.31 : 0.02; /* through the side x- */
@@ -376,11 +376,11 @@ static int dfg_errors(int x, int y, double m, double *error)
     s->grid_desc.side[1] = PD_SIDE_OUTLET;
     s->grid_desc.wall = &s->shapes[0];
     s->shapes[0].type = PD_SHAPE_BALL;
-    s->shapes[0].r = 0.05;
+    s->shapes[0].radius = 0.05;
     s->flow_desc.rho = 1.0;
     s->flow_desc.mu = 1e-3;
-    s->flow_desc.speed = 0.2;
-    s->flow_desc.length = 0.1;
+    s->flow_desc.report_speed = 0.2;
+    s->flow_desc.report_length = 0.1;
     s->flow_desc.inlet = dfg_inlet;
     for (int d = 0; d < PD_DIM; d++) {
         s->shapes[0].a[d] = 0.2;
@@ -425,7 +425,7 @@ TEST(bad_boxes)
     scene *s = scene_start(12, 12, 12);
     double lo[PD_DIM], hi[PD_DIM], force[PD_DIM];
     s->shapes[0].type = PD_SHAPE_BALL;
-    s->shapes[0].r = 0.2;
+    s->shapes[0].radius = 0.2;
     s->grid_desc.solid = &s->shapes[0];
     for (int d = 0; d < PD_DIM; d++) s->shapes[0].a[d] = 0.5;
     if (!scene_build(s)) return;
@@ -458,7 +458,7 @@ static void slow_residuals(int n, double m, double *momentum, double *continuity
     *momentum = *continuity = 0.0;
     scene_box(s, m, 1.0 / n, 4 * n, 4 * n, 1);
     s->shapes[0].type = PD_SHAPE_BALL;
-    s->shapes[0].r = 1.0;
+    s->shapes[0].radius = 1.0;
     for (int d = 0; d < 2; d++) s->shapes[0].a[d] = 2.0 - 0.3 / n;
     s->grid_desc.solid = &s->shapes[0];
     s->with = WITH_FLOW | WITH_STEADY;
@@ -479,7 +479,7 @@ static void slow_residuals(int n, double m, double *momentum, double *continuity
     for (int32_t r = 0; r < s->bonds.rows; r++) {
         double x[2];
         int32_t node = s->bonds.node[r];
-        if (!s->bonds.smooth[r]) continue;
+        if (!s->bonds.near_smooth_surface[r]) continue;
         pd_grid_position(&s->grid, node, x);
         for (int d = 0; d < 2; d++) x[d] -= s->shapes[0].a[d];
         double along = (s->field[0][node] * x[0] + s->field[0][s->grid.total + node] * x[1]) / hypot(x[0], x[1]);

@@ -19,7 +19,7 @@ static scene *box(int n, int order, pd_side side)
     s->fields = 3;
     s->flow_desc.rho = 1.0;
     s->flow_desc.mu = NU;
-    s->flow_desc.speed = s->flow_desc.length = 1.0;
+    s->flow_desc.report_speed = s->flow_desc.report_length = 1.0;
     s->flow_desc.order = order;
     return s;
 }
@@ -215,7 +215,7 @@ TEST(conservation)
                 double passed = 0.0;
                 if (s->grid.kind[i] != PD_FLUID) continue;
                 for (int k = 0; k < s->stencil.count; k++) {
-                    int32_t r = s->bonds.row[i];
+                    int32_t r = s->bonds.row_of_node[i];
                     if (r < 0 || pdi_bond_is_open(&s->bonds, r, k))
                         passed += pdi_flow_compute_bond_flux(&s->flow, i, k);
                 }
@@ -270,14 +270,15 @@ TEST(derivative)
         noise(s, flow->u, 5);
         pd_ghosts_set_vector(&flow->bonds->ghosts, du); /* in 3D two sides are periodic */
         pdi_flow_update_derived_fields(&s->ctx, flow);
-        pdi_fourth_order_compute_second_differences(&s->ctx, &flow->sharp, NULL, NULL, du, flow->sharp.bend_step);
-        pdi_flow_compute_advecting_velocity(&s->ctx, flow, du, flow->sharp.bend_step, advecting);
-        pdi_flow_add_fourth_order(&s->ctx, flow, du, advecting, flow->grad, found);
+        pdi_fourth_order_compute_second_differences(&s->ctx, &flow->fourth_order, NULL, NULL, du,
+                                                    flow->fourth_order.second_increment);
+        pdi_flow_compute_advecting_velocity(&s->ctx, flow, du, flow->fourth_order.second_increment, advecting);
+        pdi_flow_add_fourth_order(&s->ctx, flow, du, advecting, flow->pressure_grad, found);
         for (int k = 0; k < 2; k++) {
             for (int64_t i = 0; i < s->size; i++) flow->u[i] += (k ? -2.0 : 1.0) * du[i];
             memset(advecting, 0, (size_t)s->size * sizeof *advecting);
             pdi_flow_update_derived_fields(&s->ctx, flow);
-            pdi_flow_add_fourth_order(&s->ctx, flow, flow->u, flow->advecting, flow->grad, advecting);
+            pdi_flow_add_fourth_order(&s->ctx, flow, flow->u, flow->advecting, flow->pressure_grad, advecting);
             for (int64_t i = 0; i < s->size; i++) up[i] += (k ? -0.5 : 0.5) * advecting[i];
         }
         for (int64_t i = 0; i < s->size; i++) most = fmax(most, fabs(up[i] - found[i]));
@@ -307,8 +308,8 @@ static int chosen(int n, pd_side side, double speed, int body)
         s->grid_desc.solid = &s->shapes[0];
     }
     int order = scene_build(s) ? s->flow.order : 0;
-    CHECK((order == 4) == (s->flow.sharp.bonds != NULL));
-    CHECK((order == 4) == (s->flow.isotropic.bonds == NULL));
+    CHECK((order == 4) == (s->flow.fourth_order.bonds != NULL));
+    CHECK((order == 4) == (s->flow.isotropic_stencil.bonds == NULL));
     scene_free(s);
     return order;
 }
@@ -348,7 +349,7 @@ TEST(refusals)
     scene_free(s);
     s = box(8, 4, PD_SIDE_PERIODIC);
     memset(&desc, 0, sizeof desc);
-    desc.sound = 10.0;
+    desc.sound_speed = 10.0;
     if (scene_build(s)) CHECK(pd_weakly_compressible_build(&s->ctx, &s->flow, &desc, &un) == PD_ERR_ARGUMENT);
     scene_free(s);
 }

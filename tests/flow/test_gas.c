@@ -131,7 +131,7 @@ static tube_error tube_run(const tube *t, setup *u)
     e.u /= (double)s.grid.fluid_count;
     e.p /= (double)s.grid.fluid_count;
     NOTE("%d cells, m = %g, order %d: L1 of rho %.3e, u %.3e, p %.3e; %d steps, %d rejected", (int)u->cells[t->axis],
-         s.stencil.m, s.gas.desc.order == PD_GAS_FIRST ? 1 : 2, e.rho, e.u, e.p, (int)s.gas.steps,
+         s.stencil.m, s.gas.desc.spatial_order == PD_GAS_FIRST ? 1 : 2, e.rho, e.u, e.p, (int)s.gas.steps,
          (int)s.gas.rejected);
     scene_free(&s);
     return e;
@@ -151,7 +151,7 @@ TEST(sod)
     e = tube_run(&SOD, &u);
     CHECK_LE(e.rho, PD_DIM == 3 ? 1.2e-2 : 3.4e-3);
     CHECK_LE(e.across, 1e-12);
-    u.gas.order = PD_GAS_FIRST;
+    u.gas.spatial_order = PD_GAS_FIRST;
     e = tube_run(&SOD, &u);
     CHECK_LE(e.rho, PD_DIM == 3 ? 4e-2 : 1.5e-2);
 }
@@ -177,7 +177,7 @@ TEST(positivity)
             setup u;
             setup_init(&u, PD_DIM == 1 ? 200 : 60, 2, PD_SIDE_OUTLET, PD_SIDE_PERIODIC);
             u.m = m;
-            u.gas.order = order ? PD_GAS_FIRST : PD_GAS_SECOND;
+            u.gas.spatial_order = order ? PD_GAS_FIRST : PD_GAS_SECOND;
             double rarefactions = tube_run(&RAREFACTIONS, &u).rho, blast = tube_run(&BLAST, &u).rho;
             if (PD_DIM > 1) continue;
             CHECK_LE(rarefactions, order ? 5e-2 : 8e-3);
@@ -504,10 +504,10 @@ TEST(goes_on_from_a_file)
     if (!CHECK_OK(&a.ctx, scene_build(&a, &u)) || !CHECK_OK(&b.ctx, scene_build(&b, &u))) return;
     CHECK_OK(&a.ctx, pd_physics_run(&a.ctx, pd_gas_process(&a.gas), 0.1));
     CHECK_OK(&a.ctx, pd_archive_file_create(&a.ctx, path, &store));
-    CHECK_OK(&a.ctx, pd_gas_process(&a.gas).store(&a.ctx, &a.gas, &store.archive));
+    CHECK_OK(&a.ctx, pd_gas_process(&a.gas).checkpoint(&a.ctx, &a.gas, &store.archive));
     CHECK_OK(&a.ctx, pd_archive_file_close(&a.ctx, &store));
     CHECK_OK(&b.ctx, pd_archive_file_open(&b.ctx, path, &store));
-    CHECK_OK(&b.ctx, pd_gas_process(&b.gas).store(&b.ctx, &b.gas, &store.archive));
+    CHECK_OK(&b.ctx, pd_gas_process(&b.gas).checkpoint(&b.ctx, &b.gas, &store.archive));
     CHECK_OK(&b.ctx, pd_archive_file_close(&b.ctx, &store));
     remove(path);
     CHECK_OK(&a.ctx, pd_physics_run(&a.ctx, pd_gas_process(&a.gas), 0.2));

@@ -27,7 +27,7 @@ static void setup_ball(setup *u, pd_shape *ball, int cells)
     memset(ball, 0, sizeof *ball);
     ball->type = PD_SHAPE_BALL;
     for (int d = 0; d < PD_DIM; d++) ball->a[d] = 0.4;
-    ball->r = 0.27;
+    ball->radius = 0.27;
     setup_init(u, cells, cells, PD_SIDE_WALL, PD_SIDE_WALL);
     u->side[1] = PD_SIDE_MIRROR;
     u->shapes = ball;
@@ -42,7 +42,7 @@ TEST(rest)
         setup u;
         pd_shape ball;
         setup_ball(&u, &ball, PD_DIM == 3 ? 10 : 20);
-        u.gas.order = order ? PD_GAS_FIRST : PD_GAS_SECOND;
+        u.gas.spatial_order = order ? PD_GAS_FIRST : PD_GAS_SECOND;
         u.gas.initial = still_state;
         if (!CHECK_OK(&s.ctx, scene_build(&s, &u))) return;
         size_t size = (size_t)(PD_GAS_FIELDS * s.grid.total) * sizeof(double), peak = s.ctx.peak;
@@ -89,7 +89,7 @@ TEST(conservation)
         CHECK_OK(&s.ctx, pd_physics_run(&s.ctx, pd_gas_process(&s.gas), 0.5));
         pdi_gas_integrate_state(&s.ctx, &s.gas, end);
         NOTE("%d steps, %d rejected, %d times a node fell back to first order", (int)s.gas.steps, (int)s.gas.rejected,
-             (int)s.gas.lowered);
+             (int)s.gas.first_order_count);
         CHECK_REL(end[0], start[0], 1e-14);
         CHECK_REL(end[P_FIELD], start[P_FIELD], 1e-14);
         for (int d = 0; d < PD_DIM && !closed; d++) CHECK_NEAR(end[1 + d], start[1 + d], 1e-14 * start[P_FIELD]);
@@ -130,7 +130,7 @@ TEST(fallback)
         pdi_gas_integrate_state(&s.ctx, &s.gas, end);
         CHECK_REL(end[0], start[0], 1e-14);
         CHECK_REL(end[P_FIELD], start[P_FIELD], 1e-14);
-        lowered += s.gas.lowered;
+        lowered += s.gas.first_order_count;
         rejected += s.gas.rejected;
         scene_free(&s);
     }
@@ -332,9 +332,9 @@ static void uneven_shapes(const motion *m, pd_shape *shapes)
     shapes[3].type = PD_SHAPE_BALL;
     motion_on(m, ball, at);
     memcpy(shapes[3].a, at, sizeof at);
-    shapes[3].r = 0.17;
+    shapes[3].radius = 0.17;
     shapes[4].type = PD_SHAPE_UNION;
-    shapes[4].children = 4;
+    shapes[4].child_count = 4;
     for (int k = 0; k < 4; k++) shapes[4].child[k] = k;
 }
 
@@ -347,7 +347,7 @@ static int motion_build(const motion *m, double horizon, int order, const pd_sid
     u.m = horizon;
     u.shapes = shapes;
     u.solid = PD_DIM > 1 ? shapes + 4 : NULL;
-    u.gas.order = order ? PD_GAS_FIRST : PD_GAS_SECOND;
+    u.gas.spatial_order = order ? PD_GAS_FIRST : PD_GAS_SECOND;
     u.gas.initial = uneven_state;
     u.gas.initial_user = (void *)m;
     return CHECK_OK(&s->ctx, scene_build(s, &u));
@@ -462,7 +462,8 @@ static int lost_nodes(const scene *s, double dt)
     for (int32_t i = 0; i < total; i++) {
         double next[PD_GAS_FIELDS], kinetic = 0.0;
         if (s->grid.kind[i] != PD_FLUID) continue;
-        for (int c = 0; c < PD_GAS_FIELDS; c++) next[c] = s->gas.state[c * total + i] + dt * s->gas.rate[c * total + i];
+        for (int c = 0; c < PD_GAS_FIELDS; c++)
+            next[c] = s->gas.state[c * total + i] + dt * s->gas.time_derivative[c * total + i];
         for (int d = 0; d < PD_DIM; d++) kinetic += 0.5 * next[1 + d] * next[1 + d] / next[0];
         lost += !(next[0] > 0.0) || !(next[P_FIELD] > kinetic);
     }
@@ -481,7 +482,7 @@ TEST(limit_of_positivity)
         double limit;
         setup_ball(&u, &ball, PD_DIM == 3 ? 8 : 16);
         u.m = 1.0 + seed % 3;
-        u.gas.order = PD_GAS_FIRST;
+        u.gas.spatial_order = PD_GAS_FIRST;
         u.gas.initial = wild_state;
         u.gas.initial_user = &seed;
         if (!CHECK_OK(&s.ctx, scene_build(&s, &u))) return;
@@ -529,7 +530,7 @@ TEST(limit_of_stability)
         double limit;
         setup_init(&u, cells, cells, PD_SIDE_PERIODIC, PD_SIDE_PERIODIC);
         u.m = k % 2 ? 3.0 : 1.0;
-        u.gas.order = k / 2 ? PD_GAS_FIRST : PD_GAS_SECOND;
+        u.gas.spatial_order = k / 2 ? PD_GAS_FIRST : PD_GAS_SECOND;
         u.gas.initial = rough_state;
         u.gas.initial_user = &seed;
         if (!CHECK_OK(&s.ctx, scene_build(&s, &u))) return;
@@ -575,7 +576,7 @@ TEST(refusals)
         if (k < 4) u.gas.gamma = gammas[k];
         if (k == 4) u.gas.gamma = sqrt(-1.0);
         if (k == 5) u.gas.cfl = -0.1;
-        if (k == 6) u.gas.order = (pd_gas_order)7;
+        if (k == 6) u.gas.spatial_order = (pd_gas_order)7;
         if (k > 6) memcpy(state, states[k - 7], sizeof state);
         CHECK_INT((int)scene_build(&s, &u), (int)PD_ERR_ARGUMENT);
         CHECK(strstr(s.ctx.message, k < 5 ? "gamma" : k == 5 ? "cfl" : k == 6 ? "order" : "initial state") != NULL);

@@ -20,7 +20,7 @@ static void scene_init(scene *s, int nx, int ny, pd_side low, pd_side high)
     }
     s->grid_desc.side[2] = low;
     s->grid_desc.side[3] = high;
-    s->flow_desc.rho = s->flow_desc.speed = s->flow_desc.length = 1.0;
+    s->flow_desc.rho = s->flow_desc.report_speed = s->flow_desc.report_length = 1.0;
     s->flow_desc.mu = 1.0;
 }
 
@@ -32,11 +32,11 @@ static double shear_wave(double dt, double stream)
     double k = 2.0 * pi, nu = 0.05, decay = 0.0, phase = 0.0, t = 0.4, error = 0.0;
     scene_init(s, 4, 16, PD_SIDE_PERIODIC, PD_SIDE_PERIODIC);
     s->flow_desc.mu = nu;
-    s->desc.tolerance = 1e-11;
+    s->desc.stage_tolerance = 1e-11;
     if (!scene_build(s)) return 1.0;
     for (int b = 0; b < s->stencil.count; b++) {
-        decay += nu * s->stencil.lap[b] * (1.0 - cos(k * s->stencil.xi[b * PD_DIM + 1]));
-        phase += stream * s->stencil.grad[b * PD_DIM + 1] * sin(k * s->stencil.xi[b * PD_DIM + 1]);
+        decay += nu * s->stencil.laplacian_weight[b] * (1.0 - cos(k * s->stencil.xi[b * PD_DIM + 1]));
+        phase += stream * s->stencil.gradient_weight[b * PD_DIM + 1] * sin(k * s->stencil.xi[b * PD_DIM + 1]);
     }
     for (int pass = 0; pass < 2; pass++) {
         for (int32_t i = 0; i < s->grid.total; i++) {
@@ -107,7 +107,7 @@ static double vortex_pressure(int n, int steps, double share)
     double k = 2.0 * pi, mean = 0.0, error = 0.0;
     scene_init(s, n, n, PD_SIDE_PERIODIC, PD_SIDE_PERIODIC);
     s->flow_desc.mu = 0.01;
-    s->desc.tolerance = 1e-9;
+    s->desc.stage_tolerance = 1e-9;
     if (!scene_build(s)) return 1.0;
     for (int pass = 0; pass < 3; pass++) {
         for (int32_t i = 0; i < s->grid.total; i++) {
@@ -183,7 +183,7 @@ static double startup(int n, int moving, int half)
     scene_init(s, 4, n, half ? PD_SIDE_MIRROR : PD_SIDE_WALL, PD_SIDE_WALL);
     s->flow_desc.force[0] = moving ? 0.0 : 1.0;
     s->flow_desc.wall = moving ? lid : NULL;
-    s->flow_desc.speed = moving ? 1.0 : 0.125 * height * height;
+    s->flow_desc.report_speed = moving ? 1.0 : 0.125 * height * height;
     if (!scene_build(s)) return 1.0;
     for (int k = first; k < 7; k++) {
         double end = taus[k] * height * height;
@@ -198,7 +198,7 @@ static double startup(int n, int moving, int half)
             error = fmax(error, fabs(s->flow.u[s->grid.total + i]));
         }
     }
-    error /= s->flow.speed;
+    error /= s->flow.velocity_scale;
     scene_free(s);
     return error;
 }
@@ -221,7 +221,7 @@ TEST(any_start_and_step)
         scene s_, *s = &s_;
         double before = 0.0, after = 0.0, dt = pow(100.0, k - 2);
         scene_init(s, 8, 8, PD_SIDE_WALL, PD_SIDE_MIRROR);
-        s->desc.tolerance = 1e-8;
+        s->desc.stage_tolerance = 1e-8;
         if (!scene_build(s)) return;
         uint32_t seed = 5;
         for (int32_t i = 0; i < s->grid.total; i++)
@@ -280,7 +280,7 @@ TEST(bad_descs)
     CHECK_INT((int)pd_physics_run(&s->ctx, pd_implicit_process(&s->implicit), -1.0), (int)PD_ERR_ARGUMENT);
     /* steps that time cannot count have no end */
     s->implicit.time = 1.0;
-    s->implicit.desc.largest = 1e-17;
+    s->implicit.desc.max_step = 1e-17;
     CHECK_INT((int)pd_physics_run(&s->ctx, pd_implicit_process(&s->implicit), 2.0), (int)PD_ERR_STATE);
     CHECK(strstr(s->ctx.message, "do not lead on from t = 1 s to 2 s") != NULL);
     scene_free(s);

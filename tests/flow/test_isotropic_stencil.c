@@ -17,12 +17,12 @@ static scene *box(int n, const double *h, pd_side side, int ball)
     }
     for (int k = 0; k < 2 * PD_DIM; k++) s->grid_desc.side[k] = side;
     s->shapes[0].type = PD_SHAPE_BALL;
-    s->shapes[0].r = HUGE_VAL;
-    for (int d = 0; d < PD_DIM; d++) s->shapes[0].r = fmin(s->shapes[0].r, 0.3 * s->grid_desc.hi[d]);
+    s->shapes[0].radius = HUGE_VAL;
+    for (int d = 0; d < PD_DIM; d++) s->shapes[0].radius = fmin(s->shapes[0].radius, 0.3 * s->grid_desc.hi[d]);
     s->grid_desc.solid = ball ? &s->shapes[0] : NULL;
     s->with = WITH_FLOW;
     s->fields = 4;
-    s->flow_desc.rho = s->flow_desc.mu = s->flow_desc.speed = s->flow_desc.length = 1.0;
+    s->flow_desc.rho = s->flow_desc.mu = s->flow_desc.report_speed = s->flow_desc.report_length = 1.0;
     return s;
 }
 
@@ -30,7 +30,7 @@ static scene *box(int n, const double *h, pd_side side, int ball)
 static void friction(scene *s, double *lap)
 {
     double *back = s->field[2], *rc = s->field[3];
-    s->flow.isotropy = 1.0;
+    s->flow.isotropic_blending = 1.0;
     pdi_flow_assemble_residual(&s->ctx, &s->flow, lap, rc);
     for (int64_t i = 0; i < s->size; i++) s->flow.u[i] = -s->flow.u[i];
     pdi_flow_assemble_residual(&s->ctx, &s->flow, back, rc);
@@ -82,7 +82,7 @@ static double error(scene *s, double (*f)(const double *x), double wanted)
     friction(s, s->field[0]);
     for (int32_t i = 0; i < s->grid.total; i++) {
         double size = 0.0;
-        if (s->grid.kind[i] != PD_FLUID || s->bonds.row[i] >= 0) continue;
+        if (s->grid.kind[i] != PD_FLUID || s->bonds.row_of_node[i] >= 0) continue;
         for (int d = 0; d < PD_DIM; d++) size += 8.0 * fabs(s->flow.u[i]) / (s->grid.h[d] * s->grid.h[d]);
         worst = fmax(worst, fabs(s->field[0][i] - wanted) / (size + 1.0));
     }
@@ -98,7 +98,7 @@ TEST(exact)
         if (scene_build(s)) {
             CHECK_LE(error(s, harmonic, 0.0), 1e-13);
             CHECK_LE(error(s, driven, 1.0), 1e-13);
-            memset(&s->flow.isotropic, 0, sizeof s->flow.isotropic);
+            memset(&s->flow.isotropic_stencil, 0, sizeof s->flow.isotropic_stencil);
             CHECK_LE(1e-8, error(s, harmonic, 0.0));
         }
         scene_free(s);
@@ -155,7 +155,7 @@ TEST(symmetry)
             double energy = -product(s, lap, u);
             noise(s, 3, s->field[3]);
             CHECK_NEAR(product(s, lap, s->field[3]), uv, 1e-12 * energy);
-            memset(&s->flow.isotropic, 0, sizeof s->flow.isotropic);
+            memset(&s->flow.isotropic_stencil, 0, sizeof s->flow.isotropic_stencil);
             friction(s, other);
             double before = -product(s, other, u);
             CHECK_LE(energy, before);
@@ -183,7 +183,7 @@ TEST(others)
         scene *s = box(10, h, PD_SIDE_WALL, 0);
         if (k == 1) s->stencil_desc.m = 2.0;
         if (k == 2) s->flow_desc.order = 4;
-        if (scene_build(s)) CHECK((s->flow.isotropic.bonds != NULL) == (k == 0));
+        if (scene_build(s)) CHECK((s->flow.isotropic_stencil.bonds != NULL) == (k == 0));
         scene_free(s);
     }
 }
@@ -199,9 +199,9 @@ static void solenoidal(const double *x, double *u)
 /* 1: node i and all that its bonds lead to have whole families. */
 static int inside(const scene *s, int32_t i)
 {
-    if (s->grid.kind[i] != PD_FLUID || s->bonds.row[i] >= 0) return 0;
+    if (s->grid.kind[i] != PD_FLUID || s->bonds.row_of_node[i] >= 0) return 0;
     for (int k = 0; k < s->stencil.count; k++)
-        if (s->bonds.row[i + s->bonds.paths.shift[k]] >= 0) return 0;
+        if (s->bonds.row_of_node[i + s->bonds.paths.shift[k]] >= 0) return 0;
     return 1;
 }
 
@@ -239,10 +239,10 @@ TEST(divergence)
         }
         if (scene_build(s) && CHECK_OK(&s->ctx, pdi_flow_find_surface_patches(&s->ctx, &s->flow))) {
             int count;
-            CHECK(s->flow.even);
+            CHECK(s->flow.uses_axis_divergence);
             CHECK_LE(diverged(s, &count), 1e-13);
             CHECK_LE(10, count);
-            for (int d = 0; d < PD_DIM; d++) s->flow.isotropic.bend[d] = 0.0;
+            for (int d = 0; d < PD_DIM; d++) s->flow.isotropic_stencil.third_moment[d] = 0.0;
             CHECK_LE(1e-4, diverged(s, &count));
         }
         scene_free(s);
@@ -253,7 +253,7 @@ TEST(divergence)
 /* Cubics that vanish on the ball: u_d = (r^2 - R^2) (1 + x_d + x_0/2). */
 static double past_ball(const scene *s, const double *x, int d, double *slope)
 {
-    double r2 = -s->shapes[0].r * s->shapes[0].r, factor = 1.0 + x[d] + 0.5 * x[0];
+    double r2 = -s->shapes[0].radius * s->shapes[0].radius, factor = 1.0 + x[d] + 0.5 * x[0];
     for (int b = 0; b < PD_DIM; b++) r2 += (x[b] - s->shapes[0].a[b]) * (x[b] - s->shapes[0].a[b]);
     *slope = 2.0 * (x[d] - s->shapes[0].a[d]) * factor + r2 * (d ? 1.0 : 1.5);
     return r2 * factor;
@@ -275,8 +275,8 @@ TEST(slopes)
                 s->flow.u[(int64_t)d * s->grid.total + i] = past_ball(s, x, d, &slope);
         }
         for (int32_t r = 0; r < s->bonds.rows; r++)
-            for (int d = 0; d < PD_DIM && s->bonds.smooth[r]; d++) {
-                const double *leg = s->bonds.leg + ((int64_t)r * PD_DIM + d) * 2;
+            for (int d = 0; d < PD_DIM && s->bonds.near_smooth_surface[r]; d++) {
+                const double *leg = s->bonds.neighbour_distance + ((int64_t)r * PD_DIM + d) * 2;
                 pdi_isotropic_stencil_place place = {&s->bonds, r, NULL, NULL};
                 int away = leg[1] > 0.0 ? 1 : -1;
                 if ((leg[0] > 0.0) == (leg[1] > 0.0)) continue;

@@ -40,9 +40,10 @@ static double searched(const pd_stencil *s, const pdi_stability_state *q, int co
                     double phase = 0.0;
                     for (int d = 0; d < PD_DIM; d++)
                         phase += 3.14159265358979324 * n[d] / (count - 1) * s->offset[b * PD_DIM + d];
-                    l += s->lap[b] * (1.0 - cos(phase));
-                    for (int d = 0; d < PD_DIM; d++) g[d] += s->grad[b * PD_DIM + d] * sin(phase);
-                    for (int d = 0; d < PD_DIM; d++) flux[d] += 0.5 * s->lap[b] * s->xi[b * PD_DIM + d] * sin(phase);
+                    l += s->laplacian_weight[b] * (1.0 - cos(phase));
+                    for (int d = 0; d < PD_DIM; d++) g[d] += s->gradient_weight[b * PD_DIM + d] * sin(phase);
+                    for (int d = 0; d < PD_DIM; d++)
+                        flux[d] += 0.5 * s->laplacian_weight[b] * s->xi[b * PD_DIM + d] * sin(phase);
                 }
                 damp = l;
                 for (int d = 0; d < PD_DIM; d++) {
@@ -78,7 +79,7 @@ static void longest(double m, int states)
         s->grid_desc.hi[d] = 12.0 * h[d];
     }
     s->with = WITH_FLOW;
-    s->flow_desc.rho = s->flow_desc.mu = s->flow_desc.speed = s->flow_desc.length = 1.0;
+    s->flow_desc.rho = s->flow_desc.mu = s->flow_desc.report_speed = s->flow_desc.report_length = 1.0;
     if (!scene_build(s) || !CHECK_OK(&s->ctx, pdi_stability_build(&s->ctx, &s->flow, &spectrum))) return;
     for (int k = 0; k < states; k++) {
         pdi_stability_state q;

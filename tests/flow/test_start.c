@@ -42,7 +42,7 @@ static int channel_build(scene *s, const channel *c, double rtol)
     body.type = PD_SHAPE_BALL;
     body.a[0] = 0.5 * c->lengths * c->height;
     body.a[PD_DIM > 1 ? 1 : 0] = 0.5 * c->height;
-    body.r = 0.2 * c->height;
+    body.radius = 0.2 * c->height;
     if (PD_DIM == 3) body.a[PD_DIM - 1] = 0.0;
     if (c->body) {
         grid->shapes = &body;
@@ -50,8 +50,8 @@ static int channel_build(scene *s, const channel *c, double rtol)
     }
     s->flow_desc.rho = 1000.0;
     s->flow_desc.mu = 1e-3;
-    s->flow_desc.speed = c->speed;
-    s->flow_desc.length = c->height;
+    s->flow_desc.report_speed = c->speed;
+    s->flow_desc.report_length = c->height;
     s->flow_desc.inlet = entering;
     s->flow_desc.inlet_user = (void *)(size_t)c;
     s->desc.rtol = rtol;

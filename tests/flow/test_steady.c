@@ -34,10 +34,10 @@ static int tube_build(scene *s, double h, double lo, double hi, double mean, int
     s->shapes[0].type = PD_SHAPE_BOX;
     s->shapes[0].b[0] = 400e-6;
     s->shapes[1].type = PD_SHAPE_CYLINDER;
-    s->shapes[1].r = RADIUS;
+    s->shapes[1].radius = RADIUS;
     s->shapes[2].type = PD_SHAPE_COMPLEMENT;
     s->shapes[2].child[0] = 1;
-    s->shapes[2].children = 1;
+    s->shapes[2].child_count = 1;
     s->stencil_desc.m = horizon;
     for (int d = 0; d < PD_DIM; d++) {
         s->stencil_desc.h[d] = h;
@@ -53,8 +53,8 @@ static int tube_build(scene *s, double h, double lo, double hi, double mean, int
     s->with = WITH_FLOW | WITH_STEADY;
     s->flow_desc.rho = RHO;
     s->flow_desc.mu = MU;
-    s->flow_desc.speed = mean * reference_factor[0];
-    s->flow_desc.length = 2.0 * RADIUS * reference_factor[1];
+    s->flow_desc.report_speed = mean * reference_factor[0];
+    s->flow_desc.report_length = 2.0 * RADIUS * reference_factor[1];
     s->flow_desc.inlet = profile;
     s->flow_desc.inlet_user = s;
     s->steady_desc.tolerance = tolerance;
@@ -80,7 +80,8 @@ static int solve(scene *s, pd_steady_result *result)
 {
     int64_t total = s->grid.total, split = PD_DIM * total;
     double momentum = 0.0, continuity = 0.0;
-    double strain = s->flow.speed / s->flow.length, force = strain * (s->flow.speed + s->flow.nu / s->flow.length);
+    double strain = s->flow.velocity_scale / s->flow.length_scale,
+           force = strain * (s->flow.velocity_scale + s->flow.nu / s->flow.length_scale);
     if (!CHECK_OK(&s->ctx, pd_steady_solve(&s->ctx, &s->steady, result))) return 0;
     CHECK_INT(result->converged, 1);
     double *r = (double *)calloc((size_t)(split + total), sizeof *r);
@@ -94,7 +95,7 @@ static int solve(scene *s, pd_steady_result *result)
     double reference = s->flow.reference_speed / s->flow.reference_length;
     CHECK_REL(result->momentum * reference * (s->flow.reference_speed + s->flow.nu / s->flow.reference_length),
               momentum * force, 1e-6);
-    CHECK_REL(result->excess, fmax(momentum, continuity) / s->steady.desc.tolerance, 1e-6);
+    CHECK_REL(result->residual_over_tolerance, fmax(momentum, continuity) / s->steady.desc.tolerance, 1e-6);
     return 1;
 }
 
@@ -278,7 +279,7 @@ static int vortex_build(scene *s, double h, double re, int body)
     pd_ctx_init(&s->ctx);
     s->mean = 1.0;
     s->shapes[0].type = PD_SHAPE_BALL;
-    s->shapes[0].r = 0.5;
+    s->shapes[0].radius = 0.5;
     for (int d = 0; d < PD_DIM; d++) {
         sd.h[d] = h;
         s->grid_desc.lo[d] = body ? (d || body == 1 ? -6.0 : -3.0) : 0.0;
@@ -383,7 +384,7 @@ TEST(vortices_from_rest)
     for (int k = 0; k < 7; k++) {
         if (!vortex_build(s, given[k].h, given[k].re, given[k].body)) return;
         solve(s, &result);
-        CHECK_INT(s->steady.krylov.chunks, 0); /* what the basis took is given back */
+        CHECK_INT(s->steady.krylov.chunk_count, 0); /* what the basis took is given back */
         NOTE("h = %g, Re = %g, body %d: %d Newton steps, %d evaluations", given[k].h, given[k].re, given[k].body,
              result.newton, (int)result.evaluations);
         scene_free(s);
@@ -398,8 +399,8 @@ TEST(no_progress)
     if (!tube_build(s, 20e-6, 0.0, 300e-6, 0.0236, 0, 1e-15)) return;
     CHECK_INT(pd_steady_solve(&s->ctx, &s->steady, &result), PD_NOT_CONVERGED);
     CHECK_LE(result.newton, 80);
-    CHECK_LE(result.excess, 1e5);
-    CHECK_LE(1.0, result.excess);
+    CHECK_LE(result.residual_over_tolerance, 1e5);
+    CHECK_LE(1.0, result.residual_over_tolerance);
     CHECK_LE(profile_error(s), 1e-9);
     scene_free(s);
 }

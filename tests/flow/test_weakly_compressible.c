@@ -28,8 +28,8 @@ static pd_status run_build(run *r, double length, double h, int open, double nu,
     s->flow_desc.rho = 1.0;
     s->flow_desc.mu = nu;
     s->flow_desc.force[0] = force;
-    s->flow_desc.speed = s->flow_desc.length = 1.0;
-    ud.sound = sound;
+    s->flow_desc.report_speed = s->flow_desc.report_length = 1.0;
+    ud.sound_speed = sound;
     ud.eos = eos;
     /* the order of the wave is that in space: longer steps hide some of the error of coarse lattices */
     ud.cfl = PD_DIM == 1 ? 0.34 : 0.8;
@@ -167,12 +167,12 @@ static pd_status bounds_build(run *r, double m, int surfaces, double nu)
     memset(&ud, 0, sizeof ud);
     scene_box(s, m, 1.0, 24, 11, 11);
     s->shapes[0].type = PD_SHAPE_BALL;
-    s->shapes[0].r = 2.3;
+    s->shapes[0].radius = 2.3;
     for (int d = 0; d < PD_DIM; d++) s->shapes[0].a[d] = d ? 4.4 : 9.7;
     if (surfaces) s->grid_desc.wall = &s->shapes[0];
     for (int d = 0; d < 2 * PD_DIM; d++) s->grid_desc.side[d] = surfaces ? PD_SIDE_WALL : PD_SIDE_PERIODIC;
     s->with = WITH_FLOW;
-    s->flow_desc.rho = s->flow_desc.speed = s->flow_desc.length = ud.sound = 1.0;
+    s->flow_desc.rho = s->flow_desc.report_speed = s->flow_desc.report_length = ud.sound_speed = 1.0;
     s->flow_desc.mu = nu;
     ud.eos = PD_EOS_LINEAR;
     PDI_TRY(scene_try(s));
@@ -245,7 +245,7 @@ TEST(densities_of_pressures)
         CHECK_OK(&r.s.ctx, run_build(&r, 1.0, 0.2, 0, 1e-2, 0.0, 1.0, PD_EOS_LINEAR));
         pd_weakly_compressible_free(&r.s.ctx, &r.unsteady);
         memset(&desc, 0, sizeof desc);
-        desc.sound = sqrt(c2);
+        desc.sound_speed = sqrt(c2);
         desc.eos = (pd_eos)eos;
         r.s.flow.rho = 3.0; /* of the message alone */
         for (int32_t i = 0; i < r.s.grid.total; i++)

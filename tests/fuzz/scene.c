@@ -12,8 +12,9 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     if (status == PD_OK) {
         pd_memory_estimate_compute(&setup, &budget);
         FUZZ_EXPECT(pdi_file_is_subpath(setup.folder));
-        FUZZ_EXPECT(budget.all > 0.0);
-        if (budget.all - budget.files < 1e6 && setup.m < 4.0) status = pdi_model_build(&ctx, &setup, &model);
+        FUZZ_EXPECT(budget.total_bytes > 0.0);
+        if (budget.total_bytes - budget.output_bytes < 1e6 && setup.fluid_m < 4.0)
+            status = pdi_model_build(&ctx, &setup, &model);
         else memset(&model, 0, sizeof model);
         if (status >= 0) pdi_model_free(&ctx, &model);
         pd_setup_free(&ctx, &setup);

@@ -85,15 +85,15 @@ static inline void hard_bounds(hard *h)
     const double origin[PD_DIM] = {0.0}; /* held values are constants here */
     hard_extremes(h, &h->low, &h->high);
     for (int s = 0; s < 2 * PD_DIM; s++) {
-        double bring = u->inlet;
-        if (u->side[s].holds) bring = pdi_setup_eval_expr(&u->side[s].held, origin, 0.0);
-        if (!u->side[s].holds && !pdi_grid_is_inlet_or_outlet(u->side[s].kind)) continue;
+        double bring = u->inlet_c;
+        if (u->side[s].has_fixed_c) bring = pdi_setup_eval_expr(&u->side[s].fixed_c, origin, 0.0);
+        if (!u->side[s].has_fixed_c && !pdi_grid_is_inlet_or_outlet(u->side[s].kind)) continue;
         h->low = fmin(h->low, bring);
         h->high = fmax(h->high, bring);
     }
     for (int w = 0; w < u->wall_count; w++) {
-        if (!u->walls[w].holds) continue;
-        double held = pdi_setup_eval_expr(&u->walls[w].held, origin, 0.0);
+        if (!u->wall_shape[w].has_fixed_c) continue;
+        double held = pdi_setup_eval_expr(&u->wall_shape[w].fixed_c, origin, 0.0);
         h->low = fmin(h->low, held);
         h->high = fmax(h->high, held);
     }
@@ -122,7 +122,7 @@ static inline int hard_open(hard *h, const char *text)
 
 static inline void hard_watch(hard *h)
 {
-    const pd_time_loop *c = &h->model.couple;
+    const pd_time_loop *c = &h->model.time_loop;
     double low, high, size = fmax(fabs(h->low), fabs(h->high));
     /* over what has been there, or has passed */
     const pd_mass_balance *l = &c->ledger[0];
@@ -130,12 +130,12 @@ static inline void hard_watch(hard *h)
     if (amount > 0.0) h->ledger = fmax(h->ledger, fabs(l->imbalance) / amount);
     /* a step rounds what passes each node in it */
     double fastest = 0.0;
-    int moves = h->setup.has_flow && h->setup.motion != PD_FLOW_PRESCRIBED && h->setup.has_transport;
+    int moves = h->setup.has_flow && h->setup.flow_time != PD_FLOW_PRESCRIBED && h->setup.has_transport;
     for (int32_t i = 0; i < PD_DIM * c->grid->total && moves; i++)
         fastest = fmax(fastest, fabs(h->model.flow.u[i]));
     if (amount > 0.0) h->rounding += 1.1e-16 * c->dt * fastest / c->grid->h[0] * l->dissolved / amount;
     if (h->model.quasi.steady)
-        h->residual = fmax(h->residual, h->model.quasi.result.excess * h->model.steady.desc.tolerance);
+        h->residual = fmax(h->residual, h->model.quasi.result.residual_over_tolerance * h->model.steady.desc.tolerance);
     if (h->setup.has_transport) {
         hard_extremes(h, &low, &high);
         if (h->setup.activation) low = high = 0.0;
@@ -144,7 +144,7 @@ static inline void hard_watch(hard *h)
     }
     if (h->setup.has_corrode && !h->setup.activation)
         h->salt = fmax(h->salt, 3.1e-14 * c->dt * h->setup.diffusivity * h->model.dissolve.spread);
-    if (!h->setup.has_flow || h->setup.motion == PD_FLOW_PRESCRIBED) return;
+    if (!h->setup.has_flow || h->setup.flow_time == PD_FLOW_PRESCRIBED) return;
     if (h->setup.side[0].kind != PD_SIDE_INLET || h->model.grid.n[0] < 4) return;
     double up = pd_flow_integrate_section(&h->ctx, &h->model.flow, 0, 1);
     double down = pd_flow_integrate_section(&h->ctx, &h->model.flow, 0, h->model.grid.n[0] - 1);
@@ -154,7 +154,7 @@ static inline void hard_watch(hard *h)
 /* Steps up to t_end [s]. 0: a step failed, with status and message. */
 static inline int hard_steps(hard *h, double t_end)
 {
-    pd_time_loop *c = &h->model.couple;
+    pd_time_loop *c = &h->model.time_loop;
     if (c->steps == 0 && c->time <= 0.0) {
         h->status = pd_time_loop_start(&h->ctx, c);
         if (h->status < 0) return 0;
@@ -173,15 +173,15 @@ static inline int hard_steps(hard *h, double t_end)
 static inline int hard_sound(const hard *h)
 {
     const pd_setup *u = &h->setup;
-    int steady = u->has_flow && u->motion == PD_FLOW_STEADY;
-    double bound = u->has_flow && !steady ? fmax(BOUNDS, u->steady) : BOUNDS;
+    int steady = u->has_flow && u->flow_time == PD_FLOW_STEADY;
+    double bound = u->has_flow && !steady ? fmax(BOUNDS, u->steady_tolerance) : BOUNDS;
     if (u->has_corrode) bound = fmax(bound, fmax(SALT, h->salt));
     /* rounding of a step adds up */
-    int good = CHECK_LE(h->ledger, fmax(fmax(LEDGER, h->rounding), 2.2e-16 * (double)h->model.couple.steps));
-    good = CHECK_INT(h->model.couple.unsolved, 0) && good;
+    int good = CHECK_LE(h->ledger, fmax(fmax(LEDGER, h->rounding), 2.2e-16 * (double)h->model.time_loop.steps));
+    good = CHECK_INT(h->model.time_loop.unsolved, 0) && good;
     /* held fluid has no concentration of its own: it passes on what it takes */
     if (!u->activation) good = CHECK_LE(h->excess, bound) && good;
-    if (steady) good = CHECK_LE(h->residual, u->steady) && good;
+    if (steady) good = CHECK_LE(h->residual, u->steady_tolerance) && good;
     if (steady) good = CHECK_LE(h->flux, LEVEL) && good;
     return good;
 }
@@ -189,11 +189,11 @@ static inline int hard_sound(const hard *h)
 /* Reads, builds and runs to the end of the scene, soundly. */
 static inline int hard_play(hard *h, const char *text)
 {
-    if (!CHECK(hard_open(h, text)) || !CHECK(hard_steps(h, h->setup.until))) {
+    if (!CHECK(hard_open(h, text)) || !CHECK(hard_steps(h, h->setup.end_time))) {
         NOTE("status %d: %s", (int)h->status, h->ctx.message);
         return 0;
     }
-    CHECK(h->model.couple.time >= h->setup.until);
+    CHECK(h->model.time_loop.time >= h->setup.end_time);
     return hard_sound(h);
 }
 
@@ -230,7 +230,7 @@ static inline void hard_end(hard *h, const char *part, double err, const char *m
     const char *said = h->status < 0 ? message : NULL;
     const char *file = strstr(h->ctx.message, "a.scene"); /* without the folder of the test */
     snprintf(message, sizeof message, "%s", file ? file : h->ctx.message);
-    int64_t steps = h->built ? h->model.couple.steps : 0;
+    int64_t steps = h->built ? h->model.time_loop.steps : 0;
     hard_close(h);
     hard_line(part, test_now.failures > h->failures, said, err, said ? NULL : measure);
     if (steps)
@@ -241,7 +241,7 @@ static inline void hard_end(hard *h, const char *part, double err, const char *m
 /* The scene is refused when read, built or run, with a message that holds `part`. */
 static inline void hard_refused(hard *h, const char *text, const char *name, const char *part, pd_status status)
 {
-    if (hard_open(h, text) && hard_steps(h, h->setup.until)) CHECK(!"the scene is refused");
+    if (hard_open(h, text) && hard_steps(h, h->setup.end_time)) CHECK(!"the scene is refused");
     CHECK_INT(h->status, status);
     if (!CHECK(strstr(h->ctx.message, part) != NULL)) NOTE("message: %s; expected: %s", h->ctx.message, part);
     hard_end(h, name, 0.0, NULL, 0.0, NULL);

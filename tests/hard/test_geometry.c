@@ -22,7 +22,7 @@ static hard hard_two;
 static void check_gone(const hard *h)
 {
     CHECK_INT(h->model.grid.solid_count, 0);
-    CHECK_NEAR(pd_time_loop_volume_loss(&h->model.couple), 1.0, 0.0);
+    CHECK_NEAR(pd_time_loop_volume_loss(&h->model.time_loop), 1.0, 0.0);
 }
 
 /* Share of the exchange of a node beside a plate one node thick that a family cut by nothing but the kinds of its far
@@ -31,7 +31,7 @@ static double leak_of_plain_bonds(const pd_stencil *s)
 {
     double through = 0.0;
     for (int k = 0; k < s->count; k++)
-        if (s->offset[k * PD_DIM] > 1) through += s->lap[k];
+        if (s->offset[k * PD_DIM] > 1) through += s->laplacian_weight[k];
     return through / s->lap_sum;
 }
 
@@ -77,11 +77,11 @@ TEST(wall_of_one_node)
         for (int k = 0; k < s->count; k++)
             if (s->offset[k * PD_DIM] != 0) sum += h->model.dissolve.weight[k];
         double due = 1.0 / (sum * 10e-6 / 3600.0);
-        h->status = pd_time_loop_start(&h->ctx, &h->model.couple);
+        h->status = pd_time_loop_start(&h->ctx, &h->model.time_loop);
         while (h->status >= 0 && h->model.grid.solid_count && end < 2.0 * due) {
-            h->status = pd_time_loop_step(&h->ctx, &h->model.couple, h->setup.until);
+            h->status = pd_time_loop_step(&h->ctx, &h->model.time_loop, h->setup.end_time);
             hard_watch(h);
-            end = h->model.couple.time;
+            end = h->model.time_loop.time;
         }
         CHECK_OK(&h->ctx, h->status);
         check_gone(h);
@@ -137,7 +137,7 @@ TEST(solid_on_a_mirror)
         double loss[2] = {0.0, 1.0};
         for (int k = 0; k < 2; k++) {
             snprintf(text, sizeof text, "%s%s", scenes[k], worlds[world]);
-            if (hard_play(h[k], text)) loss[k] = pd_time_loop_volume_loss(&h[k]->model.couple);
+            if (hard_play(h[k], text)) loss[k] = pd_time_loop_volume_loss(&h[k]->model.time_loop);
             CHECK(loss[k] > (world == 2 ? 1e-3 : 0.1) && loss[k] < 0.99);
         }
         double error = fabs(loss[0] - loss[1]) / loss[1];
@@ -309,8 +309,8 @@ TEST(nothing_to_dissolve)
         snprintf(text, sizeof text, "%s%s%s%s[run] until = 1 h\n", CHANNEL, pin,
                  bonds ? OPEN "[corrode] D = 1e-9 m2/s  " METAL : STREAM "[dissolve] " METAL, "rate = 0 um/h\n");
         if (hard_play(h, text)) {
-            CHECK_INT(h->model.grid.solid_count, h->model.couple.solid_nodes_start);
-            CHECK_NEAR(pd_time_loop_volume_loss(&h->model.couple), 0.0, 0.0);
+            CHECK_INT(h->model.grid.solid_count, h->model.time_loop.solid_nodes_start);
+            CHECK_NEAR(pd_time_loop_volume_loss(&h->model.time_loop), 0.0, 0.0);
         }
         hard_end(h, bonds ? "corrode_rate_0" : "couple_rate_0", h->ledger, "imbalance", 0.0, NULL);
     }
@@ -370,8 +370,8 @@ TEST(channel_of_one_node)
         const char *law = bonds ? OPEN "[corrode] D = 1e-9 m2/s  " : STREAM "[dissolve] ";
         snprintf(text, sizeof text, "%s%s%srate = 0.2 um/h * (1 - C/Csat)  gb_factor = 1000\n%s[run] until = %s\n",
                  CHANNEL, metal, law, METAL, PD_DIM == 3 ? "0.5 h" : "1 h");
-        if (hard_play(h, text)) CHECK(pd_time_loop_volume_loss(&h->model.couple) > 0.05);
-        double loss = h->built ? pd_time_loop_volume_loss(&h->model.couple) : 0.0;
+        if (hard_play(h, text)) CHECK(pd_time_loop_volume_loss(&h->model.time_loop) > 0.05);
+        double loss = h->built ? pd_time_loop_volume_loss(&h->model.time_loop) : 0.0;
         CHECK(loss < 0.999);
         hard_end(h, bonds ? "corrode_grains" : "couple_grains", h->ledger, "imbalance", 0.0, NULL);
     }
@@ -397,9 +397,9 @@ static double wire_ahead(hard *h, int cells, double *lead)
     *lead = 0.0;
     for (int k = 0; k < s->count; k++) {
         double n = s->offset[k * PD_DIM + 1];
-        *lead += 0.5 * s->area[k] * s->h[1] * (n > 0.0 ? n * n : 0.0);
+        *lead += 0.5 * s->area_weight[k] * s->h[1] * (n > 0.0 ? n * n : 0.0);
     }
-    return (0.5 - sqrt(1.0 - pd_time_loop_volume_loss(&h->model.couple))) * cells;
+    return (0.5 - sqrt(1.0 - pd_time_loop_volume_loss(&h->model.time_loop))) * cells;
 }
 
 /* Bond-based metal of rings: a wire on the axis that recedes at a given speed, and a pin that dissolves to the last

@@ -25,7 +25,7 @@ static hard hard_two;
 /* A front that recedes at v whatever the fluid holds, for t: off by, over the depth. */
 static double depth_error(const hard *h, double front, double far, double v, double t)
 {
-    return fabs(pd_time_loop_volume_loss(&h->model.couple) * (far - front) / (v * t) - 1.0);
+    return fabs(pd_time_loop_volume_loss(&h->model.time_loop) * (far - front) / (v * t) - 1.0);
 }
 
 /* Family sizes from the nearest neighbours to six cells, whole and fractional, for each solver. */
@@ -151,7 +151,7 @@ TEST(diffusivity_ratio_1e8)
     /* metal below a poor film: it dissolves as fast as the film lets pass */
     if (hard_play(h, FRONT "[shape film] box = 100 um .. 150 um" ACROSS(
                          "0 .. 40 um") "  kind = medium  D = 1e-17 m2/s\n" STILL LAW "[run] until = 10 h\n"))
-        CHECK_LE(pd_time_loop_volume_loss(&h->model.couple), 1e-3);
+        CHECK_LE(pd_time_loop_volume_loss(&h->model.time_loop), 1e-3);
     hard_end(h, "dissolve_under_film", h->ledger, "imbalance", 0.0, NULL);
 }
 
@@ -175,7 +175,7 @@ TEST(cell_peclet_1e6)
     hard *h = &hard_one;
     hard_override = "D=1e-14 m2/s";
     if (hard_play(h, CHANNEL STREAM LAW "[run] until = 0.5 h\n"))
-        CHECK(pd_time_loop_volume_loss(&h->model.couple) > 0.0);
+        CHECK(pd_time_loop_volume_loss(&h->model.time_loop) > 0.0);
     hard_end(h, "couple", h->flux, "flow_far_down_against_far_up", central_overshoot(1e6, 20),
              "overshoot_of_central_differences_on_an_even_number_of_cells");
 }
@@ -190,7 +190,7 @@ TEST(reynolds_1000)
                 "outlet\n"
                 "[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s  steady = 1e-8\n" STILL LAW "[run] until = 1 s\n";
     /* refused, or right: never in between */
-    if (hard_open(h, pin) && hard_steps(h, h->setup.until)) hard_sound(h);
+    if (hard_open(h, pin) && hard_steps(h, h->setup.end_time)) hard_sound(h);
     else CHECK(h->status == PD_ERR_DIVERGED && strstr(h->ctx.message, "time = implicit") != NULL);
     hard_end(h, "couple", h->flux, "flow_far_down_against_far_up", 0.0, NULL);
 }
@@ -210,7 +210,7 @@ TEST(zero_velocity)
              LAW);
     double off = 1.0;
     if (hard_play(h, text) && hard_play(still, CHANNEL STILL LAW "[run] until = 1 h\n")) {
-        double a = pd_time_loop_volume_loss(&h->model.couple), b = pd_time_loop_volume_loss(&still->model.couple);
+        double a = pd_time_loop_volume_loss(&h->model.time_loop), b = pd_time_loop_volume_loss(&still->model.time_loop);
         off = fabs(a - b) / b;
         CHECK_LE(off, 1e-9);
     }
@@ -265,7 +265,7 @@ TEST(start_above_saturation)
                      "rate = 10 um/h * (1 - C/Csat)  " METAL, open ? "5 h" : "1 h");
             double loss = 1.0, off = 1.0;
             if (hard_play(h, text)) {
-                off = loss = pd_time_loop_volume_loss(&h->model.couple);
+                off = loss = pd_time_loop_volume_loss(&h->model.time_loop);
                 if (!open) CHECK_NEAR(loss, 0.0, 0.0);
                 else CHECK(loss > 1e-3);
             }
@@ -312,7 +312,7 @@ TEST(box_smaller_than_the_horizon)
         snprintf(text, sizeof text, "%s%s[run] until = 5 h\n", box, bonds ? BONDS : STILL LAW);
         if (hard_play(h, text)) {
             /* one layer of metal at 2 mol/L over two of fluid that take 500 mol/m3: saturated */
-            double loss = pd_time_loop_volume_loss(&h->model.couple);
+            double loss = pd_time_loop_volume_loss(&h->model.time_loop);
             CHECK(loss > 0.45 && loss <= 0.5 + 1e-9);
         }
         hard_end(h, bonds ? "corrode" : "dissolve", h->ledger, "imbalance", 0.0, NULL);
@@ -323,7 +323,7 @@ TEST(box_smaller_than_the_horizon)
                  bonds ? BONDS : STILL LAW);
         if (hard_play(h, text)) {
             CHECK_INT(h->model.grid.solid_count, 0);
-            CHECK_NEAR(pd_time_loop_volume_loss(&h->model.couple), 1.0, 0.0);
+            CHECK_NEAR(pd_time_loop_volume_loss(&h->model.time_loop), 1.0, 0.0);
         }
         hard_end(h, bonds ? "corrode_held_side" : "dissolve_held_side", h->ledger, "imbalance", 0.0, NULL);
     }
@@ -349,7 +349,7 @@ TEST(box_of_one_node)
                  "[grid] h = 10 um  m = 3  box = 0 .. 20 um%s\n[shape metal] box = 10 um .. 20 um%s"
                  "  kind = solid\n%s[run] until = 100 h\n",
                  ACROSS("0 .. 10 um"), ACROSS("0 .. 10 um"), bonds ? BONDS : STILL LAW);
-        if (hard_play(h, text)) loss = pd_time_loop_volume_loss(&h->model.couple);
+        if (hard_play(h, text)) loss = pd_time_loop_volume_loss(&h->model.time_loop);
         CHECK_REL(loss, 0.25, 1e-6); /* Csat/Cs of one node of fluid */
         hard_end(h, bonds ? "corrode_two_nodes" : "dissolve_two_nodes", fabs(4.0 * loss - 1.0), "amount_at_saturation",
                  0.0, NULL);
@@ -358,7 +358,7 @@ TEST(box_of_one_node)
         "0 .. 10 um") "\n[shape metal] box = 0 .. 10 um" ACROSS("0 .. 10 um") "  kind = solid\n";
     for (int bonds = 0; bonds < 2; bonds++) {
         snprintf(text, sizeof text, "%s%s[run] until = 1 h\n", full, bonds ? BONDS : STILL LAW);
-        if (hard_play(h, text)) CHECK_NEAR(pd_time_loop_volume_loss(&h->model.couple), 0.0, 0.0);
+        if (hard_play(h, text)) CHECK_NEAR(pd_time_loop_volume_loss(&h->model.time_loop), 0.0, 0.0);
         hard_end(h, bonds ? "corrode_metal_alone" : "dissolve_metal_alone", h->ledger, "imbalance", 0.0, NULL);
     }
 }

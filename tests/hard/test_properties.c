@@ -204,14 +204,14 @@ static uint64_t run_on(hard *h, const char *text, int threads)
     uint64_t hash = 14695981039346656037u;
     if (!CHECK(hard_open(h, text))) return 0;
     h->ctx.threads = threads;
-    CHECK(hard_steps(h, h->setup.until));
+    CHECK(hard_steps(h, h->setup.end_time));
     size_t total = (size_t)h->model.grid.total;
     if (h->setup.has_transport) hash = hash_of(hash, hard_field(h), total * sizeof(double));
     if (h->setup.has_flow) {
         hash = hash_of(hash, h->model.flow.u, PD_DIM * total * sizeof(double));
         hash = hash_of(hash, h->model.flow.p, total * sizeof(double));
     }
-    hash = hash_of(hash, &h->model.couple.ledger, sizeof h->model.couple.ledger);
+    hash = hash_of(hash, &h->model.time_loop.ledger, sizeof h->model.time_loop.ledger);
     hard_close(h);
     return hash;
 }
@@ -310,18 +310,18 @@ TEST(steps_need_no_memory)
         made.alloc.fn = counting;
         made.in_use = made.peak = 0;
         if (!CHECK_OK(&made, pdi_model_build(&made, &h->setup, &h->model))) return;
-        CHECK_OK(&made, pd_time_loop_start(&made, &h->model.couple));
+        CHECK_OK(&made, pd_time_loop_start(&made, &h->model.time_loop));
         double dt = kind >= 5 ? 1e-4 : 1.0;
         for (int step = 0; step < 8; step++) {
             size_t had = made.in_use;
             calls = 0;
             full = step > 0 && !rests;
-            CHECK_OK(&made, pd_time_loop_step(&made, &h->model.couple, h->model.couple.time + dt));
+            CHECK_OK(&made, pd_time_loop_step(&made, &h->model.time_loop, h->model.time_loop.time + dt));
             if (step > 0) spent += calls;
             if (step > 0) CHECK(rests ? calls <= 3 : made.in_use == had);
             if (step == 7) CHECK(made.in_use == had);
         }
-        CHECK_INT(h->model.grid.solid_count, h->model.couple.solid_nodes_start);
+        CHECK_INT(h->model.grid.solid_count, h->model.time_loop.solid_nodes_start);
         full = 0;
         if (kind > 3) CHECK_INT(spent, 0);
         pdi_model_free(&made, &h->model);
@@ -358,7 +358,7 @@ TEST(a_basis_that_may_not_grow)
     made.alloc.fn = counting;
     made.in_use = made.peak = 0;
     if (!CHECK_OK(&made, pdi_model_build(&made, &h->setup, &h->model))) return;
-    CHECK_OK(&made, pd_time_loop_start(&made, &h->model.couple));
+    CHECK_OK(&made, pd_time_loop_start(&made, &h->model.time_loop));
     pd_transport *t = &h->model.transport;
     for (int round = 0; round < 3; round++) { /* the first one takes what all steps need */
         full = round == 2;

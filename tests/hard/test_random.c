@@ -139,12 +139,12 @@ static void sweep(int kind, const char *part, int rounds)
         if (!random_scene(&d, kind, text, sizeof text)) continue;
         if (round % 3 == 0) second_metal(d, kind, text, sizeof text);
         int before = test_now.failures;
-        if (hard_open(h, text) && hard_steps(h, h->setup.until)) {
+        if (hard_open(h, text) && hard_steps(h, h->setup.end_time)) {
             hard_sound(h);
             ledger = fmax(ledger, h->ledger);
             excess = fmax(excess, h->excess);
             flux = fmax(flux, h->flux);
-            steps += h->model.couple.steps;
+            steps += h->model.time_loop.steps;
             gone += h->model.grid.solid_count == 0;
             done++;
         } else {

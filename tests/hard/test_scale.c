@@ -20,18 +20,18 @@ static void rescale(pd_setup *u, double length, double time)
         u->hi[d] *= length;
     }
     for (int k = 0; k < u->shapes; k++) {
-        u->shape[k].r *= length;
+        u->shape[k].radius *= length;
         for (int d = 0; d < PD_DIM; d++) {
             u->shape[k].a[d] *= length;
             u->shape[k].b[d] *= length;
         }
     }
-    for (int s = 0; s < 2 * PD_DIM; s++) u->side[s].mean *= speed;
+    for (int s = 0; s < 2 * PD_DIM; s++) u->side[s].mean_speed *= speed;
     u->mu *= diffusion;
     u->diffusivity *= diffusion;
     u->metal[0].rate_scale *= speed;
-    u->until *= time;
-    u->every *= time;
+    u->end_time *= time;
+    u->output_interval *= time;
     u->max_step *= time;
 }
 
@@ -46,7 +46,7 @@ static int play_scaled(hard *h, const char *text, double length, double time)
     if (!CHECK_OK(&h->ctx, h->status)) return 0;
     h->open = 1;
     rescale(&h->setup, length, time);
-    end = h->setup.until;
+    end = h->setup.end_time;
     h->status = pdi_model_build(&h->ctx, &h->setup, &h->model);
     if (!CHECK_OK(&h->ctx, h->status)) return 0;
     h->built = 1;
@@ -84,12 +84,12 @@ TEST(cells_of_1e_9_and_1e3_m)
                  bonds == 2 ? "control = activation  " METAL : METAL);
         if (!play_scaled(base, text, 1.0, 1.0)) return;
         double size = 500.0;
-        CHECK(pd_time_loop_volume_loss(&base->model.couple) > 0.01);
+        CHECK(pd_time_loop_volume_loss(&base->model.time_loop) > 0.01);
         for (int k = 0; k < 4; k++) {
             double off = 1.0;
             if (play_scaled(h, text, scales[k].length, scales[k].time)) {
                 off = 0.0;
-                if (scales[k].exact) CHECK_INT(h->model.couple.steps, base->model.couple.steps);
+                if (scales[k].exact) CHECK_INT(h->model.time_loop.steps, base->model.time_loop.steps);
                 for (int32_t i = 0; i < h->model.grid.total; i++) {
                     CHECK_INT(h->model.grid.kind[i], base->model.grid.kind[i]);
                     if (h->model.grid.kind[i] != PD_FLUID && h->model.grid.kind[i] != PD_SOLID) continue;

@@ -52,7 +52,7 @@ TEST(step_1e6_times_the_limit)
             pd_transport *t = &h->model.transport;
             double stock = pd_transport_stock(&h->ctx, t), dt = TIMES * pd_transport_limit(&h->ctx, t), low, high;
             pd_transport_result result;
-            if (second) CHECK_OK(&h->ctx, pd_two_stage_step(&h->ctx, &h->model.two_stage, dt, &result));
+            if (second) CHECK_OK(&h->ctx, pd_two_stage_step(&h->ctx, &h->model.transport_integrator, dt, &result));
             else CHECK_OK(&h->ctx, pd_transport_implicit(&h->ctx, t, dt, &result));
             double now = pd_transport_stock(&h->ctx, t) + pd_transport_carried(&h->ctx, t);
             CHECK_REL(now, stock, LEDGER);
@@ -71,21 +71,21 @@ TEST(step_1e6_times_the_limit)
                                  "mol/m3\n"
                                  "[run] until = 1e4 h  max_step = 1e4 h\n"))) {
         limit = pd_transport_limit(&h->ctx, &h->model.transport);
-        CHECK(h->setup.until > TIMES * limit);
-        CHECK_INT(h->model.couple.count, 1);
+        CHECK(h->setup.end_time > TIMES * limit);
+        CHECK_INT(h->model.time_loop.count, 1);
         rejected = 0;
-        attempt = h->model.couple.process[0].attempt;
-        h->model.couple.process[0].attempt = counted;
-        CHECK(hard_steps(h, h->setup.until));
+        attempt = h->model.time_loop.process[0].attempt;
+        h->model.time_loop.process[0].attempt = counted;
+        CHECK(hard_steps(h, h->setup.end_time));
         hard_sound(h);
-        loss = pd_time_loop_volume_loss(&h->model.couple);
+        loss = pd_time_loop_volume_loss(&h->model.time_loop);
         /* x layers turn: 15 + x of fluid hold Csat of what 15 of metal have lost: 15 loss Cs = (15 + x) Csat; what
          * is lost
          * of the layer at the front is none of the layers that turned */
         CHECK(loss > 0.25 && loss < 0.36);
-        NOTE("corrode: %d rejected, %ld steps", rejected, (long)h->model.couple.steps);
+        NOTE("corrode: %d rejected, %ld steps", rejected, (long)h->model.time_loop.steps);
         CHECK_LE(rejected, 200);
-        CHECK_LE((double)h->model.couple.steps, 5000);
+        CHECK_LE((double)h->model.time_loop.steps, 5000);
     }
     double low = 0.0, high = 0.0;
     if (h->built) hard_extremes(h, &low, &high);
@@ -156,7 +156,7 @@ TEST(step_at_the_limit)
                  "mol/m3  drive = %s\n[run] until = 1 h  fraction = 1\n",
                  FRONT, drive ? "difference" : "constant");
         if (CHECK(hard_open(h, text))) {
-            pd_time_loop *c = &h->model.couple;
+            pd_time_loop *c = &h->model.time_loop;
             random_fluid(h, h->model.transport.c, 400.0);
             h->model.dissolve.rtol = h->model.dissolve.desc.rtol = 1e300; /* no error in time is too large here */
             CHECK_OK(&h->ctx, pd_time_loop_start(&h->ctx, c));

@@ -137,8 +137,8 @@ static int read_body(pd_ctx *ctx, const char *path, double horizon, int faces, p
     desc.position = points->position;
     desc.volume = points->volume;
     desc.horizon = horizon;
-    desc.faces = faces ? points->faces : 0;
-    desc.face = points->face;
+    desc.faces = faces ? points->face_count : 0;
+    desc.face = points->face_corner;
     return CHECK_OK(ctx, pd_body_build(ctx, &desc, body));
 }
 
@@ -147,7 +147,7 @@ static int64_t bonds_between(const pd_points *points, const pd_body *body)
     int64_t found = 0;
     for (int32_t i = 0; i < body->count; i++)
         for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);)
-            found += points->tag[i] != points->tag[f.to];
+            found += points->tag[i] != points->tag[f.neighbour];
     return found;
 }
 
@@ -184,7 +184,7 @@ TEST(gap)
             CHECK(!(most > 0.0));
         } else CHECK(most > 1e5);
         free(u);
-        CHECK_INT(points.twins, 0);
+        CHECK_INT(points.coincident_nodes, 0);
         pd_correspondence_free(&ctx, &elastic);
         pd_body_free(&ctx, &body);
         pd_points_free(&ctx, &points);
@@ -210,7 +210,7 @@ TEST(flat)
         if (!read_body(&ctx, path, horizon, 0, &points, &whole)) return;
         pd_points_free(&ctx, &points);
         if (!read_body(&ctx, path, horizon, 1, &points, &body)) return;
-        CHECK(points.faces == (PD_DIM == 1 ? 2 : PD_DIM == 2 ? 4 * 16 : 2 * 6 * 36));
+        CHECK(points.face_count == (PD_DIM == 1 ? 2 : PD_DIM == 2 ? 4 * 16 : 2 * 6 * 36));
         CHECK_INT(body.bonds, whole.bonds);
         pd_body_free(&ctx, &body);
         pd_body_free(&ctx, &whole);
@@ -236,17 +236,17 @@ TEST(touching)
     pd_ctx_init(&ctx);
     if (!read_body(&ctx, write_msh(&two), 3.0 * h, 1, &points, &body)) return;
     CHECK_INT(bonds_between(&points, &body), 0);
-    CHECK_INT(points.twins, across);
-    CHECK_INT(points.seams, 2 * (PD_DIM == 1 ? 1 : PD_DIM == 2 ? 4 : 16));
+    CHECK_INT(points.coincident_nodes, across);
+    CHECK_INT(points.coincident_faces, 2 * (PD_DIM == 1 ? 1 : PD_DIM == 2 ? 4 : 16));
     if (!read_body(&ctx, write_vtu(&two), 3.0 * h, 1, &pieces, &joined)) return;
     if (!read_body(&ctx, write_msh(&one), 3.0 * h, 1, &single, &whole)) return;
-    CHECK_INT(pieces.twins, 0);
-    CHECK_INT(pieces.faces, single.faces);
+    CHECK_INT(pieces.coincident_nodes, 0);
+    CHECK_INT(pieces.face_count, single.face_count);
     CHECK_INT(joined.bonds, whole.bonds);
     double sum = 0.0, all = 0.0;
     for (int32_t i = 0; i < single.count * PD_DIM; i++) {
-        sum += fabs(pieces.surface[i]);
-        all += fabs(single.surface[i]);
+        sum += fabs(pieces.boundary_area[i]);
+        all += fabs(single.boundary_area[i]);
     }
     CHECK_REL(sum, all, 1e-12);
     pd_body_free(&ctx, &body);
@@ -348,7 +348,7 @@ static double opens(int legs, int faces)
     for (int32_t i = 0; i < points.count; i++)
         if (points.position[2 * i] > length - h)
             load[2 * i + 1] = (points.tag[i] == 1 ? -force : force) / size[points.tag[i] - 1];
-    rest.held = held;
+    rest.prescribed = held;
     if (!CHECK_OK(&ctx, pd_correspondence_build(&ctx, &body, &material, &elastic))) return 0.0;
     pd_material_interface solid = pd_correspondence_material(&elastic);
     if (!CHECK_OK(&ctx, pd_equilibrium_solve(&ctx, &solid, &rest, load, u, &result))) return 0.0;

@@ -40,7 +40,7 @@ static lab *begin(int rim)
     l->picture.nx = NX;
     l->picture.ny = NY;
     l->picture.values = l->values;
-    l->picture.paint = l->paint;
+    l->picture.cell_paint = l->paint;
     l->picture.hi[0] = NX;
     l->picture.hi[1] = NY;
     l->picture.map = PD_COLOUR_MAP_LABELS;
@@ -192,7 +192,7 @@ TEST(merged_cells_stay_square)
         picture.nx = turned ? 640 : 1600;
         picture.ny = turned ? 1600 : 640;
         picture.values = values;
-        picture.paint = paint;
+        picture.cell_paint = paint;
         picture.hi[0] = picture.nx * 1e-4;
         picture.hi[1] = picture.ny * 1e-4;
         if (!CHECK_OK(&ctx, pdi_field_plot_draw_image(&ctx, &picture, &image))) return;

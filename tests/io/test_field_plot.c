@@ -160,7 +160,7 @@ TEST(a_picture_shows_every_cell_in_its_place)
     picture.nx = NX;
     picture.ny = NY;
     picture.values = values;
-    picture.paint = paint;
+    picture.cell_paint = paint;
     picture.hi[0] = 20e-6;
     picture.hi[1] = 15e-6;
     picture.magnification = EACH;
@@ -272,7 +272,7 @@ TEST(smooth_cells)
     picture.nx = 4;
     picture.ny = 1;
     picture.values = values;
-    picture.paint = paint;
+    picture.cell_paint = paint;
     picture.hi[0] = 4;
     picture.hi[1] = 1;
     picture.smooth = 1;
@@ -382,7 +382,7 @@ TEST(a_picture_with_wrong_arguments_is_refused)
     REFUSED(range_lo, 2.0, "range 2 .. 0")
     REFUSED(range_hi, NAN, "range 0 .. nan")
     REFUSED(map, (pd_colour_map)5, "colour map 5")
-    REFUSED(paint, &paint, "paint 4")
+    REFUSED(cell_paint, &paint, "paint 4")
     REFUSED(width, 100, "a width of 100 pixels")
     REFUSED(width, 4001, "a width of 4001 pixels")
     good.log = 1;
@@ -469,7 +469,7 @@ TEST(points_have_their_spread)
     plot.count = 1;
     plot.series[0].x = x;
     plot.series[0].y = y;
-    plot.series[0].spread = spread;
+    plot.series[0].error_bar = spread;
     plot.series[0].count = 3;
     plot.series[0].stroke = PD_SERIES_STYLE_MARKERS;
     plot.x_hi = plot.y_hi = 10;
@@ -499,7 +499,7 @@ TEST(points_have_their_spread)
     coloured(&image, (int)(left + 9 * (right - left) / 10.0), &edge, &bottom);
     CHECK(edge > high && edge < high + 40);
     pdi_image_free(&ctx, &image);
-    plot.series[0].spread = wide; /* below 0, which a logarithmic axis does not have */
+    plot.series[0].error_bar = wide; /* below 0, which a logarithmic axis does not have */
     plot.y_log = 1;
     CHECK_OK(&ctx, pdi_plot_draw_image(&ctx, &plot, &image));
     pdi_image_free(&ctx, &image);
@@ -700,7 +700,7 @@ TEST(every_failing_allocation_is_reported)
     picture.values = values;
     picture.contour_count = 2;
     picture.velocity = velocity;
-    picture.streamlines = picture.vectors = 4;
+    picture.streamlines = picture.arrows = 4;
     picture.hi[0] = 3;
     picture.hi[1] = 2;
     int failures = 0;

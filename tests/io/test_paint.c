@@ -45,7 +45,7 @@ TEST(merged_cells)
         picture.nx = NX;
         picture.ny = NY;
         picture.values = values;
-        picture.paint = paint;
+        picture.cell_paint = paint;
         picture.hi[0] = NX;
         picture.hi[1] = NY;
         picture.width = 200;

@@ -192,7 +192,7 @@ static void check_surface(const pd_points *points, double side)
     for (int d = 0; d < PD_DIM; d++) {
         double sum = 0.0, size = 0.0;
         for (int32_t i = 0; i < points->count; i++) {
-            double area = points->surface[i * PD_DIM + d];
+            double area = points->boundary_area[i * PD_DIM + d];
             sum += area;
             size += fabs(area);
             for (int e = 0; e < PD_DIM; e++) {
@@ -327,7 +327,7 @@ static void press(const char *path, int count, double horizon, double most)
     CHECK_INT(points.count, count);
     memset(u, 0, sizeof u);
     for (int32_t i = 0; i < points.count; i++) {
-        const double *x = points.position + 2 * i, *face = points.surface + 2 * i;
+        const double *x = points.position + 2 * i, *face = points.boundary_area + 2 * i;
         int bore = face[0] * x[0] + face[1] * x[1] < 0.0;
         for (int d = 0; d < 2; d++) load[2 * i + d] = bore ? -pressure * face[d] / points.volume[i] : 0.0;
     }

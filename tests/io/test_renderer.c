@@ -49,7 +49,7 @@ static double silhouette(const pd_rendering *s, double *middle)
     double area = 0;
     middle[0] = middle[1] = 0;
     for (int k = 0; k < s->width * s->height; k++) {
-        double share = s->cover[k] / (double)(PDI_RENDERER_SAMPLES_PER_SIDE * PDI_RENDERER_SAMPLES_PER_SIDE);
+        double share = s->coverage[k] / (double)(PDI_RENDERER_SAMPLES_PER_SIDE * PDI_RENDERER_SAMPLES_PER_SIDE);
         area += share;
         middle[0] += share * (k % s->width + 0.5);
         middle[1] += share * (k / s->width + 0.5);
@@ -74,17 +74,18 @@ TEST(a_sphere_has_its_silhouette_and_light)
         if (!CHECK_OK(&ctx, pdi_renderer_build(&ctx, low, high, ways[w], 500, &s))) return;
         if (!CHECK_OK(&ctx, pdi_renderer_draw_surface(&ctx, &shell, 0, &s))) return;
         CHECK(s.width <= 500 && s.height <= 450 && (s.width == 500 || s.height == 450));
-        CHECK_REL(silhouette(&s, middle), pi * r * r / s.size / s.size, 2e-3);
+        CHECK_REL(silhouette(&s, middle), pi * r * r / s.pixel_size / s.pixel_size, 2e-3);
         pdi_renderer_project_point(&s, m, at);
         CHECK_NEAR(middle[0], at[0], 0.05);
         CHECK_NEAR(middle[1], at[1], 0.05);
         double light[3] = {-0.3, 0.4, 0.866}, length = sqrt(0.09 + 0.16 + 0.866 * 0.866);
         for (int k = 0; k < s.width * s.height; k++) {
-            double x = (k % s.width + 0.5 - at[0]) * s.size / r, y = (at[1] - k / s.width - 0.5) * s.size / r;
+            double x = (k % s.width + 0.5 - at[0]) * s.pixel_size / r,
+                   y = (at[1] - k / s.width - 0.5) * s.pixel_size / r;
             if (x * x + y * y > 0.8) continue;
             double z = sqrt(1 - x * x - y * y), shine = (light[0] * x + light[1] * y + light[2] * z) / length;
             double want = PDI_RENDERER_AMBIENT_LIGHT + (1 - PDI_RENDERER_AMBIENT_LIGHT) * fmax(0, shine);
-            worst = fmax(worst, fabs(s.light[k] / 255.0 - want));
+            worst = fmax(worst, fabs(s.brightness[k] / 255.0 - want));
             double place = m[2] + r * (x * s.right[2] + y * s.up[2] + z * s.eye[2]); /* the value is z */
             off = fmax(off, fabs((double)s.value[k] - place));
         }
@@ -193,16 +194,16 @@ TEST(a_ball_of_cells_is_a_sphere)
     CHECK_LE(turned, 16 * pi / 180);
     CHECK_OK(&ctx, pdi_renderer_build(&ctx, lo, hi, way, 400, &shade));
     CHECK_OK(&ctx, pdi_renderer_draw_surface(&ctx, &s, 0, &shade));
-    CHECK_REL(silhouette(&shade, middle), pi * 24 * 24 / shade.size / shade.size, 0.02);
+    CHECK_REL(silhouette(&shade, middle), pi * 24 * 24 / shade.pixel_size / shade.pixel_size, 0.02);
     double square = 0, count = 0, at[3], m[3] = {30, 30, 30};
     pdi_renderer_project_point(&shade, m, at);
     for (int k = 0; k < shade.width * shade.height; k++) {
-        double n[3], x = (k % shade.width + 0.5 - at[0]) * shade.size / 24;
-        double y = (at[1] - k / shade.width - 0.5) * shade.size / 24;
+        double n[3], x = (k % shade.width + 0.5 - at[0]) * shade.pixel_size / 24;
+        double y = (at[1] - k / shade.width - 0.5) * shade.pixel_size / 24;
         if (x * x + y * y > 0.8) continue;
         for (int d = 0; d < 3; d++)
             n[d] = x * shade.right[d] + y * shade.up[d] + sqrt(1 - x * x - y * y) * shade.eye[d];
-        square += pow(shade.light[k] / 255.0 - pdi_renderer_compute_brightness(&shade, n), 2);
+        square += pow(shade.brightness[k] / 255.0 - pdi_renderer_compute_brightness(&shade, n), 2);
         count++;
     }
     CHECK_LE(sqrt(square / count), 0.04);
@@ -235,8 +236,8 @@ TEST(a_block_shows_three_faces)
                 x[(f + 2) % 3] += j;
                 pdi_renderer_project_point(&shade, x, at);
                 size_t k = pixel(&shade, at[0], at[1]);
-                CHECK_INT(shade.cover[k], PDI_RENDERER_SAMPLES_PER_SIDE * PDI_RENDERER_SAMPLES_PER_SIDE);
-                CHECK_NEAR(shade.light[k] / 255.0, pdi_renderer_compute_brightness(&shade, n), 0.01);
+                CHECK_INT(shade.coverage[k], PDI_RENDERER_SAMPLES_PER_SIDE * PDI_RENDERER_SAMPLES_PER_SIDE);
+                CHECK_NEAR(shade.brightness[k] / 255.0, pdi_renderer_compute_brightness(&shade, n), 0.01);
                 CHECK_NEAR((double)shade.value[k], f == 2 ? 49 : x[2], f == 2 ? 1e-6 : 1.0);
             }
     /* the face towards z+ is the brightest, that towards x+ in the shade */
@@ -378,8 +379,8 @@ TEST(views_are_reproducible)
     }
     size_t pixels = (size_t)shade[0].width * (size_t)shade[0].height;
     CHECK(memcmp(shade[0].value, shade[1].value, pixels * sizeof(float)) == 0);
-    CHECK(memcmp(shade[0].light, shade[1].light, pixels) == 0);
-    CHECK(memcmp(shade[0].cover, shade[1].cover, pixels) == 0);
+    CHECK(memcmp(shade[0].brightness, shade[1].brightness, pixels) == 0);
+    CHECK(memcmp(shade[0].coverage, shade[1].coverage, pixels) == 0);
     CHECK(memcmp(shade[0].edge, shade[1].edge, pixels) == 0);
     for (int k = 0; k < 2; k++) pdi_renderer_free(&ctx, &shade[k]);
 }
@@ -418,7 +419,8 @@ TEST(a_relief_has_its_colours)
         const uint8_t *p = image.pixels + 3 * to;
         pdi_colour_fill_table(PD_COLOUR_MAP_VIRIDIS, table);
         uint32_t base = coloured ? table[PDI_COLOUR_TABLE_SIZE - 1] : 0xC9CED6u;
-        for (int c = 0; c < 3; c++) CHECK_NEAR(p[c], (double)(base >> (16 - 8 * c) & 255) * shade.light[k] / 255, 1);
+        for (int c = 0; c < 3; c++)
+            CHECK_NEAR(p[c], (double)(base >> (16 - 8 * c) & 255) * shade.brightness[k] / 255, 1);
         /* the scale: a dark run below the view, a tenth to a quarter of its width, of a round length */
         int run = 0;
         for (int x = 0; x < image.width; x++) {
@@ -426,7 +428,7 @@ TEST(a_relief_has_its_colours)
             const uint8_t *q = image.pixels + 3 * to;
             if (q[0] < 80 && x >= 24 && x == 24 + run) run++;
         }
-        CHECK_NEAR(run * shade.size, 20, shade.size);
+        CHECK_NEAR(run * shade.pixel_size, 20, shade.pixel_size);
         pdi_image_free(&ctx, &image);
     }
     pdi_renderer_free(&ctx, &shade);

@@ -356,9 +356,9 @@ TEST(arrows_are_as_long_as_the_flow_is_fast)
     picture.range_hi = 1.0;
     picture.map = PD_COLOUR_MAP_GREY;
     picture.width = 400;
-    picture.vectors = 8; /* 50 pixels */
+    picture.arrows = 8; /* 50 pixels */
     picture.velocity = velocity;
-    picture.fastest = 2.0;
+    picture.max_speed = 2.0;
     for (int k = 0; k < N * N; k++) {
         value[k] = 1.0;
         velocity[k] = k / N < N / 2 ? 2.0 : 1.0;
@@ -377,7 +377,7 @@ TEST(arrows_are_as_long_as_the_flow_is_fast)
         CHECK_NEAR(longest[0], times ? 25 : 50, 2);
         CHECK_NEAR(longest[1], times ? 13 : 25, 2);
         pdi_image_free(&ctx, &image);
-        picture.fastest *= 2.0;
+        picture.max_speed *= 2.0;
     }
     picture.velocity = NULL;
     CHECK_INT(pd_field_plot_write(&ctx, "build/none.png", &picture), PD_ERR_ARGUMENT);

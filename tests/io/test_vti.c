@@ -34,16 +34,16 @@ static void fill(sample *s)
     s->grid.total = 1;
     for (int d = 0; d < PD_DIM; d++) {
         s->grid.n[d] = cells[d];
-        s->grid.np[d] = cells[d] + 4;
+        s->grid.padded[d] = cells[d] + 4;
         s->grid.stride[d] = s->grid.total;
-        s->grid.total *= s->grid.np[d];
+        s->grid.total *= s->grid.padded[d];
         s->grid.h[d] = spacing[d];
         s->grid.lo[d] = -1e-6 * (d + 1);
     }
     for (int32_t node = 0; node < s->grid.total; node++) {
         int index[3] = {0, 0, 0}, inside = 1;
         for (int d = 0; d < PD_DIM; d++) {
-            index[d] = node / s->grid.stride[d] % s->grid.np[d] - 2;
+            index[d] = node / s->grid.stride[d] % s->grid.padded[d] - 2;
             inside = inside && index[d] >= 0 && index[d] < cells[d];
         }
         s->c[node] = inside ? value(index, 0) : -1;

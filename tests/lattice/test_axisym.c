@@ -113,7 +113,8 @@ static void exactness(double m, double hz, double hr, int first)
     }
     for (int row = 0; row < s->grid.n[1]; row++)
         for (int k = 0; k < s->stencil.count; k++) {
-            double a = s->bonds.axisym.lap[(int64_t)(row + s->grid.ghost) * s->stencil.count + k] / s->stencil.lap[k];
+            double a = s->bonds.axisym.laplacian_weight[(int64_t)(row + s->grid.ghost) * s->stencil.count + k] /
+                       s->stencil.laplacian_weight[k];
             if (first || row + s->stencil.offset[2 * k + 1] >= 0) least = fmin(least, a);
             else CHECK(!(fabs(a) > 0.0));
         }
@@ -291,8 +292,8 @@ static int stream_build(scene *s, stream *t, double inner, double outer, double 
     t->mean = mean;
     fd.rho = 1000.0;
     fd.mu = 1000.0 * nu;
-    fd.speed = mean;
-    fd.length = outer - inner;
+    fd.report_speed = mean;
+    fd.report_length = outer - inner;
     fd.inlet = enter;
     fd.inlet_user = t;
     sd.tolerance = 1e-9;
@@ -329,7 +330,7 @@ static double pipe_error(int cells, int first, double m, double *gradient, int64
     }
     double k = t.inner / outer, shape = first ? 1.0 + k * k - (1.0 - k * k) / log(1.0 / k) : 1.0;
     int i[2] = {5, cells / 2};
-    *gradient = t.flow.grad[pd_grid_node(&s->grid, i)] / (-8.0 * 0.1 / shape) - 1.0;
+    *gradient = t.flow.pressure_grad[pd_grid_node(&s->grid, i)] / (-8.0 * 0.1 / shape) - 1.0;
     double in = pd_flow_integrate_section(&s->ctx, &t.flow, 0, 1),
            out = pd_flow_integrate_section(&s->ctx, &t.flow, 0, 11);
     CHECK_LE(fabs(out - in), 1e-8 * fabs(in));
@@ -529,7 +530,7 @@ static double shrink(int ball, int ratio, double *ledger)
     memset(&cd, 0, sizeof cd);
     s->grid_desc.solid = &s->shapes[0];
     s->shapes[0].type = ball ? PD_SHAPE_BALL : PD_SHAPE_CYLINDER;
-    s->shapes[0].r = radius;
+    s->shapes[0].radius = radius;
     s->shapes[0].a[0] = nr * h;
     td.diffusivity = 1e-9;
     dd.solid = cs;
@@ -551,7 +552,7 @@ static double shrink(int ball, int ratio, double *ledger)
             if (!CHECK_OK(&s->ctx, pd_time_loop_step(&s->ctx, &couple, receded / SPEED))) return HUGE_VAL;
         double left = couple.ledger[0].solid / couple.ledger[0].start;
         worst = fmax(worst, fabs(first * (1.0 - (ball ? cbrt(left) : sqrt(left))) / receded - 1.0));
-        *ledger = fmax(*ledger, couple.ledger[0].relative);
+        *ledger = fmax(*ledger, couple.ledger[0].relative_imbalance);
     }
     pd_dissolve_free(&s->ctx, &dissolve);
     pd_transport_free(&s->ctx, &transport);
@@ -612,7 +613,7 @@ static double beside_wire(double m, int square)
     s->grid_desc.side[0] = s->grid_desc.side[1] = PD_SIDE_PERIODIC;
     s->grid_desc.side[3] = PD_SIDE_OUTLET;
     s->shapes[0].type = PD_SHAPE_CYLINDER;
-    s->shapes[0].r = 6.0;
+    s->shapes[0].radius = 6.0;
     s->grid_desc.solid = &s->shapes[0];
     if (!scene_build(s)) return HUGE_VAL;
     for (int32_t node = 0; node < s->grid.total; node++) {
@@ -621,7 +622,7 @@ static double beside_wire(double m, int square)
     }
     pd_op_laplacian(&s->ctx, &s->bonds, s->field[F], s->field[OUT]);
     for (int32_t node = 0; node < s->grid.total; node++) {
-        if (s->grid.kind[node] != PD_FLUID || s->bonds.row[node] >= 0) continue;
+        if (s->grid.kind[node] != PD_FLUID || s->bonds.row_of_node[node] >= 0) continue;
         pd_grid_position(&s->grid, node, x);
         double error = fabs(s->field[OUT][node] - (square ? 4.0 : 0.0));
         most = fmax(most, error * (square ? 1.0 / (x[1] * x[1]) : x[1] * x[1]));

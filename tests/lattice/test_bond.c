@@ -52,7 +52,7 @@ static void scene_voxels(scene *s)
     s->shapes[0].mask = s->mask;
     for (int d = 0; d < PD_DIM; d++) {
         s->shapes[0].b[d] = s->stencil.h[d];
-        s->shapes[0].n[d] = s->n[d];
+        s->shapes[0].mask_size[d] = s->n[d];
     }
     s->desc.solid = &s->shapes[0];
 }
@@ -91,7 +91,7 @@ static int32_t cell_node(const scene *s, int cell)
 /* 1 when bond k of `node` is in its row, or the node needs none. */
 static int is_open(const pd_bonds *b, int32_t node, int k)
 {
-    int32_t r = b->row[node];
+    int32_t r = b->row_of_node[node];
     return r < 0 || pdi_bond_is_open(b, r, k);
 }
 
@@ -149,7 +149,7 @@ static void check_openness(const scene *s)
     int64_t fluid = 0;
     for (int32_t node = 0; node < s->grid.total; node++) {
         if (s->grid.kind[node] != PD_FLUID) {
-            CHECK_INT(b->row[node], -1);
+            CHECK_INT(b->row_of_node[node], -1);
             continue;
         }
         fluid++;
@@ -240,19 +240,21 @@ static void check_same(const pd_bonds *a, const pd_bonds *b)
 {
     int64_t in_all = 0, dd = PD_DIM * PD_DIM;
     CHECK_INT(a->rows, b->rows);
-    CHECK_INT(a->plain, b->plain);
+    CHECK_INT(a->rows_without_inlet, b->rows_without_inlet);
     for (int32_t node = 0; node < a->grid->total; node++) {
-        int32_t r = a->row[node], q = b->row[node];
+        int32_t r = a->row_of_node[node], q = b->row_of_node[node];
         if (!CHECK((r < 0) == (q < 0)) || r < 0) continue;
         CHECK_INT(a->node[r], node);
         CHECK_INT(r, q);
-        CHECK_INT(a->inlet[r], b->inlet[q]);
+        CHECK_INT(a->has_inlet[r], b->has_inlet[q]);
         for (int k = 0; k < a->stencil->count; k++) CHECK_INT(pdi_bond_is_open(a, r, k), pdi_bond_is_open(b, q, k));
-        CHECK(a->options || a->wall_lap[r] == b->wall_lap[q]);
-        CHECK(a->options || a->wall_curv[r] == b->wall_curv[q]);
-        CHECK(memcmp(a->moment + r * dd, b->moment + q * dd, (size_t)dd * sizeof *a->moment) == 0);
+        CHECK(a->options || a->wall_laplacian[r] == b->wall_laplacian[q]);
+        CHECK(a->options || a->wall_curvature[r] == b->wall_curvature[q]);
+        CHECK(memcmp(a->inverse_moment + r * dd, b->inverse_moment + q * dd, (size_t)dd * sizeof *a->inverse_moment) ==
+              0);
     }
-    const pd_node_ranges *mine[2] = {&a->whole, &a->cut}, *other[2] = {&b->whole, &b->cut};
+    const pd_node_ranges *mine[2] = {&a->full_ranges, &a->truncated_ranges},
+                         *other[2] = {&b->full_ranges, &b->truncated_ranges};
     for (int cut = 0; cut < 2; cut++) {
         if (!CHECK_INT(mine[cut]->count, other[cut]->count)) continue;
         for (int32_t k = 0; k < mine[cut]->count; k++) {
@@ -261,19 +263,19 @@ static void check_same(const pd_bonds *a, const pd_bonds *b)
             CHECK_INT(mine[cut]->length[k], other[cut]->length[k]);
             for (int32_t o = 0; o < mine[cut]->length[k]; o++) {
                 CHECK(a->grid->kind[first + o] == PD_FLUID);
-                CHECK_INT(a->row[first + o], cut ? a->row[first] + o : -1);
+                CHECK_INT(a->row_of_node[first + o], cut ? a->row_of_node[first] + o : -1);
             }
             in_all += mine[cut]->length[k];
         }
     }
-    CHECK_INT(in_all + a->rows - a->plain, a->grid->fluid_count);
+    CHECK_INT(in_all + a->rows - a->rows_without_inlet, a->grid->fluid_count);
 }
 
 /* Lean bonds find moments when they are asked for: those of others, to the bit. */
 static void check_lean(const pd_bonds *lean, const pd_bonds *other)
 {
     int worse = 0;
-    CHECK(!lean->moment && !lean->wall_lap && lean->rows == other->rows);
+    CHECK(!lean->inverse_moment && !lean->wall_laplacian && lean->rows == other->rows);
     for (int32_t r = 0; r < lean->rows && lean->rows == other->rows; r++) {
         double found[PD_DIM * PD_DIM], room[PD_DIM * PD_DIM];
         memcpy(found, pdi_bond_get_inverse_moment(lean, r, room), sizeof found);
@@ -291,7 +293,7 @@ static void dissolve_all(scene *s, uint32_t *state)
                   pd_bonds_build(&s->ctx, &s->stencil, &s->grid, PD_BONDS_NO_FLOW | PD_BONDS_LOW_MEMORY, &lean)))
         return;
     if (!CHECK_OK(&s->ctx, pd_bonds_build(&s->ctx, &s->stencil, &s->grid, PD_BONDS_NO_FLOW, &rest))) return;
-    CHECK(!rest.wall_lap && !rest.leg && !rest.advecting);
+    CHECK(!rest.wall_laplacian && !rest.neighbour_distance && !rest.flux_correction);
     while (s->grid.solid_count > 0) {
         int32_t changed[64], count = 0, batch = 1 + (int32_t)(next_random(state) % 60);
         pd_bonds fresh;
@@ -330,7 +332,7 @@ TEST(update_equals_fresh)
         if (round % 2) {
             s->shapes[0].type = PD_SHAPE_BALL;
             for (int d = 0; d < PD_DIM; d++) s->shapes[0].a[d] = 2.8;
-            s->shapes[0].r = 2.1;
+            s->shapes[0].radius = 2.1;
         }
         if (!scene_build(s)) return;
         dissolve_all(s, &state);
@@ -352,7 +354,7 @@ TEST(validate_notices)
     CHECK_OK(&s->ctx, pd_bonds_validate(&s->ctx, &s->bonds));
     memset(i, 0, sizeof i);
     CHECK_INT(s->bonds.node[0], pd_grid_node(&s->grid, i));
-    s->bonds.mask[0] |= 1u; /* a bond of the corner node that leaves the box */
+    s->bonds.open_mask[0] |= 1u; /* a bond of the corner node that leaves the box */
     s->grid.kind[s->bonds.node[0] + s->bonds.paths.shift[0]] = PD_FLUID;
     CHECK_INT(pd_bonds_validate(&s->ctx, &s->bonds), PD_ERR_INTERNAL);
     scene_free(s);
@@ -369,8 +371,8 @@ static void flat_wall(const pd_stencil *s, int axis, int layer, double *lap, dou
         int n = -s->offset[k * PD_DIM + axis];
         if (n <= layer) continue;
         double t = (layer + 0.5) / n, height = n * s->h[axis];
-        *lap += s->lap[k] / t;
-        *curv += s->lap[k] * height * height * (1.0 - t) / 2.0;
+        *lap += s->laplacian_weight[k] / t;
+        *curv += s->laplacian_weight[k] * height * height * (1.0 - t) / 2.0;
     }
 }
 
@@ -386,14 +388,14 @@ TEST(flat_wall_coefficients)
             for (int d = 0; d < PD_DIM; d++) i[d] = 6;
             for (int layer = 0; layer < m; layer++) {
                 i[axis] = layer;
-                int32_t r = s->bonds.row[pd_grid_node(&s->grid, i)];
+                int32_t r = s->bonds.row_of_node[pd_grid_node(&s->grid, i)];
                 if (!CHECK(r >= 0)) continue;
                 flat_wall(&s->stencil, axis, layer, &lap, &curv);
-                CHECK_REL(s->bonds.wall_lap[r], lap, 1e-13);
-                CHECK_REL(s->bonds.wall_curv[r], curv, 1e-13);
+                CHECK_REL(s->bonds.wall_laplacian[r], lap, 1e-13);
+                CHECK_REL(s->bonds.wall_curvature[r], curv, 1e-13);
             }
             i[axis] = m;
-            CHECK_INT(s->bonds.row[pd_grid_node(&s->grid, i)], -1);
+            CHECK_INT(s->bonds.row_of_node[pd_grid_node(&s->grid, i)], -1);
             scene_free(s);
         }
 }
@@ -408,15 +410,15 @@ TEST(flat_wall_by_hand)
     pd_ctx_init(&s->ctx);
     if (!scene_init(s, 1.0, h, 9, 1, 1) || !scene_build(s)) return;
     CHECK_INT(s->bonds.rows, 2);
-    CHECK_REL(s->bonds.wall_lap[0], 2.0 / (h * h), 1e-14);
-    CHECK_REL(s->bonds.wall_curv[0], 0.25, 1e-14);
+    CHECK_REL(s->bonds.wall_laplacian[0], 2.0 / (h * h), 1e-14);
+    CHECK_REL(s->bonds.wall_curvature[0], 0.25, 1e-14);
     scene_free(s);
     if (!scene_init(s, 2.0, h, 9, 1, 1) || !scene_build(s)) return;
     CHECK_INT(s->bonds.rows, 4);
-    CHECK_REL(s->bonds.wall_lap[0], 5.0 / 3.0 / (h * h), 1e-14);
-    CHECK_REL(s->bonds.wall_curv[0], 7.0 / 24.0, 1e-14);
-    CHECK_REL(s->bonds.wall_lap[1], 1.0 / 9.0 / (h * h), 1e-14);
-    CHECK_REL(s->bonds.wall_curv[1], 1.0 / 24.0, 1e-14);
+    CHECK_REL(s->bonds.wall_laplacian[0], 5.0 / 3.0 / (h * h), 1e-14);
+    CHECK_REL(s->bonds.wall_curvature[0], 7.0 / 24.0, 1e-14);
+    CHECK_REL(s->bonds.wall_laplacian[1], 1.0 / 9.0 / (h * h), 1e-14);
+    CHECK_REL(s->bonds.wall_curvature[1], 1.0 / 24.0, 1e-14);
     scene_free(s);
 }
 #endif
@@ -471,15 +473,15 @@ static int check_round(const scene *s, const double *centre, double r, int round
             /* with lap u = w: g = (u_i - w d^2/2) / (d - mean d^2/2) and q = w - g mean */
             double bend = sign / r * (xi2 - reach * reach) - mean * reach * reach;
             double per_slope = 1.0 / (distance - 0.5 * mean * distance * distance);
-            double half = 0.5 * s->stencil.lap[k] * (1.0 - t);
-            lap += s->stencil.lap[k] / t - half * bend * per_slope;
+            double half = 0.5 * s->stencil.laplacian_weight[k] * (1.0 - t);
+            lap += s->stencil.laplacian_weight[k] / t - half * bend * per_slope;
             curv += half * (reach * reach - bend * per_slope * 0.5 * distance * distance);
             cuts++;
         }
-        CHECK(s->bonds.wall_lap[row] > 0.0);
+        CHECK(s->bonds.wall_laplacian[row] > 0.0);
         if (!whole || !cuts) continue;
-        CHECK_REL(s->bonds.wall_lap[row], lap, 1e-6); /* curvatures come from differences of the distance */
-        CHECK_NEAR(s->bonds.wall_curv[row], curv, 1e-7);
+        CHECK_REL(s->bonds.wall_laplacian[row], lap, 1e-6); /* curvatures come from differences of the distance */
+        CHECK_NEAR(s->bonds.wall_curvature[row], curv, 1e-7);
         checked++;
     }
     return checked;
@@ -495,7 +497,7 @@ TEST(cut_points_on_round_surfaces)
         if (!scene_init(s, m, 0.1, 24, 24, 14)) return;
         for (int d = 0; d < PD_DIM; d++) s->shapes[0].a[d] = centre[d] = d == 2 ? 0.71 : 1.23;
         s->shapes[0].type = PD_SHAPE_BALL;
-        s->shapes[0].r = 0.533;
+        s->shapes[0].radius = 0.533;
         s->desc.solid = &s->shapes[0];
         if (!scene_build(s)) return;
         CHECK_LE(PD_DIM == 1 ? 2 : 12, check_round(s, centre, 0.533, 7, 1.0));
@@ -505,9 +507,9 @@ TEST(cut_points_on_round_surfaces)
         s->shapes[0].type = PD_SHAPE_CYLINDER;
         s->shapes[0].axis = 2;
         s->shapes[0].a[0] = s->shapes[0].a[1] = centre[0] = centre[1] = 1.21;
-        s->shapes[0].r = 0.8007;
+        s->shapes[0].radius = 0.8007;
         s->shapes[1].type = PD_SHAPE_COMPLEMENT;
-        s->shapes[1].children = 1;
+        s->shapes[1].child_count = 1;
         s->desc.wall = &s->shapes[1];
         if (!scene_build(s)) return;
         CHECK_LE(12, check_round(s, centre, 0.8007, 3, -1.0));
@@ -569,7 +571,7 @@ TEST(thin_plate_off_the_lattice)
                 CHECK_NEAR(place[0], surface, 1e-12);
                 cuts++;
             }
-            CHECK_INT(s->bonds.smooth[r], 0);
+            CHECK_INT(s->bonds.near_smooth_surface[r], 0);
         }
         CHECK(cuts > 0);
         scene_free(s);
@@ -588,7 +590,7 @@ TEST(mirrored_bonds)
     if (!scene_init(s, 3.0, 1e-5, 16, 12, 6)) return;
     for (int d = 0; d < PD_DIM; d++) s->shapes[0].a[d] = d == 0 ? 8e-5 : d == 1 ? 6e-5 : 3e-5;
     s->shapes[0].type = PD_SHAPE_BALL;
-    s->shapes[0].r = 2.5e-5;
+    s->shapes[0].radius = 2.5e-5;
     s->desc.solid = &s->shapes[0];
     if (!scene_build(s)) return;
     for (int32_t r = 0; r < s->bonds.rows; r++) {
@@ -596,7 +598,7 @@ TEST(mirrored_bonds)
         double place[PD_DIM], t, other;
         pdi_grid_index(&s->grid, s->bonds.node[r], i);
         i[1] = 11 - i[1];
-        int32_t q = s->bonds.row[pd_grid_node(&s->grid, i)];
+        int32_t q = s->bonds.row_of_node[pd_grid_node(&s->grid, i)];
         for (int k = 0; k < s->stencil.count; k++) {
             int far = 0;
             const int *n = s->stencil.offset + k * PD_DIM;
@@ -640,7 +642,7 @@ static void operation(scene *s, int at, pd_shape_type type, int first, int secon
     s->shapes[at].type = type;
     s->shapes[at].child[0] = first;
     s->shapes[at].child[1] = second;
-    s->shapes[at].children = 2;
+    s->shapes[at].child_count = 2;
     s->desc.solid = &s->shapes[at];
 }
 
@@ -659,7 +661,7 @@ static void middle(scene *s, int metal, int cut)
     if (metal == 2) {
         s->shapes[0].type = PD_SHAPE_BALL;
         for (int d = 0; d < a; d++) s->shapes[0].a[d] = 4.3;
-        s->shapes[0].r = 2.6;
+        s->shapes[0].radius = 2.6;
         s->desc.solid = &s->shapes[0];
         s->shapes[1].type = PD_SHAPE_HALF_SPACE;
         s->shapes[1].b[a] = -1.0;
@@ -713,17 +715,17 @@ TEST(cut_boxes)
                 pdi_grid_index(&c->grid, i, at);
                 if (!pdi_grid_is_inside(&c->grid, at)) continue;
                 at[a] = (at[a] + 6) % 12;
-                int32_t j = pd_grid_node(&s->grid, at), r = c->bonds.row[i], q = s->bonds.row[j];
+                int32_t j = pd_grid_node(&s->grid, at), r = c->bonds.row_of_node[i], q = s->bonds.row_of_node[j];
                 CHECK_INT(c->grid.kind[i], s->grid.kind[j]);
                 CHECK_INT(r < 0, q < 0);
                 if (r < 0 || q < 0) continue;
                 rows++;
-                other += c->bonds.smooth[r] != s->bonds.smooth[q];
+                other += c->bonds.near_smooth_surface[r] != s->bonds.near_smooth_surface[q];
                 for (int w = 0; w < c->bonds.paths.words; w++)
-                    other += c->bonds.mask[(int64_t)w * c->bonds.capacity + r] !=
-                             s->bonds.mask[(int64_t)w * s->bonds.capacity + q];
-                off = fmax(off, fabs(c->bonds.wall_lap[r] / s->bonds.wall_lap[q] - 1.0));
-                off = fmax(off, fabs(c->bonds.wall_curv[r] - s->bonds.wall_curv[q]));
+                    other += c->bonds.open_mask[(int64_t)w * c->bonds.capacity + r] !=
+                             s->bonds.open_mask[(int64_t)w * s->bonds.capacity + q];
+                off = fmax(off, fabs(c->bonds.wall_laplacian[r] / s->bonds.wall_laplacian[q] - 1.0));
+                off = fmax(off, fabs(c->bonds.wall_curvature[r] - s->bonds.wall_curvature[q]));
             }
             CHECK(rows > 0);
             CHECK_INT(other, 0);

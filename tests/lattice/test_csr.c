@@ -47,7 +47,7 @@ static int scene_init(scene *s, scene_kind kind)
     if (kind == PORTS) gd.side[1] = PD_SIDE_OUTLET;
     if (kind == CURVED) {
         s->shape.type = PD_SHAPE_BALL;
-        s->shape.r = 0.23;
+        s->shape.radius = 0.23;
         s->shape.a[0] = 0.07;
         gd.shapes = &s->shape;
         gd.solid = &s->shape;
@@ -103,8 +103,8 @@ static void apply(scene *s, const pd_csr_desc *desc, double *f, double *out)
 static double row_size(const pd_csr *c, int32_t r)
 {
     double size = 0.0;
-    for (int64_t k = c->row[r]; k < c->row[r + 1]; k++) size += fabs(c->weight[k]);
-    for (int64_t k = c->given_row[r]; k < c->given_row[r + 1]; k++) size += fabs(c->given_weight[k]);
+    for (int64_t k = c->row_begin[r]; k < c->row_begin[r + 1]; k++) size += fabs(c->weight[k]);
+    for (int64_t k = c->prescribed_begin[r]; k < c->prescribed_begin[r + 1]; k++) size += fabs(c->prescribed_weight[k]);
     return size;
 }
 
@@ -113,11 +113,11 @@ static void check_form(const scene *s, const pd_csr *c)
 {
     for (int32_t r = 0; r < c->rows; r++) {
         int diagonal = 0;
-        CHECK_INT(c->index[c->node[r]], r);
+        CHECK_INT(c->row_of_node[c->node[r]], r);
         CHECK_INT(s->grid.kind[c->node[r]], PD_FLUID);
-        for (int64_t k = c->row[r]; k < c->row[r + 1]; k++) {
+        for (int64_t k = c->row_begin[r]; k < c->row_begin[r + 1]; k++) {
             diagonal += c->column[k] == r;
-            if (k > c->row[r]) CHECK(c->column[k] > c->column[k - 1]);
+            if (k > c->row_begin[r]) CHECK(c->column[k] > c->column[k - 1]);
         }
         CHECK_INT(diagonal, 1);
     }
@@ -125,7 +125,7 @@ static void check_form(const scene *s, const pd_csr *c)
 
 static double entry(const pd_csr *c, int32_t r, int32_t column)
 {
-    for (int64_t k = c->row[r]; k < c->row[r + 1]; k++)
+    for (int64_t k = c->row_begin[r]; k < c->row_begin[r + 1]; k++)
         if (c->column[k] == column) return c->weight[k];
     return 0.0;
 }
@@ -137,7 +137,7 @@ static void check_entries(scene *s, const pd_csr_desc *desc)
     if (!CHECK_OK(&s->ctx, pd_csr_build(&s->ctx, &s->bonds, desc, &c))) return;
     check_form(s, &c);
     CHECK_INT(c.rows, s->grid.fluid_count);
-    CHECK_INT(c.given_row[c.rows], 0);
+    CHECK_INT(c.prescribed_begin[c.rows], 0);
     for (int32_t j = 0; j < c.rows; j++) {
         memset(s->f, 0, (size_t)s->grid.total * sizeof(double));
         s->f[c.node[j]] = 1.0;
@@ -157,7 +157,7 @@ static void check_product(scene *s, pd_csr_desc desc, int masked)
     if (masked) desc.mask = mask;
     if (!CHECK_OK(&s->ctx, pd_csr_build(&s->ctx, &s->bonds, &desc, &c))) return;
     check_form(s, &c);
-    CHECK(masked ? c.rows < s->grid.fluid_count && c.given_row[c.rows] > 0 : c.rows == s->grid.fluid_count);
+    CHECK(masked ? c.rows < s->grid.fluid_count && c.prescribed_begin[c.rows] > 0 : c.rows == s->grid.fluid_count);
     for (int32_t i = 0; i < s->grid.total; i++)
         s->f[i] = pdi_grid_is_open(s->grid.kind[i]) ? random_real((uint64_t)i + 100000) : (double)NAN;
     apply(s, &desc, s->f, s->out);
@@ -230,9 +230,10 @@ TEST(dirichlet_problem)
     for (int sweep = 0; sweep < 2000; sweep++) /* Gauss-Seidel */
         for (int32_t r = 0; r < c.rows; r++) {
             double sum = 0.0;
-            for (int64_t k = c.row[r]; k < c.row[r + 1]; k++)
+            for (int64_t k = c.row_begin[r]; k < c.row_begin[r + 1]; k++)
                 if (c.column[k] != r) sum += c.weight[k] * s->x[c.column[k]];
-            for (int64_t k = c.given_row[r]; k < c.given_row[r + 1]; k++) sum += c.given_weight[k] * s->f[c.given[k]];
+            for (int64_t k = c.prescribed_begin[r]; k < c.prescribed_begin[r + 1]; k++)
+                sum += c.prescribed_weight[k] * s->f[c.prescribed[k]];
             s->x[r] = -sum / entry(&c, r, r);
         }
     for (int32_t r = 0; r < c.rows; r++) CHECK_NEAR(s->x[r], s->f[c.node[r]], 1e-10);
@@ -261,7 +262,7 @@ TEST(what_is_refused)
     desc.op = PD_CSR_LAPLACIAN;
     desc.mask = mask;
     CHECK_INT(pd_csr_build(&s->ctx, &s->bonds, &desc, &c), PD_ERR_GEOMETRY);
-    CHECK(c.rows == 0 && !c.row);
+    CHECK(c.rows == 0 && !c.row_begin);
     free(mask);
     desc.mask = NULL;
     /* every allocation that fails leaves nothing behind */

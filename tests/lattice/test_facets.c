@@ -483,7 +483,7 @@ TEST(shells)
                 cube(cases[c].cube[k][0], cases[c].cube[k][1], (cases[c].cube[k][2] > 0.0) ^ all_inward);
             if (!build(&ctx, &f)) return;
             CHECK_INT(f.shells, cases[c].shells);
-            CHECK_INT(f.turned, all_inward);
+            CHECK_INT(f.flipped, all_inward);
             for (int k = 0; k < 20000; k++) {
                 double x[3];
                 for (int d = 0; d < 3; d++) x[d] = 2.0 * random_real(&seed);
@@ -547,14 +547,14 @@ TEST(shells_of_rough_files)
     add(mesh, mesh, mesh);
     if (!build(&ctx, &f)) return;
     CHECK_INT(f.count, 12);
-    CHECK_INT(f.joined, 0);
+    CHECK_INT(f.merged, 0);
     CHECK_NEAR(pdi_facets_distance(&f, x), -0.5, 1e-15);
     end(&ctx, &f);
     triangles = 12;
     for (int k = 0; k < 9 * triangles; k += 5) mesh[k] += (k % 2 ? 1e-6 : -1e-6); /* all edges are open */
     if (!build(&ctx, &f)) return;
     CHECK_INT(f.count, 12);
-    CHECK(f.joined > 5);
+    CHECK(f.merged > 5);
     CHECK_NEAR(pdi_facets_distance(&f, x), -0.5, 2e-6);
     end(&ctx, &f);
     triangles = 0; /* one of two bodies is inside out */

@@ -113,7 +113,7 @@ TEST(every_combination_of_sides)
             }
         }
         if (!CHECK_INT(bad, 0)) NOTE("combination %d", code);
-        CHECK_INT(seen, s->bonds.ghosts.count);
+        CHECK_INT(seen, s->bonds.ghosts.outlets_end);
         CHECK_OK(&s->ctx, pd_bonds_validate(&s->ctx, &s->bonds));
         scene_free(s);
     }
@@ -133,7 +133,7 @@ TEST(whole_families)
             if (!CHECK_OK(&s->ctx, box_try(s, ms[k], side, NULL))) return;
             CHECK_INT(s->bonds.rows, 0);
             int64_t covered = 0;
-            for (int32_t r = 0; r < s->bonds.whole.count; r++) covered += s->bonds.whole.length[r];
+            for (int32_t r = 0; r < s->bonds.full_ranges.count; r++) covered += s->bonds.full_ranges.length[r];
             CHECK_INT(covered, s->grid.fluid_count);
             scene_free(s);
         }
@@ -210,12 +210,12 @@ static void check_same_rows(const pd_bonds *a, const pd_bonds *b)
     int different = 0;
     if (!CHECK_INT(a->rows, b->rows)) return;
     for (int32_t r = 0; r < a->rows; r++) {
-        different += a->node[r] != b->node[r] || a->wall_lap[r] != b->wall_lap[r];
+        different += a->node[r] != b->node[r] || a->wall_laplacian[r] != b->wall_laplacian[r];
         for (int w = 0; w < a->paths.words; w++)
-            different += a->mask[(int64_t)w * a->capacity + r] != b->mask[(int64_t)w * b->capacity + r];
+            different += a->open_mask[(int64_t)w * a->capacity + r] != b->open_mask[(int64_t)w * b->capacity + r];
     }
     CHECK_INT(different, 0);
-    CHECK_INT(a->ghosts.images, b->ghosts.images);
+    CHECK_INT(a->ghosts.images_end, b->ghosts.images_end);
 }
 
 /* A solid that touches periodic and mirror sides: local updates give the rows of a fresh build, images included. */
@@ -261,7 +261,7 @@ TEST(inlets_are_odd)
     side[1] = PD_SIDE_OUTLET;
     if (!CHECK_OK(&s.ctx, box_try(&s, 2.0, side, NULL))) return;
     const pd_ghosts *g = &s.bonds.ghosts;
-    inlets = g->listed - g->count;
+    inlets = g->inlets_end - g->outlets_end;
     CHECK(inlets > 0);
     if (!CHECK_OK(&s.ctx, PDI_NEW(&s.ctx, "test", PD_DIM * inlets, held))) return;
     for (int32_t i = 0; i < PD_DIM * s.grid.total; i++) s.field[V][i] = sin(1.0 + 3.0 * i);
@@ -270,7 +270,7 @@ TEST(inlets_are_odd)
         pd_ghosts_set_vector(g, s.field[V]);
         pdi_ghosts_set_inlet_velocity(g, zero ? NULL : held, s.field[V]);
         for (int64_t k = 0; k < inlets; k++) {
-            int32_t ghost = g->node[g->count + k];
+            int32_t ghost = g->node[g->outlets_end + k];
             int i[PD_DIM];
             pdi_grid_index(&s.grid, ghost, i);
             i[0] = -1 - i[0]; /* its mirror image along axis 0, behind the same other sides */

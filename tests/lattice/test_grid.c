@@ -73,7 +73,7 @@ TEST(numbering)
     int64_t total = 1, inside = 1;
     for (int d = 0; d < PD_DIM; d++) {
         CHECK_INT(g->n[d], n[d]);
-        CHECK_INT(g->np[d], n[d] + 4);
+        CHECK_INT(g->padded[d], n[d] + 4);
         total *= n[d] + 4;
         inside *= n[d];
     }
@@ -107,7 +107,7 @@ TEST(kinds_follow_shapes)
     if (!scene_init(s, 3.0, n)) return;
     s->shapes[0].type = PD_SHAPE_BALL;
     s->shapes[0].a[0] = 0.3;
-    s->shapes[0].r = 1.1;
+    s->shapes[0].radius = 1.1;
     s->shapes[1].type = PD_SHAPE_HALF_SPACE;
     s->shapes[1].a[0] = -0.4;
     s->shapes[1].b[0] = 2.0;
@@ -206,7 +206,7 @@ static int build_ported(scene *s, double m, const int *n)
     cells_box(s, first, last, &s->shapes[1]);
     s->shapes[2].type = PD_SHAPE_UNION;
     s->shapes[2].child[1] = 1;
-    s->shapes[2].children = 2;
+    s->shapes[2].child_count = 2;
     s->desc.solid = &s->shapes[2];
     return CHECK_OK(&s->ctx, scene_build(s));
 }
@@ -266,7 +266,7 @@ TEST(dissolve_equals_fresh)
         for (int d = 0; d < PD_DIM; d++) {
             s->shapes[0].a[d] = s->desc.lo[d];
             s->shapes[0].b[d] = s->stencil.h[d];
-            s->shapes[0].n[d] = n[d];
+            s->shapes[0].mask_size[d] = n[d];
         }
         s->desc.solid = &s->shapes[0];
         if (!CHECK_OK(&s->ctx, scene_build(s))) return;
@@ -348,16 +348,16 @@ TEST(bad_shapes)
     check_refused(s, PD_ERR_ARGUMENT, "array of shapes");
     s->desc.shapes = s->shapes;
     shape->type = PD_SHAPE_BALL;
-    shape->r = 0.9;
+    shape->radius = 0.9;
     shape->a[PD_DIM - 1] = s->desc.hi[PD_DIM - 1] - 0.5; /* sticks out */
     check_refused(s, PD_ERR_GEOMETRY, "outside");
     shape->a[PD_DIM - 1] = 0.0;
     CHECK_OK(&s->ctx, scene_build(s));
     pd_grid_free(&s->ctx, &s->grid);
-    shape->r = 0.01; /* covers no cell centre */
+    shape->radius = 0.01; /* covers no cell centre */
     check_refused(s, PD_ERR_GEOMETRY, "no node");
     shape->type = PD_SHAPE_CYLINDER;
-    shape->r = 100.0;
+    shape->radius = 100.0;
     check_refused(s, PD_ERR_GEOMETRY, "outside");
     shape->type = PD_SHAPE_BOX;
     for (int d = 0; d < PD_DIM; d++) {

@@ -21,10 +21,10 @@
 static int play(const char *text, pd_ctx *ctx, pd_setup *u, pd_model *m)
 {
     if (!CHECK_OK(ctx, load(ctx, text, NULL, 0, u))) return 0;
-    int good = CHECK_OK(ctx, pdi_model_build(ctx, u, m)) && CHECK_OK(ctx, pd_time_loop_start(ctx, &m->couple));
-    while (good && m->couple.time < u->until) {
-        good = CHECK_OK(ctx, pd_time_loop_step(ctx, &m->couple, u->until));
-        CHECK_LE(m->couple.ledger[0].relative, 1e-12);
+    int good = CHECK_OK(ctx, pdi_model_build(ctx, u, m)) && CHECK_OK(ctx, pd_time_loop_start(ctx, &m->time_loop));
+    while (good && m->time_loop.time < u->end_time) {
+        good = CHECK_OK(ctx, pd_time_loop_step(ctx, &m->time_loop, u->end_time));
+        CHECK_LE(m->time_loop.ledger[0].relative_imbalance, 1e-12);
     }
     return good;
 }
@@ -50,7 +50,7 @@ TEST(fronts)
                      "[transport] D = 1e-8 m2/s  initial = 0 mol/m3\n"
                      "[dissolve] rate = 0.5 um/s  Cs = 20 mol/L  m = %d\n[run] until = 14.6 s\n", fluid, metal);
             if (!play(text, &ctx, &u, &m)) return;
-            CHECK_REL(pd_time_loop_volume_loss(&m.couple), 7.3 / 25.0, 1e-10);
+            CHECK_REL(pd_time_loop_volume_loss(&m.time_loop), 7.3 / 25.0, 1e-10);
             CHECK_INT(m.grid.ghost, metal);
             CHECK_INT(m.stencil.reach, fluid);
             end(&ctx, &u, &m);
@@ -185,7 +185,7 @@ TEST(keys)
                      corrode ? "[corrode] rate = 1 um/s  Csat = 5 mol/L  D = 1e-9 m2/s"
                              : "[transport] D = 1e-9 m2/s\n[dissolve] rate = 1 um/s", k < 3 ? "" : "  m = 5");
             if (!CHECK_OK(&ctx, load(&ctx, text, NULL, 0, &u))) return;
-            CHECK_NEAR(u.m, k < 3 ? fluid[corrode][k] : corrode ? 5.0 : 1.0, 0.0);
+            CHECK_NEAR(u.fluid_m, k < 3 ? fluid[corrode][k] : corrode ? 5.0 : 1.0, 0.0);
             CHECK_NEAR(u.metal_m, k < 3 ? metal[corrode][k] : 5.0, 0.0);
             leave(&ctx, &u);
         }

@@ -101,7 +101,7 @@ TEST(without_memory)
         ctx.alloc.limit = limit;
         CHECK_INT(pd_lattice_build(&ctx, &desc, &lattice), PD_ERR_LIMIT);
         CHECK_INT(ctx.in_use, 0);
-        CHECK(!lattice.grid.kind && !lattice.bonds.row);
+        CHECK(!lattice.grid.kind && !lattice.bonds.row_of_node);
     }
     desc.stencil.h[0] = -1.0;
     ctx.alloc.limit = 0;

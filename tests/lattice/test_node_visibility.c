@@ -94,7 +94,7 @@ static void join(pd_shape *s, pd_shape_type type, int first, int second)
 {
     memset(s, 0, sizeof *s);
     s->type = type;
-    s->children = 2;
+    s->child_count = 2;
     s->child[0] = first;
     s->child[1] = second;
 }

@@ -28,7 +28,7 @@ static int box_build(scene *s, double m, double h, int x, int y, int z, body wha
     }
     pd_shape *shape = &s->shapes[0];
     shape->type = what == BODY_BALL ? PD_SHAPE_BALL : PD_SHAPE_VOXELS;
-    shape->r = 2.3 * h;
+    shape->radius = 2.3 * h;
     for (int d = 0; d < PD_DIM; d++) {
         double step = s->stencil_desc.h[d] = h * (1.0 + 0.5 * d);
         cells *= n[d];
@@ -36,7 +36,7 @@ static int box_build(scene *s, double m, double h, int x, int y, int z, body wha
         s->grid_desc.hi[d] = 0.5 * n[d] * step;
         shape->a[d] = what == BODY_BALL ? 0.375 * h : s->grid_desc.lo[d];
         shape->b[d] = step;
-        shape->n[d] = n[d];
+        shape->mask_size[d] = n[d];
     }
     if (what == BODY_VOXELS) {
         mask = (uint8_t *)calloc((size_t)cells, 1);
@@ -103,10 +103,10 @@ TEST(gradient_of_linear_fields)
             pd_op_gradient(&s->ctx, &s->bonds, s->field[A], s->field[B]);
             for (int32_t node = 0; node < total; node++) {
                 if (!is_fluid(s, node)) continue;
-                cut += s->bonds.row[node] >= 0;
+                cut += s->bonds.row_of_node[node] >= 0;
                 for (int d = 0; d < PD_DIM; d++) CHECK_REL(s->field[B][(int64_t)d * total + node], d + 1.5, 1e-11);
             }
-            CHECK(cut > 0 && s->bonds.whole.count > 0);
+            CHECK(cut > 0 && s->bonds.full_ranges.count > 0);
             scene_free(s);
         }
 }
@@ -148,7 +148,7 @@ TEST(polynomials_inside)
         else pd_op_divergence(&s->ctx, &s->bonds, s->field[A], s->field[C]);
         for (int32_t node = 0; node < total; node++) {
             double y[PD_DIM], div = 0.0, lap = 0.0;
-            if (!is_fluid(s, node) || s->bonds.row[node] >= 0) continue;
+            if (!is_fluid(s, node) || s->bonds.row_of_node[node] >= 0) continue;
             pd_grid_position(&s->grid, node, y);
             for (int d = 0; d < PD_DIM; d++) y[d] /= h;
             for (int a = 0; a < PD_DIM; a++) {
@@ -238,7 +238,7 @@ TEST(paths_agree)
             pd_bonds rows;
             if (!box_build(s, m, 0.01, 22, 16, 12, BODY_BALL, 1)) return;
             if (!CHECK_OK(&s->ctx, pd_bonds_build(&s->ctx, &s->stencil, &s->grid, 1, &rows))) return;
-            CHECK(rows.whole.count == 0 && s->bonds.whole.count > 0);
+            CHECK(rows.full_ranges.count == 0 && s->bonds.full_ranges.count > 0);
             fill_random(s, 17, s->field[A]);
             fill_diffusivity(s, 3);
             for (int64_t k = 0; k < s->size; k++) s->field[B][k] = s->field[C][k] = -77.0;
@@ -266,7 +266,7 @@ TEST(conservation_and_symmetry)
         for (int m = 1; m <= 3; m++) {
             double size, error;
             if (!box_build(s, m, 0.01, 30, 20, 12, BODY_VOXELS, 0)) return;
-            CHECK(s->bonds.whole.count > 0 && s->bonds.rows > 0);
+            CHECK(s->bonds.full_ranges.count > 0 && s->bonds.rows > 0);
             fill_random(s, 23, s->field[A]);
             fill_diffusivity(s, 29);
             apply(s, which, &s->bonds, s->field[A], s->field[B]);
@@ -298,7 +298,7 @@ TEST(maximum_principle)
         fill_random(s, 37, s->field[A]);
         fill_diffusivity(s, 41);
         apply(s, which, &s->bonds, s->field[A], s->field[B]);
-        for (int k = 0; k < s->stencil.count; k++) weights += s->stencil.lap[k];
+        for (int k = 0; k < s->stencil.count; k++) weights += s->stencil.laplacian_weight[k];
         double dt = 1.0 / (weights * (which == 3 ? 1e-8 : 1.0)); /* no diffusivity above 1e-8 */
         for (int32_t node = 0; node < s->grid.total; node++) {
             if (!is_fluid(s, node)) continue;
@@ -378,8 +378,8 @@ TEST(unit_covariance)
             if (is_fluid(s, (int32_t)(k % s->grid.total))) CHECK(other.field[B][k] * back == s->field[B][k]);
         CHECK_INT(s->bonds.rows, other.bonds.rows);
         for (int32_t r = 0; r < s->bonds.rows; r++) {
-            CHECK(other.bonds.wall_lap[r] * factor * factor == s->bonds.wall_lap[r]);
-            CHECK(other.bonds.wall_curv[r] == s->bonds.wall_curv[r]);
+            CHECK(other.bonds.wall_laplacian[r] * factor * factor == s->bonds.wall_laplacian[r]);
+            CHECK(other.bonds.wall_curvature[r] == s->bonds.wall_curvature[r]);
         }
         scene_free(s);
         scene_free(&other);

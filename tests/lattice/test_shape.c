@@ -35,7 +35,7 @@ static pd_shape ball(double x, double y, double z, double r)
     pd_shape s = none();
     s.type = PD_SHAPE_BALL;
     put(s.a, x, y, z);
-    s.r = r;
+    s.radius = r;
     return s;
 }
 
@@ -63,7 +63,7 @@ static pd_shape operation(pd_shape_type type, int first, int second, int third)
     s.child[0] = first;
     s.child[1] = second;
     s.child[2] = third;
-    s.children = third >= 0 ? 3 : second >= 0 ? 2 : 1;
+    s.child_count = third >= 0 ? 3 : second >= 0 ? 2 : 1;
     return s;
 }
 
@@ -77,7 +77,7 @@ static pd_shape voxels(void)
     put(s.a, -2.0, -1.0, 0.5);
     put(s.b, 0.5, 0.75, 1.0);
     for (int d = 0; d < PD_DIM; d++) {
-        s.n[d] = 5;
+        s.mask_size[d] = 5;
         total *= 5;
     }
     for (int k = 0; k < total; k++) {
@@ -364,7 +364,7 @@ TEST(refusals)
     s.mask = NULL;
     refuse(s, "shape: shape 1 (voxels) has no mask");
     s = voxels();
-    s.n[0] = 0;
+    s.mask_size[0] = 0;
     refuse(s, "shape: shape 1 (voxels) has n = 0 cells on axis 0, expected at least 1");
     s = voxels();
     s.b[0] = -1.0;
@@ -376,7 +376,7 @@ TEST(refusals)
     refuse(operation(PD_SHAPE_DIFFERENCE, 0, -1, -1), "shape: shape 1 (difference) has 1 children, expected 2 to 8");
     refuse(operation(PD_SHAPE_COMPLEMENT, 0, 0, -1), "shape: shape 1 (complement) has 2 children, expected 1 to 1");
     s = operation(PD_SHAPE_UNION, 0, 0, 0);
-    s.children = 9;
+    s.child_count = 9;
     refuse(s, "shape: shape 1 (union) has 9 children, expected 1 to 8");
     pd_ctx ctx;
     pd_ctx_init(&ctx);

@@ -70,10 +70,10 @@ TEST(whole_cells)
     pd_ctx_init(&ctx);
     if (!CHECK_OK(&ctx, pd_stencil_build(&ctx, &desc, &s))) return;
     CHECK_INT(s.count, within_four[PD_DIM]);
-    for (int k = 0; k < s.count; k++) CHECK_NEAR(s.beta[k], 1.0, 0.0);
+    for (int k = 0; k < s.count; k++) CHECK_NEAR(s.partial_volume[k], 1.0, 0.0);
     for (int a = 0; a < PD_DIM; a++) {
         double lap = 0.0;
-        for (int k = 0; k < s.count; k++) lap += s.lap[k] * s.xi[k * PD_DIM + a] * s.xi[k * PD_DIM + a];
+        for (int k = 0; k < s.count; k++) lap += s.laplacian_weight[k] * s.xi[k * PD_DIM + a] * s.xi[k * PD_DIM + a];
         CHECK_REL(lap, 2.0, 1e-13);
     }
     release(&ctx, &s);
@@ -89,11 +89,11 @@ static void check_monomial(const pd_stencil *s, int a, int b, int c, double exac
     for (int k = 0; k < s->count; k++) {
         const double *xi = s->xi + k * PD_DIM;
         double f = xi[a] * (b < 0 ? 1.0 : xi[b]) * (c < 0 ? 1.0 : xi[c]);
-        lap += s->lap[k] * f;
-        lap_size += fabs(s->lap[k] * f);
+        lap += s->laplacian_weight[k] * f;
+        lap_size += fabs(s->laplacian_weight[k] * f);
         for (int d = 0; d < PD_DIM; d++) {
-            grad[d] += s->grad[k * PD_DIM + d] * f;
-            grad_size[d] += fabs(s->grad[k * PD_DIM + d] * f);
+            grad[d] += s->gradient_weight[k * PD_DIM + d] * f;
+            grad_size[d] += fabs(s->gradient_weight[k * PD_DIM + d] * f);
         }
     }
     CHECK_NEAR(lap, exact_lap, 1e-12 * lap_size);
@@ -114,7 +114,8 @@ static void check_patch(const pd_stencil *s)
 
 static void check_positive(const pd_stencil *s)
 {
-    for (int k = 0; k < s->count; k++) CHECK(s->lap[k] > 0.0 && s->beta[k] > 0.0 && s->beta[k] <= 1.0);
+    for (int k = 0; k < s->count; k++)
+        CHECK(s->laplacian_weight[k] > 0.0 && s->partial_volume[k] > 0.0 && s->partial_volume[k] <= 1.0);
 }
 
 /* Every assignment of the spacings 1 and `ratio` to the axes, all m: no weight turns negative there. */
@@ -160,7 +161,8 @@ static double printed_response(double m, const double *h, int axis)
     pd_ctx ctx;
     pd_stencil s;
     if (!build(&ctx, m, h, PD_WEIGHTS_PUBLISHED, &s)) return NAN;
-    for (int k = 0; k < s.count; k++) sum += 0.5 * s.lap[k] * s.xi[k * PD_DIM + axis] * s.xi[k * PD_DIM + axis];
+    for (int k = 0; k < s.count; k++)
+        sum += 0.5 * s.laplacian_weight[k] * s.xi[k * PD_DIM + axis] * s.xi[k * PD_DIM + axis];
     release(&ctx, &s);
     return sum;
 }
@@ -192,18 +194,18 @@ TEST(weights_by_hand)
     pd_stencil s;
     if (!build(&ctx, 1.0, h, PD_WEIGHTS_CALIBRATED, &s)) return;
     for (int k = 0; k < 2; k++) {
-        CHECK_REL(s.lap[k], 4.0, 1e-14);
-        CHECK_REL(s.grad[k], k ? 1.0 : -1.0, 1e-14);
+        CHECK_REL(s.laplacian_weight[k], 4.0, 1e-14);
+        CHECK_REL(s.gradient_weight[k], k ? 1.0 : -1.0, 1e-14);
     }
     release(&ctx, &s);
     if (!build(&ctx, 2.0, h, PD_WEIGHTS_CALIBRATED, &s)) return;
-    CHECK_REL(s.lap[0], 4.0 / 12.0, 1e-14);
-    CHECK_REL(s.lap[1], 4.0 * 2.0 / 3.0, 1e-14);
+    CHECK_REL(s.laplacian_weight[0], 4.0 / 12.0, 1e-14);
+    CHECK_REL(s.laplacian_weight[1], 4.0 * 2.0 / 3.0, 1e-14);
     release(&ctx, &s);
     /* the continuum coefficient 1/delta: sum of 1/2 a xi^2 = (1 + 1 + 1/2 + 1/2) h / (2 h) / 2 */
     if (!build(&ctx, 2.0, h, PD_WEIGHTS_PUBLISHED, &s)) return;
     double sum = 0.0;
-    for (int k = 0; k < s.count; k++) sum += 0.5 * s.lap[k] * s.xi[k] * s.xi[k];
+    for (int k = 0; k < s.count; k++) sum += 0.5 * s.laplacian_weight[k] * s.xi[k] * s.xi[k];
     CHECK_REL(sum, 0.75, 1e-14);
     release(&ctx, &s);
 }
@@ -223,14 +225,15 @@ static void check_opposite(const pd_stencil *s)
     memset(sum, 0, sizeof sum);
     for (int k = 0; k < s->count; k++) {
         int o = s->count - 1 - k;
-        CHECK(s->lap[k] == s->lap[o] && s->base[k] == s->base[o] && s->beta[k] == s->beta[o]);
-        CHECK_REL(s->area[k], s->area[o], 1e-14);
+        CHECK(s->laplacian_weight[k] == s->laplacian_weight[o] && s->base_weight[k] == s->base_weight[o] &&
+              s->partial_volume[k] == s->partial_volume[o]);
+        CHECK_REL(s->area_weight[k], s->area_weight[o], 1e-14);
         for (int d = 0; d < PD_DIM; d++) {
             CHECK_INT(s->offset[k * PD_DIM + d], -s->offset[o * PD_DIM + d]);
-            CHECK(s->grad[k * PD_DIM + d] == -s->grad[o * PD_DIM + d]);
+            CHECK(s->gradient_weight[k * PD_DIM + d] == -s->gradient_weight[o * PD_DIM + d]);
             CHECK_REL(s->xi[k * PD_DIM + d], s->offset[k * PD_DIM + d] * s->h[d], 1e-15);
-            sum[d] += s->grad[k * PD_DIM + d];
-            size += fabs(s->grad[k * PD_DIM + d]);
+            sum[d] += s->gradient_weight[k * PD_DIM + d];
+            size += fabs(s->gradient_weight[k * PD_DIM + d]);
         }
     }
     for (int d = 0; d < PD_DIM; d++) CHECK_LE(fabs(sum[d]), 1e-14 * size);
@@ -244,13 +247,13 @@ static void check_mirrored(const pd_stencil *s, int equal)
             int n[PD_DIM], other = (d + 1) % PD_DIM;
             memcpy(n, s->offset + k * PD_DIM, sizeof n);
             n[d] = -n[d];
-            CHECK_REL(s->lap[find(s, n)], s->lap[k], 1e-13);
+            CHECK_REL(s->laplacian_weight[find(s, n)], s->laplacian_weight[k], 1e-13);
             if (!equal) continue;
             n[d] = n[other];
             n[other] = s->offset[k * PD_DIM + d];
             int image = find(s, n);
-            CHECK_REL(s->lap[image], s->lap[k], 1e-13);
-            CHECK_NEAR(s->grad[image * PD_DIM + other], s->grad[k * PD_DIM + d], 1e-13 / s->h[0]);
+            CHECK_REL(s->laplacian_weight[image], s->laplacian_weight[k], 1e-13);
+            CHECK_NEAR(s->gradient_weight[image * PD_DIM + other], s->gradient_weight[k * PD_DIM + d], 1e-13 / s->h[0]);
         }
 }
 
@@ -287,12 +290,12 @@ TEST(isotropic_horizon)
         for (int b = 0; b < PD_DIM; b++) {
             double sum = 0.0;
             for (int k = 0; k < s.count; k++)
-                sum += s.lap[k] * pow(s.xi[k * PD_DIM + a], 2.0) * pow(s.xi[k * PD_DIM + b], 2.0);
+                sum += s.laplacian_weight[k] * pow(s.xi[k * PD_DIM + a], 2.0) * pow(s.xi[k * PD_DIM + b], 2.0);
             CHECK_REL(sum, a == b ? 2.0 : 2.0 / 3.0, 1e-14);
         }
     for (int k = 0; k < s.count && PD_DIM == 2; k++) {
         int diagonal = s.offset[k * PD_DIM] != 0 && s.offset[k * PD_DIM + 1] != 0;
-        CHECK_REL(s.lap[k], diagonal ? 1.0 / 6.0 : 2.0 / 3.0, 1e-14);
+        CHECK_REL(s.laplacian_weight[k], diagonal ? 1.0 / 6.0 : 2.0 / 3.0, 1e-14);
     }
     release(&ctx, &s);
 }
@@ -310,8 +313,9 @@ TEST(unit_covariance)
     if (!build(&ctx, 3.0, h, PD_WEIGHTS_CALIBRATED, &s)) return;
     if (!build(&other, 3.0, scaled, PD_WEIGHTS_CALIBRATED, &t)) return;
     for (int k = 0; k < s.count; k++) {
-        CHECK(t.lap[k] * factor * factor == s.lap[k]);
-        for (int d = 0; d < PD_DIM; d++) CHECK(t.grad[k * PD_DIM + d] * factor == s.grad[k * PD_DIM + d]);
+        CHECK(t.laplacian_weight[k] * factor * factor == s.laplacian_weight[k]);
+        for (int d = 0; d < PD_DIM; d++)
+            CHECK(t.gradient_weight[k * PD_DIM + d] * factor == s.gradient_weight[k * PD_DIM + d]);
     }
     release(&ctx, &s);
     release(&other, &t);

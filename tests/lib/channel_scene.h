@@ -55,11 +55,11 @@ static scene *channel_flow(const channel *of, const double *h, double m, double 
     s->grid_desc.side[2 * a + of->down] = PD_SIDE_INLET;
     s->grid_desc.side[2 * a + !of->down] = PD_SIDE_OUTLET;
     s->width = s->grid_desc.hi[b];
-    s->mean = s->flow_desc.speed = reynolds * NU / s->width;
+    s->mean = s->flow_desc.report_speed = reynolds * NU / s->width;
     s->with = WITH_FLOW | WITH_STEADY;
     s->flow_desc.rho = 1000.0;
     s->flow_desc.mu = NU * s->flow_desc.rho;
-    s->flow_desc.length = s->width;
+    s->flow_desc.report_length = s->width;
     s->flow_desc.inlet = profile;
     s->flow_desc.inlet_user = s;
     s->steady_desc.tolerance = 1e-8;

@@ -20,7 +20,7 @@ static inline pd_finite_strain_desc desc_of(int way)
     d.law.plane = way & 1 ? PD_PLANE_STRESS : PD_PLANE_STRAIN;
     d.influence = (pd_influence)(way / 5 % 3);
     d.penalty = 0.5;
-    d.keep = way / 3 & 1;
+    d.store_tangent = way / 3 & 1;
     d.law.yield = 3e-3 * E;
     d.law.hardening = way & 4 ? 0.0 : 0.05 * E;
     d.law.saturation = way & 8 ? 6e-3 * E : 0.0;

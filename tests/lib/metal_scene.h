@@ -185,7 +185,7 @@ static inline scene *lump(pd_drive drive, int threads, const double *factor)
     half_space(s, 0.4 * s->grid_desc.hi[0]);
     s->grid_desc.wall = &s->shapes[1];
     s->shapes[1].type = PD_SHAPE_BALL;
-    s->shapes[1].r = 2.5 * H;
+    s->shapes[1].radius = 2.5 * H;
     s->shapes[1].a[0] = 0.5 * s->grid_desc.hi[0];
     s->stencil_desc.m = 2.0;
     s->desc.activation = 0;

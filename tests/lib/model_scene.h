@@ -36,12 +36,12 @@ static void close_model(void)
 static inline int run_to(double t)
 {
     double off;
-    int done = CHECK_OK(&ctx, pd_time_loop_run(&ctx, &model.couple, t, 0.0, NULL, NULL));
-    CHECK_LE(pd_time_loop_imbalance(&model.couple), 1e-12);
+    int done = CHECK_OK(&ctx, pd_time_loop_run(&ctx, &model.time_loop, t, 0.0, NULL, NULL));
+    CHECK_LE(pd_time_loop_imbalance(&model.time_loop), 1e-12);
     CHECK_LE(model.cell.result.imbalance, 1e-12);
-    if (model.attack.polarise.setup) {
+    if (model.dissolution_laws.species_electrodes.setup) {
         CHECK_LE(pd_reactive_neutrality(&model.reactive), 1e-12);
-        pdi_species_electrodes_compute_total_current(&model.attack.polarise, &off);
+        pdi_species_electrodes_compute_total_current(&model.dissolution_laws.species_electrodes, &off);
         CHECK_LE(off, 1e-12);
     }
     return done;

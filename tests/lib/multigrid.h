@@ -139,7 +139,7 @@ static inline pd_status build(problem *p)
     }
     desc.first = p->first;
     desc.symmetric = !p->flow && !(p->general & 1);
-    desc.contrast = p->general >> 1;
+    desc.high_contrast = p->general >> 1;
     return multigrid_build(&p->ctx, &desc, &p->mg);
 }
 

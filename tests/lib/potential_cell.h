@@ -132,7 +132,7 @@ static inline void plates(double m, double h, int cells, double lo, double hi)
     }
     S.shapes[0].type = S.shapes[1].type = PD_SHAPE_HALF_SPACE;
     S.shapes[2].type = PD_SHAPE_UNION;
-    S.shapes[2].children = 2;
+    S.shapes[2].child_count = 2;
     S.shapes[2].child[1] = 1;
     for (int s = 2; s < 2 * PD_DIM; s++) S.grid_desc.side[s] = s < 4 ? PD_SIDE_MIRROR : PD_SIDE_PERIODIC;
     solid(2);

@@ -155,7 +155,7 @@ TEST(front_speed)
              found[k], derived, fabs(found[k] / derived - 1.0), noise, n, weight);
         CHECK_REL(found[k], derived, noise);
         if (PD_DIM > 1) CHECK(weight > 1.0 && weight < 1.02);
-        CHECK_LE(s->couple.ledger[0].relative, 1e-13);
+        CHECK_LE(s->couple.ledger[0].relative_imbalance, 1e-13);
         scene_free(s);
     }
     CHECK_REL(found[0], found[1], PD_DIM == 1 ? 5e-3 : 1e-2);
@@ -240,7 +240,7 @@ TEST(amounts_are_conserved)
         int32_t before = (int32_t)s->grid.solid_count, above = 0;
         for (int k = 1; k <= 20; k++) {
             if (!CHECK_OK(&s->ctx, scene_run(s, (PD_DIM == 1 ? 3.0 : 0.5) * k))) return;
-            CHECK_LE(s->couple.ledger[0].relative, 1e-13);
+            CHECK_LE(s->couple.ledger[0].relative_imbalance, 1e-13);
             for (int32_t i = 0; i < s->grid.total; i++) {
                 if (s->grid.kind[i] != PD_SOLID && s->grid.kind[i] != PD_FLUID) continue;
                 /* fluid without metal ends within the tolerance of the linear solves */
@@ -274,7 +274,7 @@ TEST(lone_nodes)
 {
     scene *s = scene_start(20, 20, 20);
     s->shapes[0].type = PD_SHAPE_BALL;
-    s->shapes[0].r = 0.4 * H;
+    s->shapes[0].radius = 0.4 * H;
     for (int d = 0; d < PD_DIM; d++) s->shapes[0].a[d] = 10.5 * H;
     s->desc.stochastic = 1;
     s->couple_desc.fraction = 0.01;
@@ -289,7 +289,7 @@ TEST(lone_nodes)
         if (!scene_step(s, 1e6)) return;
     }
     CHECK_INT(s->grid.solid_count, 0);
-    CHECK_LE(s->couple.ledger[0].relative, 1e-13);
+    CHECK_LE(s->couple.ledger[0].relative_imbalance, 1e-13);
     scene_free(s);
 }
 
@@ -322,7 +322,7 @@ TEST(long_steps)
                 if (s->grid.kind[i] == PD_FLUID) most = fmax(most, s->transport.c[i]);
         }
         lost[run] = 1.0 - scene_solid(s) / before;
-        CHECK_LE(s->couple.ledger[0].relative, 1e-13);
+        CHECK_LE(s->couple.ledger[0].relative_imbalance, 1e-13);
         NOTE("%s: lost %.5f in %d steps", run ? "long steps" : "short steps", lost[run], (int)s->couple.steps);
         scene_free(s);
     }

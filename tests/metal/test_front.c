@@ -108,7 +108,7 @@ TEST(trial_of_the_crevice_paper)
     for (int n = 0; n < s.stencil.count; n++) {
         double square = s.stencil.xi[2 * n] * s.stencil.xi[2 * n] + s.stencil.xi[2 * n + 1] * s.stencil.xi[2 * n + 1];
         if (s.stencil.offset[2 * n] > 0)
-            sum += s.stencil.offset[2 * n] * s.stencil.beta[n] * s.stencil.volume / square;
+            sum += s.stencil.offset[2 * n] * s.stencil.partial_volume[n] * s.stencil.volume / square;
     }
     double speed = k * h[0] * sum / ratio;
     CHECK_REL(k / (ratio * s.front.micro), speed, 1e-12);

@@ -37,10 +37,10 @@ static int play(const char *text, int threads, played *p)
     ctx.threads = threads;
     int good = CHECK_OK(&ctx, pdi_model_build(&ctx, &u, &m));
     for (int k = 0; k < 2 && good; k++) {
-        if (k) good = CHECK_OK(&ctx, pd_time_loop_start(&ctx, &m.couple));
-        while (k && good && m.couple.time < u.until) {
-            good = CHECK_OK(&ctx, pd_time_loop_step(&ctx, &m.couple, u.until));
-            p->ledger = fmax(p->ledger, m.couple.ledger[0].relative);
+        if (k) good = CHECK_OK(&ctx, pd_time_loop_start(&ctx, &m.time_loop));
+        while (k && good && m.time_loop.time < u.end_time) {
+            good = CHECK_OK(&ctx, pd_time_loop_step(&ctx, &m.time_loop, u.end_time));
+            p->ledger = fmax(p->ledger, m.time_loop.ledger[0].relative_imbalance);
         }
         for (int32_t i = 0; i < m.grid.total && good; i++) {
             if (m.grid.kind[i] != PD_SOLID) continue;
@@ -57,8 +57,8 @@ static int play(const char *text, int threads, played *p)
         }
     }
     if (good) {
-        p->loss = pd_time_loop_volume_loss(&m.couple);
-        p->unsolved = m.couple.unsolved;
+        p->loss = pd_time_loop_volume_loss(&m.time_loop);
+        p->unsolved = m.time_loop.unsolved;
         p->fluid = (double)m.grid.fluid_count;
     }
     pdi_model_free(&ctx, &m);

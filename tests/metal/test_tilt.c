@@ -20,7 +20,7 @@ static scene *slab(const int *direction, double m, pd_metal_model model, pd_kern
     s->shapes[0].mask = mask;
     for (int d = 0; d < PD_DIM; d++) {
         s->shapes[0].b[d] = H;
-        s->shapes[0].n[d] = CELLS;
+        s->shapes[0].mask_size[d] = CELLS;
     }
     for (int k = 0; k < (int)(PD_DIM == 3 ? CELLS * CELLS * CELLS : CELLS * CELLS); k++) {
         int layer = 0;
@@ -148,7 +148,7 @@ TEST(step_by_step)
             if (d->exposed[j]) most = fmax(most, fabs(d->tilt[j] - 1.0));
         }
         CHECK(most > 1e-3 && most < 0.03);
-        CHECK_LE(s->couple.ledger[0].relative, 1e-12);
+        CHECK_LE(s->couple.ledger[0].relative_imbalance, 1e-12);
         scene_free(s);
     }
 }

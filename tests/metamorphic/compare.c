@@ -31,7 +31,7 @@ static dimension dimension_of(const char *text)
     if (!unit_name[0] || strcmp(unit_name, "-") == 0) return d;
     if (pd_units_parse(&quiet, unit_name, NULL, &found) < 0) return d;
     static const int from[6] = {0, 1, 2, 4, 3, 5}; /* there amperes stand before moles */
-    for (int k = 0; k < 6; k++) d.e[k] = found.e[from[k]];
+    for (int k = 0; k < 6; k++) d.e[k] = found.exponent[from[k]];
     return d;
 }
 

@@ -61,7 +61,7 @@ static void collect_field(pd_ctx *ctx, const pd_snapshot *at, const char *name, 
     f->data = (double *)need((size_t)(f->components * r->cells) * sizeof(double));
     for (int c = 0; c < f->components; c++)
         for (int64_t k = 0; k < r->cells; k++) {
-            int64_t rest = k, from = c * v.part;
+            int64_t rest = k, from = c * v.component_stride;
             for (int d = 0; d < PD_DIM; d++) {
                 from += rest % v.n[d] * v.stride[d];
                 rest /= v.n[d];
@@ -86,9 +86,8 @@ static void collect_vector(const pd_snapshot *at, const char *name, const char *
         int32_t i = pd_grid_node(&m->grid, x);
         memset(v, 0, sizeof v);
         if (of_current && m->grid.kind[i] == PD_FLUID) pdi_cell_current(&m->cell, i, v);
-        if (!of_current && m->grid.kind[i] == PD_SOLID && m->structure.point[i] >= 0)
-            memcpy(v, pdi_solid_coupling_displacements(&m->structure) + (int64_t)m->structure.point[i] * PD_DIM,
-                   sizeof v);
+        if (!of_current && m->grid.kind[i] == PD_SOLID && m->solid.point[i] >= 0)
+            memcpy(v, pdi_solid_coupling_displacements(&m->solid) + (int64_t)m->solid.point[i] * PD_DIM, sizeof v);
         for (int d = 0; d < PD_DIM; d++) f->data[d * r->cells + k] = v[d];
         for (int d = 0; d < PD_DIM && ++x[d] == m->grid.n[d]; d++) x[d] = 0;
     }
@@ -103,7 +102,7 @@ static void collect_fields(pd_ctx *ctx, const pd_snapshot *at, record *r)
         if (name && name[0] && !pdi_setup_field_lacks(u, (pd_field)k)) collect_field(ctx, at, name, r);
     }
     if (at->model->setup->has_solid) collect_vector(at, "u(vector)", "u [m]", 0, r);
-    if (at->model->setup->has_potential && !at->model->setup->migrates)
+    if (at->model->setup->has_potential && !at->model->setup->has_migration)
         collect_vector(at, "j(vector)", "j [A/m2]", 1, r);
 }
 
@@ -153,11 +152,11 @@ static void tighten(pd_model *model, int first_order)
     model->transport.desc.tolerance = 1e-13;
     model->transport.desc.limiter_tolerance = 1e-13;
     model->reactive.desc.tolerance = 1e-13;
-    model->implicit.desc.tolerance = 1e-12;
-    if (model->surfaces) model->surfaces->coat.desc.tolerance = 1e-12;
+    model->implicit.desc.stage_tolerance = 1e-12;
+    if (model->surface_states) model->surface_states->state_solver.desc.tolerance = 1e-12;
     /* steps as prescribed: estimates of errors are solved to a tenth of their residual */
-    model->two_stage.desc.rtol = model->course.desc.rtol = 1e300;
-    if (model->surfaces) model->surfaces->coat.desc.rtol = 1e300;
+    model->transport_integrator.desc.rtol = model->species_integrator.desc.rtol = 1e300;
+    if (model->surface_states) model->surface_states->state_solver.desc.rtol = 1e300;
     if (first_order) model->reactive.desc.order = 1;
 }
 
@@ -174,12 +173,12 @@ static void forget(record *r)
 static int observe(void *user, pd_ctx *ctx, const pd_snapshot *at)
 {
     collector *c = (collector *)user;
-    if (at->when == PD_SNAPSHOT_STAGE_START) {
-        if (c->tight) tighten(at->own, c->tight > 1);
+    if (at->stage == PD_SNAPSHOT_STAGE_START) {
+        if (c->tight) tighten(at->writable_model, c->tight > 1);
         if (!c->start.fields) collect_fields(ctx, at, &c->start); /* a run that goes on starts once more */
         return 0;
     }
-    if (at->when == PD_SNAPSHOT_STAGE_STEP) {
+    if (at->stage == PD_SNAPSHOT_STAGE_STEP) {
         if (c->stop_at && at->steps >= c->stop_at) {
             c->stop_at = 0;
             return 1;
@@ -188,9 +187,9 @@ static int observe(void *user, pd_ctx *ctx, const pd_snapshot *at)
     }
     pd_scalar_outputs figures;
     memset(&figures, 0, sizeof figures);
-    c->r->residual = at->own->course.residual;
-    c->r->species_steps = at->own->course.steps;
-    c->r->species_euler = at->own->course.euler;
+    c->r->residual = at->writable_model->species_integrator.residual;
+    c->r->species_steps = at->writable_model->species_integrator.steps;
+    c->r->species_euler = at->writable_model->species_integrator.euler;
     forget(c->r); /* of the run that was stopped */
     collect_fields(ctx, at, c->r);
     collect_first(&c->start, c->r);
@@ -228,13 +227,13 @@ static void collect_result(const pd_run_result *result, int axisymmetric, record
     r->time = result->time;
     if (!r->figure) return;
     result_figure(r, "volume_loss", "-", result->volume_loss);
-    result_figure(r, "ledger", "-", result->ledger);
-    if (result->has_front) result_figure(r, "front", "m", result->front);
+    result_figure(r, "ledger", "-", result->mass_balance_error);
+    if (result->has_front) result_figure(r, "front", "m", result->corrosion_depth);
     if (result->has_flux) {
-        result_figure(r, "flux", "-", result->flux);
-        result_figure(r, "flux_max", "-", result->flux_max);
+        result_figure(r, "flux", "-", result->flux_error);
+        result_figure(r, "flux_max", "-", result->layer_flux_error);
     }
-    if (result->sheds) result_figure(r, "gas", amounts[depth], result->gas);
+    if (result->evolves_gas) result_figure(r, "gas", amounts[depth], result->gas);
     if (result->has_potential) {
         result_figure(r, "current", currents[depth], result->current);
         result_figure(r, "current_balance", "-", result->current_balance);
@@ -309,7 +308,7 @@ static void run_here(const char *text, const run_options *o, record *r)
     }
     snprintf(folder, sizeof folder, "%s/files", o->folder);
     if (o->files) clear_folder(folder);
-    desc.dry = !o->files;
+    desc.no_files = !o->files;
     desc.folder = o->files ? folder : o->folder;
     desc.observe = observe;
     desc.observe_user = &c;

@@ -18,14 +18,14 @@ static void circles(double m, int n, double move)
     for (int k = 0; k < 2; k++) {
         centre[k] = (0.5 * n + move * (k ? 0.6 : 1.0)) * h;
         S.shapes[k].type = PD_SHAPE_BALL;
-        S.shapes[k].r = k ? 1e-3 : 0.4e-3;
+        S.shapes[k].radius = k ? 1e-3 : 0.4e-3;
     }
     for (int k = 0; k < 4; k++) S.shapes[k % 2].a[k / 2] = centre[k / 2];
     S.shapes[2].type = PD_SHAPE_COMPLEMENT;
-    S.shapes[2].children = 1;
+    S.shapes[2].child_count = 1;
     S.shapes[2].child[0] = 1;
     S.shapes[3].type = PD_SHAPE_UNION;
-    S.shapes[3].children = 2;
+    S.shapes[3].child_count = 2;
     S.shapes[3].child[0] = 0;
     S.shapes[3].child[1] = 2;
     solid(3);
@@ -122,7 +122,7 @@ static double flat_area(double degrees, double m, int n, int cells, double move)
         for (int d = 0; d < 2; d++) {
             S.shapes[0].a[d] = 0.0;
             S.shapes[0].b[d] = h;
-            S.shapes[0].n[d] = n;
+            S.shapes[0].mask_size[d] = n;
         }
         S.shapes[0].mask = mask;
     }
@@ -174,7 +174,7 @@ TEST(areas_of_dissolution)
             scene_box(&S, m, 1.0, 2 * r + 14, 2 * r + 14, 1);
             S.grid_desc.ghost = 4;
             S.shapes[0].type = PD_SHAPE_BALL;
-            S.shapes[0].r = r;
+            S.shapes[0].radius = r;
             for (int d = 0; d < 2; d++) S.shapes[0].a[d] = r + 7.3;
             solid(0);
             if (!scene_build(&S)) return;
@@ -186,7 +186,7 @@ TEST(areas_of_dissolution)
                 for (int k = 0; k < wide.count && S.grid.kind[j] == PD_SOLID; k++) {
                     pdi_entry entry;
                     pdi_entry_find(&paths, j, k, &entry);
-                    if (entry.count) dissolves += wide.area[k];
+                    if (entry.count) dissolves += wide.area_weight[k];
                 }
             metal.wide = &wide;
             memset(&contacts, 0, sizeof contacts);
@@ -275,9 +275,9 @@ static double disc(double m, int n, double j, double *density)
     shapes[0].type = PD_SHAPE_HALF_SPACE;
     shapes[0].b[0] = 1.0;
     shapes[1].type = PD_SHAPE_CYLINDER;
-    shapes[1].r = 1.0;
+    shapes[1].radius = 1.0;
     shapes[2].type = PD_SHAPE_BALL;
-    shapes[2].r = far;
+    shapes[2].radius = far;
     shapes[3].type = PD_SHAPE_COMPLEMENT;
     shapes[3].child[0] = 2;
     shapes[4].type = PD_SHAPE_INTERSECT;
@@ -286,7 +286,7 @@ static double disc(double m, int n, double j, double *density)
     shapes[4].child[1] = shapes[5].child[1] = 1;
     shapes[6].child[0] = 3;
     shapes[6].child[1] = 4;
-    for (int k = 3; k < 7; k++) shapes[k].children = k == 3 ? 1 : 2;
+    for (int k = 3; k < 7; k++) shapes[k].child_count = k == 3 ? 1 : 2;
     S.grid_desc.shapes = shapes;
     S.grid_desc.wall = &shapes[5];
     S.grid_desc.solid = &shapes[6];

@@ -172,14 +172,14 @@ TEST(faraday)
         "[dissolve steel304] rate = 0\n[run] until = 10 day\n";
     if (!open_model(text, NULL, 0)) return;
     if (run_to(10.0 * 86400.0)) {
-        const pd_mass_balance *l = &model.couple.ledger[0];
+        const pd_mass_balance *l = &model.time_loop.ledger[0];
         double charge = electrode(0).current * 10.0 * 86400.0, lost = l->solid_start - l->solid;
         CHECK_REL(electrode(0).current, 2.0 * DEEP, 1e-11);
         CHECK_REL(lost * 2.0 * FARADAY, charge, 1e-9);
         CHECK_REL(electrode(0).charge, charge, 1e-12);
         CHECK_REL(electrode(0).lost, lost, 1e-12);
         CHECK_NEAR(electrode(1).lost, 0.0, 0.0);
-        CHECK(model.grid.solid_count < model.couple.solid_nodes_start);
+        CHECK(model.grid.solid_count < model.time_loop.solid_nodes_start);
     }
     close_model();
 }
@@ -194,7 +194,7 @@ TEST(growing_gap)
         "[run] until = 40 day  fraction = 0.1\n";
     if (!open_model(text, NULL, 0)) return;
     if (run_to(40.0 * 86400.0)) {
-        const pd_mass_balance *l = &model.couple.ledger[0];
+        const pd_mass_balance *l = &model.time_loop.ledger[0];
         double kappa = 0.05, r = 3e-2, from = 2e-3, lost = (l->solid_start - l->solid) / setup.metal[0].solid_c / DEEP;
         double right = r * from + from * from / (2.0 * kappa) + 0.3 * MG_SPEED * 40.0 * 86400.0;
         double gap = kappa * (sqrt(r * r + 2.0 * right / kappa) - r);
@@ -218,7 +218,7 @@ TEST(bared)
         "[run] until = 60 day\n";
     if (!open_model(text, NULL, 0)) return;
     if (run_to(60.0 * 86400.0)) {
-        CHECK_INT(model.grid.solid_count, model.couple.solid_nodes_start * 10 / 12);
+        CHECK_INT(model.grid.solid_count, model.time_loop.solid_nodes_start * 10 / 12);
         CHECK_NEAR(electrode(1).current, 0.0, 0.0);
         CHECK_NEAR(electrode(0).area, 0.0, 0.0);
         CHECK_REL(electrode(1).area, DEEP, 1e-12);
@@ -253,7 +253,7 @@ TEST(free_disc)
     for (int k = 0; k < 3; k++) {
         if (!open_model(texts[k], NULL, 0)) return;
         if (!run_to(2.0 * 86400.0)) return;
-        loss[k] = pd_time_loop_volume_loss(&model.couple);
+        loss[k] = pd_time_loop_volume_loss(&model.time_loop);
         if (k) CHECK_NEAR(electrode(0).potential - model.cell.potential.phi[model.cell.potential.contacts.list[0].node],
                           -1.5, 1e-12);
         if (k) CHECK_NEAR(electrode(0).most, 0.0, 1e-12);
@@ -323,7 +323,7 @@ TEST(state)
     couple_scene(text, sizeof text, 1);
     if (!open_model(text, NULL, 0)) return;
     if (!run_to(5.0 * 86400.0)) return;
-    CHECK(model.grid.solid_count < model.couple.solid_nodes_start);
+    CHECK(model.grid.solid_count < model.time_loop.solid_nodes_start);
     CHECK_OK(&ctx, checkpoint_save(&ctx, path_of("half"), &model));
     if (!run_to(8.0 * 86400.0)) return;
     keep();
@@ -392,7 +392,7 @@ TEST(refused)
         pd_status status = pd_scene_parse(&ctx, "a.scene", bad[k][0], NULL, 0, &setup);
         if (status == PD_OK) {
             status = pdi_model_build(&ctx, &setup, &model);
-            if (status == PD_OK) status = pd_time_loop_run(&ctx, &model.couple, 0.0, 0.0, NULL, NULL);
+            if (status == PD_OK) status = pd_time_loop_run(&ctx, &model.time_loop, 0.0, 0.0, NULL, NULL);
             if (model.grid.kind) pdi_model_free(&ctx, &model);
             pd_setup_free(&ctx, &setup);
         }

@@ -68,7 +68,7 @@ TEST(held_sides_and_layers)
             double h = 2e-3, kappa = 0.7;
             pd_electrode_term a = linear(1e-3, -0.3);
             plates(1.0, h, 20, 4.25, 1000.0);
-            S.shapes[2].children = 1;
+            S.shapes[2].child_count = 1;
             if (inlet) S.grid_desc.side[1] = PD_SIDE_INLET;
             begin(kappa);
             electrode(0, &a, 1, 0.0);
@@ -260,7 +260,7 @@ TEST(any_reference)
         double add = 7.0 * k;
         pd_electrode_term a = tafel(1.0, -0.9 + add, 0.03, 0.05), b = tafel(2.0, -0.1 + add, 0.02, 0.06);
         plates(1.0, 1e-4, 12, 3.0, 1000.0);
-        S.shapes[2].children = 1;
+        S.shapes[2].child_count = 1;
         begin(0.5);
         electrode(0, &a, 1, 0.0);
         electrode(1, &b, 1, 0.0);
@@ -462,7 +462,7 @@ TEST(pieces)
     double far[2] = {14.0, 5.0}, end[2] = {16.0, 7.0};
     scene_solid_box(&shapes[4], far, end);
     shapes[5].type = PD_SHAPE_UNION;
-    shapes[5].children = 5;
+    shapes[5].child_count = 5;
     shapes[5].child[4] = 4;
     S.grid_desc.shapes = shapes;
     S.grid_desc.solid = &shapes[5];
@@ -494,7 +494,7 @@ TEST(pieces)
     S.shapes[0].mask = mask;
     for (int d = 0; d < 2; d++) {
         S.shapes[0].b[d] = 1.0;
-        S.shapes[0].n[d] = d ? 38 : 32;
+        S.shapes[0].mask_size[d] = d ? 38 : 32;
     }
     solid(0);
     if (!scene_grid(&S)) return;
@@ -520,7 +520,7 @@ TEST(bipolar)
         S.shapes[3].child[k] = k;
     }
     S.shapes[3].type = PD_SHAPE_UNION;
-    S.shapes[3].children = 3;
+    S.shapes[3].child_count = 3;
     for (int side = 2; side < 2 * PD_DIM; side++) S.grid_desc.side[side] = PD_SIDE_MIRROR;
     solid(3);
     begin(0.4);

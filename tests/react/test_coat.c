@@ -27,9 +27,9 @@
 static double mean_of(int k)
 {
     pd_surface_state_statistics f;
-    pdi_surface_states_compute_statistics(model.surfaces, k, &f);
-    CHECK_LE(f.least - f.mean, 1e-12 * fabs(f.mean));
-    CHECK_LE(f.mean - f.most, 1e-12 * fabs(f.mean));
+    pdi_surface_states_compute_statistics(model.surface_states, k, &f);
+    CHECK_LE(f.min - f.mean, 1e-12 * fabs(f.mean));
+    CHECK_LE(f.mean - f.max, 1e-12 * fabs(f.mean));
     return f.mean;
 }
 
@@ -65,7 +65,8 @@ TEST(film_of_a_couple)
         pd_cell_electrode_of(&model.cell, 0, &e);
         film_mixed(times[k], 20000, 0.0, 0, y);
         NOTE("couple: %g s, %d steps (%d rejected): theta %.6f (%.6f), eps %.6f (%.6f), l %.6g (%.6g), E %.6f (%.6f), "
-             "Mg %.5f (%.5f)", times[k], (int)model.course.steps, (int)model.course.rejected, mean_of(0), y[0],
+             "Mg %.5f (%.5f)",
+             times[k], (int)model.species_integrator.steps, (int)model.species_integrator.rejected, mean_of(0), y[0],
              mean_of(1), y[1], mean_of(2), y[2], e.potential, film_potential(sqrt(y[0])), mean_concentration("Mg2+"),
              y[FILM_MG2]);
         CHECK_REL(mean_of(0), y[0], 1e-3);
@@ -113,12 +114,12 @@ TEST(order_in_time)
         snprintf(step, sizeof step, "run.max_step=%g s", 18.75 / (1 << k));
         if (!open_model(COUPLE("1e-2 m2/s", "2", "4"), overrides, 2)) return;
         if (run_to(1200.0)) {
-            CHECK_INT(model.course.rejected, 0);
+            CHECK_INT(model.species_integrator.rejected, 0);
             error[k][0] = fabs(mean_of(0) / y[0] - 1.0);
             error[k][1] = fabs(mean_of(2) / y[2] - 1.0);
             error[k][2] = fabs(mean_concentration("OH-") / y[FILM_OH] - 1.0);
-            NOTE("order: %d steps: theta %.3e, l %.3e, OH- %.3e", (int)model.course.steps, error[k][0], error[k][1],
-                 error[k][2]);
+            NOTE("order: %d steps: theta %.3e, l %.3e, OH- %.3e", (int)model.species_integrator.steps, error[k][0],
+                 error[k][1], error[k][2]);
         }
         close_model();
     }
@@ -159,7 +160,7 @@ TEST(behind_a_diffusion_layer)
         if (run_to(t)) {
             error[k] = fabs(mean_of(0) - 1e-9 - 2e-13 * sum) / (2e-13 * sum);
             NOTE("layer: l off by %.2e, theta by %.2e, %d steps", error[k],
-                 fabs(mean_of(1) - 1.0 + 0.9 * exp(-2e-4 * sum)), (int)model.course.steps);
+                 fabs(mean_of(1) - 1.0 + 0.9 * exp(-2e-4 * sum)), (int)model.species_integrator.steps);
             CHECK_LE(error[k], k ? 5e-3 : 2e-2);
             CHECK_REL(mean_of(1), 1.0 - 0.9 * exp(-2e-4 * sum), k ? 5e-3 : 2e-2);
         }
@@ -195,7 +196,8 @@ TEST(places_without_diffusion)
         CHECK_REL(mean_of(3), 1.0 + 300.0, 1e-9);
         CHECK_REL(mean_of(5), 100.0 * b.current / b.area, 1e-9);
         CHECK_REL(mean_of(6), 0.25, 1e-6);
-        NOTE("still: %d steps, %d rejected", (int)model.course.steps, (int)model.course.rejected);
+        NOTE("still: %d steps, %d rejected", (int)model.species_integrator.steps,
+             (int)model.species_integrator.rejected);
     }
     close_model();
 }
@@ -233,12 +235,13 @@ TEST(metal_that_goes)
         const char *overrides[] = {k ? "run.rtol=1e-4" : "run.rtol=4e-3"};
         if (!open_model(text, overrides, 1)) return;
         if (run_to(100.0 * 3600.0)) {
-            double gone = speed * tau * (1.0 - exp(-2.0)), loss = pd_time_loop_volume_loss(&model.couple) * 0.5e-3;
+            double gone = speed * tau * (1.0 - exp(-2.0)), loss = pd_time_loop_volume_loss(&model.time_loop) * 0.5e-3;
             NOTE("going: %g of %g m (%.2e), theta %.6f, %d steps, %d nodes have turned", loss, gone, loss / gone - 1.0,
-                 mean_of(0), (int)model.course.steps, (int)(model.couple.solid_nodes_start - model.grid.solid_count));
+                 mean_of(0), (int)model.species_integrator.steps,
+                 (int)(model.time_loop.solid_nodes_start - model.grid.solid_count));
             CHECK_REL(loss, gone, 2e-4);
             CHECK_REL(mean_of(0), exp(-2.0), 1e-6);
-            CHECK(model.grid.solid_count < model.couple.solid_nodes_start);
+            CHECK(model.grid.solid_count < model.time_loop.solid_nodes_start);
         }
         close_model();
     }
@@ -256,7 +259,8 @@ TEST(long_steps)
     if (run_to(3.6e6)) {
         CHECK_REL(mean_of(0), 1.0 / (1.0 + 3.6e6), 1e-4);
         CHECK_REL(mean_of(1), log(1.0 + 3.6e6), 1e-6);
-        NOTE("long: %d steps, %d rejected", (int)model.course.steps, (int)model.course.rejected);
+        NOTE("long: %d steps, %d rejected", (int)model.species_integrator.steps,
+             (int)model.species_integrator.rejected);
     }
     close_model();
 }
@@ -271,7 +275,7 @@ static void keep(void)
     saved_count = 0;
     for (int k = 0; k < setup.states; k++)
         for (int32_t i = 0; i < model.grid.total && saved_count < 2000; i++)
-            saved[saved_count++] = model.surfaces->coat.value[(int64_t)k * model.grid.total + i];
+            saved[saved_count++] = model.surface_states->state_solver.value[(int64_t)k * model.grid.total + i];
     for (int32_t i = 0; i < model.grid.total && saved_count < 4000; i++) saved[saved_count++] = model.reactive.c[i];
 }
 
@@ -390,7 +394,7 @@ TEST(refused)
         if (status == PD_OK) {
             status = pdi_model_build(&ctx, &setup, &model);
             if (status == PD_OK) {
-                status = pd_time_loop_run(&ctx, &model.couple, 20.0, 0.0, NULL, NULL);
+                status = pd_time_loop_run(&ctx, &model.time_loop, 20.0, 0.0, NULL, NULL);
                 pdi_model_free(&ctx, &model);
             }
             pd_setup_free(&ctx, &setup);

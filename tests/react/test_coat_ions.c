@@ -23,14 +23,14 @@
 static double mean_of(int k)
 {
     pd_surface_state_statistics f;
-    pdi_surface_states_compute_statistics(model.surfaces, k, &f);
+    pdi_surface_states_compute_statistics(model.surface_states, k, &f);
     return f.mean;
 }
 
 static double level_of(int electrode)
 {
     pd_cell_electrode e;
-    pdi_species_electrodes_get_electrode(&model.attack.polarise, electrode, &e);
+    pdi_species_electrodes_get_electrode(&model.dissolution_laws.species_electrodes, electrode, &e);
     return e.potential;
 }
 
@@ -56,7 +56,7 @@ TEST(film_of_a_couple)
         film_mixed(t, 4000, 0.0, 0, y);
         NOTE("%g s: E %.7f V (%.7f), theta %.6f (%.6f), l %.5g (%.5g), charge %.6g (%.6g), %d steps", t, level_of(0),
              film_potential(sqrt(y[0])), mean_of(0), y[0], mean_of(2), y[2], mean_of(3), y[FILM_PASSED],
-             (int)model.course.steps);
+             (int)model.species_integrator.steps);
         CHECK_NEAR(level_of(0), film_potential(sqrt(y[0])), 1e-4);
         CHECK_REL(mean_of(0), y[0], 2e-3);
         CHECK_NEAR(mean_of(1), y[1], 1e-4 * 0.55);
@@ -77,13 +77,13 @@ TEST(order_in_time)
         snprintf(step, sizeof step, "run.max_step=%g s", 18.75 / (1 << k));
         if (!open_model(COUPLE("2", "4"), overrides, 2)) return;
         if (run_to(1200.0)) {
-            CHECK_INT(model.course.rejected, 0);
+            CHECK_INT(model.species_integrator.rejected, 0);
             error[k][0] = fabs(mean_of(0) / y[0] - 1.0);
             error[k][1] = fabs(mean_of(2) / y[2] - 1.0);
             error[k][2] = fabs(mean_of(3) / y[FILM_PASSED] - 1.0);
             error[k][3] = fabs(level_of(0) - film_potential(sqrt(y[0])));
-            NOTE("order: %d steps: theta %.3e, l %.3e, charge %.3e, E %.3e V", (int)model.course.steps, error[k][0],
-                 error[k][1], error[k][2], error[k][3]);
+            NOTE("order: %d steps: theta %.3e, l %.3e, charge %.3e, E %.3e V", (int)model.species_integrator.steps,
+                 error[k][0], error[k][1], error[k][2], error[k][3]);
         }
         close_model();
     }
@@ -119,7 +119,7 @@ TEST(growing_film)
         if (!run_to(t)) break;
         double half = 1e-6 * k * (1.0 / most + 1.0 / k);
         double l = sqrt(half * half + 2e-6 * k * 4e-11 * t) - half;
-        NOTE("film: %g s: l %.6g m (%.6g), %d steps", t, mean_of(0), l, (int)model.course.steps);
+        NOTE("film: %g s: l %.6g m (%.6g), %d steps", t, mean_of(0), l, (int)model.species_integrator.steps);
         CHECK_REL(mean_of(0), l, 1e-3); /* 5 s pass before oxygen is steady */
     }
     close_model();
@@ -138,7 +138,7 @@ TEST(metal_that_goes)
     double low = -1.0, high = 0.0, theta = 0.5, u = 0.0;
     if (!open_model(RUSTS, NULL, 0)) return;
     if (run_to(60.0)) {
-        double receded = 50e-6 * pd_time_loop_volume_loss(&model.couple);
+        double receded = 50e-6 * pd_time_loop_volume_loss(&model.time_loop);
         double most = 4.0 * FARADAY * 2e-9 * 0.25 / (1e-4 + receded);
         for (int k = 0; k < 100; k++) {
             u = 0.5 * (low + high);
@@ -148,14 +148,14 @@ TEST(metal_that_goes)
         }
         NOTE("rusts: E %.7f V (%.7f), theta %.7f, %g m", level_of(0), u, mean_of(0), receded);
         pd_cell_electrode e;
-        pdi_species_electrodes_get_electrode(&model.attack.polarise, 0, &e);
+        pdi_species_electrodes_get_electrode(&model.dissolution_laws.species_electrodes, 0, &e);
         CHECK_REL(e.anodic / e.area, 0.01 * theta * pow(10.0, (u + 0.6) / 0.06), 2e-4); /* it has receded by 1.8e-3 */
         CHECK_NEAR(level_of(0), u, 26e-3 * 0.43 / 500.0); /* the diffusion potential of 0.43 mol/m3 of Fe2+ in salt */
         CHECK_NEAR(mean_of(0), theta, 0.0);
     }
     CHECK(run_to(3600.0));
     CHECK_NEAR(mean_of(0), theta, 0.0);
-    CHECK(model.grid.solid_count < model.couple.solid_nodes_start);
+    CHECK(model.grid.solid_count < model.time_loop.solid_nodes_start);
     close_model();
 }
 
@@ -163,11 +163,11 @@ TEST(metal_that_goes)
 
 static void keep(void)
 {
-    const pd_etch *s = &model.attack.etch;
+    const pd_etch *s = &model.dissolution_laws.surface_solver;
     saved_count = 0;
     for (int k = 0; k < setup.states; k++)
         for (int32_t i = 0; i < model.grid.total && saved_count < 2000; i++)
-            saved[saved_count++] = model.surfaces->coat.value[(int64_t)k * model.grid.total + i];
+            saved[saved_count++] = model.surface_states->state_solver.value[(int64_t)k * model.grid.total + i];
     for (int k = 0; k < model.reactive.components.solutes; k++)
         for (int32_t i = 0; i < model.grid.total && saved_count < 8000; i++)
             saved[saved_count++] = model.reactive.c[(int64_t)k * model.grid.total + i];
@@ -218,7 +218,7 @@ TEST(refused)
         if (status == PD_OK) {
             status = pdi_model_build(&ctx, &setup, &model);
             if (status == PD_OK) {
-                status = pd_time_loop_run(&ctx, &model.couple, 20.0, 0.0, NULL, NULL);
+                status = pd_time_loop_run(&ctx, &model.time_loop, 20.0, 0.0, NULL, NULL);
                 pdi_model_free(&ctx, &model);
             }
             pd_setup_free(&ctx, &setup);

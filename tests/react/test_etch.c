@@ -290,7 +290,7 @@ TEST(no_number)
         saline(&v, 7.0, held, shed);
         const attack law_at = {k ? BLIND : ROOT, k ? 1e-6 : 3e-9, CS * 2e-9 * LAYER / 0.7e-9, MG - 1};
         if (!layer(&v, held, &law_at, shed, PD_ACTIVITY_IDEAL, 1, 1)) return;
-        CHECK_INT(test_reactive.components.place[MG], law_at.solute);
+        CHECK_INT(test_reactive.components.solute_of_species[MG], law_at.solute);
         if (k) {
             CHECK_INT(pd_reactive_step(&test_scene.ctx, &test_reactive, 1e12, &test_result), PD_RETRY);
             CHECK(test_etch.odd > 0);

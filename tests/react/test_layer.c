@@ -46,7 +46,8 @@ static double half_of(int total)
 {
     const pd_reactive *r = &model.reactive;
     double c[PD_SPECIES_MAX], sum[PD_SPECIES_MAX];
-    for (int k = 0; k < r->components.solutes; k++) c[k] = r->c[k * r->grid->total + model.attack.etch.node[0]];
+    for (int k = 0; k < r->components.solutes; k++)
+        c[k] = r->c[k * r->grid->total + model.dissolution_laws.surface_solver.node[0]];
     pdi_components_compute_totals(&r->components, c, sum);
     return fabs(sum[total]) > 0.0 ? 0.5 * fabs(sum[total]) : 1e-2;
 }
@@ -54,7 +55,7 @@ static double half_of(int total)
 /* Speed and flow of place 0 beside a change of one total of its node, or of F phi/(R T) (total = -1). */
 static void moved(int total, double change, double *speed, double *flow)
 {
-    pd_etch *s = &model.attack.etch;
+    pd_etch *s = &model.dissolution_laws.surface_solver;
     pd_reactive *r = &model.reactive;
     double held[PD_SPECIES_MAX], c[PD_SPECIES_MAX], sum[PD_SPECIES_MAX];
     int32_t node = s->node[0];
@@ -78,7 +79,7 @@ TEST(derivatives)
 {
     for (int n = 0; n < (int)(sizeof scenes / sizeof scenes[0]); n++) {
         if (!open_model(scenes[n], NULL, 0)) return;
-        pd_etch *s = &model.attack.etch;
+        pd_etch *s = &model.dissolution_laws.surface_solver;
         int count = model.reactive.components.count, migration = model.reactive.migration.on;
         double most[2] = {0.0, 0.0};
         if (run_to(1e-3)) {

@@ -31,7 +31,7 @@ static double figure(const char *text, const char *name, double *share)
     pd_ctx_init(&ctx);
     memset(&desc, 0, sizeof desc);
     memset(&figures, 0, sizeof figures);
-    desc.dry = 1;
+    desc.no_files = 1;
     desc.figures = &figures;
     if (!CHECK_OK(&ctx, pd_scene_parse(&ctx, "a.scene", text, NULL, 0, &setup))) return NAN;
     if (CHECK_OK(&ctx, pd_run(&ctx, &setup, &desc, &result))) {
@@ -41,7 +41,7 @@ static double figure(const char *text, const char *name, double *share)
                      figures.list[k].key);
             if (strcmp(full, name) == 0) value = figures.list[k].value;
         }
-        *share = fmax(result.ledger, result.current_balance);
+        *share = fmax(result.mass_balance_error, result.current_balance);
     }
     pd_scalar_outputs_free(&ctx, &figures);
     pd_setup_free(&ctx, &setup);
@@ -259,7 +259,7 @@ TEST(refused)
         pd_run_result result;
         pd_ctx_init(&ctx);
         memset(&desc, 0, sizeof desc);
-        desc.dry = 1;
+        desc.no_files = 1;
         pd_status status = pd_scene_parse(&ctx, "a.scene", each[0], NULL, 0, &setup);
         if (status == PD_OK) {
             status = runs ? pd_run(&ctx, &setup, &desc, &result) : PD_OK;

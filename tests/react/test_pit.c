@@ -308,11 +308,11 @@ TEST(deepens)
     CHECK_LE(fabs(coarse - 2e-5 - wanted), 2e-3 * wanted);
     pd_ctx_init(&ctx);
     memset(&desc, 0, sizeof desc);
-    desc.dry = 1;
+    desc.no_files = 1;
     if (!CHECK_OK(&ctx, pd_scene_parse(&ctx, "a.scene", text, NULL, 0, &setup))) return;
     if (CHECK_OK(&ctx, pd_run(&ctx, &setup, &desc, &result))) {
         CHECK_REL(result.volume_loss * 6e-6, wanted, 2e-3);
-        CHECK_LE(result.ledger, 1e-12);
+        CHECK_LE(result.mass_balance_error, 1e-12);
     }
     pd_setup_free(&ctx, &setup);
     CHECK_INT(ctx.in_use, 0);
@@ -337,12 +337,12 @@ TEST(film)
             pd_run_result result;
             pd_ctx_init(&ctx);
             memset(&desc, 0, sizeof desc);
-            desc.dry = 1;
+            desc.no_files = 1;
             snprintf(text, sizeof text, "[grid] h = %d um  box = 0 mm .. 1.2 mm  threads = 1\n[shape steel] box = 1 mm "
                      ".. 1.2 mm%s\n[dissolve] potential = %g mV  " STEEL LAW HALF, n ? 25 : 50,
                      strstr(IONS("yes"), "  kind = solid"), 1e3 * held[k]);
             if (!CHECK_OK(&ctx, pd_scene_parse(&ctx, "a.scene", text, set, 1, &setup))) return;
-            if (CHECK_OK(&ctx, pd_run(&ctx, &setup, &desc, &result))) CHECK_LE(result.ledger, 1e-12);
+            if (CHECK_OK(&ctx, pd_run(&ctx, &setup, &desc, &result))) CHECK_LE(result.mass_balance_error, 1e-12);
             off[n] = fabs(result.volume_loss * 2e-4 / wanted - 1.0);
             pd_setup_free(&ctx, &setup);
             CHECK_INT(ctx.in_use, 0);

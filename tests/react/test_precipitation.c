@@ -242,7 +242,7 @@ TEST(any_step)
         of[0].volume = 24.6e-6;
         of[1].rate = 1e-4;
         of[1].volume = 36.9e-6;
-        of[2].surface = 1e-4;
+        of[2].surface_rate = 1e-4;
         of[2].rate = 1e-6;
         mix_reaction(&v, "Mg(OH)2(s) + 2 H+ = Mg2+ + 2 H2O", 16.84, 0.0, NULL);
         mix_reaction(&v, "CaCO3(s) = Ca2+ + CO3-2", -8.48, 0.0, NULL);

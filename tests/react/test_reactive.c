@@ -63,8 +63,8 @@ static int stream(scene *s, int x, int y)
     s->with = WITH_FLOW | WITH_TRANSPORT;
     s->flow_desc.rho = 1000.0;
     s->flow_desc.mu = 1e-3;
-    s->flow_desc.speed = 1e-3;
-    s->flow_desc.length = 1e-4;
+    s->flow_desc.report_speed = 1e-3;
+    s->flow_desc.report_length = 1e-4;
     s->flow_desc.inlet = uniform;
     s->transport_desc.diffusivity = 2e-9;
     s->transport_desc.inlet = 1.0;

@@ -20,7 +20,7 @@ static int solute(const char *name)
 {
     const pd_electrolyte *e = &setup.electrolyte;
     for (int k = 0; k < e->count; k++)
-        if (strcmp(e->species[k].name, name) == 0) return model.reactive.components.place[k];
+        if (strcmp(e->species[k].name, name) == 0) return model.reactive.components.solute_of_species[k];
     return -1;
 }
 

@@ -20,14 +20,14 @@
 static double level_of(int electrode)
 {
     pd_cell_electrode now;
-    pdi_species_electrodes_get_electrode(&model.attack.polarise, electrode, &now);
+    pdi_species_electrodes_get_electrode(&model.dissolution_laws.species_electrodes, electrode, &now);
     return now.potential;
 }
 
 static double anodic_of(int electrode)
 {
     pd_cell_electrode now;
-    pdi_species_electrodes_get_electrode(&model.attack.polarise, electrode, &now);
+    pdi_species_electrodes_get_electrode(&model.dissolution_laws.species_electrodes, electrode, &now);
     return now.anodic;
 }
 
@@ -44,10 +44,10 @@ static double solid_of(int metal)
 static double ions_of(const char *name)
 {
     const pd_reactive *r = &model.reactive;
-    int place = r->components.place[pdi_electrolyte_find_species(&setup.electrolyte, name)], own = -1;
+    int place = r->components.solute_of_species[pdi_electrolyte_find_species(&setup.electrolyte, name)], own = -1;
     double sum = 0.0;
     for (int k = 0; k < r->components.count; k++)
-        if (r->components.master[k] == place) own = k;
+        if (r->components.component_solute[k] == place) own = k;
     for (int32_t i = 0; i < model.grid.total; i++)
         if (model.grid.kind[i] == PD_FLUID)
             sum += r->c[(int64_t)place * model.grid.total + i] + r->carry[(int64_t)own * model.grid.total + i];
@@ -165,7 +165,7 @@ static void balanced(double magnesium_start, double iron_start, double far)
     for (int k = 0; k < 2; k++) {
         CHECK(lost[k] > 0.0);
         CHECK_REL(come[k] + owed[k], lost[k], far);
-        CHECK_REL(model.course.each[k == 0 ? mg : 1 - mg] + owed[k], lost[k], far);
+        CHECK_REL(model.species_integrator.each[k == 0 ? mg : 1 - mg] + owed[k], lost[k], far);
     }
     CHECK_NEAR(ions_of("OH-"), 2.0 * (come[0] + come[1]), 1e-10 * ions_of("Cl-"));
 }
@@ -181,7 +181,7 @@ static void goes(const char *text)
     int mg = strcmp(setup.metal[0].material.name, "mg4ag") != 0;
     double start[2] = {solid_of(mg), solid_of(1 - mg)};
     if (run_to(3600.0)) {
-        CHECK(model.grid.solid_count < model.couple.solid_nodes_start);
+        CHECK(model.grid.solid_count < model.time_loop.solid_nodes_start);
         balanced(start[0], start[1], 1e-13);
     }
     close_model();
@@ -208,8 +208,8 @@ TEST(one_metal)
     double loss[2], e[2];
     for (int k = 0; k < 2; k++) {
         if (!open_threads(text[k], NULL, 0, 1)) return;
-        if (run_to(200.0)) CHECK(model.grid.solid_count < model.couple.solid_nodes_start);
-        loss[k] = pd_time_loop_volume_loss(&model.couple);
+        if (run_to(200.0)) CHECK(model.grid.solid_count < model.time_loop.solid_nodes_start);
+        loss[k] = pd_time_loop_volume_loss(&model.time_loop);
         e[k] = level_of(0);
         close_model();
     }
@@ -237,7 +237,7 @@ static int alike(const char *text, double *left, double *ions, double *e)
     if (!open_threads(text, NULL, 0, 1)) return 0;
     good = run_to(1200.0);
     if (good) {
-        CHECK(model.grid.solid_count < model.couple.solid_nodes_start);
+        CHECK(model.grid.solid_count < model.time_loop.solid_nodes_start);
         *left = solid_of(-1);
         *ions = ions_of("Mg2+");
         *e = level_of(0);
@@ -300,7 +300,7 @@ TEST(stays)
             if (!run_to(10.0 * k)) break;
             q += 10.0 * (k > 1 ? 0.5 * (before + anodic_of(0)) : anodic_of(0));
         }
-        CHECK(model.grid.solid_count < model.couple.solid_nodes_start);
+        CHECK(model.grid.solid_count < model.time_loop.solid_nodes_start);
         NOTE("m = %d: %.6g mol lost, %.3g of it off", wide ? 3 : 1, start - solid_of(-1),
              q / (2.0 * PLATES_FARADAY) / (start - solid_of(-1)) - 1.0);
         CHECK_REL(ions_of("Mg2+"), start - solid_of(-1), 1e-10);
@@ -322,8 +322,8 @@ TEST(touch) { goes(GO_TOUCH); }
 
 static void keep(void)
 {
-    const pd_etch *s = &model.attack.etch;
-    CHECK(model.grid.solid_count < model.couple.solid_nodes_start);
+    const pd_etch *s = &model.dissolution_laws.surface_solver;
+    CHECK(model.grid.solid_count < model.time_loop.solid_nodes_start);
     saved_count = 0;
     for (int k = 0; k < model.reactive.components.solutes; k++)
         for (int32_t i = 0; i < model.grid.total && saved_count < 6000; i++)
@@ -397,7 +397,7 @@ static double bathed(double fraction)
     }
     CHECK(model.grid.solid_count == 0);
     CHECK(least >= 0.0);
-    CHECK_REL(model.course.taken, start, 1e-9);
+    CHECK_REL(model.species_integrator.taken, start, 1e-9);
     close_model();
     return left;
 }

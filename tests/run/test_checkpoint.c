@@ -68,9 +68,9 @@ static void chain(pd_ctx *ctx, const pd_setup *u, const char *whole, const char 
     CHECK_INT(result.steps, wanted->steps);
     CHECK_INT(result.evaluations, wanted->evaluations);
     CHECK_NEAR(result.volume_loss, wanted->volume_loss, 0.0);
-    CHECK_NEAR(result.ledger, wanted->ledger, 0.0);
-    CHECK_NEAR(result.flux_max, wanted->flux_max, 0.0);
-    CHECK_NEAR(result.front, wanted->front, 0.0);
+    CHECK_NEAR(result.mass_balance_error, wanted->mass_balance_error, 0.0);
+    CHECK_NEAR(result.layer_flux_error, wanted->layer_flux_error, 0.0);
+    CHECK_NEAR(result.corrosion_depth, wanted->corrosion_depth, 0.0);
     same_folders(whole, out);
 }
 
@@ -181,22 +181,22 @@ TEST(models_go_on)
     pd_setup u;
     pd_model a, b;
     if (!grow(&ctx, &u, &a, COUPLED) || !CHECK_OK(&ctx, pdi_model_build(&ctx, &u, &b))) return;
-    CHECK_OK(&ctx, pd_time_loop_run(&ctx, &a.couple, u.until, u.every, stop_when_turned, NULL));
-    CHECK(a.grid.solid_count > 0 && a.grid.solid_count < b.grid.solid_count && a.couple.steps > 1);
+    CHECK_OK(&ctx, pd_time_loop_run(&ctx, &a.time_loop, u.end_time, u.output_interval, stop_when_turned, NULL));
+    CHECK(a.grid.solid_count > 0 && a.grid.solid_count < b.grid.solid_count && a.time_loop.steps > 1);
     CHECK_OK(&ctx, checkpoint_save(&ctx, path_of("model"), &a));
     CHECK_OK(&ctx, checkpoint_load(&ctx, path_of("model"), &b));
     CHECK_INT(memcmp(a.grid.kind, b.grid.kind, (size_t)a.grid.total), 0);
     CHECK_INT(a.grid.solid_count, b.grid.solid_count);
     CHECK_OK(&ctx, pd_bonds_validate(&ctx, &b.bonds));
-    CHECK_OK(&ctx, pd_time_loop_run(&ctx, &a.couple, u.until, u.every, NULL, NULL));
-    CHECK_OK(&ctx, pd_time_loop_run(&ctx, &b.couple, u.until, u.every, NULL, NULL));
+    CHECK_OK(&ctx, pd_time_loop_run(&ctx, &a.time_loop, u.end_time, u.output_interval, NULL, NULL));
+    CHECK_OK(&ctx, pd_time_loop_run(&ctx, &b.time_loop, u.end_time, u.output_interval, NULL, NULL));
     CHECK_INT(memcmp(a.grid.kind, b.grid.kind, (size_t)a.grid.total), 0);
     CHECK_INT(memcmp(a.transport.c, b.transport.c, (size_t)a.grid.total * sizeof(double)), 0);
     CHECK_INT(memcmp(a.flow.u, b.flow.u, (size_t)a.grid.total * PD_DIM * sizeof(double)), 0);
     CHECK_INT(memcmp(a.flow.p, b.flow.p, (size_t)a.grid.total * sizeof(double)), 0);
-    CHECK_INT(memcmp(&a.couple.ledger, &b.couple.ledger, sizeof a.couple.ledger), 0);
-    CHECK_NEAR(a.couple.time, u.until, 0.0);
-    CHECK_INT(a.couple.steps, b.couple.steps);
+    CHECK_INT(memcmp(&a.time_loop.ledger, &b.time_loop.ledger, sizeof a.time_loop.ledger), 0);
+    CHECK_NEAR(a.time_loop.time, u.end_time, 0.0);
+    CHECK_INT(a.time_loop.steps, b.time_loop.steps);
     /* metal that is there cannot come from metal that is gone: b has made steps */
     CHECK(checkpoint_load(&ctx, path_of("model"), &b) == PD_ERR_GEOMETRY);
     pdi_model_free(&ctx, &a);
@@ -245,15 +245,15 @@ static void observed(int k)
     int before = test_now.failures;
     if (CHECK_OK(&ctx, pdi_monitors_build(&ctx, &b, &w.monitors)) &&
         CHECK_OK(&ctx, pdi_step_diagnostics_build(&ctx, &b, &w.observables))) {
-        CHECK_OK(&ctx, pd_time_loop_run(&ctx, &a.couple, u.until, u.every, NULL, NULL));
-        CHECK_OK(&ctx, pd_time_loop_run(&ctx, &b.couple, u.until, u.every, watch, &w));
-        CHECK(a.couple.steps > 2);
-        CHECK_INT(b.couple.steps, a.couple.steps);
+        CHECK_OK(&ctx, pd_time_loop_run(&ctx, &a.time_loop, u.end_time, u.output_interval, NULL, NULL));
+        CHECK_OK(&ctx, pd_time_loop_run(&ctx, &b.time_loop, u.end_time, u.output_interval, watch, &w));
+        CHECK(a.time_loop.steps > 2);
+        CHECK_INT(b.time_loop.steps, a.time_loop.steps);
         CHECK_INT(memcmp(a.grid.kind, b.grid.kind, (size_t)a.grid.total), 0);
         CHECK_INT(differ(&a.grid, 1, a.transport.c, b.transport.c), 0);
         CHECK_INT(differ(&a.grid, PD_DIM, a.flow.u, b.flow.u), 0);
         CHECK_INT(differ(&a.grid, 1, a.flow.p, b.flow.p), 0);
-        CHECK_INT(memcmp(&a.couple.ledger, &b.couple.ledger, sizeof a.couple.ledger), 0);
+        CHECK_INT(memcmp(&a.time_loop.ledger, &b.time_loop.ledger, sizeof a.time_loop.ledger), 0);
     }
     if (test_now.failures > before) NOTE("of %s", kinds[k].name);
     pdi_step_diagnostics_free(&ctx, &w.observables);
@@ -290,7 +290,7 @@ TEST(damage)
     size_t size;
     int missed = 0, unclear = 0;
     if (!grow(&ctx, &u, &m, SMALL)) return;
-    CHECK_OK(&ctx, pd_time_loop_run(&ctx, &m.couple, 600.0, 0.0, NULL, NULL));
+    CHECK_OK(&ctx, pd_time_loop_run(&ctx, &m.time_loop, 600.0, 0.0, NULL, NULL));
     CHECK_OK(&ctx, checkpoint_save(&ctx, path_of("good"), &m));
     char *bytes = bytes_of(path_of("good"), &size);
     if (!CHECK(bytes && size > 1000 && size < 30000)) return;
@@ -370,7 +370,7 @@ static void stranger(const char *text, const char *other, pd_status wanted, cons
     pd_setup u;
     pd_model m;
     if (!grow(&ctx, &u, &m, text)) return;
-    CHECK_OK(&ctx, pd_time_loop_run(&ctx, &m.couple, 600.0, 0.0, NULL, NULL));
+    CHECK_OK(&ctx, pd_time_loop_run(&ctx, &m.time_loop, 600.0, 0.0, NULL, NULL));
     CHECK_OK(&ctx, checkpoint_save(&ctx, path_of("theirs"), &m));
     pdi_model_free(&ctx, &m);
     leave(&ctx, &u);
@@ -409,10 +409,10 @@ TEST(other_settings)
     pd_model m;
     if (!grow(&ctx, &u, &m, SMALL)) return;
     CHECK_OK(&ctx, checkpoint_save(&ctx, path_of("good"), &m));
-    u.until = 7200.0;
+    u.end_time = 7200.0;
     CHECK_INT(checkpoint_load(&ctx, path_of("good"), &m), PD_ERR_ARGUMENT);
     CHECK(strstr(ctx.message, "good' is of another run: until [s] = 3600, expected 7200") != NULL);
-    u.until = 3600.0;
+    u.end_time = 3600.0;
     CHECK_OK(&ctx, checkpoint_load(&ctx, path_of("good"), &m));
     pdi_model_free(&ctx, &m);
     leave(&ctx, &u);
@@ -430,10 +430,10 @@ TEST(no_room)
     struct rlimit before, small;
     size_t size, after;
     if (!grow(&ctx, &u, &m, COUPLED)) return;
-    CHECK_OK(&ctx, pd_time_loop_start(&ctx, &m.couple));
+    CHECK_OK(&ctx, pd_time_loop_start(&ctx, &m.time_loop));
     CHECK_OK(&ctx, checkpoint_save(&ctx, path_of("room"), &m));
     char *bytes = bytes_of(path_of("room"), &size);
-    CHECK_OK(&ctx, pd_time_loop_run(&ctx, &m.couple, u.until, u.every, stop_when_turned, NULL));
+    CHECK_OK(&ctx, pd_time_loop_run(&ctx, &m.time_loop, u.end_time, u.output_interval, stop_when_turned, NULL));
     void (*handler)(int) = signal(SIGXFSZ, SIG_IGN);
     CHECK_INT(getrlimit(RLIMIT_FSIZE, &before), 0);
     small = before;

@@ -39,7 +39,7 @@ static int slab(pd_ctx *ctx, pd_setup *u, double place, double thickness)
 {
     int index = add(ctx, u, PD_SHAPE_CYLINDER, place, 0.0, 0.0, 0.0);
     u->shape[index].axis = 1;
-    u->shape[index].r = 0.5e-6 * thickness;
+    u->shape[index].radius = 0.5e-6 * thickness;
     return index;
 }
 
@@ -65,8 +65,8 @@ TEST(corners_are_held)
     memset(&all, 0, sizeof all);
     all.type = PD_SHAPE_INTERSECT;
     for (int k = 0; k < 4; k++)
-        all.child[all.children++] = add(&ctx, &u, PD_SHAPE_HALF_SPACE, 20.0 + 12.0 * normal[k][0], 20.0, normal[k][0],
-                                        normal[k][1]);
+        all.child[all.child_count++] =
+            add(&ctx, &u, PD_SHAPE_HALF_SPACE, 20.0 + 12.0 * normal[k][0], 20.0, normal[k][0], normal[k][1]);
     CHECK_OK(&ctx, pdi_setup_add_shape(&ctx, &u, &all, &u.solid));
     coarser_of(&ctx, &u, 2, NULL);
     coarser_of(&ctx, &u, 4, NULL);
@@ -81,7 +81,7 @@ TEST(thin_parts_are_refused)
     if (!start(&ctx, &u)) return;
     u.wall = slab(&ctx, &u, 20.5, 1.2);
     coarser_of(&ctx, &u, 2, "the wall near x = 20.5 um is thinner");
-    u.shape[u.wall].r = 1.6e-6; /* three nodes: wide enough for 2 h, not for 4 h */
+    u.shape[u.wall].radius = 1.6e-6; /* three nodes: wide enough for 2 h, not for 4 h */
     coarser_of(&ctx, &u, 2, NULL);
     coarser_of(&ctx, &u, 4, "is thinner");
     /* a gap of one node between two thick walls, away from where their shapes end */
@@ -116,7 +116,7 @@ TEST(planes_and_rates)
     pd_setup u;
     if (!start(&ctx, &u)) return;
     u.metal[0].rate_scale = 1e-6;
-    u.fraction = 0.07;
+    u.max_node_fraction = 0.07;
     u.monitors = 3;
     u.monitor[0].kind = PD_MONITOR_LINE;
     u.monitor[1].kind = PD_MONITOR_PLANE;
@@ -126,13 +126,13 @@ TEST(planes_and_rates)
     if (CHECK_OK(&ctx, pdi_coarsen_setup_build(&ctx, &u, 4, &coarser))) {
         CHECK_REL(coarser.setup.h[0], 4e-6, 1e-15);
         CHECK_NEAR(coarser.setup.metal[0].rate_scale, 1e-6, 0.0);
-        CHECK_NEAR(coarser.setup.fraction, 0.07, 0.0);
+        CHECK_NEAR(coarser.setup.max_node_fraction, 0.07, 0.0);
         CHECK_INT(coarser.setup.monitors, 3);
         CHECK_INT(coarser.setup.monitor[0].index, 1);
         CHECK_INT(coarser.setup.monitor[1].index, 2);
-        CHECK_NEAR(coarser.share[0], 0.25, 0.0);
-        CHECK_NEAR(coarser.share[1], 0.75, 0.0);
-        CHECK_NEAR(coarser.share[2], 1.0, 0.0);
+        CHECK_NEAR(coarser.monitor_weight[0], 0.25, 0.0);
+        CHECK_NEAR(coarser.monitor_weight[1], 0.75, 0.0);
+        CHECK_NEAR(coarser.monitor_weight[2], 1.0, 0.0);
     }
     u.monitor[1].index = 1;
     coarser_of(&ctx, &u, 2, "too near to the end of the box");
@@ -159,7 +159,7 @@ TEST(wanted_spacing)
     item[0].error = 0.04;
     item[1].order = 1.0;
     item[1].error = 5.0;
-    item[1].minor = 1;
+    item[1].is_minor = 1;
     pd_richardson_suggest_spacing(&e, 0.01, h);
     CHECK_REL(h[0], 0.5e-6, 1e-12);
     CHECK_REL(h[1], 0.5e-6, 1e-12);
@@ -184,7 +184,7 @@ static int run_figures(pd_ctx *ctx, const char *h, pd_setup *u, pd_scalar_output
     pd_run_result result;
     memset(&desc, 0, sizeof desc);
     memset(f, 0, sizeof *f);
-    desc.dry = 1;
+    desc.no_files = 1;
     desc.figures = f;
     if (!CHECK_OK(ctx, pd_scene_parse(ctx, "a.scene", slab_text, &h, 1, u))) return 0;
     return CHECK_OK(ctx, pd_run(ctx, u, &desc, &result));
@@ -216,7 +216,7 @@ TEST(estimates)
             CHECK_STR(a->figure.key, f[0].list[k].key);
             CHECK_REL(a->coarser[0], f[1].list[k].value, 1e-12);
             CHECK_REL(a->coarser[1], f[2].list[k].value, 1e-12);
-            CHECK_INT(a->assumed, !believed);
+            CHECK_INT(a->is_formal_order, !believed);
             observed += believed;
             if (!believed) order = 2.0;
             if (!believed) near_step = fmax(fabs(near_step), fabs(far_step) / 4.0);
@@ -225,11 +225,11 @@ TEST(estimates)
             for (int j = 0; j < e.count; j++)
                 if (f[0].list[j].key[0] == a->figure.key[0] && strcmp(f[0].list[j].unit, a->figure.unit) == 0)
                     most = fmax(most, fabs(f[0].list[j].value));
-            CHECK_INT(a->minor, fabs(a->figure.value) < 0.1 * most);
-            if (!a->minor && (worst < 0 || a->error > e.list[worst].error)) worst = k;
+            CHECK_INT(a->is_minor, fabs(a->figure.value) < 0.1 * most);
+            if (!a->is_minor && (worst < 0 || a->error > e.list[worst].error)) worst = k;
         }
         CHECK(observed >= 2);
-        CHECK_INT(e.worst, worst);
+        CHECK_INT(e.worst_output, worst);
         pd_richardson_free(&ctx, &e);
     }
     for (int k = 0; k < 3; k++) {
@@ -247,32 +247,32 @@ TEST(picked_settings)
     char text[640];
     if (!start(&ctx, &u)) return;
     u.has_flow = u.has_transport = u.has_dissolve = 1;
-    u.steady = 1e-6;
-    u.fraction = 0.1;
-    u.given = 1u << PD_SOLVER_SETTING_STEADY;
+    u.steady_tolerance = 1e-6;
+    u.max_node_fraction = 0.1;
+    u.settings_given = 1u << PD_SOLVER_SETTING_STEADY;
     if (CHECK_OK(&ctx, pd_tolerance_presets_apply(&ctx, 0.01, &u, text, sizeof text))) {
         CHECK_STR(text, "accuracy 1 %: picked fraction = 0.025, limiter = 0.001; the scene sets steady = 1e-06");
-        CHECK_NEAR(u.steady, 1e-6, 0.0);
-        CHECK_REL(u.fraction, 0.025, 1e-12);
+        CHECK_NEAR(u.steady_tolerance, 1e-6, 0.0);
+        CHECK_REL(u.max_node_fraction, 0.025, 1e-12);
     }
-    u.given = 1u << PD_SOLVER_SETTING_RTOL;
+    u.settings_given = 1u << PD_SOLVER_SETTING_RTOL;
     if (CHECK_OK(&ctx, pd_tolerance_presets_apply(&ctx, 0.001, &u, text, sizeof text))) {
-        CHECK_REL(u.steady, 1e-4, 1e-12);
-        CHECK_REL(u.fraction, 0.025, 1e-12);
+        CHECK_REL(u.steady_tolerance, 1e-4, 1e-12);
+        CHECK_REL(u.max_node_fraction, 0.025, 1e-12);
         CHECK(strstr(text, "the scene sets fraction (of rtol) = 0.025") != NULL);
     }
     /* a flow in time, and transport that metal does not drive */
     u.has_dissolve = 0;
-    u.motion = PD_FLOW_IMPLICIT;
-    u.given = 0;
+    u.flow_time = PD_FLOW_IMPLICIT;
+    u.settings_given = 0;
     if (CHECK_OK(&ctx, pd_tolerance_presets_apply(&ctx, 0.01, &u, text, sizeof text))) {
         CHECK_STR(text, "accuracy 1 %: picked flow.rtol = 0.005, run.rtol = 0.005, limiter = 0.001");
         CHECK_REL(u.flow_rtol, 0.005, 1e-12);
         CHECK_REL(u.rtol, 0.005, 1e-12);
-        CHECK_REL(u.limiter, 0.001, 1e-12);
+        CHECK_REL(u.limiter_tolerance, 0.001, 1e-12);
     }
-    u.given = 1u << PD_SOLVER_SETTING_FLOW_RTOL;
-    u.settle = 1;
+    u.settings_given = 1u << PD_SOLVER_SETTING_FLOW_RTOL;
+    u.steady_transport = 1;
     u.advection = PD_ADVECTION_UPWIND;
     if (CHECK_OK(&ctx, pd_tolerance_presets_apply(&ctx, 0.5, &u, text, sizeof text)))
         CHECK_STR(text, "accuracy 50 %: picked nothing; the scene sets flow.rtol = 0.005");

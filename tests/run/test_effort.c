@@ -27,7 +27,7 @@ static int step_cost_of(scene *s, double peclet, double ways, int *systems)
     desc.user = s;
     int good = CHECK_OK(&s->ctx, pd_transport_build(&s->ctx, &s->grid, &s->bonds, &s->flow, &desc, &t)) &&
                CHECK_OK(&s->ctx, pd_transport_implicit(&s->ctx, &t, ways * s->grid.hi[0] / s->mean, &result));
-    CHECK_INT(t.krylov.chunks, 0); /* what the basis took is given back */
+    CHECK_INT(t.krylov.chunk_count, 0); /* what the basis took is given back */
     for (int32_t i = 0; i < s->grid.total && good; i++)
         if (s->grid.kind[i] == PD_FLUID) good = CHECK_LE(-1e-9, t.c[i]) && CHECK_LE(t.c[i], 1.0 + 1e-9);
     pd_transport_free(&s->ctx, &t);

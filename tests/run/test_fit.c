@@ -33,7 +33,7 @@ static pd_status fit_of(pd_ctx *ctx, const char *scene, const char *const *range
     desc.scene = path_of("a.scene");
     desc.range = range;
     desc.ranges = ranges;
-    desc.data = data;
+    desc.measured = data;
     desc.print = keep;
     said[0] = '\0';
     pd_status status = pd_fit_run(ctx, &desc, fit);
@@ -63,20 +63,20 @@ TEST(rate_of_a_slab)
     }
     put_text("d.csv", text);
     CHECK_OK(&ctx, fit_of(&ctx, SLAB, range, 1, path_of("d.csv"), &fit));
-    CHECK_REL(fit.squares.value[0], fd / ff, 1e-6);
-    CHECK_REL(fit.squares.error[0], 1.0 / sqrt(ff), 1e-6);
-    CHECK_REL(fit.squares.sum, chi2, 1e-6);
+    CHECK_REL(fit.result.value[0], fd / ff, 1e-6);
+    CHECK_REL(fit.result.standard_error[0], 1.0 / sqrt(ff), 1e-6);
+    CHECK_REL(fit.result.sum, chi2, 1e-6);
     CHECK_REL(fit.rms, sqrt(square), 1e-6);
     CHECK_INT(fit.points, 4);
-    CHECK(fit.squares.converged && fit.squares.freedom == 3);
-    CHECK_REL(fit.squares.high[0] - fit.squares.value[0], 1.959964 / sqrt(ff), 1e-6); /* chi2 below the freedom */
+    CHECK(fit.result.converged && fit.result.degrees_of_freedom == 3);
+    CHECK_REL(fit.result.high[0] - fit.result.value[0], 1.959964 / sqrt(ff), 1e-6); /* chi2 below the freedom */
     CHECK_LE(chi2, 3.0);
-    CHECK_LE(fit.squares.evaluations, 6); /* on the lattice of the scene */
+    CHECK_LE(fit.result.evaluations, 6); /* on the lattice of the scene */
     CHECK(strstr(said, "h = 4 um") && strstr(said, "h = 2 um") && strstr(said, "h = 1 um"));
     pd_fit_format_result(&fit, line, sizeof line);
     CHECK(strstr(line, "result case=a fit=volume_loss points=4 rms=") != NULL);
     CHECK(strstr(line, " unit=% ") && strstr(line, " dissolve.rate_scale=") && strstr(line, ".error="));
-    NOTE("%d runs, %d of them at h", fit.evaluations, fit.squares.evaluations);
+    NOTE("%d runs, %d of them at h", fit.evaluations, fit.result.evaluations);
     /* without spreads the same sum without weights, and Student's t with 3 degrees of freedom */
     put_text("d.csv", "time [h],loss [%]\n0.7,6\n1.3,9.5\n2,18.5\n3.4,29\n");
     CHECK_OK(&ctx, fit_of(&ctx, SLAB, range, 1, path_of("d.csv"), &fit));
@@ -87,10 +87,10 @@ TEST(rate_of_a_slab)
     }
     square = 0.0;
     for (int k = 0; k < 4; k++) square += pow(fd / ff * 100.0 * t[k] / 16.0 - d[k], 2.0);
-    CHECK_REL(fit.squares.value[0], fd / ff, 1e-6);
-    CHECK_REL(fit.squares.error[0], sqrt(square / 3.0 / ff), 1e-5);
+    CHECK_REL(fit.result.value[0], fd / ff, 1e-6);
+    CHECK_REL(fit.result.standard_error[0], sqrt(square / 3.0 / ff), 1e-5);
     CHECK_REL(fit.rms, sqrt(square / 4.0), 1e-6);
-    CHECK_REL((fit.squares.high[0] - fit.squares.value[0]) / fit.squares.error[0], 3.18245, 1e-5);
+    CHECK_REL((fit.result.high[0] - fit.result.value[0]) / fit.result.standard_error[0], 3.18245, 1e-5);
 }
 
 /* A constant with a unit, bounds in another one, points of the scene and a shifted clock; the bound that is hit. */
@@ -105,13 +105,13 @@ TEST(constants_and_bounds)
     CHECK_OK(&ctx, fit_of(&ctx, scene, range, 1, NULL, &fit));
     CHECK_STR(fit.parameter[0].unit, "um/h");
     CHECK_NEAR(fit.parameter[0].low, 0.36, 1e-12);
-    CHECK_REL(fit.squares.value[0], 2.5, 1e-6);
+    CHECK_REL(fit.result.value[0], 2.5, 1e-6);
     CHECK_INT(fit.points, 3);
     CHECK_LE(fit.rms, 1e-6);
     CHECK(strncmp(fit.override[0], "constants.v=2.", 14) == 0 && strstr(fit.override[0], " um/h"));
     CHECK(fit_of(&ctx, scene, low, 1, NULL, &fit) >= 0);
-    CHECK_NEAR(fit.squares.value[0], 1.5, 0.0);
-    CHECK_INT(fit.squares.bound[0], 1);
+    CHECK_NEAR(fit.result.value[0], 1.5, 0.0);
+    CHECK_INT(fit.result.active_bound[0], 1);
     pd_fit_format_result(&fit, line, sizeof line);
     CHECK(strstr(line, " v=1.5 v.") && !strstr(line, "nan") && strstr(line, " v.bound=high"));
 }
@@ -168,7 +168,7 @@ static pd_status whole(pd_ctx *ctx, void *user)
     desc.ranges = 1;
     char data[512];
     snprintf(data, sizeof data, "%s", path_of("d.csv"));
-    desc.data = data;
+    desc.measured = data;
     return pd_fit_run(ctx, &desc, &fit);
 }
 

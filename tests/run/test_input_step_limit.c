@@ -39,7 +39,7 @@ TEST(tolerance)
         pd_input_step_limit vary;
         if (!CHECK_OK(&ctx, begin(&ctx, texts[k], &u, &vary))) return;
         CHECK_NEAR(vary.rtol, k ? 2e-4 : 1e-3, 0.0);
-        CHECK_NEAR(vary.last, k ? 5.0 : 3.0, 0.0);
+        CHECK_NEAR(vary.end_time, k ? 5.0 : 3.0, 0.0);
         CHECK_INT(vary.count, 0); /* nothing depends on time */
         end(&ctx, &u, &vary);
     }
@@ -77,8 +77,8 @@ static void check_side(const char *expression, int side, int uses)
             }
         }
         CHECK(place >= 0 && place < places && !seen[place]++);
-        CHECK(value->expr == &u.side[side].entering || value->expr == &u.side[side].held);
-        CHECK_INT(value->middle, 0);
+        CHECK(value->expr == &u.side[side].inlet_c || value->expr == &u.side[side].fixed_c);
+        CHECK_INT(value->at_midpoint, 0);
     }
     end(&ctx, &u, &vary);
 }

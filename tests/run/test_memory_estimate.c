@@ -68,9 +68,9 @@ TEST(estimate_against_peak)
         if (!CHECK_OK(&ctx, pd_scene_read(&ctx, path, &examples[k].shorter, examples[k].shorter != NULL, &u))) continue;
         pd_memory_estimate_compute(&u, &b);
         CHECK_OK(&ctx, pd_run(&ctx, &u, &desc, &result));
-        double ratio = b.all / (double)ctx.peak;
+        double ratio = b.total_bytes / (double)ctx.peak;
         if (!CHECK(ratio <= 1.0 + PD_MEMORY_ESTIMATE_ERROR && ratio >= 1.0 / (1.0 + PD_MEMORY_ESTIMATE_ERROR)))
-            NOTE("%s: estimate %.0f, peak %.0f bytes", examples[k].scene, b.all, (double)ctx.peak);
+            NOTE("%s: estimate %.0f, peak %.0f bytes", examples[k].scene, b.total_bytes, (double)ctx.peak);
         leave(&ctx, &u);
     }
 }
@@ -194,12 +194,12 @@ TEST(peaks_grow_as_estimated)
             pd_memory_estimate b;
             const char *finer = spacing[k][fine];
             memset(&desc, 0, sizeof desc);
-            desc.dry = 1;
+            desc.no_files = 1;
             pd_ctx_init(&ctx);
             ctx.threads = 1;
             if (!CHECK_OK(&ctx, pd_scene_read(&ctx, scene[k], &finer, 1, &u))) return;
             pd_memory_estimate_compute(&u, &b);
-            estimate[fine] = b.all - b.files;
+            estimate[fine] = b.total_bytes - b.output_bytes;
             CHECK_OK(&ctx, pd_run(&ctx, &u, &desc, &result));
             found[fine] = (double)ctx.peak;
             leave(&ctx, &u);
@@ -239,9 +239,9 @@ TEST(any_place_of_the_box)
                  PD_DIM > 2 ? at : "");
         if (!CHECK_OK(&ctx, load(&ctx, text, NULL, 0, &u))) return;
         pd_memory_estimate_compute(&u, &b);
-        if (!k) first = b.all;
-        CHECK_REL(b.all, first, 1e-12);
-        CHECK_NEAR(b.cut, pow(20.0, PD_DIM) - pow(14.0, PD_DIM), 1e-9);
+        if (!k) first = b.total_bytes;
+        CHECK_REL(b.total_bytes, first, 1e-12);
+        CHECK_NEAR(b.truncated, pow(20.0, PD_DIM) - pow(14.0, PD_DIM), 1e-9);
         leave(&ctx, &u);
     }
     /* metal up to 4 cells from one side, a wall at the other one, mirrors across */
@@ -260,7 +260,7 @@ TEST(any_place_of_the_box)
         "[transport] D = 1e-9 m2/s\n[dissolve] rate = 1 um/h\n[run] until = 1 s\n";
     if (!CHECK_OK(&ctx, load(&ctx, text, NULL, 0, &u))) return;
     pd_memory_estimate_compute(&u, &b);
-    CHECK_NEAR(b.cut, 6.0 * pow(20.0, PD_DIM - 1), 1e-9);
+    CHECK_NEAR(b.truncated, 6.0 * pow(20.0, PD_DIM - 1), 1e-9);
     CHECK_NEAR(b.solid, 4.0 * pow(20.0, PD_DIM - 1), 1e-9);
     leave(&ctx, &u);
 }

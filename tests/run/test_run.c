@@ -96,7 +96,8 @@ TEST(residual_of_a_flow)
     double most[2] = {0.0, 0.0};
     if (!CHECK_OK(&ctx, load(&ctx, scene, NULL, 0, &u))) return;
     CHECK_OK(&ctx, run(&ctx, &u, "flow", &r));
-    if (!CHECK_OK(&ctx, pdi_model_build(&ctx, &u, &m)) || !CHECK_OK(&ctx, pd_time_loop_start(&ctx, &m.couple))) return;
+    if (!CHECK_OK(&ctx, pdi_model_build(&ctx, &u, &m)) || !CHECK_OK(&ctx, pd_time_loop_start(&ctx, &m.time_loop)))
+        return;
     int64_t total = m.grid.total, split = PD_DIM * total;
     double *of = (double *)calloc((size_t)(split + total), sizeof *of);
     if (!CHECK(of != NULL)) return;
@@ -137,9 +138,9 @@ TEST(most_sets_of_points)
     desc.range = &range;
     desc.ranges = 1;
     CHECK_OK(&ctx, pd_fit_run(&ctx, &desc, &fit));
-    CHECK_INT(fit.records, PD_SETUP_MEASURED_MAX);
+    CHECK_INT(fit.measured_sets, PD_SETUP_MEASURED_MAX);
     CHECK_INT(fit.points, 2 * PD_SETUP_MEASURED_MAX);
-    CHECK_REL(fit.squares.value[0], 3.0, 1e-6);
+    CHECK_REL(fit.result.value[0], 3.0, 1e-6);
     CHECK_INT(ctx.in_use, 0);
 }
 #endif

@@ -165,8 +165,8 @@ static void press(double (*p)(const double *x))
 {
     static double (*pressure)(const double *x);
     pressure = p;
-    model.flow.push = hold;
-    model.flow.push_user = &pressure;
+    model.flow.body_force_fn = hold;
+    model.flow.body_force_user = &pressure;
     for (int64_t i = 0; i < PD_DIM * (int64_t)model.grid.total; i++) model.flow.u[i] = 0.0;
     for (int32_t i = 0; i < model.grid.total; i++) {
         double x[PD_DIM];

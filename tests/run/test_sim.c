@@ -28,19 +28,19 @@ static void against_run(const char *text, const char *const *names)
     ctx.threads = 1;
     if (!CHECK_OK(&ctx, pd_sim_open(&ctx, text, overrides, 2, &sim))) return;
     CHECK_NEAR(sim.time, 0.0, 0.0);
-    while (sim.time < sim.until)
-        if (!CHECK_OK(&ctx, pd_sim_step(&ctx, &sim, sim.until))) return;
+    while (sim.time < sim.end_time)
+        if (!CHECK_OK(&ctx, pd_sim_step(&ctx, &sim, sim.end_time))) return;
     CHECK(sim.steps > 1);
 
     memset(&desc, 0, sizeof desc);
-    desc.dry = 1;
+    desc.no_files = 1;
     if (!CHECK_OK(&other, load(&other, text, overrides, 2, &setup))) return;
     CHECK_OK(&other, pd_run(&other, &setup, &desc, &result));
     CHECK_NEAR(result.time, sim.time, 0.0);
     CHECK_INT(result.steps, sim.steps);
-    CHECK_NEAR(result.volume_loss, pd_time_loop_volume_loss(&sim.model.couple), 0.0);
+    CHECK_NEAR(result.volume_loss, pd_time_loop_volume_loss(&sim.model.time_loop), 0.0);
     CHECK_OK(&other, pdi_model_build(&other, &setup, &model));
-    CHECK_OK(&other, pd_time_loop_run(&other, &model.couple, setup.until, 0.0, NULL, NULL));
+    CHECK_OK(&other, pd_time_loop_run(&other, &model.time_loop, setup.end_time, 0.0, NULL, NULL));
     for (int k = 0; names[k]; k++) {
         pd_field_view v;
         int field = 0, at[PD_DIM];
@@ -50,17 +50,17 @@ static void against_run(const char *text, const char *const *names)
         CHECK_STR(v.label, pdi_setup_field_label(&setup, (pd_field)field));
         memset(at, 0, sizeof at);
         double size = 0.0;
-        for (int64_t cell = 0; cell < v.part; cell++) {
+        for (int64_t cell = 0; cell < v.component_stride; cell++) {
             int64_t place_of = 0;
             int32_t i = pd_grid_node(&model.grid, at);
             double square = 0.0, value = pdi_sample_get_node(&model, (pd_field)field, i);
             for (int d = 0; d < PD_DIM; d++) place_of += at[d] * v.stride[d];
             for (int d = 0; d < v.components; d++) {
-                double part = v.data[d * v.part + place_of];
+                double part = v.data[d * v.component_stride + place_of];
                 square += part * part;
             }
             double found = v.components > 1 ? sqrt(square) : v.data[place_of];
-            int unknown = strcmp(names[k], "rate") == 0 || (model.fresh && model.fresh[i]);
+            int unknown = strcmp(names[k], "rate") == 0 || (model.just_converted && model.just_converted[i]);
             if (isnan(value)) CHECK(isnan(found) && unknown); /* off the surface, or it has just turned fluid */
             else CHECK_NEAR(found, value, 0.0);
             size += isnan(value) ? 0.0 : fabs(value);
@@ -100,7 +100,7 @@ TEST(what_is_refused)
     CHECK_INT(ctx.in_use, 0);
     pd_sim_close(&ctx, &sim);
     if (!CHECK_OK(&ctx, pd_sim_open(&ctx, text, overrides, 1, &sim))) return;
-    CHECK_NEAR(sim.until, 3600.0, 0.0);
+    CHECK_NEAR(sim.end_time, 3600.0, 0.0);
     CHECK_INT(pd_sim_step(&ctx, &sim, 0.0), PD_ERR_ARGUMENT);
     CHECK_INT(pd_sim_field(&ctx, &sim, "q", &view), PD_ERR_ARGUMENT);
     CHECK(strstr(ctx.message, "no field has the name q") != NULL);
@@ -128,28 +128,28 @@ static int watch(void *user, pd_ctx *ctx, const pd_snapshot *at)
     pd_scalar_outputs figures;
     memset(&figures, 0, sizeof figures);
     CHECK_INT(s->ends, 0);
-    CHECK(at->when == PD_SNAPSHOT_STAGE_START ? s->starts == 0 : s->starts == 1);
-    s->starts += at->when == PD_SNAPSHOT_STAGE_START;
-    s->steps += at->when == PD_SNAPSHOT_STAGE_STEP;
-    s->ends += at->when == PD_SNAPSHOT_STAGE_END;
+    CHECK(at->stage == PD_SNAPSHOT_STAGE_START ? s->starts == 0 : s->starts == 1);
+    s->starts += at->stage == PD_SNAPSHOT_STAGE_START;
+    s->steps += at->stage == PD_SNAPSHOT_STAGE_STEP;
+    s->ends += at->stage == PD_SNAPSHOT_STAGE_END;
     CHECK_INT(pd_snapshot_get_field(ctx, at, "q", &none), PD_ERR_ARGUMENT);
     s->most = 0.0;
     if (CHECK_OK(ctx, pd_snapshot_get_field(ctx, at, "C", &c)))
-        for (int64_t cell = 0; cell < c.part; cell++) s->most = fmax(s->most, c.data[cell]);
-    CHECK_NEAR(s->most, at->observables->c_max, 0.0);
+        for (int64_t cell = 0; cell < c.component_stride; cell++) s->most = fmax(s->most, c.data[cell]);
+    CHECK_NEAR(s->most, at->diagnostics->c_max, 0.0);
     if (CHECK_OK(ctx, pd_snapshot_get_outputs(ctx, at, &figures)) && CHECK(figures.count > 1)) {
         CHECK_STR(figures.list[0].key, "volume_loss");
-        CHECK_NEAR(figures.list[0].value, at->observables->volume_loss, 0.0);
+        CHECK_NEAR(figures.list[0].value, at->diagnostics->volume_loss, 0.0);
         s->figure = figures.list[figures.count - 1].value;
         CHECK(s->figures == 0 || s->figures == figures.count);
         s->figures = figures.count;
     }
     pd_scalar_outputs_free(ctx, &figures);
-    if (at->when == PD_SNAPSHOT_STAGE_STEP) CHECK_INT(at->steps, s->steps + s->before);
-    if (at->when == PD_SNAPSHOT_STAGE_START) s->before = at->steps;
-    if (at->when == PD_SNAPSHOT_STAGE_STEP) CHECK_NEAR(at->time - s->time, at->dt, 1e-9 * at->dt);
+    if (at->stage == PD_SNAPSHOT_STAGE_STEP) CHECK_INT(at->steps, s->steps + s->before);
+    if (at->stage == PD_SNAPSHOT_STAGE_START) s->before = at->steps;
+    if (at->stage == PD_SNAPSHOT_STAGE_STEP) CHECK_NEAR(at->time - s->time, at->dt, 1e-9 * at->dt);
     s->time = at->time;
-    s->loss = at->observables->volume_loss;
+    s->loss = at->diagnostics->volume_loss;
     return s->stop_after && s->steps == s->stop_after;
 }
 
@@ -168,7 +168,7 @@ TEST(an_observer)
     memset(&some, 0, sizeof some);
     memset(&rest, 0, sizeof rest);
     if (!CHECK_OK(&ctx, load(&ctx, LOOKED, NULL, 0, &setup))) return;
-    desc.dry = 1;
+    desc.no_files = 1;
     if (!CHECK_OK(&ctx, pd_run(&ctx, &setup, &desc, &plain))) return;
     desc.observe = watch;
     desc.observe_user = &all;
@@ -177,7 +177,7 @@ TEST(an_observer)
     CHECK_NEAR(result.volume_loss, plain.volume_loss, 0.0);
     CHECK_NEAR(all.loss, plain.volume_loss, 0.0);
     CHECK_INT(all.figures, 1 + 6 + PD_DIM + 2); /* loss, total: volume, energy, momentum and four more, probe */
-    desc.dry = 0;
+    desc.no_files = 0;
     desc.folder = path_of("watched");
     desc.checkpoints = 1;
     desc.checkpoint_every = 1e9;
@@ -236,7 +236,7 @@ TEST(figures_of_a_probe)
     static const char *const text =
         PIN_SCENE "[probe a] at = 41 um" ZERO "  fields = density, C, v, kind, p, rate, grain\n";
     if (!CHECK_OK(&ctx, load(&ctx, text, NULL, 0, &setup))) return;
-    desc.dry = 1;
+    desc.no_files = 1;
     desc.observe = watch_probe;
     desc.observe_user = &looks;
     CHECK_OK(&ctx, pd_run(&ctx, &setup, &desc, &result));
@@ -286,8 +286,8 @@ TEST(functions_of_the_caller)
     }
     CHECK(calls > 0);
     CHECK_NEAR(called.time, sim.time, 1e-9 * sim.time);
-    double loss = pd_time_loop_volume_loss(&sim.model.couple);
-    CHECK_NEAR(pd_time_loop_volume_loss(&called.model.couple), loss, 1e-9 * loss);
+    double loss = pd_time_loop_volume_loss(&sim.model.time_loop);
+    CHECK_NEAR(pd_time_loop_volume_loss(&called.model.time_loop), loss, 1e-9 * loss);
     pd_sim_close(&other, &called);
     CHECK_INT(other.in_use, 0);
     pd_sim_close(&ctx, &sim);
@@ -320,7 +320,7 @@ TEST(functions_tell_their_breaks)
         CHECK_OK(&ctx, pd_setup_set_breaks(&ctx, &sim.setup, "rate", breaks, 2));
         if (!CHECK_OK(&ctx, pd_sim_start(&ctx, &sim))) return;
         CHECK_OK(&ctx, pd_sim_step(&ctx, &sim, 7200.0));
-        loss[k] = pd_time_loop_volume_loss(&sim.model.couple);
+        loss[k] = pd_time_loop_volume_loss(&sim.model.time_loop);
         pd_sim_close(&ctx, &sim);
         CHECK_INT(ctx.in_use, 0);
     }
@@ -361,9 +361,9 @@ TEST(a_law_of_grains)
         CHECK_OK(&other, pd_sim_step(&other, &called, 7200.0));
     }
     CHECK_INT(seen_grains, 3);
-    double loss = pd_time_loop_volume_loss(&sim.model.couple);
+    double loss = pd_time_loop_volume_loss(&sim.model.time_loop);
     CHECK(loss > 0.0);
-    CHECK_NEAR(pd_time_loop_volume_loss(&called.model.couple), loss, 1e-9 * loss);
+    CHECK_NEAR(pd_time_loop_volume_loss(&called.model.time_loop), loss, 1e-9 * loss);
     pd_sim_close(&other, &called);
     pd_sim_close(&ctx, &sim);
     static const char plain[] = CHANNEL PIN "\n[transport] D = 1e-9 m2/s\n[dissolve] m = 2" LAW "\n[run] until = 1 h\n";
@@ -388,7 +388,7 @@ TEST(functions_of_an_inlet)
     CHECK_OK(&ctx, pd_setup_set_function(&ctx, &sim.setup, "x-.mean", stream, NULL, 0));
     CHECK_OK(&ctx, pd_setup_set_function(&ctx, &sim.setup, "x-.C", entering, NULL, 2));
     if (!CHECK_OK(&ctx, pd_sim_start(&ctx, &sim))) return;
-    CHECK(sim.model.inlet.timed);
+    CHECK(sim.model.inlet.is_time_dependent);
     CHECK_NEAR(pdi_inlet_get_mean_velocity(&sim.model.inlet, 0), 0.01, 0.0);
     sim.model.inlet.time = 7200.0;
     CHECK_NEAR(pdi_inlet_get_mean_velocity(&sim.model.inlet, 0), 0.02, 0.0);
@@ -401,14 +401,14 @@ TEST(functions_of_an_inlet)
 
     /* a view that is kept stays, the next one is another */
     CHECK_OK(&ctx, pd_sim_field(&ctx, &sim, "v", &v));
-    double kept = v.data[v.part / 2];
+    double kept = v.data[v.component_stride / 2];
     pd_sim_detach_view(&sim, &v);
     pd_field_view again;
     CHECK_OK(&ctx, pd_sim_field(&ctx, &sim, "v", &again));
     CHECK(again.data != v.data);
     pd_sim_close(&ctx, &sim);
-    CHECK_NEAR(v.data[v.part / 2], kept, 0.0);
-    CHECK_INT(ctx.in_use, (int64_t)sizeof(double) * PD_DIM * v.part);
+    CHECK_NEAR(v.data[v.component_stride / 2], kept, 0.0);
+    CHECK_INT(ctx.in_use, (int64_t)sizeof(double) * PD_DIM * v.component_stride);
     pd_sim_free_view(&ctx, &v);
     pd_sim_free_view(&ctx, &v);
     CHECK_INT(ctx.in_use, 0);

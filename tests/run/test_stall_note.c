@@ -64,19 +64,19 @@ static void begin(pd_ctx *ctx, halver *h)
     memset(&p, 0, sizeof p);
     memset(&d, 0, sizeof d);
     pd_ctx_init(ctx);
-    ctx->poll = watch;
-    ctx->poll_user = h;
+    ctx->cancel = watch;
+    ctx->cancel_user = h;
     CHECK_OK(ctx, pd_time_loop_build(ctx, &d, &grid, NULL, &h->couple));
     p.name = "steady flow";
     p.self = h;
-    p.start = p.at = halver_at;
+    p.start = p.solve_at = halver_at;
     CHECK_OK(ctx, pd_time_loop_add_process(ctx, &h->couple, p));
     memset(&p, 0, sizeof p);
     p.name = "halver";
     p.self = h;
     p.time = &h->time;
     p.steps = &h->steps;
-    p.inner = 1;
+    p.has_substeps = 1;
     p.attempt = halver_attempt;
     p.reject = halver_reject;
     p.accept = halver_accept;
@@ -100,7 +100,7 @@ TEST(attempts)
     CHECK_STR(h.line[2], "no step for 12.0 s, at t = 0 s: halver tries a step of 125 ms from t = 125 ms, after 1 step "
                          "of its own (halver 1)");
     /* between steps nothing is at hand */
-    CHECK(h.couple.now.name == NULL && h.couple.now.steps == 0);
+    CHECK(h.couple.current.name == NULL && h.couple.current.accepted_steps == 0);
 }
 
 /* Where no attempt leads on, the reason says how many there were. */
@@ -156,10 +156,10 @@ TEST(a_step_that_is_long)
         memset(&desc, 0, sizeof desc);
         memset(&n, 0, sizeof n);
         if (!CHECK_OK(&ctx, load(&ctx, cell, NULL, 0, &u))) return;
-        desc.dry = 1;
+        desc.no_files = 1;
         desc.print = listen;
         desc.print_user = &n;
-        desc.silence = patient ? 0.0 : 1e-6;
+        desc.stall_note_after = patient ? 0.0 : 1e-6;
         CHECK_OK(&ctx, pd_run(&ctx, &u, &desc, &r));
         if (!patient) CHECK(n.step > 0);
         else CHECK_INT(n.start + n.step, 0);

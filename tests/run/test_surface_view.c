@@ -67,9 +67,11 @@ TEST(plates_have_the_colours_of_the_fluid_on_them)
                 x[e] = (low[e] + a * size[e]) * 1e-6;
                 x[g] = (low[g] + b * size[g]) * 1e-6;
                 int k = pixel(&shade, x);
-                if (!CHECK_INT(shade.cover[k], PDI_RENDERER_SAMPLES_PER_SIDE * PDI_RENDERER_SAMPLES_PER_SIDE)) continue;
+                if (!CHECK_INT(shade.coverage[k], PDI_RENDERER_SAMPLES_PER_SIDE * PDI_RENDERER_SAMPLES_PER_SIDE))
+                    continue;
                 pdi_renderer_project_point(&shade, x, at); /* the middle of the pixel is not the place */
-                double right = ((int)at[0] + 0.5 - at[0]) * shade.size, up = (at[1] - (int)at[1] - 0.5) * shade.size;
+                double right = ((int)at[0] + 0.5 - at[0]) * shade.pixel_size,
+                       up = (at[1] - (int)at[1] - 0.5) * shade.pixel_size;
                 for (int d = 0; d < 3; d++)
                     want += rise[d] * (right * shade.right[d] + up * shade.up[d]) / (size[d] * 1e-6);
                 off = fmax(off, fabs((double)shade.value[k] - want));
@@ -100,10 +102,10 @@ TEST(plates_are_as_high_as_their_metal)
             }
             if (!draw(&shade)) return;
             for (int k = 0; k < shade.width * shade.height; k++) {
-                area += shade.cover[k] / (double)(PDI_RENDERER_SAMPLES_PER_SIDE * PDI_RENDERER_SAMPLES_PER_SIDE);
+                area += shade.coverage[k] / (double)(PDI_RENDERER_SAMPLES_PER_SIDE * PDI_RENDERER_SAMPLES_PER_SIDE);
                 CHECK(isnan(shade.value[k]));
             }
-            CHECK_REL(area * shade.size * shade.size, high * size[axis] * cells[g] * size[g] * 1e-12, 0.01);
+            CHECK_REL(area * shade.pixel_size * shade.pixel_size, high * size[axis] * cells[g] * size[g] * 1e-12, 0.01);
             pdi_renderer_free(&ctx, &shade);
             close_model();
         }
@@ -120,7 +122,7 @@ TEST(faces_in_the_sides)
         if (!open_plate(2, k ? "grains = 5 um" : "", field[k])) return;
         if (!draw(&shade)) return;
         for (int n = 0; n < shade.width * shade.height && !k; n++) {
-            if (!shade.cover[n]) continue;
+            if (!shade.coverage[n]) continue;
             CHECK(isnan(shade.value[n]));
             seen++;
         }
@@ -156,7 +158,7 @@ TEST(memory_of_a_view)
             pd_ctx_init(&ctx);
             if (!CHECK_OK(&ctx, pd_scene_parse(&ctx, "a.scene", text, NULL, 0, &setup))) return;
             pd_memory_estimate_compute(&setup, &b);
-            CHECK_REL(b.files - files, 8.0 * pixels, 1e-12);
+            CHECK_REL(b.output_bytes - files, 8.0 * pixels, 1e-12);
             pd_setup_free(&ctx, &setup);
             continue;
         }
@@ -165,7 +167,7 @@ TEST(memory_of_a_view)
         size_t before = ctx.in_use;
         ctx.peak = before;
         if (!draw(&shade)) return;
-        files = b.files;
+        files = b.output_bytes;
         pixels = (double)shade.width * shade.height;
         double found = (double)(ctx.peak - before);
         if (!CHECK(found <= files && files <= 1.25 * found)) NOTE("estimate %g, found %g bytes", files, found);

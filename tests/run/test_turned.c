@@ -116,8 +116,8 @@ static int profiles(const char *text, const char *fields, int axis, int from_hig
         NOTE("%s", turned);
         return 0;
     }
-    while (sim.time < sim.until)
-        if (!CHECK_OK(&ctx, pd_sim_step(&ctx, &sim, sim.until))) {
+    while (sim.time < sim.end_time)
+        if (!CHECK_OK(&ctx, pd_sim_step(&ctx, &sim, sim.end_time))) {
             NOTE("%s", turned);
             return 0;
         }

@@ -58,11 +58,11 @@ TEST(pictures_as_wanted)
     CHECK_INT(d->map[PD_FIELD_P], 1 + PD_COLOUR_MAP_VIRIDIS);
     CHECK_INT(d->map[PD_FIELD_V], 1 + PD_COLOUR_MAP_DIVERGING);
     CHECK(d->log == (pdi_setup_field_bit(PD_FIELD_C) | pdi_setup_field_bit(PD_FIELD_P)));
-    CHECK_INT(d->levels[PD_FIELD_C], 1);
+    CHECK_INT(d->has_contour_values[PD_FIELD_C], 1);
     CHECK_INT(d->contours[PD_FIELD_C], 2);
-    CHECK_NEAR(d->level[PD_FIELD_C][0], 1.0, 0.0);
-    CHECK_NEAR(d->level[PD_FIELD_C][1], 2.5, 0.0);
-    CHECK_INT(d->levels[PD_FIELD_P], 0);
+    CHECK_NEAR(d->contour_value[PD_FIELD_C][0], 1.0, 0.0);
+    CHECK_NEAR(d->contour_value[PD_FIELD_C][1], 2.5, 0.0);
+    CHECK_INT(d->has_contour_values[PD_FIELD_P], 0);
     CHECK_INT(d->contours[PD_FIELD_P], 32);
     CHECK_INT(d->contours[PD_FIELD_V], 1);
     CHECK(d->streamlines[PD_FIELD_C] > 0 && d->streamlines[PD_FIELD_C] != 7);

@@ -242,7 +242,7 @@ TEST(place_and_unit_of_the_caller)
     memset(&desc, 0, sizeof desc);
     desc.text = "3 um + y";
     desc.unit = "mm/year";
-    desc.where = "pin.scene:7";
+    desc.location = "pin.scene:7";
     desc.column = 20;
     CHECK_INT(pdi_expr_build(&ctx, &desc, &expr), PD_ERR_PARSE);
     CHECK_STR(ctx.message, "pin.scene:7: column 27: found 'y', expected a constant: no variable has a value here");
@@ -254,8 +254,8 @@ TEST(place_and_unit_of_the_caller)
     CHECK_INT(pdi_expr_build(&ctx, &desc, &expr), PD_ERR_ARGUMENT);
     desc.unit = NULL; /* any dimension; the result has it */
     CHECK_OK(&ctx, pdi_expr_build(&ctx, &desc, &expr));
-    CHECK_NEAR(expr.dims.e[0], 1, 0);
-    CHECK_NEAR(expr.dims.e[2], -1, 0);
+    CHECK_NEAR(expr.dims.exponent[0], 1, 0);
+    CHECK_NEAR(expr.dims.exponent[2], -1, 0);
     pdi_expr_free(&ctx, &expr);
     desc.var_count = 33;
     CHECK_INT(pdi_expr_build(&ctx, &desc, &expr), PD_ERR_ARGUMENT);
@@ -309,7 +309,7 @@ TEST(constants_are_folded)
     pdi_expr_free(&ctx, &expr);
     CHECK_OK(&ctx, build(&ctx, "x + t*0 m/s", "m", 0, &expr));
     CHECK(!pdi_expr_is_constant(&expr));
-    CHECK_INT(expr.uses, 1 | 4);
+    CHECK_INT(expr.variables_used, 1 | 4);
     pdi_expr_free(&ctx, &expr);
     pdi_expr_free(&ctx, &expr);
     CHECK_INT(ctx.in_use, 0);

@@ -128,12 +128,12 @@ TEST(functions_tell_their_breaks)
     memset(at, 0, sizeof at);
     memset(&expr, 0, sizeof expr);
     expr.fn = pulse;
-    expr.uses = 2;
+    expr.variables_used = 2;
     pdi_interval range = pdi_interval_eval_expr(&expr, at, 1, 0.0, 10.0);
     CHECK_NEAR(range.high, 0.25, 0.0);
-    expr.breaks = breaks;
-    expr.break_count = 2;
-    expr.clock = 1;
+    expr.discontinuities = breaks;
+    expr.discontinuity_count = 2;
+    expr.time_variable = 1;
     range = pdi_interval_eval_expr(&expr, at, 1, 0.0, 10.0);
     CHECK(!(range.high < 1e100));
     range = pdi_interval_eval_expr(&expr, at, 1, 3.0004, 3.0006);

@@ -21,7 +21,7 @@ static void row_of(const pd_key *key, char *row, size_t size)
         used += (size_t)snprintf(row + used, size - used, "%s`%.*s`", used ? ", " : "| ", (int)length, at);
         at += length;
     }
-    snprintf(row + used, size - used, " | %s | %s | %s |\n", key->meaning, key->unit, key->fallback);
+    snprintf(row + used, size - used, " | %s | %s | %s |\n", key->meaning, key->unit, key->default_text);
 }
 
 /* 1 when the line at `at` begins a table of keys. */

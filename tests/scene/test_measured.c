@@ -36,7 +36,7 @@ static pd_status run(pd_ctx *ctx, const pd_setup *u, const char *into, double *c
     memset(&desc, 0, sizeof desc);
     desc.folder = path_of(into);
     desc.print = keep_line;
-    desc.computed = computed;
+    desc.computed_at_points = computed;
     result_line[0] = '\0';
     return pd_run(ctx, u, &desc, &result);
 }
@@ -62,7 +62,7 @@ TEST(differences)
     put_text("a.csv", "# made up\ntime [h],loss [%],spread [%]\n-1,50,1\n0,0,0\n0.777,4.85625,1\n1.5,12.375,2\n"
              "3.9,20.375,5\n5,0,1\n");
     if (!CHECK_OK(&ctx, load(&ctx, SLAB_V "[measured a] file = a.csv\n", NULL, 0, &u))) return;
-    CHECK_INT(u.records, 1);
+    CHECK_INT(u.measured_count, 1);
     if (CHECK_OK(&ctx, run(&ctx, &u, "out", computed))) {
         CHECK_NEAR(value_of("points"), 3, 0);
         CHECK_NEAR(value_of("rms"), 5.0 / sqrt(3.0), 1e-3);
@@ -93,9 +93,9 @@ TEST(columns)
              "  start = 1 h  of = total.all.solid\n"
              "[measured c] file = c.csv  time = when in h  value = lost_pct in %%\n", unit);
     if (!CHECK_OK(&ctx, load(&ctx, text, NULL, 0, &u))) return;
-    CHECK_REL(u.record[0].time[0], 3600.0, 1e-12);
-    CHECK_REL(u.record[0].value[1], 8e-3, 1e-12);
-    CHECK(u.record[0].spread == NULL);
+    CHECK_REL(u.measured[0].time[0], 3600.0, 1e-12);
+    CHECK_REL(u.measured[0].value[1], 8e-3, 1e-12);
+    CHECK(u.measured[0].spread == NULL);
     if (CHECK_OK(&ctx, run(&ctx, &u, "out", computed))) {
         for (int k = 0; k < 2; k++) CHECK_REL(computed[k], cs * width * (32e-6 - (k + 1) * 2e-6), 1e-12);
         for (int k = 0; k < 3; k++) CHECK_REL(computed[2 + k], (k + 1) / 16.0, 1e-12);
@@ -266,7 +266,7 @@ static pd_status whole(pd_ctx *ctx, void *user)
     double computed[8];
     memset(&desc, 0, sizeof desc);
     desc.folder = path_of("faults");
-    desc.computed = computed;
+    desc.computed_at_points = computed;
     pd_status status = pd_scene_read(ctx, path_of("a.scene"), NULL, 0, u);
     if (status < 0) return status;
     status = pd_run(ctx, u, &desc, &result);

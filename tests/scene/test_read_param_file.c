@@ -75,30 +75,30 @@ static double layer_time(double m, double rate, int bonds, double thresh, double
 static void check_defaults(const pd_setup *u)
 {
     CHECK_NEAR(u->h[0], 5e-6, 0.0);
-    CHECK_NEAR(u->m, 3.0, 0.0);
+    CHECK_NEAR(u->fluid_m, 3.0, 0.0);
     CHECK_NEAR(u->lo[0], -500e-6, 0.0);
     CHECK_REL(u->hi[0], 900e-6, 1e-14);
     CHECK_REL(u->hi[1], 150e-6, 1e-14);
     CHECK(u->has_flow && u->has_transport && u->has_dissolve && u->has_grains);
     CHECK_INT(u->side[0].kind, PD_SIDE_INLET);
     CHECK_INT(u->side[0].profile, PD_PROFILE_PARABOLA);
-    CHECK_NEAR(u->side[0].mean, 0.2358, 5e-5); /* 1.667e-8 / (pi (150e-6)^2) */
+    CHECK_NEAR(u->side[0].mean_speed, 0.2358, 5e-5); /* 1.667e-8 / (pi (150e-6)^2) */
     CHECK_INT(u->side[1].kind, PD_SIDE_OUTLET);
     CHECK_INT(u->side[2].kind, PD_SIDE_WALL);
     CHECK_NEAR(u->rho, 1000.0, 0.0);
     CHECK_NEAR(u->mu, 1e-3, 0.0);
-    CHECK_NEAR(u->steady, 5e-6, 0.0);
+    CHECK_NEAR(u->steady_tolerance, 5e-6, 0.0);
     CHECK_NEAR(u->diffusivity, 1e-9, 0.0);
     CHECK_NEAR(u->metal[0].solid_c, 71507.9, 0.05); /* 1738 / 0.024305 */
-    CHECK_NEAR(u->inlet, 0.0, 0.0);
+    CHECK_NEAR(u->inlet_c, 0.0, 0.0);
     CHECK_NEAR(u->threshold, 0.2, 0.0);
     CHECK_REL(speed_of(u), 5e-9 * layers, 1e-14);
     CHECK_NEAR(u->gb_factor, 3.0, 0.0);
     CHECK_NEAR(u->grain.size, 40e-6, 0.0);
     CHECK_NEAR(u->grain.spread, 5e-6, 0.0);
     CHECK_NEAR(u->grain.boundary_width, 5e-6, 0.0);
-    CHECK_NEAR(u->until, 10.0, 0.0);
-    CHECK_NEAR(u->every, 0.5, 0.0);
+    CHECK_NEAR(u->end_time, 10.0, 0.0);
+    CHECK_NEAR(u->output_interval, 0.5, 0.0);
     CHECK(strncmp(u->folder, "output", 6) == 0); /* of the file, or of its name */
     CHECK_STR(u->name, "s0_params");
 }
@@ -147,7 +147,7 @@ TEST(refining_keeps_the_speed)
     pd_ctx_init(&ctx);
     if (!CHECK_OK(&ctx, pd_scene_read(&ctx, defaults, overrides, 2, &u))) return;
     CHECK_NEAR(u.h[0], 2.5e-6, 0.0);
-    CHECK_NEAR(u.until, 32400.0, 0.0);
+    CHECK_NEAR(u.end_time, 32400.0, 0.0);
     CHECK_REL(speed_of(&u), 5e-9 * layers, 1e-14);
     CHECK_NEAR(u.grain.boundary_width, 5e-6, 0.0);
     leave(&ctx, &u);
@@ -168,13 +168,13 @@ TEST(without_pin)
     CHECK(u.has_flow && !u.has_dissolve && !u.has_grains);
     CHECK_NEAR(u.lo[0], -1500e-6, 0.0);
     CHECK_NEAR(u.hi[0], 500e-6, 0.0);
-    CHECK_NEAR(u.steady, 1e-6, 0.0);
-    CHECK_NEAR(u.until, 1e-8, 0.0);
+    CHECK_NEAR(u.steady_tolerance, 1e-6, 0.0);
+    CHECK_NEAR(u.end_time, 1e-8, 0.0);
     leave(&ctx, &u);
     if (!CHECK_OK(&ctx, load(&ctx, "Q_flow = 0\nC_liquid_init = 0.01\ngrain_size_mean = 0\n", NULL, 0, &u))) return;
     CHECK(!u.has_flow && u.has_dissolve && !u.has_grains);
     CHECK_NEAR(u.gb_factor, 1.0, 0.0);
-    CHECK_NEAR(u.inlet, 715.079, 1e-3);
+    CHECK_NEAR(u.inlet_c, 715.079, 1e-3);
     CHECK_INT(u.fields >> PD_FIELD_V & 1u, 0);
     leave(&ctx, &u);
 }

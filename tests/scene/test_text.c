@@ -421,7 +421,7 @@ TEST(overrides)
     CHECK_INT(pdi_override_apply(&ctx, &text, "a..c=3"), PD_ERR_PARSE);
     CHECK_INT(pdi_override_apply(&ctx, &text, ""), PD_ERR_PARSE);
     CHECK_OK(&ctx, pdi_override_apply(&ctx, &text, "gird.h=3 um")); /* found by pdi_text_check_unused */
-    for (int k = 0; k < text.entry_count - 1; k++) text.entry[k].used = 1;
+    for (int k = 0; k < text.entry_count - 1; k++) text.entry[k].is_read = 1;
     CHECK_INT(pdi_text_check_unused(&ctx, &text), PD_ERR_PARSE);
     check_message(&ctx, "command line: found the section [gird]", "did you mean 'grid'?");
     leave(&ctx, &text);

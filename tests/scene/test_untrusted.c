@@ -39,8 +39,8 @@ static int attempt(const char *bytes, size_t size, int build)
     int accepted = status == PD_OK;
     if (accepted) {
         pd_memory_estimate_compute(&u, &b);
-        CHECK(b.all > 0.0 && pdi_file_is_subpath(u.folder));
-        if (build && b.all - b.files < 1e6) {
+        CHECK(b.total_bytes > 0.0 && pdi_file_is_subpath(u.folder));
+        if (build && b.total_bytes - b.output_bytes < 1e6) {
             model = (pd_model *)calloc(1, sizeof *model);
             if (CHECK(model != NULL)) status = pdi_model_build(&ctx, &u, model);
             if (model) pdi_model_free(&ctx, model);

@@ -103,7 +103,7 @@ static void same(const pair_case *c)
     for (int32_t i = 0; i < c->body[0].count; i++) {
         int32_t n = pd_body_family(&c->body[0], i, to[0], broken[0]);
         if (!CHECK_INT(pd_body_family(&c->body[1], i, to[1], broken[1]), n)) return;
-        CHECK_INT(c->body[0].row[i + 1] - c->body[0].row[i], n);
+        CHECK_INT(c->body[0].first_bond[i + 1] - c->body[0].first_bond[i], n);
         CHECK(memcmp(to[0], to[1], (size_t)n * sizeof to[0][0]) == 0);
         CHECK(memcmp(broken[0], broken[1], (size_t)n) == 0);
     }
@@ -141,13 +141,13 @@ TEST(bonds_that_leave)
         int32_t lost = 0, split = -1;
         for (int32_t i = 0; i < c->body[0].count; i++) {
             int32_t n = pd_body_family(&c->body[0], i, to, NULL);
-            lost += n < c->body[0].kinds;
+            lost += n < c->body[0].stencil_bonds;
             for (int32_t k = 0; k < n; k++) CHECK(beside(c, i, to[k], NULL));
             for (pd_bond_iterator f = pdi_body_bonds_begin(&c->body[0], i); pdi_body_bonds_next(&f);) {
-                pd_bond_iterator back = pdi_body_bonds_begin(&c->body[0], f.to);
-                int32_t b = pdi_body_find_bond(&c->body[0], i, f.to);
-                while (back.n < b) pdi_body_bonds_next(&back);
-                if (b < 0 || back.to != i) split = i;
+                pd_bond_iterator back = pdi_body_bonds_begin(&c->body[0], f.neighbour);
+                int32_t b = pdi_body_find_bond(&c->body[0], i, f.neighbour);
+                while (back.number < b) pdi_body_bonds_next(&back);
+                if (b < 0 || back.neighbour != i) split = i;
             }
         }
         CHECK(lost > 0);
@@ -176,7 +176,7 @@ TEST(bytes)
             places *= side(d) + m;
         }
         double bytes = (double)count * (8.0 * PD_DIM + 8.0 + 8.0 + 4.0 + 1.0) + (double)body->bonds / 8.0 +
-                       4.0 * (places + lead) + 4.0 * body->kinds;
+                       4.0 * (places + lead) + 4.0 * body->stencil_bonds;
         NOTE("m = %d: %.1f bytes a point for %.1f bonds", m, (double)c->ctx.in_use / count,
              (double)body->bonds / count);
         CHECK(body->lattice);
@@ -185,7 +185,7 @@ TEST(bytes)
         pd_bond_weights weights;
         CHECK_OK(&c->ctx, pdi_bond_weights_build(&c->ctx, body, &weights));
         CHECK_OK(&c->ctx, pdi_bond_weights_compute_influence(&c->ctx, &weights, PD_INFLUENCE_LINEAR));
-        CHECK_LE((double)(c->ctx.in_use - before), 4.0 * body->kinds + 16.0);
+        CHECK_LE((double)(c->ctx.in_use - before), 4.0 * body->stencil_bonds + 16.0);
         pdi_bond_weights_free(&c->ctx, &weights);
         pd_body_free(&c->ctx, body);
         CHECK_INT(c->ctx.in_use, 0);
@@ -230,7 +230,8 @@ TEST(bits)
         CHECK_INT(pdi_body_break_all_bonds(&c->body[k], middle), n - 1);
         CHECK_INT(pdi_body_count_intact(&c->body[k], middle), 0);
         for (int32_t i = 0; i < n; i++)
-            CHECK_INT(pdi_body_count_intact(&c->body[k], to[i]), c->body[k].row[to[i] + 1] - c->body[k].row[to[i]] - 1);
+            CHECK_INT(pdi_body_count_intact(&c->body[k], to[i]),
+                      c->body[k].first_bond[to[i] + 1] - c->body[k].first_bond[to[i]] - 1);
     }
     CHECK(!pdi_body_is_intact(&c->body[0]));
     same(c);
@@ -259,7 +260,7 @@ static pd_material_interface material(pair_case *c, pd_body *body, int kind, mat
         desc.young = 70e9;
         desc.poisson = 0.3;
         desc.influence = PD_INFLUENCE_INVERSE;
-        desc.loose = 1;
+        desc.detach_singular = 1;
         CHECK_OK(&c->ctx, pd_correspondence_build(&c->ctx, body, &desc, &m->elastic));
         return pd_correspondence_material(&m->elastic);
     }
@@ -268,7 +269,7 @@ static pd_material_interface material(pair_case *c, pd_body *body, int kind, mat
         memset(&desc, 0, sizeof desc);
         desc.law.young = 70e9;
         desc.law.poisson = 0.3;
-        desc.loose = 1;
+        desc.detach_singular = 1;
         CHECK_OK(&c->ctx, pd_finite_strain_build(&c->ctx, body, &desc, &m->finite));
         return pd_finite_strain_material(&m->finite);
     }
@@ -278,7 +279,7 @@ static pd_material_interface material(pair_case *c, pd_body *body, int kind, mat
         desc.young = 70e9;
         desc.poisson = 0.3;
         desc.surface = kind == ORDINARY ? PD_ORDINARY_STATE_POSITION : PD_ORDINARY_STATE_ENERGY;
-        desc.loose = 1;
+        desc.detach_singular = 1;
         CHECK_OK(&c->ctx, pd_ordinary_state_build(&c->ctx, body, &desc, &m->ordinary));
         return pd_ordinary_state_material(&m->ordinary);
     }
@@ -315,7 +316,7 @@ static int64_t look(pair_case *c, const pd_material_interface *solid, double *to
     memcpy(to, all, (size_t)n / PD_DIM * sizeof *to), to += n / PD_DIM;
     if (solid->stress) solid->stress(&c->ctx, solid->self, c->u, all);
     if (solid->stress) memcpy(to, all, (size_t)n * PD_DIM * sizeof *to), to += n * PD_DIM;
-    *to++ = solid->limit(solid->self, 2700.0);
+    *to++ = solid->stable_step(solid->self, 2700.0);
     return to - begin;
 }
 
@@ -353,7 +354,8 @@ TEST(materials)
 static double by_families(const void *self, int32_t i, const pd_bond_iterator *bond)
 {
     const pd_body *body = (const pd_body *)self;
-    return (double)(body->row[i + 1] - body->row[i] + body->row[bond->to + 1] - body->row[bond->to]);
+    return (double)(body->first_bond[i + 1] - body->first_bond[i] + body->first_bond[bond->neighbour + 1] -
+                    body->first_bond[bond->neighbour]);
 }
 
 /* Weights that differ beside surfaces: deeper points share those of a whole family, and have no lists. */
@@ -372,7 +374,8 @@ TEST(weights_of_the_inside)
     CHECK_OK(&c->ctx, pdi_bond_weights_build(&c->ctx, body, &weights));
     CHECK_OK(&c->ctx, pdi_bond_weights_compute(&c->ctx, &weights, by_families, body));
     for (int32_t i = 0; i < body->count; i++)
-        if (body->row[i + 1] - body->row[i] > longest) longest = body->row[i + 1] - body->row[i];
+        if (body->first_bond[i + 1] - body->first_bond[i] > longest)
+            longest = body->first_bond[i + 1] - body->first_bond[i];
     for (int32_t i = 0; i < body->count; i++) {
         int whole = 1;
         for (pd_bond_iterator f = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&f);) {

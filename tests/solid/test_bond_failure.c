@@ -74,10 +74,10 @@ TEST(uniaxial)
         if (!judge(c, kind, limit, 0.0)) return;
         pd_bond_failure_find_first(&c->ctx, &criterion, c->u, &first);
         if (kind != PD_BOND_FAILURE_ENERGY) CHECK_REL(first.factor, wanted, 1e-12);
-        CHECK(first.bond >= c->body.row[first.from] && first.bond < c->body.row[first.from + 1]);
+        CHECK(first.bond >= c->body.first_bond[first.from] && first.bond < c->body.first_bond[first.from + 1]);
         pd_bond_iterator b = pdi_body_bonds_begin(&c->body, first.from);
         while (pdi_body_bonds_next(&b) && pdi_body_bond_number(&b) < first.bond) continue;
-        CHECK_INT(b.to, first.to);
+        CHECK_INT(b.neighbour, first.to);
         for (int k = 0; k < 2; k++) {
             pull(c, stress * first.factor * (k ? 1.0 + 1e-9 : 1.0 - 1e-9));
             int64_t broken = pd_bond_failure_break(&c->ctx, &criterion, c->u, 0.0);
@@ -118,15 +118,16 @@ TEST(energies)
         for (int k = 0; k < PD_DIM; k++) trace += g[k * (PD_DIM + 1)];
         for (int32_t i = 0; i < c->body.count; i++)
             for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
-                int32_t j = b.to;
-                int64_t at = pdi_body_bond_number(&b), back = c->body.row[j] + pdi_body_find_bond(&c->body, i, j);
+                int32_t j = b.neighbour;
+                int64_t at = pdi_body_bond_number(&b),
+                        back = c->body.first_bond[j] + pdi_body_find_bond(&c->body, i, j);
                 double xi[PD_DIM], square = 0.0, e = 0.0, own = energy[at] + energy[back];
                 sum += c->volume[i] * c->volume[j] * energy[at];
                 if (way || i != middle) continue;
-                pdi_body_compute_offset(&c->body, i, b.to, xi);
+                pdi_body_compute_offset(&c->body, i, b.neighbour, xi);
                 for (int k = 0; k < PD_DIM; k++) square += xi[k] * xi[k];
                 for (int k = 0; k < T; k++) e += g[k] * xi[k / PD_DIM] * xi[k % PD_DIM] / square;
-                double wanted = (PD_DIM * bulk / material.bulk - alpha / PD_DIM) * trace + alpha * e;
+                double wanted = (PD_DIM * bulk / material.bulk_weighted_volume - alpha / PD_DIM) * trace + alpha * e;
                 own -= pdi_bond_weights_get_intact(&material.weights, i, &b) * square * e * wanted;
                 off = fmax(off, fabs(own) / (alpha * square * 1e-6));
             }
@@ -247,15 +248,15 @@ TEST(worst)
     for (int32_t i = 0; i < c->body.count; i++) /* stretched most in the middle */
         c->u[i * PD_DIM] = 1e-3 * tanh(c->position[i * PD_DIM] / 2e-3) * 1e-3 * 500.0;
     for (int32_t i = 0; i < c->body.count; i++) spared[i] = PD_DIM > 1 && c->position[i * PD_DIM + 1] < -3e-3;
-    criterion.desc.spared = spared;
+    criterion.desc.unbreakable = spared;
     int64_t broken = pd_bond_failure_break(&c->ctx, &criterion, c->u, 0.0);
     for (int32_t i = 0; i < c->body.count; i++)
         for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
-            int32_t j = b.to, same = 0;
+            int32_t j = b.neighbour, same = 0;
             once += pdi_body_bond_is_broken(&b);
             CHECK(!pdi_body_bond_is_broken(&b) || !(spared[i] || spared[j]));
             for (pd_bond_iterator k = pdi_body_bonds_begin(&c->body, j); pdi_body_bonds_next(&k);)
-                if (k.to == i) same = pdi_body_bond_is_broken(&k) == pdi_body_bond_is_broken(&b);
+                if (k.neighbour == i) same = pdi_body_bond_is_broken(&k) == pdi_body_bond_is_broken(&b);
             if (!same) CHECK(same);
         }
     CHECK_INT(once, 2 * broken);
@@ -266,9 +267,9 @@ TEST(worst)
     CHECK(rounds < 50);
     for (int32_t i = 0; i < c->body.count; i++)
         for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
-            int32_t j = b.to;
+            int32_t j = b.neighbour;
             double xi[PD_DIM], eta[PD_DIM], y[PD_DIM], r, length;
-            pdi_body_compute_offset(&c->body, i, b.to, xi);
+            pdi_body_compute_offset(&c->body, i, b.neighbour, xi);
             for (int d = 0; d < PD_DIM; d++) eta[d] = c->u[j * PD_DIM + d] - c->u[i * PD_DIM + d];
             if (spared[i] || spared[j]) CHECK(!pdi_body_bond_is_broken(&b));
             else if (!pdi_body_bond_is_broken(&b))
@@ -292,10 +293,10 @@ TEST(notch)
         c->held[i * 2 + 1] = fabs(x[1]) > 10e-3 ? 1.0 : 0.0;
         c->u[i * 2 + 1] = c->held[i * 2 + 1] > 0.0 ? (x[1] > 0.0 ? 1e-6 : -1e-6) : 0.0;
         for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
-            const double *y = c->position + b.to * 2;
+            const double *y = c->position + b.neighbour * 2;
             if (x[1] * y[1] > 0.0) continue;
             double at = x[0] + (y[0] - x[0]) * x[1] / (x[1] - y[1]);
-            if (at < tip) pdi_body_mark_broken(&c->body, i, b.n);
+            if (at < tip) pdi_body_mark_broken(&c->body, i, b.number);
         }
     }
     CHECK_OK(&c->ctx, solid.update(&c->ctx, solid.self));
@@ -304,11 +305,11 @@ TEST(notch)
         case_solve(c, &solid, 1e-9);
         pd_bond_failure_find_first(&c->ctx, &criterion, c->u, &first);
         if (step == 0)
-            NOTE("first: at x = %.2f mm, y = %.2f mm, factor %.2f", first.place[0] * 1e3, first.place[1] * 1e3,
+            NOTE("first: at x = %.2f mm, y = %.2f mm, factor %.2f", first.midpoint[0] * 1e3, first.midpoint[1] * 1e3,
                  first.factor);
-        CHECK_LE(fabs(first.place[1]), 1.01e-3);
-        CHECK_LE(first.place[0] - ahead, 2.1e-3);
-        ahead = fmax(ahead, first.place[0]);
+        CHECK_LE(fabs(first.midpoint[1]), 1.01e-3);
+        CHECK_LE(first.midpoint[0] - ahead, 2.1e-3);
+        ahead = fmax(ahead, first.midpoint[0]);
         for (int k = 0; k < c->body.count * 2; k++) c->u[k] *= first.factor * (1.0 + 1e-9);
         factor *= first.factor;
         CHECK(pd_bond_failure_break(&c->ctx, &criterion, c->u, 0.0) >= 1);

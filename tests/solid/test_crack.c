@@ -43,7 +43,7 @@ static plate_case *plate(const double *half, double h, double m, int thick)
     c->desc.volume = c->volume;
     c->desc.horizon = m * h;
     c->desc.spacing = h;
-    c->crack.way[0] = 1.0;
+    c->crack.direction[0] = 1.0;
     if (PD_DIM == 3) c->crack.front[PD_DIM - 1] = 1.0;
     c->crack.thickness = thick * h;
     c->crack.tip[0] = 0.013 * h;
@@ -55,8 +55,8 @@ static plate_case *plate(const double *half, double h, double m, int thick)
 static void local(const plate_case *c, const double *x, double *y)
 {
     double a = x[0] - c->crack.tip[0], b = x[1] - c->crack.tip[1];
-    y[0] = a * c->crack.way[0] + b * c->crack.way[1];
-    y[1] = b * c->crack.way[0] - a * c->crack.way[1];
+    y[0] = a * c->crack.direction[0] + b * c->crack.direction[1];
+    y[1] = b * c->crack.direction[0] - a * c->crack.direction[1];
 }
 
 /* Break all bonds that pass through the crack from `length` [m] behind the tip up to it. No bond passes the tip itself,
@@ -68,12 +68,12 @@ static int64_t cut(plate_case *c, double length)
         for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
             double p[2], q[2];
             local(c, c->position + i * PD_DIM, p);
-            local(c, c->position + b.to * PD_DIM, q);
+            local(c, c->position + b.neighbour * PD_DIM, q);
             if ((p[1] < 0.0) == (q[1] < 0.0)) continue;
             double at = p[0] - p[1] * (q[0] - p[0]) / (q[1] - p[1]);
             if (at > 0.0 || at < -length) continue;
             broken += !pdi_body_bond_is_broken(&b);
-            pdi_body_mark_broken(&c->body, i, b.n);
+            pdi_body_mark_broken(&c->body, i, b.number);
         }
     return broken;
 }
@@ -106,7 +106,7 @@ static int solve(plate_case *c)
     pd_equilibrium_desc desc;
     pd_equilibrium_result result;
     memset(&desc, 0, sizeof desc);
-    desc.held = c->held;
+    desc.prescribed = c->held;
     return CHECK_OK(&c->ctx, pd_equilibrium_solve(&c->ctx, &c->solid, &desc, c->load, c->u, &result));
 }
 
@@ -147,8 +147,8 @@ static void williams(const plate_case *c, const double *x, double nu, pd_plane p
     double y[2], v[2];
     local(c, x, y);
     elasticity_williams(y, nu, plane, k, v);
-    u[0] = v[0] * c->crack.way[0] - v[1] * c->crack.way[1];
-    u[1] = v[0] * c->crack.way[1] + v[1] * c->crack.way[0];
+    u[0] = v[0] * c->crack.direction[0] - v[1] * c->crack.direction[1];
+    u[1] = v[0] * c->crack.direction[1] + v[1] * c->crack.direction[0];
 }
 
 /* ---- a crack in a field that is known ---- */
@@ -169,8 +169,8 @@ static plate_case *rim_plate(const rim_case *r)
     double half[2] = {1.0, 1.0};
     plate_case *c = plate(half, r->h, r->m, 2);
     if (!c) return NULL;
-    c->crack.way[0] = cos(r->angle);
-    c->crack.way[1] = sin(r->angle);
+    c->crack.direction[0] = cos(r->angle);
+    c->crack.direction[1] = sin(r->angle);
     if (r->kind & WHOLE) c->crack.tip[0] -= 3.0;
     for (int32_t i = 0; i < c->body.count; i++) {
         const double *x = c->position + i * PD_DIM;
@@ -178,7 +178,7 @@ static plate_case *rim_plate(const rim_case *r)
         if (PD_DIM == 3) c->held[i * PD_DIM + PD_DIM - 1] = 1; /* plane strain */
         if (fmax(fabs(x[0]), fabs(x[1])) > 1.0 - 2.0 * r->m * r->h) c->held[i * PD_DIM] = c->held[i * PD_DIM + 1] = 1;
     }
-    for (int d = 0; d < 2; d++) c->crack.tip[d] += r->further * r->h * c->crack.way[d];
+    for (int d = 0; d < 2; d++) c->crack.tip[d] += r->further * r->h * c->crack.direction[d];
     if (r->kind & WHOLE) c->crack.tip[0] = 0.0;
     else if (!CHECK(cut(c, 9.0) > 0)) return NULL;
     if (!(r->kind & SPRINGS ? springs(c, r->plane) : elastic(c, r->nu, r->plane)) || !solve(c)) return NULL;
@@ -312,7 +312,7 @@ TEST(edge_notch)
         plate_case *c = plate(half, h, 2.0, 1);
         if (!c || !CHECK(cut(c, 1.0) > 0) || !elastic(c, 0.3, PD_PLANE_STRESS)) return;
         for (int32_t i = 0; i < c->body.count; i++)
-            if (fabs(c->position[i * 2 + 1]) > 1.0) c->load[i * 2 + 1] = -c->elastic.edge[i * 2 + 1];
+            if (fabs(c->position[i * 2 + 1]) > 1.0) c->load[i * 2 + 1] = -c->elastic.surface_vector[i * 2 + 1];
         if (!solve(c)) return;
         double j = contours(c, 2, 0.7, &spread), wanted = exact * exact * PI * (0.5 + c->crack.tip[0]);
         off[n] = 1.0 - j / wanted;
@@ -368,7 +368,7 @@ TEST(split_strip)
         for (int32_t i = 0; i < c->body.count; i++) {
             double y = c->position[i * 2 + 1];
             if (c->position[i * 2] > -1.0) continue;
-            c->load[i * 2] = -c->elastic.edge[i * 2] * (0.25 - fabs(y));
+            c->load[i * 2] = -c->elastic.surface_vector[i * 2] * (0.25 - fabs(y));
             if (y > 0.0) moment -= c->volume[i] * y * c->load[i * 2];
         }
         if (!solve(c)) return;
@@ -400,13 +400,13 @@ TEST(tip)
             double tip[PD_DIM] = {0.0}, at[2], h = PD_DIM == 3 ? 0.1 : 0.05;
             plate_case *c = plate(half, h, m, 9);
             if (!c) return;
-            c->crack.way[0] = cos(n * PI / 12.0);
-            c->crack.way[1] = sin(n * PI / 12.0);
+            c->crack.direction[0] = cos(n * PI / 12.0);
+            c->crack.direction[1] = sin(n * PI / 12.0);
             c->crack.tip[0] = 0.21;
             c->crack.tip[1] = 0.003;
-            CHECK_INT(pd_crack_tip(&c->ctx, &c->body, c->crack.way, 0.0, tip), PD_RETRY);
+            CHECK_INT(pd_crack_tip(&c->ctx, &c->body, c->crack.direction, 0.0, tip), PD_RETRY);
             CHECK(cut(c, 9.0) > 0);
-            if (!CHECK_OK(&c->ctx, pd_crack_tip(&c->ctx, &c->body, c->crack.way, 0.0, tip))) return;
+            if (!CHECK_OK(&c->ctx, pd_crack_tip(&c->ctx, &c->body, c->crack.direction, 0.0, tip))) return;
             local(c, tip, at);
             NOTE("m = %d, %d degrees: off by %.2f and %.2f cells", m, 15 * n, at[0] / h, at[1] / h);
             CHECK_LE(fabs(at[0]), h);
@@ -430,7 +430,7 @@ TEST(bad_input)
         pd_status wanted = way < 5 || way >= 8 ? PD_ERR_ARGUMENT : PD_ERR_GEOMETRY;
         pd_material_interface solid = c->solid;
         desc = good;
-        if (way == 0) desc.way[0] = 0.0;
+        if (way == 0) desc.direction[0] = 0.0;
         if (way == 1) desc.outer = 0.2;
         if (way == 2) desc.inner = NAN;
         if (way == 3) desc.tip[1] = HUGE_VAL;
@@ -438,7 +438,7 @@ TEST(bad_input)
         if (way == 5) desc.inner = 5.0, desc.outer = 6.0;
         if (way == 6) desc.tip[0] = 0.8; /* the rim of the body */
         if (way == 7) desc.inner = 0.001, desc.outer = 0.002;
-        if (way == 8) desc.way[0] = NAN;
+        if (way == 8) desc.direction[0] = NAN;
         if (way == 9) solid.linear = 0; /* and no energy density */
         CHECK_INT(pd_crack_j(&c->ctx, &solid, &desc, c->u, &j), wanted);
         CHECK(strncmp(c->ctx.message, "crack: ", 7) == 0);
@@ -446,7 +446,7 @@ TEST(bad_input)
     }
     CHECK_OK(&c->ctx, pd_crack_j(&c->ctx, &c->solid, &good, c->u, &j));
     CHECK_NEAR(j, 0.0, 0.0);
-    CHECK_INT(pd_crack_tip(&c->ctx, &c->body, good.way, 1.5, tip), PD_ERR_ARGUMENT);
+    CHECK_INT(pd_crack_tip(&c->ctx, &c->body, good.direction, 1.5, tip), PD_ERR_ARGUMENT);
     CHECK_INT(pd_crack_tip(&c->ctx, &c->body, zero, 0.5, tip), PD_ERR_ARGUMENT);
     end(c);
 }

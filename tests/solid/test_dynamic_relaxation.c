@@ -87,7 +87,7 @@ TEST(same_rest)
         bar_case *c = bar(n, springs);
         if (!c) return;
         memset(&desc, 0, sizeof desc);
-        desc.held = c->held;
+        desc.prescribed = c->held;
         pull(c, n[0], 1e-3, 1e-4);
         CHECK_OK(&c->ctx, pd_equilibrium_solve(&c->ctx, &c->solid, &desc, c->load, c->u, &cg));
         memcpy(kept, c->u, sizeof kept);
@@ -116,7 +116,7 @@ TEST(threads)
         if (!c) return;
         c->ctx.threads = 1 + run;
         memset(&desc, 0, sizeof desc);
-        desc.held = c->held;
+        desc.prescribed = c->held;
         desc.max_iterations = 40;
         pull(c, n[0], 1e-3, 1e-4);
         CHECK_INT(pd_dynamic_relaxation_solve(&c->ctx, &c->solid, &desc, c->load, c->u, &result), PD_NOT_CONVERGED);
@@ -137,7 +137,7 @@ TEST(pressure)
     bar_case *c = bar(n, 1);
     if (!c) return;
     memset(&desc, 0, sizeof desc);
-    desc.held = c->held;
+    desc.prescribed = c->held;
     for (int motion = 0; motion < 2; motion++) {
         for (int32_t i = 0; i < c->body.count; i++) {
             memset(c->u + i * PD_DIM, 0, PD_DIM * sizeof *c->u);

@@ -70,7 +70,7 @@ static int solve(ring_case *c, int holds, pd_equilibrium_result *result)
     pd_equilibrium_desc desc;
     pd_material_interface solid = pd_correspondence_material(&c->elastic);
     memset(&desc, 0, sizeof desc);
-    if (holds) desc.held = c->held;
+    if (holds) desc.prescribed = c->held;
     if (!CHECK_OK(&c->ctx, pd_equilibrium_solve(&c->ctx, &solid, &desc, c->load, c->u, result))) return 0;
     CHECK_LE(result->residual, 1e-10);
     pd_correspondence_stress(&c->ctx, &c->elastic, c->u, c->stress);
@@ -103,7 +103,8 @@ static double ring_error(double h, double nu, pd_plane plane)
     if (!c || !elastic(c, nu, plane)) return 1.0;
     for (int32_t i = 0; i < c->body.count; i++)
         for (int d = 0; d < PD_DIM; d++)
-            if (radius(c->position + i * PD_DIM) < 1.5) c->load[i * PD_DIM + d] = c->elastic.edge[i * PD_DIM + d];
+            if (radius(c->position + i * PD_DIM) < 1.5)
+                c->load[i * PD_DIM + d] = c->elastic.surface_vector[i * PD_DIM + d];
     if (!solve(c, 0, &result)) return 1.0;
     for (int32_t i = 0; i < c->body.count; i++) {
         volume += c->volume[i];
@@ -201,11 +202,11 @@ TEST(no_rest)
         if (!c) return;
         for (int32_t i = 0; i < c->body.count && way == 2; i++)
             for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);)
-                if ((c->position[i * PD_DIM] < 0.0) != (c->position[b.to * PD_DIM] < 0.0))
-                    pdi_body_mark_broken(&c->body, i, b.n);
+                if ((c->position[i * PD_DIM] < 0.0) != (c->position[b.neighbour * PD_DIM] < 0.0))
+                    pdi_body_mark_broken(&c->body, i, b.number);
         if (!elastic(c, 0.3, PD_PLANE_STRAIN)) return;
         memset(&desc, 0, sizeof desc);
-        desc.held = c->held;
+        desc.prescribed = c->held;
         for (int32_t i = 0; i < c->body.count; i++) {
             const double *x = c->position + i * PD_DIM;
             if (way == 0) c->load[i * PD_DIM + 1] = 1.0;
@@ -247,17 +248,17 @@ static ring_case *pulled(int way, double h, double m, double *stiff)
         const double *x = c->position + i * PD_DIM;
         stiff[i] = way == WEAK && radius(x) < 0.6 ? 1e-3 : 1.0;
         for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); way == CRACK && pdi_body_bonds_next(&b);) {
-            const double *y = c->position + b.to * PD_DIM;
-            if ((x[0] < 0.0) != (y[0] < 0.0) && x[1] + y[1] > 0.0) pdi_body_mark_broken(&c->body, i, b.n);
+            const double *y = c->position + b.neighbour * PD_DIM;
+            if ((x[0] < 0.0) != (y[0] < 0.0) && x[1] + y[1] > 0.0) pdi_body_mark_broken(&c->body, i, b.number);
         }
     }
     memset(&desc, 0, sizeof desc);
     desc.young = 1.0;
     desc.poisson = 0.3;
-    desc.stiff = stiff;
+    desc.stiffness_factor = stiff;
     if (!CHECK_OK(&c->ctx, pd_correspondence_build(&c->ctx, &c->body, &desc, &c->elastic))) return NULL;
     for (int32_t i = 0; i < c->body.count; i++) {
-        const double *x = c->position + i * PD_DIM, *edge = c->elastic.edge + i * PD_DIM;
+        const double *x = c->position + i * PD_DIM, *edge = c->elastic.surface_vector + i * PD_DIM;
         if (way == FREE || x[0] > 0.0) c->load[i * PD_DIM] = -edge[0];
         if (way != FREE && way != ROLLERS && x[0] > 0.0) c->load[i * PD_DIM + 1] = -0.2 * edge[0];
         for (int d = 0; d < PD_DIM && way != FREE && x[0] < m * h - 1.0; d++)
@@ -285,7 +286,7 @@ TEST(few_iterations)
             if (!c) return;
             pd_material_interface solid = pd_correspondence_material(&c->elastic);
             memset(&desc, 0, sizeof desc);
-            desc.held = c->held;
+            desc.prescribed = c->held;
             desc.rtol = 1e-9;
             if (run == 1) c->ctx.threads = 3;
             if (run == 2) solid.moduli = NULL;

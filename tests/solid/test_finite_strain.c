@@ -38,7 +38,7 @@ TEST(moduli_of_points)
                 stiff[i] = 1.0 + 0.25 * (i % 3);
                 v[i] = w[i] = -1.0;
             }
-            d.stiff = graded ? stiff : NULL;
+            d.stiffness_factor = graded ? stiff : NULL;
             pd_material_interface solid = build(c, &d, &f);
             solid.moduli(&c->ctx, solid.self, v, w);
             for (int32_t i = 0; i < c->body.count; i++) {
@@ -76,11 +76,12 @@ TEST(patch)
         for (int32_t i = 0; i < c->body.count; i++)
             for (int a = 0; a < PD_DIM; a++) {
                 double held = force[i * PD_DIM + a];
-                for (int b = 0; b < PD_DIM; b++) held -= p[a * PD_DIM + b] * s.edge[i * PD_DIM + b];
+                for (int b = 0; b < PD_DIM; b++) held -= p[a * PD_DIM + b] * s.surface_vector[i * PD_DIM + b];
                 largest = fmax(largest, fabs(held) * c->desc.horizon);
                 for (int b = 0; b < PD_DIM; b++)
                     largest = fmax(largest, fabs(stress[i * T + a * PD_DIM + b] - sigma[a * PD_DIM + b]));
-                if (s.normal) largest = fmax(largest, fabs(s.normal(s.self, i, stress) - across));
+                if (s.out_of_plane_stress)
+                    largest = fmax(largest, fabs(s.out_of_plane_stress(s.self, i, stress) - across));
             }
         size = fmax(size, 0.1 * E); /* of what strains would do without yielding */
         double volume = 0.0;
@@ -231,10 +232,10 @@ static void patterns(const solid_case *c, const pd_finite_strain *f, int32_t i, 
     for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
         double xi[PD_DIM], along = 0.0, size = 0.0, r, shear;
         double weight = pdi_bond_weights_get_intact(&f->weights, i, &b) * c->volume[0];
-        pdi_body_compute_offset(&c->body, i, b.to, xi);
+        pdi_body_compute_offset(&c->body, i, b.neighbour, xi);
         r = sqrt(pdi_tensor_dot(xi, xi));
         for (int q = 0; q < PD_DIM; q++) {
-            double eta = x[b.to * PD_DIM + q] - x[i * PD_DIM + q];
+            double eta = x[b.neighbour * PD_DIM + q] - x[i * PD_DIM + q];
             along += eta * xi[q] / r;
             size += eta * eta;
         }
@@ -242,7 +243,7 @@ static void patterns(const solid_case *c, const pd_finite_strain *f, int32_t i, 
         modulus += 0.5 * weight * shear;
         all += weight;
         energy[0] += 0.5 * weight * (f->mu * size + (f->lambda + f->mu) * along * along) / (r * r);
-        energy[1] += 0.5 * weight * f->spring * size;
+        energy[1] += 0.5 * weight * f->penalty_stiffness * size;
         energy[3] += 0.25 * weight * along * along / r;
     }
     energy[0] /= all;
@@ -307,7 +308,7 @@ TEST(limit)
             value = -solid_work(c, v, w);
             memcpy(v, w, sizeof v);
         }
-        double longest = 2.0 * sqrt(density / value), given = s.limit(s.self, density);
+        double longest = 2.0 * sqrt(density / value), given = s.stable_step(s.self, density);
         NOTE("control %d: limit %.3g s, %.2f of the longest stable step", control, given, given / longest);
         CHECK_LE(given, longest);
         CHECK(given > 0.3 * longest);
@@ -396,7 +397,7 @@ TEST(heterogeneous)
     solid_case *c = solid_block(CELLS, 2.0, 1.0, 0.3);
     if (!c) return;
     for (int32_t i = 0; i < c->body.count; i++) factor[i] = random_between(&seed, 0.1, 3.0);
-    d.stiff = factor;
+    d.stiffness_factor = factor;
     pd_material_interface s = build(c, &d, &f);
     solid_gradient(&seed, 0.2, g);
     solid_stretch(c, g, 1e-6, 4, u);
@@ -429,7 +430,7 @@ static pd_equilibrium_result rest(solid_case *c, const pd_material_interface *s,
             held[points[p] * PD_DIM + a] = 1;
             u[points[p] * PD_DIM + a] = v[points[p] * PD_DIM + a];
         }
-    d.held = held;
+    d.prescribed = held;
     d.rtol = rtol;
     CHECK_OK(&c->ctx, pd_equilibrium_solve(&c->ctx, s, &d, other, u, &result));
     return result;
@@ -463,7 +464,7 @@ TEST(uniaxial)
             p[0] = m.mu * (pull - 1.0 / pull) + m.lambda * log(pull * pow(low, sides)) / pull;
             solid_stretch(c, g, 0.0, 0, v);
             for (int32_t k = 0; k < c->body.count * PD_DIM; k++)
-                other[k] = k % PD_DIM ? 0.0 : -p[0] * s.edge[k];
+                other[k] = k % PD_DIM ? 0.0 : -p[0] * s.surface_vector[k];
             pd_equilibrium_result r = rest(c, &s, 1.0 / steps, 1e-12);
             rounds += r.steps;
             products += r.iterations;
@@ -486,7 +487,7 @@ TEST(bar_of_metal)
     int rounds = 0, products = 0;
     solid_case *c = solid_block(PD_DIM == 3 ? 4 : 10, 1.5, 1.0, 0.0);
     if (!c) return;
-    d.keep = 1;
+    d.store_tangent = 1;
     d.law.plane = PD_PLANE_STRESS;
     d.law.poisson = 0.3;
     d.law.hardening = 0.05 * E;
@@ -506,7 +507,7 @@ TEST(bar_of_metal)
         for (int a = 0; a < PD_DIM; a++) g[a * (PD_DIM + 1)] = exp(a ? across : strain);
         solid_stretch(c, g, 0.0, 0, v);
         for (int32_t k = 0; k < c->body.count * PD_DIM; k++)
-            other[k] = k % PD_DIM ? 0.0 : -tau / g[0] * s.edge[k];
+            other[k] = k % PD_DIM ? 0.0 : -tau / g[0] * s.surface_vector[k];
         pd_equilibrium_result r = rest(c, &s, g[0] - before, 1e-11);
         rounds += r.steps;
         products += r.iterations;
@@ -555,7 +556,7 @@ static double elastica(int n, double *back)
     d.law.plane = PD_PLANE_STRESS;
     d.law.poisson = 0.3;
     pd_material_interface s = build(c, &d, &f);
-    q.held = held;
+    q.prescribed = held;
     q.rtol = 1e-8;
     memset(u, 0, sizeof u);
     memset(other, 0, sizeof other);
@@ -597,26 +598,27 @@ TEST(loose)
     int32_t alone = c->body.count / 2, one;
     pd_bond_iterator first = pdi_body_bonds_begin(&c->body, alone);
     pdi_body_bonds_next(&first);
-    one = first.to;
+    one = first.neighbour;
     for (int32_t j = 0; j < c->body.count; j++)
         for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, j); pdi_body_bonds_next(&b);)
-            if ((j == alone || b.to == alone) && j + b.to != alone + one) pdi_body_mark_broken(&c->body, j, b.n);
+            if ((j == alone || b.neighbour == alone) && j + b.neighbour != alone + one)
+                pdi_body_mark_broken(&c->body, j, b.number);
     if (PD_DIM > 1) CHECK_INT(pd_finite_strain_build(&c->ctx, &c->body, &d, &f), PD_ERR_GEOMETRY);
-    d.loose = 1;
+    d.detach_singular = 1;
     pd_material_interface s = build(c, &d, &f);
     pdi_constitutive_law_params m = moduli(&d);
-    CHECK((f.lost > 0) == (PD_DIM > 1));
+    CHECK((f.detached_bonds > 0) == (PD_DIM > 1));
     solid_gradient(&seed, 0.3, g);
     CHECK(pdi_constitutive_law_compute_stress(&m, g, NULL, p));
     solid_stretch(c, g, 0.0, 0, u);
     CHECK_OK(&c->ctx, s.force(&c->ctx, s.self, u, force));
     for (int32_t k = 0; k < c->body.count * PD_DIM; k++) {
         double held = force[k];
-        for (int b = 0; b < PD_DIM; b++) held -= p[k % PD_DIM * PD_DIM + b] * s.edge[k - k % PD_DIM + b];
+        for (int b = 0; b < PD_DIM; b++) held -= p[k % PD_DIM * PD_DIM + b] * s.surface_vector[k - k % PD_DIM + b];
         largest = fmax(largest, fabs(held) * c->desc.horizon);
     }
     CHECK_LE(largest, 1e-12 * E);
-    CHECK(s.limit(s.self, 1.0) > 0.0);
+    CHECK(s.stable_step(s.self, 1.0) > 0.0);
     s.blocks(&c->ctx, s.self, stress);
     s.stress(&c->ctx, s.self, u, stress);
     for (int32_t k = 0; k < c->body.count * T; k++) CHECK(fabs(stress[k]) < 1e100);
@@ -645,11 +647,11 @@ static solid_case *plate(const pd_finite_strain_desc *d, double stretch, pd_fini
     for (int32_t k = 0; k < c->body.count * PD_DIM; k++)
         held[k] = fabs(c->position[k - k % PD_DIM] - 0.5e-3) > 0.37e-3;
     memset(&q, 0, sizeof q);
-    q.held = held;
+    q.prescribed = held;
     q.load = pulled;
     q.user = c;
     q.criterion.critical = stretch;
-    q.eager = 1.0;
+    q.break_fraction = 1.0;
     pd_material_interface s = build(c, d, f);
     return CHECK_OK(&c->ctx, pd_quasi_static_build(&c->ctx, &s, &q, rest)) ? c : NULL;
 }
@@ -662,7 +664,7 @@ TEST(rubber_parts)
     pd_finite_strain f;
     pd_quasi_static rest;
     double t = 0.0, left = 0.0;
-    d.loose = 1;
+    d.detach_singular = 1;
     d.law.poisson = 0.45;
     solid_case *c = plate(&d, 0.5, &f, &rest);
     if (!c) return;
@@ -691,7 +693,7 @@ TEST(work_of_flow)
         pd_finite_strain f;
         pd_quasi_static rest;
         int steps = (fine ? 2 : 1) * (PD_DIM == 3 ? 10 : 20);
-        d.keep = 1;
+        d.store_tangent = 1;
         d.law.hardening = 0.02 * E;
         solid_case *c = plate(&d, 0.0, &f, &rest);
         if (!c) return;
@@ -726,7 +728,7 @@ TEST(store)
             if (!run) {
                 pd_bond_iterator first = pdi_body_bonds_begin(&c->body, 0);
                 pdi_body_bonds_next(&first);
-                pd_body_break(&c->body, 0, first.to);
+                pd_body_break(&c->body, 0, first.neighbour);
                 CHECK_OK(&c->ctx, s.update(&c->ctx, s.self));
                 CHECK_OK(&c->ctx, s.commit(&c->ctx, s.self, u));
                 cost = s.dissipated(s.self);

@@ -100,13 +100,13 @@ TEST(to_and_fro)
             for (int d = 0; d < PD_DIM; d++) {
                 double edge = 0.0;
                 for (int q = 0; q < PD_DIM; q++)
-                    edge += c->stress[i * T + d * PD_DIM + q] * c->elastic.edge[i * PD_DIM + q];
+                    edge += c->stress[i * T + d * PD_DIM + q] * c->elastic.surface_vector[i * PD_DIM + q];
                 worst = fmax(worst, fabs(c->load[i * PD_DIM + d] - edge) * c->desc.horizon);
             }
         }
         CHECK_LE(worst, 1e-12 * YOUNG * 0.03);
         CHECK_OK(&c->ctx, solid.commit(&c->ctx, solid.self, c->u));
-        CHECK_REL(c->elastic.plastic.slip[c->body.count / 2], slip, 1e-12);
+        CHECK_REL(c->elastic.plastic.equivalent_strain[c->body.count / 2], slip, 1e-12);
         /* what flow has cost is the area under the curve of yield stress against slip */
         CHECK_REL(solid.dissipated(solid.self), YIELD * slip + 0.5 * HARD * slip * slip, 1e-12);
         double elastic = 0.5 * wanted * wanted / (PD_DIM > 1 ? mu : YOUNG);
@@ -131,7 +131,7 @@ TEST(tangent)
     CHECK_OK(&c->ctx, solid.force(&c->ctx, solid.self, c->u, c->load));
     CHECK_OK(&c->ctx, solid.commit(&c->ctx, solid.self, c->u));
     int flowing = 0;
-    for (int32_t i = 0; i < c->body.count; i++) flowing += c->elastic.plastic.slip[i] > 0.0;
+    for (int32_t i = 0; i < c->body.count; i++) flowing += c->elastic.plastic.equivalent_strain[i] > 0.0;
     CHECK(flowing > c->body.count / 2);
     for (int k = 0; k < n; k++) c->u[k] += 4e-3 * random_real(&seed);
     CHECK_OK(&c->ctx, solid.force(&c->ctx, solid.self, c->u, c->load));
@@ -173,7 +173,7 @@ static pd_status press(body_case *c, double pressure)
     pd_equilibrium_result result;
     memset(&desc, 0, sizeof desc);
     for (int32_t i = 0; i < c->body.count; i++) {
-        const double *x = c->position + i * PD_DIM, *edge = c->elastic.edge + i * PD_DIM;
+        const double *x = c->position + i * PD_DIM, *edge = c->elastic.surface_vector + i * PD_DIM;
         double r = sqrt(x[0] * x[0] + x[1] * x[1]), push = (x[0] * edge[0] + x[1] * edge[1]) / r;
         for (int d = 0; d < PD_DIM; d++) c->load[i * PD_DIM + d] = r < 1.5 ? pressure * push * x[d] / r : 0.0;
     }
@@ -197,7 +197,7 @@ static double tube_error(double h, double m, double *slip)
         const double *x = c->position + i * PD_DIM;
         double r = sqrt(x[0] * x[0] + x[1] * x[1]), u = (x[0] * c->u[i * PD_DIM] + x[1] * c->u[i * PD_DIM + 1]) / r;
         double grows = k / YOUNG * elasticity_hill(r, flows, nu);
-        if (fabs(r - 1.1) < nearest) nearest = fabs(r - 1.1), *slip = c->elastic.plastic.slip[i];
+        if (fabs(r - 1.1) < nearest) nearest = fabs(r - 1.1), *slip = c->elastic.plastic.equivalent_strain[i];
         if (r < 1.8) continue;
         worst += c->volume[i] * fabs(u - grows);
         wanted += c->volume[i] * grows;

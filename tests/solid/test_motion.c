@@ -53,7 +53,8 @@ static scene_case *run(const char *text)
     c->ctx.threads = 1;
     if (!CHECK_OK(&c->ctx, pd_scene_parse(&c->ctx, "bar", text, NULL, 0, &c->setup))) return NULL;
     if (!CHECK_OK(&c->ctx, pdi_model_build(&c->ctx, &c->setup, &c->model))) return NULL;
-    if (!CHECK_OK(&c->ctx, pd_time_loop_run(&c->ctx, &c->model.couple, c->setup.until, 0.0, NULL, NULL))) return NULL;
+    if (!CHECK_OK(&c->ctx, pd_time_loop_run(&c->ctx, &c->model.time_loop, c->setup.end_time, 0.0, NULL, NULL)))
+        return NULL;
     return c;
 }
 
@@ -72,9 +73,9 @@ static double momentum(const pd_solid_coupling *s, double *last)
     for (int32_t i = 0; i < s->count; i++) {
         double x[PD_DIM];
         pd_grid_position(s->grid, s->node[i], x);
-        sum += DENSITY * s->body.volume[i] * s->motion.v[(int64_t)i * PD_DIM];
+        sum += DENSITY * s->body.volume[i] * s->dynamic_solver.v[(int64_t)i * PD_DIM];
         if (x[0] < LENGTH - 1e-3) continue;
-        mean += s->motion.u[(int64_t)i * PD_DIM];
+        mean += s->dynamic_solver.u[(int64_t)i * PD_DIM];
         ends++;
     }
     *last = mean / ends;
@@ -92,7 +93,7 @@ TEST(pulled)
                  "[run] until = 12 us\n", materials[k], planes[k]);
         scene_case *c = run(text);
         if (!c) return;
-        CHECK_REL(momentum(&c->model.structure, &last), stress * AREA * t, 1e-9);
+        CHECK_REL(momentum(&c->model.solid, &last), stress * AREA * t, 1e-9);
         double wanted = stress / (DENSITY * SPEED) * t;
         NOTE("%s: the end has moved %.4f of what the wave says", k ? "springs" : "small strains", last / wanted);
         CHECK_REL(last, wanted, PD_DIM == 1 ? 0.03 : 0.05);
@@ -114,7 +115,7 @@ TEST(swings)
                      materials[k], planes[k], 32 * half);
             scene_case *c = run(text);
             if (!c) return;
-            momentum(&c->model.structure, half == 1 ? &there : &back);
+            momentum(&c->model.solid, half == 1 ? &there : &back);
             end(c);
         }
         double wanted = 2.0 * 1e6 * (LENGTH - 0.5e-3) / YOUNG;
@@ -140,10 +141,12 @@ TEST(driven)
                      "[run] until = 12 us  max_step = %s us\n", materials[k], planes[k], fine ? "0.02" : "0.04");
             scene_case *c = run(text);
             if (!c) return;
-            const pd_solid_coupling *s = &c->model.structure;
-            double left = pd_verlet_kinetic(&s->motion) + s->solid.energy(&c->ctx, s->solid.self, s->motion.u);
-            off[fine] = fabs(s->motion.work / left - 1.0);
-            CHECK(pdi_reaction_force_compute(&c->ctx, &c->model.grips, 0, c->model.couple.time, force) == PD_OK);
+            const pd_solid_coupling *s = &c->model.solid;
+            double left =
+                pd_verlet_kinetic(&s->dynamic_solver) + s->solid.energy(&c->ctx, s->solid.self, s->dynamic_solver.u);
+            off[fine] = fabs(s->dynamic_solver.work / left - 1.0);
+            CHECK(pdi_reaction_force_compute(&c->ctx, &c->model.mechanical_bc, 0, c->model.time_loop.time, force) ==
+                  PD_OK);
             CHECK_REL(force[0], DENSITY * SPEED * velocity * AREA, 0.02);
             end(c);
         }
@@ -165,7 +168,7 @@ TEST(springs_in_balance)
              materials[1], planes[1]);
     scene_case *c = run(text);
     if (!c) return;
-    CHECK(pdi_reaction_force_compute(&c->ctx, &c->model.grips, 1, c->model.couple.time, force) == PD_OK);
+    CHECK(pdi_reaction_force_compute(&c->ctx, &c->model.mechanical_bc, 1, c->model.time_loop.time, force) == PD_OK);
     /* the first and last bonds see points that move with the grips */
     double strain = 1e-6 / (LENGTH - 6e-3 + 1e-3);
     NOTE("force %.4f of E strain", fabs(force[0]) / (YOUNG * strain * AREA));
@@ -185,7 +188,7 @@ TEST(branches)
                         "[solid] material = springs  E = 72 GPa  plane = stress  toughness = 135 J/m2  motion = yes\n"
                         "  density = 2440 kg/m3\n[run] until = 40 us\n");
     if (!c) return;
-    const pd_solid_coupling *s = &c->model.structure;
+    const pd_solid_coupling *s = &c->model.solid;
     double far = 0.0, off = 0.0, most = 0.0;
     for (int32_t i = 0; i < s->count; i++) {
         int at[2];
@@ -194,10 +197,11 @@ TEST(branches)
         pd_grid_position(s->grid, s->node[i], x);
         at[1] = s->grid->n[1] - 1 - at[1];
         int32_t mirror = s->point[pd_grid_node(s->grid, at)];
-        most = fmax(most, fabs(s->motion.u[2 * i + 1]));
-        if (s->motion.u[2 * i] < s->motion.u[2 * mirror] || s->motion.u[2 * i] > s->motion.u[2 * mirror] ||
-            s->motion.u[2 * i + 1] < -s->motion.u[2 * mirror + 1] ||
-            s->motion.u[2 * i + 1] > -s->motion.u[2 * mirror + 1])
+        most = fmax(most, fabs(s->dynamic_solver.u[2 * i + 1]));
+        if (s->dynamic_solver.u[2 * i] < s->dynamic_solver.u[2 * mirror] ||
+            s->dynamic_solver.u[2 * i] > s->dynamic_solver.u[2 * mirror] ||
+            s->dynamic_solver.u[2 * i + 1] < -s->dynamic_solver.u[2 * mirror + 1] ||
+            s->dynamic_solver.u[2 * i + 1] > -s->dynamic_solver.u[2 * mirror + 1])
             off += 1.0;
         if (pdi_solid_coupling_damage(s, i) < 0.3) continue;
         far = fmax(far, x[0] > 60e-3 ? fabs(x[1] - 20e-3) : 0.0);
@@ -206,9 +210,9 @@ TEST(branches)
     CHECK(most > 0.0);
     CHECK_INT((int)off, 0);
     CHECK_LE(4e-3, far); /* two branches */
-    double left = pd_verlet_kinetic(&s->motion) + s->solid.energy(&c->ctx, s->solid.self, s->motion.u) +
-                  s->springs.released;
-    CHECK_REL(s->motion.work, left, 2e-3);
+    double left = pd_verlet_kinetic(&s->dynamic_solver) + s->solid.energy(&c->ctx, s->solid.self, s->dynamic_solver.u) +
+                  s->bond_based.released;
+    CHECK_REL(s->dynamic_solver.work, left, 2e-3);
     end(c);
 }
 #define OF_DIM ENTRY(swings) ENTRY(springs_in_balance) ENTRY(branches)

@@ -102,7 +102,7 @@ TEST(lattice)
         pd_material_interface s;
         solid_case *c = box(n, 1e-3, row->m, row->part);
         pd_ordinary_state_desc d = steel(0.3, k & 1, row->influence, PD_ORDINARY_STATE_NONE);
-        d.plain = 1;
+        d.isotropic_off = 1;
         if (!c || !make(c, &d, &s)) return;
         double found[3];
         for (int q = 0; q < 3; q++) { /* all around, along the axes, between them */
@@ -182,7 +182,8 @@ TEST(uniform)
         energy = fmax(energy, fabs(s.energy(&c->ctx, s.self, c->u) / (density * volume) - 1.0));
         for (int32_t i = 0; i < c->body.count; i++)
             for (int k = 0; k < T; k++)
-                sum[k] += c->volume[i] * s.edge[i * PD_DIM + k / PD_DIM] * c->position[i * PD_DIM + k % PD_DIM];
+                sum[k] +=
+                    c->volume[i] * s.surface_vector[i * PD_DIM + k / PD_DIM] * c->position[i * PD_DIM + k % PD_DIM];
         for (int k = 0; k < T; k++)
             edge = fmax(edge, fabs(sum[k] / volume + (k / PD_DIM == k % PD_DIM ? 1.0 : 0.0)));
         end(c);
@@ -216,7 +217,7 @@ TEST(methods)
         double energy = s.energy(&c->ctx, s.self, c->u) / (density * volume) - 1.0;
         double trace = material.lambda / (2.0 * material.lambda + 2.0 * material.mu);
         memset(c->u, 0, sizeof c->u);
-        for (int32_t i = 0; i < c->body.count; i++) c->load[i * 2] = -s.edge[i * 2];
+        for (int32_t i = 0; i < c->body.count; i++) c->load[i * 2] = -s.surface_vector[i * 2];
         start = clock();
         int steps = case_solve(c, &s, 1e-13);
         double solve = (double)(clock() - start) / CLOCKS_PER_SEC;
@@ -266,7 +267,7 @@ TEST(stretched)
     double bulk = PD_DIM == 1 ? d.young : PD_DIM * material.lambda + 2.0 * material.mu, u = 0.0, p = 0.0;
     memset(&of, 0, sizeof of);
     of.rtol = 1e-11;
-    of.held = held;
+    of.prescribed = held;
     for (int k = 0; k < c->body.count * PD_DIM; k++) {
         int free = 1;
         for (int a = 0; a < PD_DIM; a++)
@@ -354,7 +355,7 @@ TEST(derivative)
             for (int k = 0; k < 3; k++)
                 turn[k] += (y[(k + 1) % 3] * f[(k + 2) % 3] - y[(k + 2) % 3] * f[(k + 1) % 3]) * 1e3;
             for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);)
-                split += c->volume[i] * c->volume[b.to] * bond[pdi_body_bond_number(&b)];
+                split += c->volume[i] * c->volume[b.neighbour] * bond[pdi_body_bond_number(&b)];
         }
         sums = fmax(sums, fmax(largest(push, PD_DIM), largest(turn, 3)) / size);
         bonds = fmax(bonds, fabs(split / energy - 1.0));
@@ -435,7 +436,7 @@ TEST(step)
             square = size / sqrt(inner(n, c->way, c->way)) / 7800.0;
             for (int q = 0; q < n; q++) c->way[q] = -c->done[q] / size;
         }
-        double share = s.limit(s.self, 7800.0) * sqrt(square) / 2.0;
+        double share = s.stable_step(s.self, 7800.0) * sqrt(square) / 2.0;
         NOTE("%s: limit is %.3f of the longest stable step", methods[way / 3], share);
         CHECK_LE(share, 1.0);
         CHECK_LE(0.3, share);
@@ -458,8 +459,8 @@ TEST(broken)
     if (!c || !make(c, &d, &s)) return;
     for (int32_t i = 0; i < c->body.count; i++)
         for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
-            double own = c->position[i * PD_DIM], far = c->position[b.to * PD_DIM];
-            if ((own < 0.8e-3) != (far < 0.8e-3)) pdi_body_mark_broken(&c->body, i, b.n);
+            double own = c->position[i * PD_DIM], far = c->position[b.neighbour * PD_DIM];
+            if ((own < 0.8e-3) != (far < 0.8e-3)) pdi_body_mark_broken(&c->body, i, b.number);
         }
     CHECK_OK(&c->ctx, s.update(&c->ctx, s.self));
     for (int k = 0; k < T; k++) g[k] = random_real(&seed);
@@ -473,11 +474,11 @@ TEST(broken)
     pdi_body_break_all_bonds(&c->body, 7);
     CHECK_INT(s.update(&c->ctx, s.self), PD_ERR_GEOMETRY);
     CHECK(strstr(c->ctx.message, "the 0 bonds of point 7 at x") != NULL);
-    material.desc.loose = 1; /* then it is free, and a point with one bond is, too */
+    material.desc.detach_singular = 1; /* then it is free, and a point with one bond is, too */
     for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, 0); pdi_body_bonds_next(&b);)
-        if (b.n) pd_body_break(&c->body, 0, b.to);
+        if (b.number) pd_body_break(&c->body, 0, b.neighbour);
     CHECK_OK(&c->ctx, s.update(&c->ctx, s.self));
-    CHECK_INT(material.lost, 1);
+    CHECK_INT(material.detached_bonds, 1);
     CHECK_INT(pdi_body_count_intact(&c->body, 0), 0);
     CHECK_OK(&c->ctx, s.force(&c->ctx, s.self, c->u, c->force));
     s.blocks(&c->ctx, s.self, c->block);
@@ -503,9 +504,9 @@ TEST(parts)
         shake(c, c->u, 1e-6, 4);
         CHECK_OK(&c->ctx, s.force(&c->ctx, s.self, c->u, c->force));
         s.stress(&c->ctx, s.self, c->u, c->stress);
-        double energy = s.energy(&c->ctx, s.self, c->u), limit = s.limit(s.self, 7800.0);
+        double energy = s.energy(&c->ctx, s.self, c->u), limit = s.stable_step(s.self, 7800.0);
         for (int32_t i = 0; i < c->body.count; i++) part[i] = 0.5;
-        material.desc.stiff = part;
+        material.desc.stiffness_factor = part;
         CHECK_OK(&c->ctx, s.update(&c->ctx, s.self));
         CHECK_OK(&c->ctx, s.force(&c->ctx, s.self, c->u, c->other));
         s.stress(&c->ctx, s.self, c->u, c->block);
@@ -514,7 +515,7 @@ TEST(parts)
         for (int k = 0; k < c->body.count * T; k++)
             CHECK_NEAR(c->block[k], 0.5 * c->stress[k], 1e-9 * fabs(c->stress[0]));
         CHECK_REL(s.energy(&c->ctx, s.self, c->u), 0.5 * energy, 1e-12);
-        CHECK_REL(s.limit(s.self, 7800.0), limit * sqrt(2.0), 1e-12);
+        CHECK_REL(s.stable_step(s.self, 7800.0), limit * sqrt(2.0), 1e-12);
         part[3] = -1.0;
         CHECK_INT(s.update(&c->ctx, s.self), PD_ERR_ARGUMENT);
         end(c);
@@ -589,7 +590,7 @@ static double ring_error(double h, double m, double nu, int plane, int surface)
     if (!c || !make(c, &d, &s)) return 1.0;
     for (int32_t i = 0; i < c->body.count; i++)
         for (int k = 0; k < PD_DIM; k++)
-            if (radius(c->position + i * PD_DIM) < 1.5) c->load[i * PD_DIM + k] = s.edge[i * PD_DIM + k];
+            if (radius(c->position + i * PD_DIM) < 1.5) c->load[i * PD_DIM + k] = s.surface_vector[i * PD_DIM + k];
     int steps = case_solve(c, &s, PD_DIM == 3 ? 1e-6 : 1e-8);
     for (int32_t i = 0; i < c->body.count; i++) {
         double r = radius(c->position + i * PD_DIM), exact = lame(r, nu, plane);

@@ -154,7 +154,7 @@ TEST(families)
         for (int32_t i = 0; i < body->count; i++)
             for (pd_bond_iterator b = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&b);) {
                 double xi[PD_DIM], back[PD_DIM];
-                pdi_body_compute_offset(body, i, b.to, xi);
+                pdi_body_compute_offset(body, i, b.neighbour, xi);
                 for (int d = 0; d < PD_DIM; d++) back[d] = -xi[d];
                 double weight = pdi_body_compute_bond_weight(body, PD_INFLUENCE_INVERSE, xi), r = 0.0;
                 for (int d = 0; d < PD_DIM; d++) r += xi[d] * xi[d];
@@ -167,7 +167,7 @@ TEST(families)
         for (int d = 1, stride = n; d < PD_DIM; d++, stride *= n) middle += n / 2 * stride;
         for (pd_bond_iterator b = pdi_body_bonds_begin(body, middle); pdi_body_bonds_next(&b);) {
             double xi[PD_DIM];
-            pdi_body_compute_offset(body, middle, b.to, xi);
+            pdi_body_compute_offset(body, middle, b.neighbour, xi);
             sum += pdi_body_compute_bond_weight(body, PD_INFLUENCE_CONSTANT, xi);
         }
         if (k < 2) CHECK_REL(sum, ball(m), 1e-12);
@@ -289,7 +289,7 @@ TEST(materials)
     for (int d = 1, stride = n; d < PD_DIM; d++, stride *= n) middle += n / 2 * stride;
     for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, middle); pdi_body_bonds_next(&b);) {
         double xi[PD_DIM], square = 0.0;
-        pdi_body_compute_offset(&c->body, middle, b.to, xi);
+        pdi_body_compute_offset(&c->body, middle, b.neighbour, xi);
         for (int d = 0; d < PD_DIM; d++) square += xi[d] * xi[d];
         double stretch = strain * xi[0] * xi[0] / square;
         double weight = pdi_bond_weights_get_intact(&springs.weights, middle, &b);

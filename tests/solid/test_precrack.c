@@ -131,7 +131,7 @@ static int64_t compare(const cut_case *c, const int64_t *corner)
     int64_t wrong = 0, pairs = 0;
     for (int32_t i = 0; i < c->body.count; i++)
         for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
-            int32_t j = b.to;
+            int32_t j = b.neighbour;
             int expected = crosses(corner, c->at + (int64_t)i * PD_DIM, c->at + (int64_t)j * PD_DIM);
             wrong += expected != pdi_body_bond_is_broken(&b);
             pairs += expected && j > i;
@@ -252,10 +252,10 @@ TEST(order)
             for (pd_bond_iterator b = pdi_body_bonds_begin(&body[0], i),
                                   twin = pdi_body_bonds_begin(&body[1], count - 1 - i);
                  pdi_body_bonds_next(&b);) {
-                pd_bond_iterator back = pdi_body_bonds_begin(&body[0], b.to);
-                wrong += !pdi_body_bonds_next(&twin) || twin.to != count - 1 - b.to;
+                pd_bond_iterator back = pdi_body_bonds_begin(&body[0], b.neighbour);
+                wrong += !pdi_body_bonds_next(&twin) || twin.neighbour != count - 1 - b.neighbour;
                 wrong += pdi_body_bond_is_broken(&twin) != pdi_body_bond_is_broken(&b);
-                while (pdi_body_bonds_next(&back) && back.to != i) continue;
+                while (pdi_body_bonds_next(&back) && back.neighbour != i) continue;
                 uneven += pdi_body_bond_is_broken(&back) != pdi_body_bond_is_broken(&b);
             }
         CHECK_INT(wrong, 0);
@@ -279,7 +279,7 @@ static int joined(const pd_body *body, int32_t from, uint8_t *seen)
         int32_t i = stack[--depth];
         found++;
         for (pd_bond_iterator b = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&b);) {
-            int32_t j = b.to;
+            int32_t j = b.neighbour;
             if (pdi_body_bond_is_broken(&b) || seen[j]) continue;
             seen[j] = 1;
             stack[depth++] = j;
@@ -422,7 +422,7 @@ TEST(energy)
         for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); column && pdi_body_bonds_next(&b);) {
             double xi[PD_DIM], square = 0.0;
             if (!pdi_body_bond_is_broken(&b)) continue;
-            pdi_body_compute_offset(&c->body, i, b.to, xi);
+            pdi_body_compute_offset(&c->body, i, b.neighbour, xi);
             for (int d = 0; d < PD_DIM; d++) square += xi[d] * xi[d];
             double weight = (double)pdi_bond_weights_get(&m.weights, i, &b);
             sum += 0.5 * m.modulus * weight * m.critical * m.critical * sqrt(square) * c->volume[0] *

@@ -60,7 +60,7 @@ static pd_status pulled(pd_ctx *ctx, void *user, double t, double *u, double *lo
         if (x[0] < c->h) for (int d = 0; d < PD_DIM; d++) u[i * PD_DIM + d] = 0.0;
         if (x[0] > 1.0 - c->h && !c->dead) u[i * PD_DIM] = end_of(c, t, u, i);
         if (x[0] > 1.0 - 4.0 * c->h && c->dead == 1)
-            load[i * PD_DIM] = -c->pull * t * c->elastic.edge[i * PD_DIM];
+            load[i * PD_DIM] = -c->pull * t * c->elastic.surface_vector[i * PD_DIM];
     }
     return PD_OK;
 }
@@ -99,23 +99,23 @@ static body_case *bar_at(int n, int slit, int dead, double yield, double stretch
     if (!CHECK_OK(&c->ctx, pd_body_build(&c->ctx, &c->desc, &c->body))) return NULL;
     for (int32_t i = 0; i < c->body.count && slit; i++)
         for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
-            const double *x = c->position + i * PD_DIM, *to = c->position + b.to * PD_DIM;
+            const double *x = c->position + i * PD_DIM, *to = c->position + b.neighbour * PD_DIM;
             double y = PD_DIM > 1 ? fabs(0.5 * (x[1] + to[1]) - 0.25) : 0.0;
-            if ((x[0] < 0.5) != (to[0] < 0.5) && y > 0.125) pdi_body_mark_broken(&c->body, i, b.n);
+            if ((x[0] < 0.5) != (to[0] < 0.5) && y > 0.125) pdi_body_mark_broken(&c->body, i, b.number);
         }
     memset(&desc, 0, sizeof desc);
     desc.young = YOUNG;
     desc.poisson = 0.3;
     desc.yield = yield;
     desc.hardening = 0.01 * YOUNG;
-    desc.loose = 1;
+    desc.detach_singular = 1;
     if (!CHECK_OK(&c->ctx, pd_correspondence_build(&c->ctx, &c->body, &desc, &c->elastic))) return NULL;
     memset(&rest, 0, sizeof rest);
-    rest.held = c->held;
+    rest.prescribed = c->held;
     rest.load = pulled;
     rest.user = c;
     rest.criterion.critical = stretch;
-    rest.eager = -1.0;
+    rest.break_fraction = -1.0;
     pd_material_interface solid = pd_correspondence_material(&c->elastic);
     return CHECK_OK(&c->ctx, pd_quasi_static_build(&c->ctx, &solid, &rest, &c->rest)) ? c : NULL;
 }
@@ -132,7 +132,7 @@ static int cut(body_case *c, double left, uint32_t *seed)
     int kept = 0;
     for (int32_t i = 0; i < c->body.count; i++)
         for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
-            const double *x = c->position + i * PD_DIM, *y = c->position + b.to * PD_DIM;
+            const double *x = c->position + i * PD_DIM, *y = c->position + b.neighbour * PD_DIM;
             double aside = 0.0;
             if (!(x[0] < middle) || y[0] < middle) continue;
             for (int d = 1; d < PD_DIM; d++) aside = fmax(aside, fabs(x[d] - y[d]));
@@ -141,7 +141,7 @@ static int cut(body_case *c, double left, uint32_t *seed)
                 kept++;
                 continue;
             }
-            pd_body_break(&c->body, i, b.to);
+            pd_body_break(&c->body, i, b.neighbour);
         }
     return CHECK_OK(&c->ctx, pd_correspondence_update(&c->ctx, &c->elastic)) ? kept : 0;
 }
@@ -229,7 +229,7 @@ TEST(end_that_follows)
             CHECK_REL(held, 2e-4 / (1.0 + 0.5 * follows[way]), 0.1);
             CHECK_LE(off, 1e-8 * most);
             if (!run) rounds = (int)c->rest.solves;
-            CHECK_INT((int)c->rest.mix.n, 0); /* no rounds are known between balances */
+            CHECK_INT((int)c->rest.acceleration.n, 0); /* no rounds are known between balances */
             memcpy(found, u, (size_t)c->body.count * PD_DIM * sizeof *u);
             end(c);
         }
@@ -249,7 +249,7 @@ TEST(end_that_runs)
                                  "rounds, as where the elastic material") != NULL);
     CHECK_INT((int)c->rest.solves, 60);
     CHECK_REL(c->rest.u[inner(c, 0) * PD_DIM + (int)(0.5 / c->h - 0.5) * PD_DIM], 60.0 * c->runs, 1e-9);
-    CHECK_INT((int)c->rest.mix.n, 0);
+    CHECK_INT((int)c->rest.acceleration.n, 0);
     end(c);
 }
 
@@ -287,7 +287,7 @@ TEST(process)
         c->pull = 1e-4;
         pd_physics p = pd_quasi_static_process(&c->rest);
         CHECK_OK(&c->ctx, run ? p.start(&c->ctx, p.self, 0.0) : pd_quasi_static_solve_at(&c->ctx, &c->rest, 0.0));
-        CHECK_OK(&c->ctx, run ? p.at(&c->ctx, p.self, 1.0) : pd_quasi_static_solve_at(&c->ctx, &c->rest, 1.0));
+        CHECK_OK(&c->ctx, run ? p.solve_at(&c->ctx, p.self, 1.0) : pd_quasi_static_solve_at(&c->ctx, &c->rest, 1.0));
         CHECK_NEAR(c->rest.time, 1.0, 0.0);
         CHECK(c->rest.work > 0.0);
         if (run) CHECK(memcmp(found, c->rest.u, (size_t)c->body.count * PD_DIM * sizeof *found) == 0);
@@ -328,7 +328,7 @@ static void pull_apart(body_case *c, int steps, const char *name)
         CHECK_LE(c->rest.stored + c->rest.released, c->rest.work * (1.0 + 1e-9));
     }
     NOTE("%s, eager %g: %d bonds in %d solves, most %.4g N, work %.4g = stored %.4g + released %.4g + %.4g", name,
-         c->rest.desc.eager, (int)c->rest.broken, (int)c->rest.solves, most, c->rest.work, c->rest.stored,
+         c->rest.desc.break_fraction, (int)c->rest.broken, (int)c->rest.solves, most, c->rest.work, c->rest.stored,
          c->rest.released, c->rest.work - c->rest.stored - c->rest.released);
     CHECK(c->rest.broken > 0);
     CHECK_LE(c->rest.stored, 1e-6 * c->rest.work);
@@ -342,7 +342,7 @@ TEST(pulled_apart)
         body_case *c = bar(PD_DIM == 3 ? 4 : 8, 1, 0, 0.0, 5e-3);
         if (!c) return;
         c->pull = 1e-3;
-        c->rest.desc.eager = eager ? 1.0 : 0.0;
+        c->rest.desc.break_fraction = eager ? 1.0 : 0.0;
         pull_apart(c, 12, "stretch");
         end(c);
     }
@@ -361,7 +361,7 @@ TEST(criteria)
         memset(&of, 0, sizeof of);
         of.young = YOUNG;
         of.poisson = 0.3;
-        of.loose = 1;
+        of.detach_singular = 1;
         of.linear = 1;
         if (!CHECK_OK(&c->ctx, pd_ordinary_state_build(&c->ctx, &c->body, &of, &c->ordinary))) return;
         pd_material_interface solid =
@@ -385,11 +385,11 @@ TEST(comes_off)
     body_case *c = bar(8, 1, 1, 0.0, 5e-3);
     if (!c) return;
     c->pull = 1e-4 * YOUNG;
-    for (int step = 1; step <= 60 && c->rest.parted < 0.0; step++)
+    for (int step = 1; step <= 60 && c->rest.separation_time < 0.0; step++)
         if (!CHECK_OK(&c->ctx, pd_quasi_static_solve_at(&c->ctx, &c->rest, (double)step))) break;
-    NOTE("comes off at %g of E, %d points", 1e-4 * c->rest.parted, (int)c->rest.lost);
-    CHECK(c->rest.parted > 0.0);
-    CHECK(c->rest.lost >= c->body.count / 4);
+    NOTE("comes off at %g of E, %d points", 1e-4 * c->rest.separation_time, (int)c->rest.detached_points);
+    CHECK(c->rest.separation_time > 0.0);
+    CHECK(c->rest.detached_points >= c->body.count / 4);
     CHECK_LE(c->rest.stored, 1e-6 * c->rest.work);
     end(c);
 }
@@ -406,10 +406,10 @@ TEST(hinge)
         CHECK_INT(cut(c, 0.0, &seed), 1);
         CHECK_OK(&c->ctx, pd_quasi_static_solve_at(&c->ctx, &c->rest, 1.0));
         NOTE("along %s: %d points come off, %d solves, stored %.4g of %.4g J", dead == 2 ? "the last axis" : "x",
-             (int)c->rest.lost, (int)c->rest.solves, c->rest.stored, c->rest.work);
-        CHECK_INT((int)c->rest.lost, PD_DIM == 3 && dead == 2 ? c->body.count / 2 : 0);
+             (int)c->rest.detached_points, (int)c->rest.solves, c->rest.stored, c->rest.work);
+        CHECK_INT((int)c->rest.detached_points, PD_DIM == 3 && dead == 2 ? c->body.count / 2 : 0);
         CHECK_LE(fabs(c->rest.stored - c->rest.work), 1e-8 * c->rest.work);
-        if (!c->rest.lost) CHECK(c->rest.stored > 0.0);
+        if (!c->rest.detached_points) CHECK(c->rest.stored > 0.0);
         end(c);
     }
 }
@@ -426,13 +426,13 @@ TEST(random_cuts)
         if (!c) return;
         cut(c, left, &seed);
         c->pull = 2e-4 * YOUNG;
-        for (int step = 1; step <= 40 && c->rest.parted < 0.0; step++)
+        for (int step = 1; step <= 40 && c->rest.separation_time < 0.0; step++)
             if (!CHECK_OK(&c->ctx, pd_quasi_static_solve_at(&c->ctx, &c->rest, (double)step))) break;
-        off += c->rest.parted >= 0.0;
+        off += c->rest.separation_time >= 0.0;
         all++;
         CHECK_LE(c->rest.residual, 1e-10);
         CHECK_LE(c->rest.stored + c->rest.released, c->rest.work * (1.0 + 1e-9));
-        if (c->rest.parted >= 0.0 && c->rest.lost == c->body.count / 2)
+        if (c->rest.separation_time >= 0.0 && c->rest.detached_points == c->body.count / 2)
             CHECK_LE(c->rest.stored, 1e-6 * c->rest.work);
         end(c);
     }
@@ -450,7 +450,7 @@ TEST(bad_input)
         desc = c->rest.desc;
         if (way == 0) desc.criterion.critical = -1.0;
         if (way == 1) desc.criterion.critical = NAN;
-        if (way == 2) desc.eager = 2.0;
+        if (way == 2) desc.break_fraction = 2.0;
         if (way == 3) desc.rtol = 1.0;
         CHECK_INT(pd_quasi_static_build(&c->ctx, &solid, &desc, &rest), PD_ERR_ARGUMENT);
         CHECK(strstr(c->ctx.message, way < 2 ? "criterion: " : "quasi_static: ") == c->ctx.message);

@@ -70,8 +70,10 @@ TEST(neighbours)
         solid_case *c = lattice(n, way ? 1.5 : 1.0, 0.0);
         if (!c) return;
         int32_t centre = c->body.count / 2;
-        CHECK_INT(c->body.row[centre + 1] - c->body.row[centre], PD_DIM == 2 ? (way ? 8 : 4) : way ? 18 : 6);
-        CHECK_INT(c->body.row[1] - c->body.row[0], PD_DIM == 2 ? (way ? 3 : 2) : way ? 6 : 3);
+        CHECK_INT(c->body.first_bond[centre + 1] - c->body.first_bond[centre], PD_DIM == 2 ? (way ? 8 : 4)
+                                                                               : way       ? 18
+                                                                                           : 6);
+        CHECK_INT(c->body.first_bond[1] - c->body.first_bond[0], PD_DIM == 2 ? (way ? 3 : 2) : way ? 6 : 3);
         end(c, NULL);
     }
 }
@@ -87,12 +89,12 @@ TEST(bonds)
     for (int32_t i = 0; i < c->body.count; i++)
         for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
             double xi[PD_DIM], other[PD_DIM];
-            int32_t j = b.to;
+            int32_t j = b.neighbour;
             pd_bond_iterator back = pdi_body_bonds_begin(&c->body, j);
-            while (pdi_body_bonds_next(&back) && back.n < f.back[pdi_body_bond_number(&b)]) continue;
-            CHECK_INT(back.to, i);
-            pdi_body_compute_offset(&c->body, i, b.to, xi);
-            pdi_body_compute_offset(&c->body, j, back.to, other);
+            while (pdi_body_bonds_next(&back) && back.number < f.reverse_bond[pdi_body_bond_number(&b)]) continue;
+            CHECK_INT(back.neighbour, i);
+            pdi_body_compute_offset(&c->body, i, b.neighbour, xi);
+            pdi_body_compute_offset(&c->body, j, back.neighbour, other);
             CHECK_LE(pdi_tensor_dot(xi, xi), 4.0);
             for (int d = 0; d < PD_DIM; d++) {
                 CHECK_NEAR(xi[d], c->position[j * PD_DIM + d] - c->position[i * PD_DIM + d], 0.0);
@@ -182,7 +184,7 @@ TEST(motion)
     solid_case *c = lattice(n, 2.0, 0.0);
     if (!c) return;
     pd_material_interface s = material(c, &f);
-    double dt = s.limit(s.self, 1000.0), off[3];
+    double dt = s.stable_step(s.self, 1000.0), off[3];
     int steps = PD_DIM == 2 ? 1000 : 150;
     for (int k = 0; k < 3; k++) off[k] = move(c, &s, dt / (1 << k), steps << k);
     NOTE("%d steps of %.2g s: energy within %.1e, half as long %.1e, and again %.1e", steps, dt, off[0], off[1],
@@ -201,7 +203,7 @@ static pd_equilibrium_result rest(solid_case *c, const pd_material_interface *s)
     int32_t top = c->body.count * PD_DIM - 1;
     double more = (given[top] - u[top]) / c->position[top];
     memset(&d, 0, sizeof d);
-    d.held = held;
+    d.prescribed = held;
     for (int32_t i = 0; i < c->body.count; i++) u[i * PD_DIM + last] += more * c->position[i * PD_DIM + last];
     for (int32_t k = 0; k < c->body.count * PD_DIM; k++)
         if (held[k]) u[k] = given[k];
@@ -276,7 +278,7 @@ TEST(fifteen_by_thirty_one)
     }
     ed.young = 1e4;
     ed.poisson = 0.3;
-    qd.held = held;
+    qd.prescribed = held;
     double begin = pdi_par_clock();
     CHECK_OK(&c->ctx, pd_correspondence_build(&c->ctx, &c->body, &ed, &e));
     pd_material_interface es = pd_correspondence_material(&e);

@@ -31,7 +31,7 @@ static int body(double h, double m)
     d.young = YOUNG;
     d.poisson = 0.3;
     d.plane = PD_PLANE_STRESS;
-    d.loose = 1;
+    d.detach_singular = 1;
     if (!CHECK_OK(&c.ctx, pd_body_build(&c.ctx, &c.desc, &c.body))) return 0;
     if (!CHECK_OK(&c.ctx, pd_correspondence_build(&c.ctx, &c.body, &d, &c.elastic))) return 0;
     c.solid = pd_correspondence_material(&c.elastic);
@@ -42,9 +42,9 @@ static int follow(int by_load)
 {
     pd_sequentially_linear_desc d;
     memset(&d, 0, sizeof d);
-    d.held = c.held;
+    d.prescribed = c.held;
     if (by_load) d.load = c.load;
-    else d.moved = c.moved;
+    else d.unit_displacement = c.moved;
     d.criterion.critical = CRITICAL;
     d.rtol = 1e-12;
     return CHECK_OK(&c.ctx, pd_sequentially_linear_build(&c.ctx, &c.solid, &d, &c.way));
@@ -115,9 +115,9 @@ TEST(refusals)
     if (!body(1e-3, 1.0)) return;
     d.criterion.critical = CRITICAL;
     CHECK_INT(pd_sequentially_linear_build(&c.ctx, &c.solid, &d, &c.way), PD_ERR_ARGUMENT);
-    d.moved = c.moved;
+    d.unit_displacement = c.moved;
     CHECK_INT(pd_sequentially_linear_build(&c.ctx, &c.solid, &d, &c.way), PD_ERR_ARGUMENT);
-    d.held = c.held;
+    d.prescribed = c.held;
     d.load = c.load;
     CHECK_INT(pd_sequentially_linear_build(&c.ctx, &c.solid, &d, &c.way), PD_ERR_ARGUMENT);
     d.load = NULL;
@@ -151,10 +151,10 @@ static int plate(const int *n, int half, double m)
     if (!body(h, m)) return 0;
     for (int32_t i = 0; i < c.body.count; i++)
         for (pd_bond_iterator b = pdi_body_bonds_begin(&c.body, i); pdi_body_bonds_next(&b);) {
-            const double *p = c.position + 2 * i, *q = c.position + 2 * b.to;
+            const double *p = c.position + 2 * i, *q = c.position + 2 * b.neighbour;
             if ((p[1] < 0.0) == (q[1] < 0.0)) continue;
             double at = p[0] - p[1] * (q[0] - p[0]) / (q[1] - p[1]);
-            if (fabs(at) < half * h + 1e-3 * h) pdi_body_mark_broken(&c.body, i, b.n);
+            if (fabs(at) < half * h + 1e-3 * h) pdi_body_mark_broken(&c.body, i, b.number);
         }
     CHECK_OK(&c.ctx, c.solid.update(&c.ctx, c.solid.self));
     return 1;
@@ -178,7 +178,7 @@ TEST(snap_back)
     if (!plate(n, 4, 2.0) || !follow(0)) return;
     while (c.way.events < 2000) {
         if (!CHECK_OK(&c.ctx, pd_sequentially_linear_next_event(&c.ctx, &c.way)) || c.way.done) break;
-        int tip = (int)floor(fabs(c.way.first.place[0]) / h + 0.5); /* [cell] that the crack has reached */
+        int tip = (int)floor(fabs(c.way.first.midpoint[0]) / h + 0.5); /* [cell] that the crack has reached */
         if (tip >= 20) tip = 19;
         if (c.way.force > peak[tip]) {
             peak[tip] = c.way.force;
@@ -227,7 +227,7 @@ TEST(by_load)
     if (!follow(1)) return;
     while (c.way.events < 400) {
         if (!CHECK_OK(&c.ctx, pd_sequentially_linear_next_event(&c.ctx, &c.way)) || c.way.done) break;
-        int tip = (int)floor(fabs(c.way.first.place[0]) / h + 0.5);
+        int tip = (int)floor(fabs(c.way.first.midpoint[0]) / h + 0.5);
         if (tip == 9) peak = fmax(peak, c.way.force);
         if (tip > 10) break;
         CHECK_REL(c.way.work, c.way.stored + c.way.dissipated, 1e-9);

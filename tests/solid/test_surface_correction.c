@@ -74,7 +74,7 @@ static double modulus(bar *c)
         c->u[i * PD_DIM] = 1e-7 * x;
         c->held[i * PD_DIM] = i % length < 3 || i % length >= length - 3;
     }
-    desc.held = c->held;
+    desc.prescribed = c->held;
     desc.rtol = 1e-8;
     if (!CHECK_OK(&c->ctx, pd_equilibrium_solve(&c->ctx, &solid, &desc, NULL, c->u, &result))) return 0.0;
     if (!CHECK_OK(&c->ctx, solid.force(&c->ctx, solid.self, c->u, c->force))) return 0.0;
@@ -133,20 +133,23 @@ TEST(factors)
     keep(c, kept[1]);
     CHECK(c->springs.critical <= critical && c->springs.critical >= critical);
     for (int32_t i = 0; i < body->count; i++)
-        if (body->row[i + 1] - body->row[i] > whole) whole = body->row[i + 1] - body->row[i];
+        if (body->first_bond[i + 1] - body->first_bond[i] > whole)
+            whole = body->first_bond[i + 1] - body->first_bond[i];
     for (int32_t i = 0; i < body->count; i++)
         for (pd_bond_iterator b = pdi_body_bonds_begin(body, i); pdi_body_bonds_next(&b);) {
-            int32_t j = b.to, mirror[2] = {i, j};
+            int32_t j = b.neighbour, mirror[2] = {i, j};
             int64_t at = pdi_body_bond_number(&b);
             double factor = (double)kept[1][at] / (double)kept[0][at];
             least = fmin(least, factor);
             most = fmax(most, factor);
-            int64_t back = body->row[j] + pdi_body_find_bond(body, i, j);
+            int64_t back = body->first_bond[j] + pdi_body_find_bond(body, i, j);
             CHECK(memcmp(&kept[1][at], &kept[1][back], sizeof(float)) == 0);
             for (int e = 0; e < 2; e++) mirror[e] += c->n[0] - 1 - 2 * (mirror[e] % c->n[0]);
-            back = body->row[mirror[1]] + pdi_body_find_bond(body, mirror[0], mirror[1]);
+            back = body->first_bond[mirror[1]] + pdi_body_find_bond(body, mirror[0], mirror[1]);
             CHECK(memcmp(&kept[1][at], &kept[1][back], sizeof(float)) == 0);
-            if (body->row[i + 1] - body->row[i] < whole || body->row[j + 1] - body->row[j] < whole) continue;
+            if (body->first_bond[i + 1] - body->first_bond[i] < whole ||
+                body->first_bond[j + 1] - body->first_bond[j] < whole)
+                continue;
             CHECK(memcmp(&kept[1][at], &kept[0][at], sizeof(float)) == 0);
             bulk++;
         }
@@ -180,8 +183,8 @@ TEST(slanted)
                 if (i % 60 >= 20 && i % 60 < 40)
                     for (pd_bond_iterator b = pdi_body_bonds_begin(&c->body, i); pdi_body_bonds_next(&b);) {
                         double xi[2], square, e = 0.0;
-                        int32_t j = b.to;
-                        pdi_body_compute_offset(&c->body, i, b.to, xi);
+                        int32_t j = b.neighbour;
+                        pdi_body_compute_offset(&c->body, i, b.neighbour, xi);
                         square = xi[0] * xi[0] + xi[1] * xi[1];
                         for (int d = 0; d < 2; d++) e += xi[d] * (c->u[j * 2 + d] - c->u[i * 2 + d]);
                         e /= 1e-7 * square;

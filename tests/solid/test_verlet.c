@@ -49,7 +49,7 @@ static bar_case *bar(const int *n, double m, double yield, double share)
     if (!CHECK_OK(&c->ctx, pd_correspondence_build(&c->ctx, &c->body, &metal, &c->elastic))) return NULL;
     memset(&motion, 0, sizeof motion);
     motion.density = 1.0;
-    motion.share = share;
+    motion.step_fraction = share;
     pd_material_interface solid = pd_correspondence_material(&c->elastic);
     return CHECK_OK(&c->ctx, pd_verlet_build(&c->ctx, &solid, &motion, &c->verlet)) ? c : NULL;
 }
@@ -86,7 +86,7 @@ TEST(dispersion)
                 all += part;
             }
             for (int i = 0; i < 801; i++) c->verlet.u[i] = cos(waves[j] * c->position[i]);
-            double dt = c->verlet.longest, slow = 2.0 / dt * asin(0.5 * dt * sqrt(square / all));
+            double dt = c->verlet.max_step, slow = 2.0 / dt * asin(0.5 * dt * sqrt(square / all));
             for (int k = 1; k <= 80; k++) {
                 if (!CHECK_OK(&c->ctx, pd_physics_run(&c->ctx, pd_verlet_process(&c->verlet), k * dt))) return;
                 worst = fmax(worst, fabs(c->verlet.u[400] - cos(slow * k * dt)));
@@ -110,7 +110,7 @@ TEST(waves)
     double length = n[0], low = HUGE_VAL, high = 0.0, before = 1.0, crossed[3] = {0.0, 0.0, 0.0};
     for (int32_t i = 0; i < c->body.count; i++) /* the slowest stretching of a free bar */
         c->verlet.v[i * PD_DIM] = 1e-3 * sin(PI * c->position[i * PD_DIM] / length);
-    double start = pd_verlet_kinetic(&c->verlet), dt = c->verlet.longest;
+    double start = pd_verlet_kinetic(&c->verlet), dt = c->verlet.max_step;
     int found = 0, steps = (int)(2.7 * length / dt);
     for (int k = 0; k < steps; k++) {
         if (!CHECK_OK(&c->ctx, pd_physics_run(&c->ctx, pd_verlet_process(&c->verlet), (k + 1) * dt))) return;
@@ -138,7 +138,7 @@ TEST(longest_step)
     if (!c) return;
     for (int32_t k = 0; k < c->body.count * PD_DIM; k++) c->verlet.v[k] = 1e-6 * random_real(&seed);
     double start = pd_verlet_kinetic(&c->verlet);
-    CHECK_OK(&c->ctx, pd_physics_run(&c->ctx, pd_verlet_process(&c->verlet), 200.0 * c->verlet.longest));
+    CHECK_OK(&c->ctx, pd_physics_run(&c->ctx, pd_verlet_process(&c->verlet), 200.0 * c->verlet.max_step));
     CHECK(energy(c) < 3.0 * start);
     end(c);
 }

@@ -147,7 +147,7 @@ TEST(as_gmres)
                 CHECK_NEAR(size_of(n, step), size_of(n, g.rest), 1e-8 * size_of(n, first));
                 CHECK_INT(a.count, k);
             }
-            CHECK_NEAR(a.part, 1.0, 0.0); /* it did not come back */
+            CHECK_NEAR(a.mixing, 1.0, 0.0); /* it did not come back */
             left = fmax(left, apart(n, x, answer) / away);
             end(&ctx, &a);
         }
@@ -261,7 +261,7 @@ TEST(forgets)
             for (int d = 0; d < N; d++) step[d] = (k < 4 ? k + 1.0 : 0.1 / k) * (2.0 + random_share(&seed));
             pdi_anderson_update(&a, x, step);
         }
-        CHECK(a.count > 0 && a.part < 1.0);
+        CHECK(a.count > 0 && a.mixing < 1.0);
         pdi_anderson_reset(&a);
     }
     end(&ctx, &a);
@@ -312,7 +312,7 @@ TEST(same_step)
 /* A step of that size; returns 1 when the place is then that of the best step, on by `part` of it. */
 static int goes_back(pd_anderson *a, double size, const double *best, double part, double *x)
 {
-    double step[2] = {0.6 * size, a->size > 2.5 ? -0.8 * size : 0.8 * size};
+    double step[2] = {0.6 * size, a->previous_norm > 2.5 ? -0.8 * size : 0.8 * size};
     pdi_anderson_update(a, x, step);
     return x[0] == best[0] + part && x[1] == best[1] && a->count == 0;
 }
@@ -331,13 +331,13 @@ TEST(comes_back)
     CHECK(!goes_back(&a, 3.0, best, 0.5, x)); /* once */
     CHECK(!goes_back(&a, 2.0, best, 0.5, x)); /* none */
     CHECK(!goes_back(&a, 5.0, best, 0.5, x));
-    CHECK_NEAR(a.part, 1.0, 0.0);
+    CHECK_NEAR(a.mixing, 1.0, 0.0);
     CHECK(goes_back(&a, 6.0, best, 0.5, x));
-    CHECK_NEAR(a.part, 0.5, 0.0);
+    CHECK_NEAR(a.mixing, 0.5, 0.0);
     CHECK(!goes_back(&a, 3.0, best, 0.25, x));
-    CHECK_NEAR(a.part, 0.5, 0.0);
+    CHECK_NEAR(a.mixing, 0.5, 0.0);
     CHECK(goes_back(&a, 4.0, best, 0.25, x));
-    CHECK_NEAR(a.part, 0.25, 0.0);
+    CHECK_NEAR(a.mixing, 0.25, 0.0);
     end(&ctx, &a);
 }
 

@@ -27,8 +27,8 @@ static scene *channel(int cells)
     s->with = WITH_FLOW | WITH_STEADY;
     s->flow_desc.rho = 1000.0;
     s->flow_desc.mu = NU * 1000.0;
-    s->flow_desc.speed = 1e-3;
-    s->flow_desc.length = EDGE;
+    s->flow_desc.report_speed = 1e-3;
+    s->flow_desc.report_length = EDGE;
     s->flow_desc.clock = &time_now;
     time_now = 0.0;
     return s;
@@ -40,7 +40,7 @@ static int channel_build(scene *s, double m)
     memset(&desc, 0, sizeof desc);
     memset(&implicit, 0, sizeof implicit);
     memset(&unsteady, 0, sizeof unsteady);
-    desc.tolerance = 1e-9;
+    desc.stage_tolerance = 1e-9;
     return scene_build_m(s, m) && CHECK_OK(&s->ctx, pd_implicit_build(&s->ctx, &s->flow, &s->steady, &desc, &implicit));
 }
 
@@ -106,7 +106,7 @@ static double follow(const problem *p, int cells, double m, int steps, int forwa
     }
     pd_weakly_compressible_desc weak;
     memset(&weak, 0, sizeof weak);
-    weak.sound = 0.02;
+    weak.sound_speed = 0.02;
     if (forward && !CHECK_OK(&s->ctx, pd_weakly_compressible_build(&s->ctx, &s->flow, &weak, &unsteady))) return NAN;
     if (forward) CHECK_OK(&s->ctx, pd_physics_run(&s->ctx, pd_weakly_compressible_process(&unsteady), end));
     for (int n = 0; n < steps && !forward; n++)

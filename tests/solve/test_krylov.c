@@ -197,9 +197,9 @@ TEST(gmres_growth)
         sys s = make(K_SHIFT, N);
         b[0] = 1.0;
         d.restart = 5;
-        d.most = 25;
+        d.max_vectors = 25;
         d.max_iterations = 1000;
-        d.compressed = variant >> 1 & 1 ? PD_KRYLOV_SINGLE : PD_KRYLOV_DOUBLE;
+        d.basis_precision = variant >> 1 & 1 ? PD_KRYLOV_SINGLE : PD_KRYLOV_DOUBLE;
         d.flexible = variant >> 2;
         fault_context(&c, 0, 1, &ctx);
         CHECK_OK(&ctx, pdi_krylov_build(&ctx, &d, &k));
@@ -217,7 +217,7 @@ TEST(gmres_growth)
         memset(x, 0, sizeof x);
         CHECK_OK(&ctx, pdi_krylov_solve(&ctx, &k, multiply, precond, &s, b, x, &r));
         CHECK_INT(r.iterations, N);
-        k.desc.fixed = 1;
+        k.desc.fixed_restart = 1;
         memset(x, 0, sizeof x);
         CHECK_INT(pdi_krylov_solve(&ctx, &k, multiply, precond, &s, b, x, &r), PD_NOT_CONVERGED);
         CHECK_INT(r.iterations, 5);
@@ -245,7 +245,7 @@ TEST(gmres_growth_lent)
             pd_ctx_init(&ctx);
             memset(&arena, 0, sizeof arena);
             d.restart = 5;
-            d.most = 25;
+            d.max_vectors = 25;
             d.max_iterations = 1000;
             d.flexible = flexible;
             if (lends) d.arena = &arena;
@@ -256,7 +256,7 @@ TEST(gmres_growth_lent)
                 memset(x[lends], 0, sizeof x[lends]);
                 CHECK_OK(&ctx, pdi_krylov_solve(&ctx, &k, multiply, flexible ? same : NULL, &s, b, x[lends], &r));
                 CHECK_INT(r.iterations, N);
-                CHECK_INT(k.chunks, GROWS - (lends ? LENT : 0));
+                CHECK_INT(k.chunk_count, GROWS - (lends ? LENT : 0));
                 CHECK_INT((int)arena.used, 0);
             }
             grown[lends] = ctx.in_use - built;
@@ -294,13 +294,13 @@ TEST(gmres_lean)
             s.wind = 0.5;
             pd_ctx_init(&ctx);
             d.restart = 12;
-            d.most = variant & 1 ? 200 : 0;
-            d.compressed = variant >> 1 & 1 ? PD_KRYLOV_SINGLE : PD_KRYLOV_DOUBLE;
+            d.max_vectors = variant & 1 ? 200 : 0;
+            d.basis_precision = variant >> 1 & 1 ? PD_KRYLOV_SINGLE : PD_KRYLOV_DOUBLE;
             d.max_iterations = variant >> 2 ? 20 : 4000; /* it stops within the second cycle, or has converged */
             d.rtol = 1e-10;
             d.zero_guess = 1;
-            d.lean = lean;
-            d.least = lean ? 6 : 0;
+            d.low_memory = lean;
+            d.initial_vectors = lean ? 6 : 0;
             for (int i = 0; i < N; i++) x[lean][i] = 7.0;
             CHECK_OK(&ctx, pdi_krylov_build(&ctx, &d, &k));
             CHECK_INT(k.vectors, lean ? 1 : 2);
@@ -334,8 +334,8 @@ TEST(gmres_trusting)
             d.restart = variant & 1 ? 12 : 200; /* restarts take the true residual */
             d.max_iterations = variant >> 1 ? 20 : 4000;
             d.rtol = 1e-8;
-            d.zero_guess = d.lean = 1;
-            d.trusting = trusting;
+            d.zero_guess = d.low_memory = 1;
+            d.skip_true_residual = trusting;
             CHECK_OK(&ctx, pdi_krylov_build(&ctx, &d, &k));
             int status = pdi_krylov_solve(&ctx, &k, spoil, jacobi, &s, b, x[trusting], &r[trusting]);
             CHECK_INT(status, variant >> 1 ? PD_NOT_CONVERGED : PD_OK);
@@ -371,14 +371,14 @@ TEST(gmres_integers)
             s.d = own;
             pd_ctx_init(&ctx);
             d.restart = 40;
-            d.most = 200;
+            d.max_vectors = 200;
             d.rtol = 1e-3;
-            d.compressed = integers ? PD_KRYLOV_INT16 : PD_KRYLOV_SINGLE;
+            d.basis_precision = integers ? PD_KRYLOV_INT16 : PD_KRYLOV_SINGLE;
             d.zero_guess = 1;
-            d.lean = lean;
+            d.low_memory = lean;
             d.max_iterations = 4000;
             CHECK_OK(&ctx, pdi_krylov_build(&ctx, &d, &k));
-            bytes[integers] = (size_t)k.built * sizeof *k.single;
+            bytes[integers] = (size_t)k.basis_entries * sizeof *k.compressed_basis;
             CHECK_OK(&ctx, pdi_krylov_solve(&ctx, &k, lean ? spoil : multiply, NULL, &s, b, x, &r));
             taken[integers] = r.iterations;
             CHECK_NEAR(residual_norm(&s, b, x), r.residual, 1e-12 * r.residual0);
@@ -531,7 +531,7 @@ TEST(not_a_number)
             CHECK_INT(r.converged, 0);
             for (int i = 0; i < N; i++) CHECK(fabs(x[i]) < 1e6);
             b[7] = (double)NAN;
-            d.of = "solid";
+            d.equations = "solid";
             CHECK_INT(run(&ctx, &d, &s, NULL, b, x, &r), PD_ERR_ARGUMENT);
             CHECK_STR(ctx.message, "solid: the right-hand side is not finite");
         }
@@ -733,7 +733,7 @@ TEST(spans)
         pd_krylov_desc d = describe(PD_KRYLOV_GMRES, 42);
         d.spans = &spans;
         d.components = 2;
-        d.compressed = variant & 1 ? PD_KRYLOV_SINGLE : PD_KRYLOV_DOUBLE;
+        d.basis_precision = variant & 1 ? PD_KRYLOV_SINGLE : PD_KRYLOV_DOUBLE;
         d.flexible = variant >> 1;
         d.rtol = 1e-12;
         d.restart = 20;

@@ -65,10 +65,10 @@ TEST(misra1a)
         if (!CHECK_OK(&ctx, pdi_least_squares_solve(&ctx, &d, &r))) NOTE("message: %s", ctx.message);
         CHECK_REL(r.value[0], 2.3894212918e2, 1e-7);
         CHECK_REL(r.value[1], 5.5015643181e-4, 1e-7);
-        CHECK_REL(r.error[0], 2.7070075241, 1e-5);
-        CHECK_REL(r.error[1], 7.2668688436e-6, 1e-5);
+        CHECK_REL(r.standard_error[0], 2.7070075241, 1e-5);
+        CHECK_REL(r.standard_error[1], 7.2668688436e-6, 1e-5);
         CHECK_REL(r.sum, 1.2455138894e-1, 1e-9);
-        CHECK_INT(r.freedom, 12);
+        CHECK_INT(r.degrees_of_freedom, 12);
         CHECK_REL(r.high[0] - r.value[0], 2.178812830 * 2.7070075241, 1e-5); /* t, 12 degrees of freedom */
         CHECK_INT(ctx.in_use, 0);
         NOTE("%d evaluations, %d steps, noise %.2g", r.evaluations, r.steps, r.noise);
@@ -91,8 +91,8 @@ TEST(box_bod)
     CHECK_OK(&ctx, pdi_least_squares_solve(&ctx, &d, &r));
     CHECK_REL(r.value[0], 2.1380940889e2, 1e-6);
     CHECK_REL(r.value[1], 5.4723748542e-1, 1e-6);
-    CHECK_REL(r.error[0], 1.2354515176e1, 1e-4);
-    CHECK_REL(r.error[1], 1.0455993237e-1, 1e-4);
+    CHECK_REL(r.standard_error[0], 1.2354515176e1, 1e-4);
+    CHECK_REL(r.standard_error[1], 1.0455993237e-1, 1e-4);
     CHECK_REL(r.sum, 1.1680088766e3, 1e-9);
 }
 
@@ -109,12 +109,12 @@ TEST(line)
         pd_ctx_init(&ctx);
         d.low[0] = d.low[1] = -10.0;
         d.high[0] = d.high[1] = 10.0;
-        d.known = 1;
+        d.known_deviation = 1;
         CHECK(pdi_least_squares_solve(&ctx, &d, &r) >= 0);
         CHECK_NEAR(r.value[0], 0.16, noisy ? 1e-3 : 1e-8); /* by hand: b = (30.1 - 2 10.3)/10, a = 2.06 - 2 b */
         CHECK_NEAR(r.value[1], 0.95, noisy ? 1e-3 : 1e-8);
-        CHECK_REL(r.error[0], errors[0], noisy ? 1e-3 : 1e-8);
-        CHECK_REL(r.error[1], errors[1], noisy ? 1e-3 : 1e-8);
+        CHECK_REL(r.standard_error[0], errors[0], noisy ? 1e-3 : 1e-8);
+        CHECK_REL(r.standard_error[1], errors[1], noisy ? 1e-3 : 1e-8);
         CHECK_REL(r.high[1] - r.low[1], 2.0 * 1.959963984540054 * errors[1], noisy ? 1e-3 : 1e-8);
         CHECK_NEAR(r.correlation[0][1], -10.0 / sqrt(150.0), noisy ? 1e-3 : 1e-8);
         CHECK_LE(r.noise, noisy ? 1e-4 : 1e-12);
@@ -139,11 +139,11 @@ TEST(bound)
     CHECK_OK(&ctx, pdi_least_squares_solve(&ctx, &d, &r));
     CHECK_NEAR(r.value[1], 0.9, 0.0);
     CHECK_NEAR(r.value[0], 2.06 - 1.8, 1e-8);
-    CHECK_INT(r.bound[1], 1);
-    CHECK_INT(r.bound[0], 0);
-    CHECK(isnan(r.error[1]));
-    CHECK_INT(r.freedom, 4);
-    CHECK_REL(r.error[0], sqrt(r.sum / 4.0 / 5.0), 1e-8);
+    CHECK_INT(r.active_bound[1], 1);
+    CHECK_INT(r.active_bound[0], 0);
+    CHECK(isnan(r.standard_error[1]));
+    CHECK_INT(r.degrees_of_freedom, 4);
+    CHECK_REL(r.standard_error[0], sqrt(r.sum / 4.0 / 5.0), 1e-8);
 }
 
 static double without(const double *p, double x) { return p[0] * x; }

@@ -39,7 +39,7 @@ static pd_status toy_limit(pd_ctx *ctx, void *self, pd_step *s)
     y->limits++;
     CHECK(s->time == y->time);
     if (y->ahead) CHECK_LE(y->ahead->time - y->time, y->ahead->ends);
-    if (y->step > 0.0) s->dt = pdi_physics_equal_steps(s->limit - s->time, y->step);
+    if (y->step > 0.0) s->dt = pdi_physics_equal_steps(s->latest_end - s->time, y->step);
     return PD_OK;
 }
 
@@ -47,8 +47,8 @@ static pd_status toy_attempt(pd_ctx *ctx, void *self, pd_step *s)
 {
     toy *y = (toy *)self;
     y->attempts++;
-    if (s->at) {
-        pd_status status = s->at(ctx, s->at_user, s->end);
+    if (s->solve_at) {
+        pd_status status = s->solve_at(ctx, s->solve_at_user, s->end);
         if (status < 0) return status;
     }
     y->shortest = y->shortest > 0.0 ? fmin(y->shortest, s->dt) : s->dt;
@@ -74,11 +74,11 @@ static pd_status toy_accept(pd_ctx *ctx, void *self, pd_step *s)
     y->passed += s->dt;
     y->seen += s->dt;
     if (y->ends > 0.0 && y->seen >= y->ends) {
-        s->ends = 1;
+        s->ends_substeps = 1;
         y->seen = 0.0;
     }
-    s->turned = &y->node;
-    s->turned_count = y->turns;
+    s->converted_nodes = &y->node;
+    s->converted_count = y->turns;
     return PD_OK;
 }
 
@@ -131,10 +131,10 @@ static pd_physics toy_process(const char *name, toy *y)
     p.accept = toy_accept;
     p.reject = toy_reject;
     p.finish = toy_finish;
-    p.changed = toy_changed;
+    p.nodes_converted = toy_changed;
     p.element = toy_elements;
     p.elements = 1;
-    p.balance = toy_balance;
+    p.add_amounts = toy_balance;
     return p;
 }
 
@@ -228,12 +228,12 @@ TEST(a_list)
     pd_physics p = toy_process("flow", &flow);
     p.attempt = NULL;
     p.elements = 0;
-    p.at = toy_at;
+    p.solve_at = toy_at;
     CHECK_OK(&ctx, pd_time_loop_add_process(&ctx, &b.couple, p));
     CHECK_OK(&ctx, pd_time_loop_add_process(&ctx, &b.couple, toy_process("lead", &lead)));
     p = toy_process("follower", &follower);
     p.element = toy_elements + 1;
-    p.inner = 1;
+    p.has_substeps = 1;
     CHECK_OK(&ctx, pd_time_loop_add_process(&ctx, &b.couple, p));
     CHECK_INT(b.couple.elements, 2);
     lead.step = 0.5;
@@ -280,7 +280,7 @@ TEST(those_behind_follow)
     memset(y, 0, sizeof y);
     for (int n = 0; n < 4; n++) {
         pd_physics p = toy_process(name[n], &y[n]);
-        p.inner = n > 0;
+        p.has_substeps = n > 0;
         CHECK_OK(&ctx, pd_time_loop_add_process(&ctx, &b.couple, p));
         y[n].step = step[n];
         y[n].ahead = n ? &y[n - 1] : NULL;
@@ -312,8 +312,8 @@ TEST(elements)
     memset(&one, 0, sizeof one);
     memset(&two, 0, sizeof two);
     pd_physics p = toy_process("one", &one);
-    p.longest = pdi_physics_limit_max_step;
-    p.inner = 1;
+    p.max_run_step = pdi_physics_limit_max_step;
+    p.has_substeps = 1;
     CHECK_OK(&ctx, pd_time_loop_add_process(&ctx, &b.couple, p));
     p = toy_process("two", &two);
     p.elements = 2;
@@ -358,20 +358,20 @@ static void goes_on(const char *text, const char *what)
     pd_setup u, v;
     pd_model a, b;
     if (!grow(&ctx, &u, &a, text)) return;
-    CHECK_OK(&ctx, pd_time_loop_run(&ctx, &a.couple, 0.5 * u.until, 0.5 * u.until, NULL, NULL));
+    CHECK_OK(&ctx, pd_time_loop_run(&ctx, &a.time_loop, 0.5 * u.end_time, 0.5 * u.end_time, NULL, NULL));
     CHECK_OK(&ctx, checkpoint_save(&ctx, path_of("half"), &a));
     if (!grow(&other, &v, &b, text)) return;
     CHECK_OK(&other, checkpoint_load(&other, path_of("half"), &b));
-    CHECK_OK(&ctx, pd_time_loop_run(&ctx, &a.couple, u.until, 0.5 * u.until, NULL, NULL));
-    CHECK_OK(&other, pd_time_loop_run(&other, &b.couple, u.until, 0.5 * u.until, NULL, NULL));
+    CHECK_OK(&ctx, pd_time_loop_run(&ctx, &a.time_loop, u.end_time, 0.5 * u.end_time, NULL, NULL));
+    CHECK_OK(&other, pd_time_loop_run(&other, &b.time_loop, u.end_time, 0.5 * u.end_time, NULL, NULL));
     int64_t total = a.grid.total;
     const double *x = pdi_model_velocity(&a), *y = pdi_model_velocity(&b);
     int same = memcmp(a.grid.kind, b.grid.kind, (size_t)total) == 0 &&
-               memcmp(a.couple.ledger, b.couple.ledger, sizeof a.couple.ledger) == 0;
+               memcmp(a.time_loop.ledger, b.time_loop.ledger, sizeof a.time_loop.ledger) == 0;
     if (x) same = same && memcmp(x, y, (size_t)(PD_DIM * total) * sizeof *x) == 0;
     if (a.transport.c) same = same && memcmp(a.transport.c, b.transport.c, (size_t)total * sizeof *x) == 0;
     if (!CHECK(same)) NOTE("%s: other bits after a checkpoint", what);
-    CHECK_INT(a.couple.steps, b.couple.steps);
+    CHECK_INT(a.time_loop.steps, b.time_loop.steps);
     drop(&other, &v, &b);
     drop(&ctx, &u, &a);
 }
@@ -389,13 +389,13 @@ TEST(gas_through_sides)
     pd_setup u;
     pd_model m;
     if (!grow(&ctx, &u, &m, GAS)) return;
-    CHECK_OK(&ctx, pd_time_loop_run(&ctx, &m.couple, u.until, 0.25, NULL, NULL));
-    CHECK_INT(m.couple.elements, 2);
-    const pd_mass_balance *mass = &m.couple.ledger[0], *energy = &m.couple.ledger[1];
+    CHECK_OK(&ctx, pd_time_loop_run(&ctx, &m.time_loop, u.end_time, 0.25, NULL, NULL));
+    CHECK_INT(m.time_loop.elements, 2);
+    const pd_mass_balance *mass = &m.time_loop.ledger[0], *energy = &m.time_loop.ledger[1];
     CHECK_NEAR(mass->start, 0.5625, 1e-12);
     CHECK_NEAR(energy->start, 0.5 * (2.5 + 0.25) + 0.5 * 0.16 * 0.5625, 1e-12);
     CHECK(mass->out > 0.3 && mass->in > 0.1 && energy->out > 0.3 && energy->in > 0.1);
-    CHECK_LE(pd_time_loop_imbalance(&m.couple), 1e-13);
+    CHECK_LE(pd_time_loop_imbalance(&m.time_loop), 1e-13);
     drop(&ctx, &u, &m);
     goes_on(GAS, "gas");
 }
@@ -410,12 +410,12 @@ TEST(gas_that_streams)
               "[grid] h = 20 mm  m = 3  box = 0 .. 1 m\n[side x-] flow = inlet\n[side x+] flow = outlet\n"
               "[gas] rho = 2 kg/m3  p = 3 Pa  vx = 0.7 m/s  gamma = 1.5\n[run] until = 1.3 s\n"))
         return;
-    CHECK_OK(&ctx, pd_time_loop_run(&ctx, &m.couple, u.until, 0.0, NULL, NULL));
+    CHECK_OK(&ctx, pd_time_loop_run(&ctx, &m.time_loop, u.end_time, 0.0, NULL, NULL));
     double energy = 3.0 / 0.5 + 0.5 * 2.0 * 0.49;
-    CHECK_REL(m.couple.ledger[0].out, 2.0 * 0.7 * 1.3, 1e-12);
-    CHECK_REL(m.couple.ledger[0].in, 2.0 * 0.7 * 1.3, 1e-12);
-    CHECK_REL(m.couple.ledger[1].out, (energy + 3.0) * 0.7 * 1.3, 1e-12);
-    CHECK_REL(m.couple.ledger[1].in, (energy + 3.0) * 0.7 * 1.3, 1e-12);
+    CHECK_REL(m.time_loop.ledger[0].out, 2.0 * 0.7 * 1.3, 1e-12);
+    CHECK_REL(m.time_loop.ledger[0].in, 2.0 * 0.7 * 1.3, 1e-12);
+    CHECK_REL(m.time_loop.ledger[1].out, (energy + 3.0) * 0.7 * 1.3, 1e-12);
+    CHECK_REL(m.time_loop.ledger[1].in, (energy + 3.0) * 0.7 * 1.3, 1e-12);
     drop(&ctx, &u, &m);
 }
 #else
@@ -444,14 +444,14 @@ TEST(metal_in_a_flow_in_time)
         lost[k] = speed[k] = 0.0;
         if (!grow(&ctx, &u, &m, texts[k])) return;
         int64_t solid = m.grid.solid_count;
-        CHECK_OK(&ctx, pd_time_loop_run(&ctx, &m.couple, u.until, 0.0, NULL, NULL));
-        CHECK(m.couple.time == u.until && m.grid.solid_count < solid && m.grid.solid_count > 0);
-        CHECK_LE(pd_time_loop_imbalance(&m.couple), 1e-12);
+        CHECK_OK(&ctx, pd_time_loop_run(&ctx, &m.time_loop, u.end_time, 0.0, NULL, NULL));
+        CHECK(m.time_loop.time == u.end_time && m.grid.solid_count < solid && m.grid.solid_count > 0);
+        CHECK_LE(pd_time_loop_imbalance(&m.time_loop), 1e-12);
         CHECK_OK(&ctx, pd_bonds_validate(&ctx, &m.bonds));
-        lost[k] = pd_time_loop_volume_loss(&m.couple);
+        lost[k] = pd_time_loop_volume_loss(&m.time_loop);
         for (int32_t i = 0; i < PD_DIM * m.grid.total; i++)
             if (m.grid.kind[i % m.grid.total] == PD_FLUID) speed[k] = fmax(speed[k], fabs(m.flow.u[i]));
-        if (k == 0) CHECK_INT(m.couple.count, 2);
+        if (k == 0) CHECK_INT(m.time_loop.count, 2);
         drop(&ctx, &u, &m);
     }
     NOTE("lost %.5f (implicit), %.5f (explicit), %.5f (steady); fastest %.5f, %.5f, %.5f m/s", lost[0], lost[1],
@@ -476,11 +476,11 @@ TEST(steady_flow_that_follows)
               "[side y-] flow = noslip\n[side y+] flow = noslip\n[flow] rho = 1000 kg/m3  mu = 1e-3 Pa s\n"
               "[run] until = 1 s  max_step = 0.25 s\n"))
         return;
-    CHECK_OK(&ctx, pd_time_loop_start(&ctx, &m.couple));
+    CHECK_OK(&ctx, pd_time_loop_start(&ctx, &m.time_loop));
     double first = pd_flow_integrate_section(&ctx, &m.flow, 0, 10);
     CHECK_REL(first, 1e-3 * 100e-6, 1e-2);
-    CHECK_OK(&ctx, pd_time_loop_run(&ctx, &m.couple, u.until, 0.0, NULL, NULL));
-    CHECK_INT(m.couple.steps, 4);
+    CHECK_OK(&ctx, pd_time_loop_run(&ctx, &m.time_loop, u.end_time, 0.0, NULL, NULL));
+    CHECK_INT(m.time_loop.steps, 4);
     CHECK_INT(m.quasi.solves, 5);
     CHECK_REL(pd_flow_integrate_section(&ctx, &m.flow, 0, 10), 2.0 * first, 1e-5);
     drop(&ctx, &u, &m);

@@ -22,7 +22,7 @@ static pd_stiff_ode_status solve(pd_stiff_ode_rate_fn rate, int count, double lo
     s.rate = rate;
     s.low = lows;
     s.high = highs;
-    s.size = size;
+    s.typical = size;
     s.tolerance = tolerance;
     asked = 0;
     pd_stiff_ode_status end = pdi_stiff_ode_solve(&s, 0.0, to, y, &which);

@@ -33,7 +33,7 @@ TEST(conductances_are_symmetric)
 {
     scene *s = scene_start(12, 9, 3.0);
     s->shapes[0].type = PD_SHAPE_BALL;
-    s->shapes[0].r = 0.21;
+    s->shapes[0].radius = 0.21;
     for (int d = 0; d < PD_DIM; d++) s->shapes[0].a[d] = d == 0 ? 0.43 : 0.37;
     s->grid_desc.solid = &s->shapes[0];
     s->grid_desc.side[0] = PD_SIDE_MIRROR;
@@ -42,7 +42,7 @@ TEST(conductances_are_symmetric)
     int different = 0, checked = 0;
     double least = 1e300, most = 0.0;
     for (int32_t i = 0; i < s->grid.total; i++) {
-        int32_t r = s->bonds.row[i];
+        int32_t r = s->bonds.row_of_node[i];
         if (s->grid.kind[i] != PD_FLUID) continue;
         for (int k = 0; k < s->stencil.count; k++) {
             int32_t j = i + s->bonds.paths.shift[k];
@@ -50,10 +50,11 @@ TEST(conductances_are_symmetric)
             if (s->grid.kind[j] != PD_FLUID) continue;
             double there, back;
             pdi_diffusion_bond(&s->transport.diffusion, i, k, 1, r >= 0, &there);
-            pdi_diffusion_bond(&s->transport.diffusion, j, s->stencil.count - 1 - k, 1, s->bonds.row[j] >= 0, &back);
+            pdi_diffusion_bond(&s->transport.diffusion, j, s->stencil.count - 1 - k, 1, s->bonds.row_of_node[j] >= 0,
+                               &back);
             different += there != back;
-            least = fmin(least, there / s->stencil.lap[k]);
-            most = fmax(most, there / s->stencil.lap[k]);
+            least = fmin(least, there / s->stencil.laplacian_weight[k]);
+            most = fmax(most, there / s->stencil.laplacian_weight[k]);
             checked++;
         }
     }
@@ -84,7 +85,7 @@ static double decay_rate(int n, int across, double m, int held, int metal)
     scene *s = scene_start(n, across, m);
     s->shapes[0].type = PD_SHAPE_BOX;
     s->shapes[1].type = PD_SHAPE_COMPLEMENT;
-    s->shapes[1].children = 1;
+    s->shapes[1].child_count = 1;
     for (int d = 0; d < PD_DIM && metal; d++) {
         double cell = d ? 1.0 / n : 0.0;
         s->shapes[0].a[d] = d ? 0.0 : -1.0;
@@ -588,14 +589,14 @@ static double shell_flux(int n, double m, double shift, double ratio, int core)
         for (int k = 0; k < 2; k++) shapes[k].a[d] = shell_middle[d];
     }
     shapes[0].type = shapes[1].type = PD_SHAPE_BALL;
-    shapes[0].r = 0.01 * CORE;
-    shapes[1].r = 0.01 * RIM;
+    shapes[0].radius = 0.01 * CORE;
+    shapes[1].radius = 0.01 * RIM;
     shapes[2].type = PD_SHAPE_COMPLEMENT;
     shapes[2].child[0] = 1;
-    shapes[2].children = 1;
+    shapes[2].child_count = 1;
     shapes[3].type = PD_SHAPE_UNION;
     shapes[3].child[1] = 2;
-    shapes[3].children = 2;
+    shapes[3].child_count = 2;
     s->grid_desc.shapes = shapes;
     s->grid_desc.wall = &shapes[3];
     s->transport_desc.field = shell_at;

@@ -32,7 +32,7 @@ static pd_status step(scene *s, double peclet, int threads, int iterations, doub
     if (iterations) t.krylov.desc.max_iterations = iterations;
     pd_status status = pd_transport_implicit(&s->ctx, &t, dt, result);
     CHECK(status >= 0);
-    CHECK_INT(t.krylov.chunks, 0);
+    CHECK_INT(t.krylov.chunk_count, 0);
     for (int32_t i = 0; i < s->grid.total; i++) {
         out[i] = out[s->grid.total + i] = 0.0;
         if (s->grid.kind[i] != PD_FLUID) continue;

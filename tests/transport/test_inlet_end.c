@@ -41,7 +41,7 @@ static scene *root_start(double m, int n, int rows)
     s->grid_desc.hi[1] = 1.0;
     s->grid_desc.lo[0] = -1.0;
     s->grid_desc.side[2] = PD_SIDE_INLET;
-    s->grid_desc.entry = root_enters;
+    s->grid_desc.is_inlet = root_enters;
     for (int d = 2; d < PD_DIM; d++) s->grid_desc.side[2 * d] = s->grid_desc.side[2 * d + 1] = PD_SIDE_MIRROR;
     s->with = WITH_TRANSPORT;
     s->transport_desc.diffusivity = 1.0;
@@ -143,7 +143,7 @@ static double disc_error(int n)
     s->grid_desc.side[PD_DIM == 2 ? 0 : 2] = PD_SIDE_INLET;
     for (int d = 0; d < PD_DIM; d++)
         if (d != (PD_DIM == 2 ? 0 : 1)) s->grid_desc.side[2 * d] = PD_SIDE_MIRROR;
-    s->grid_desc.entry = disc_enters;
+    s->grid_desc.is_inlet = disc_enters;
     s->with = WITH_TRANSPORT;
     s->transport_desc.diffusivity = 1.0;
     s->transport_desc.tolerance = 1e-12;
@@ -254,7 +254,7 @@ TEST(patch_across_a_border)
         scene_box(s, 1.0, 1.0, 16, 8, 3);
         s->grid_desc.side[0] = s->grid_desc.side[1] = PD_SIDE_PERIODIC;
         s->grid_desc.side[2] = PD_SIDE_INLET;
-        s->grid_desc.entry = patch_enters;
+        s->grid_desc.is_inlet = patch_enters;
         s->with = WITH_TRANSPORT;
         s->transport_desc.diffusivity = 1.0;
         s->transport_desc.tolerance = 1e-13;
@@ -292,11 +292,11 @@ TEST(sides_without_ends)
     for (int asked = 0; asked < 2; asked++) {
         scene *s = root_start(1.0, 8, 6);
         s->grid_desc.side[3] = PD_SIDE_OUTLET;
-        s->grid_desc.entry = asked ? enters_below : NULL;
+        s->grid_desc.is_inlet = asked ? enters_below : NULL;
         if (!scene_build(s)) return;
         if (!CHECK_OK(&s->ctx, pd_transport_implicit(&s->ctx, &s->transport, 0.1, &s->result))) return;
         size_t bytes = (size_t)s->grid.total * sizeof(double);
-        CHECK_INT(s->grid.ends, 0);
+        CHECK_INT(s->grid.mixed_sides, 0);
         if (!asked) {
             kept = (double *)malloc(bytes);
             if (!CHECK(kept != NULL)) return;

@@ -14,7 +14,7 @@ static void symbols(const pd_stencil *s, const double *k, double *wide, double *
     for (int b = 0; b < s->count; b++) {
         double phase = 0.0;
         for (int d = 0; d < PD_DIM; d++) phase += k[d] * s->offset[b * PD_DIM + d];
-        *wide += s->lap[b] * (1.0 - cos(phase));
+        *wide += s->laplacian_weight[b] * (1.0 - cos(phase));
     }
     for (int d = 0; d < PD_DIM; d++) *compact += 2.0 / (s->h[d] * s->h[d]) * (1.0 - cos(k[d]));
 }
@@ -71,7 +71,7 @@ static int iterations(double m, double cells)
     scene_box(s, m, 1e-5, n, n, n);
     s->shapes[0].type = PD_SHAPE_BALL;
     for (int d = 0; d < PD_DIM; d++) s->shapes[0].a[d] = (0.5 * n + 0.3) * 1e-5;
-    s->shapes[0].r = 0.2 * n * 1e-5;
+    s->shapes[0].radius = 0.2 * n * 1e-5;
     s->grid_desc.solid = s->shapes;
     s->with = WITH_TRANSPORT;
     s->transport_desc.diffusivity = 1e-9;

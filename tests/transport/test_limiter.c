@@ -11,7 +11,7 @@ static int stream_build(scene *s, int cells, double m, const double *k, const do
     double h = 1.0 / cells;
     scene_box(s, m, h, cells, cells, cells);
     s->with = WITH_TRANSPORT | WITH_FLOW;
-    s->flow_desc.rho = s->flow_desc.mu = s->flow_desc.speed = s->flow_desc.length = 1.0;
+    s->flow_desc.rho = s->flow_desc.mu = s->flow_desc.report_speed = s->flow_desc.report_length = 1.0;
     if (!scene_build(s)) return 0;
     for (int32_t i = 0; i < s->grid.total; i++) {
         double x[PD_DIM], sum = 0.0;
@@ -119,10 +119,10 @@ static int ball_build(scene *s, double m, double (*field)(const double *x))
         s->grid_desc.hi[d] -= 0.25;
         s->shapes[0].a[d] = 0.25 + 0.3 / cells;
     }
-    s->shapes[0].r = 0.2;
+    s->shapes[0].radius = 0.2;
     s->grid_desc.solid = s->shapes;
     s->with = WITH_TRANSPORT | WITH_FLOW;
-    s->flow_desc.rho = s->flow_desc.mu = s->flow_desc.speed = s->flow_desc.length = 1.0;
+    s->flow_desc.rho = s->flow_desc.mu = s->flow_desc.report_speed = s->flow_desc.report_length = 1.0;
     if (!scene_build(s)) return 0;
     for (int32_t i = 0; i < s->grid.total; i++) {
         double x[PD_DIM];

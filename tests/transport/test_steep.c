@@ -21,8 +21,8 @@ static int stairs_build(scene *s, double speed, int shift)
     scene_box(s, 1.0, 1.0 / CELLS, CELLS, 4, 4);
     for (int d = 0; d < 2 * PD_DIM; d++) s->grid_desc.side[d] = PD_SIDE_PERIODIC;
     s->with = WITH_TRANSPORT | WITH_FLOW;
-    s->flow_desc.rho = s->flow_desc.mu = s->flow_desc.length = 1.0;
-    s->flow_desc.speed = SPEED;
+    s->flow_desc.rho = s->flow_desc.mu = s->flow_desc.report_length = 1.0;
+    s->flow_desc.report_speed = SPEED;
     s->transport_desc.diffusivity = 0.0;
     if (!scene_build(s)) return 0;
     for (int32_t i = 0; i < s->grid.total; i++) {
@@ -118,8 +118,8 @@ TEST(stairs_beside_mirrors)
         for (int d = 0; d < 2 * PD_DIM; d++) s->grid_desc.side[d] = PD_SIDE_PERIODIC;
         if (!whole) s->grid_desc.side[2] = s->grid_desc.side[3] = PD_SIDE_MIRROR;
         s->with = WITH_TRANSPORT | WITH_FLOW;
-        s->flow_desc.rho = s->flow_desc.mu = s->flow_desc.length = 1.0;
-        s->flow_desc.speed = SPEED;
+        s->flow_desc.rho = s->flow_desc.mu = s->flow_desc.report_length = 1.0;
+        s->flow_desc.report_speed = SPEED;
         if (!scene_build(s)) return;
         for (int32_t i = 0; i < s->grid.total; i++) {
             int at[3];

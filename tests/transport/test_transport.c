@@ -20,8 +20,8 @@ static scene *scene_start(int x, int y, int z)
     s->with = WITH_TRANSPORT;
     s->flow_desc.rho = 1000.0;
     s->flow_desc.mu = 1e-3;
-    s->flow_desc.speed = U;
-    s->flow_desc.length = x * H;
+    s->flow_desc.report_speed = U;
+    s->flow_desc.report_length = x * H;
     s->transport_desc.diffusivity = D;
     return s;
 }
@@ -546,7 +546,7 @@ TEST(bounded_around_a_disc)
         scene *s = scene_start(36, 20, 1);
         channel(s, 0);
         s->shapes[0].type = PD_SHAPE_BALL;
-        s->shapes[0].r = 4.2 * H;
+        s->shapes[0].radius = 4.2 * H;
         s->shapes[0].a[0] = 14.0 * H;
         s->shapes[0].a[1] = 9.0 * H;
         s->grid_desc.wall = &s->shapes[0];

@@ -20,7 +20,7 @@ static scene *scene_start(int n)
     s->grid_desc.hi[0] = 1.0;
     for (int side = 0; side < 2 * PD_DIM; side++) s->grid_desc.side[side] = PD_SIDE_PERIODIC;
     s->with = WITH_TRANSPORT;
-    s->flow_desc.rho = s->flow_desc.mu = s->flow_desc.speed = s->flow_desc.length = 1.0;
+    s->flow_desc.rho = s->flow_desc.mu = s->flow_desc.report_speed = s->flow_desc.report_length = 1.0;
     s->transport_desc.tolerance = 1e-12;
     memset(&two_stage_desc, 0, sizeof two_stage_desc);
     return s;
@@ -67,7 +67,8 @@ static double decay(int steps, double rtol, long *taken)
     two_stage_desc.rtol = rtol;
     if (!two_stage_build(s)) return 1.0;
     for (int b = 0; b < s->stencil.count; b++)
-        rate += s->transport_desc.diffusivity * s->stencil.lap[b] * (1.0 - cos(k * s->stencil.xi[b * PD_DIM]));
+        rate +=
+            s->transport_desc.diffusivity * s->stencil.laplacian_weight[b] * (1.0 - cos(k * s->stencil.xi[b * PD_DIM]));
     fill(s);
     for (int n = 0; n < steps; n++)
         if (!CHECK_OK(&s->ctx, pd_two_stage_step(&s->ctx, &two_stage, 1.0 / steps, &s->result))) return 1.0;

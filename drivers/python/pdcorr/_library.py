@@ -136,7 +136,7 @@ class Context:
             raise ValueError(f"memory_limit: found {memory_limit!r}, expected bytes")
         self.struct.alloc.limit = int(memory_limit)
         self.guard = _Guard()
-        self.struct.poll = self.types.pd_cancel_fn(self.guard.poll)
+        self.struct.cancel = self.types.pd_cancel_fn(self.guard.poll)
         self._lock = threading.Lock()
         self._garbage: list[tuple[Callable, tuple]] = []
 

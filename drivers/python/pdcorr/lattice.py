@@ -91,8 +91,8 @@ def _shapes(types: Any, dim: int, wanted: Sequence[Shape | None]) -> tuple[Any, 
     for k, shape in enumerate(flat):
         if len(shape.children) > len(array[k].child):
             raise ValueError(f"shape: found {len(shape.children)} parts, expected {len(array[k].child)} at most")
-        array[k].type, array[k].r, array[k].axis = shape.kind, shape.r, shape.axis
-        array[k].children = len(shape.children)
+        array[k].type, array[k].radius, array[k].axis = shape.kind, shape.r, shape.axis
+        array[k].child_count = len(shape.children)
         for d in range(dim):
             array[k].a[d] = shape.a[d] if shape.a else 0.0
             array[k].b[d] = shape.b[d] if shape.b else 0.0
@@ -195,7 +195,7 @@ class Lattice:
         self._context.call("pd_lattice_build", desc, self._lattice)
         grid = self._lattice.grid
         self.cells = tuple(grid.n)  # of the box
-        self.shape = tuple(grid.np)  # with ghosts
+        self.shape = tuple(grid.padded)  # with ghosts
         self.ghost = grid.ghost  # layers around the box
         self.inside = tuple(slice(self.ghost, self.ghost + n) for n in self.cells)  # of a scalar: the box
 
@@ -217,22 +217,22 @@ class Lattice:
     @property
     def whole(self) -> np.ndarray:
         """[np0, np1, ...] 1 where a fluid node has all bonds of its family."""
-        row = view(self._lattice.bonds.row, self.shape, self, strides=self._lattice.grid.stride)
+        row = view(self._lattice.bonds.row_of_node, self.shape, self, strides=self._lattice.grid.stride)
         return (self.kind == Kind.FLUID) & (row < 0)
 
     @property
     def axes(self) -> tuple[np.ndarray, ...]:
         """Places [m] of the nodes along each axis, with ghosts."""
         grid = self._lattice.grid
-        return tuple(grid.lo[d] + (np.arange(grid.np[d]) - grid.ghost + 0.5) * grid.h[d] for d in range(self.dim))
+        return tuple(grid.lo[d] + (np.arange(grid.padded[d]) - grid.ghost + 0.5) * grid.h[d] for d in range(self.dim))
 
     @property
     def stencil(self) -> Stencil:
         """Bonds and weights of a whole family."""
         s = self._lattice.stencil
         wide = (s.count, self.dim)
-        return Stencil(view(s.offset, wide, self), view(s.xi, wide, self), view(s.lap, wide[:1], self),
-                       view(s.grad, wide, self), s.m)
+        return Stencil(view(s.offset, wide, self), view(s.xi, wide, self), view(s.laplacian_weight, wide[:1], self),
+                       view(s.gradient_weight, wide, self), s.m)
 
     def zeros(self, components: int = 1) -> np.ndarray:
         """A field of zeros: a scalar, or a vector of dim components."""
@@ -318,12 +318,12 @@ class Lattice:
         owner = _Owner(self)
         weakref.finalize(owner, self._context.free, "pd_csr_free", csr)
         self._context.call("pd_csr_build", self._lattice.bonds, desc, csr)
-        row = view(csr.row, [csr.rows + 1], owner)
-        given_row = view(csr.given_row, [csr.rows + 1], owner)
+        row = view(csr.row_begin, [csr.rows + 1], owner)
+        given_row = view(csr.prescribed_begin, [csr.rows + 1], owner)
         entries, given = [int(row[-1])], [int(given_row[-1])]
         return Csr(view(csr.node, [csr.rows], owner), row, view(csr.column, entries, owner),
-                   view(csr.weight, entries, owner), given_row, view(csr.given, given, owner),
-                   view(csr.given_weight, given, owner))
+                   view(csr.weight, entries, owner), given_row, view(csr.prescribed, given, owner),
+                   view(csr.prescribed_weight, given, owner))
 
     def _filled(self, array: np.ndarray, name: str, vector: bool = False) -> Any:
         """The address of a field whose ghosts are filled."""

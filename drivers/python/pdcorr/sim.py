@@ -263,12 +263,12 @@ class Sim:
     @property
     def until(self) -> float:
         """End [s] that the scene asks for."""
-        return self._open().until
+        return self._open().end_time
 
     @property
     def every(self) -> float:
         """Time [s] between outputs that the scene asks for; 0: none on the way."""
-        return self._open().setup.every
+        return self._open().setup.output_interval
 
     @property
     def steps(self) -> int:
@@ -278,17 +278,17 @@ class Sim:
     @property
     def unsolved(self) -> int:
         """Steps in which a linear solver missed its tolerance; the next one makes up for what was left."""
-        return self._open().model.couple.unsolved
+        return self._open().model.time_loop.unsolved
 
     @property
     def volume_loss(self) -> float:
         """Share [-] of the volume of metal at the start that is gone."""
-        return self._context.library.pd_time_loop_volume_loss(self._open().model.couple)
+        return self._context.library.pd_time_loop_volume_loss(self._open().model.time_loop)
 
     @property
     def ledgers(self) -> dict[str, Ledger]:
         """Amounts now, by element: "metal", "mass", ..."""
-        couple = self._open().model.couple
+        couple = self._open().model.time_loop
         return {couple.element[k].name.decode(): Ledger(*(getattr(couple.ledger[k], name)
                                                           for name, _ in couple.ledger[k]._fields_))
                 for k in range(couple.elements)}
@@ -296,7 +296,7 @@ class Sim:
     @property
     def imbalance(self) -> float:
         """Worst relative imbalance [-] of all ledgers."""
-        return self._context.library.pd_time_loop_imbalance(self._open().model.couple)
+        return self._context.library.pd_time_loop_imbalance(self._open().model.time_loop)
 
     @property
     def in_use(self) -> int:
@@ -316,7 +316,7 @@ class Sim:
         self._labels[name] = found.label.decode()
         shape, strides = list(found.n), list(found.stride)
         if found.components > 1:
-            shape, strides = [found.components, *shape], [found.part, *strides]
+            shape, strides = [found.components, *shape], [found.component_stride, *strides]
         context = self._context
         return view(found.data, shape, context, strides=strides, writeable=True,
                     finalize=lambda: context.free("pd_sim_free_view", found))
@@ -450,7 +450,7 @@ class Instant:
     @property
     def when(self) -> str:
         """"start", "step" or "end"."""
-        return ("start", "step", "end")[self._now().when]
+        return ("start", "step", "end")[self._now().stage]
 
     @property
     def time(self) -> float:
@@ -465,7 +465,7 @@ class Instant:
     @property
     def until(self) -> float:
         """End [s] of the run."""
-        return self._now().until
+        return self._now().end_time
 
     @property
     def steps(self) -> int:
@@ -475,7 +475,7 @@ class Instant:
     @property
     def volume_loss(self) -> float:
         """Share [-] of the volume of metal at the start that is gone."""
-        return self._now().observables.contents.volume_loss
+        return self._now().diagnostics.contents.volume_loss
 
     def field(self, name: str) -> np.ndarray:
         """A copy of an output field, see Sim.field."""
@@ -483,8 +483,8 @@ class Instant:
         self._ask("pd_snapshot_get_field", name.encode(), found)
         shape, strides = list(found.n), [8 * stride for stride in found.stride]
         if found.components > 1:
-            shape, strides = [found.components, *shape], [8 * found.part, *strides]
-        values = np.ctypeslib.as_array(found.data, (found.components * found.part,))
+            shape, strides = [found.components, *shape], [8 * found.component_stride, *strides]
+        values = np.ctypeslib.as_array(found.data, (found.components * found.component_stride,))
         return np.lib.stride_tricks.as_strided(values, shape, strides).copy(order="K")
 
     @property
@@ -540,9 +540,9 @@ def _estimate(context: Context, setup: Any, desc: Any, figures: Any, accuracy: f
         list_ = found.list[: found.count]
         return Estimate(
             figures={_figure(e.figure): Estimated(e.figure.value, e.figure.unit.decode(), tuple(e.coarser), e.order,
-                                                  bool(e.assumed), e.error, bool(e.minor)) for e in list_},
-            coarser_runs=found.coarser_runs, without=found.without.decode("utf-8", "replace"),
-            worst=_figure(list_[found.worst].figure) if found.worst >= 0 else None, spacing=spacing)
+                                                  bool(e.is_formal_order), e.error, bool(e.is_minor)) for e in list_},
+            coarser_runs=found.coarser_runs, without=found.missing_reason.decode("utf-8", "replace"),
+            worst=_figure(list_[found.worst_output].figure) if found.worst_output >= 0 else None, spacing=spacing)
     finally:
         context.free("pd_richardson_free", found)
 
@@ -616,7 +616,7 @@ def run(scene: str | os.PathLike, overrides: Mapping[str, Any] | None = None, *,
         desc.figures = pointer(figures)
     if observe is not None:
         desc.observe = types.pd_snapshot_fn(look)
-    desc.dry = dry
+    desc.no_files = dry
     desc.checkpoints = checkpoint is not None or resume
     desc.checkpoint_every = 600.0 if checkpoint is None else checkpoint
     desc.resume = resume
@@ -644,9 +644,10 @@ def run(scene: str | os.PathLike, overrides: Mapping[str, Any] | None = None, *,
         context.free("pd_setup_free", setup)
     text = create_string_buffer(1024)
     context.library.pd_run_format_result(result, text, sizeof(text))
-    plain = ("time", "steps", "h", "m", "volume_loss", "ledger", "residual", "unknowns", "unsolved", "bytes_per_node")
+    plain = ("time", "steps", "h", "m", "volume_loss", "residual", "unknowns", "bytes_per_node")
     return Result(
         name=result.name.decode("utf-8", "replace"), folder=folder, stopped=bool(result.stopped),
-        front=result.front if result.has_front else None, flux=result.flux if result.has_flux else None,
-        line=text.value.decode(), estimate=estimate, summary=printer.texts[_declared.PD_PRINT_SUMMARY], notes=notes,
+        front=result.corrosion_depth if result.has_front else None, flux=result.flux_error if result.has_flux else None,
+        ledger=result.mass_balance_error, unsolved=result.unconverged_steps, line=text.value.decode(), estimate=estimate,
+        summary=printer.texts[_declared.PD_PRINT_SUMMARY], notes=notes,
         **{name: getattr(result, name) for name in plain})

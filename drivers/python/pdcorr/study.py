@@ -114,8 +114,8 @@ def fit(scene: str | os.PathLike, ranges: Mapping[str, Range], overrides: Mappin
     desc, found, printer = types.pd_fit_desc(), types.pd_fit(), _Printer(context, progress, every=True)
     asked = [_range(key, value) for key, value in ranges.items()]
     desc.range, desc.ranges = _ask(desc, scene, read, asked), len(asked)
-    desc.data = None if to is None else os.fsencode(to)
-    desc.one_lattice = one_lattice
+    desc.measured = None if to is None else os.fsencode(to)
+    desc.skips_coarser = one_lattice
     desc.print, desc.stop = printer.function, printer.stop
     try:
         context.call("pd_fit_run", desc, found)
@@ -123,15 +123,15 @@ def fit(scene: str | os.PathLike, ranges: Mapping[str, Range], overrides: Mappin
         printer.end()
     text = create_string_buffer(8192)
     context.library.pd_fit_format_result(found, text, sizeof(text))
-    squares, count = found.squares, found.parameters
-    parameters = [Parameter(key=p.key.decode(), unit=p.unit.decode(), value=squares.value[k], error=squares.error[k],
-                            interval=(squares.low[k], squares.high[k]), range=(p.low, p.high), bound=squares.bound[k])
+    squares, count = found.result, found.parameters
+    parameters = [Parameter(key=p.key.decode(), unit=p.unit.decode(), value=squares.value[k], error=squares.standard_error[k],
+                            interval=(squares.low[k], squares.high[k]), range=(p.low, p.high), bound=squares.active_bound[k])
                   for k, p in enumerate(found.parameter[:count])]
     pairs = (bytes(found.override[k]).split(b"\0", 1)[0].decode().split("=", 1) for k in range(count))
     return Fit(name=found.name.decode("utf-8", "replace"), parameters=parameters,
                correlation=np.array([list(row)[:count] for row in squares.correlation][:count]), points=found.points,
-               freedom=squares.freedom, rms=found.rms, figure=found.figure.decode(), unit=found.unit.decode(),
-               sum=squares.sum, known=bool(found.known), noise=squares.noise, converged=bool(squares.converged),
+               freedom=squares.degrees_of_freedom, rms=found.rms, figure=found.output.decode(), unit=found.unit.decode(),
+               sum=squares.sum, known=bool(found.has_spread), noise=squares.noise, converged=bool(squares.converged),
                evaluations=found.evaluations, h=found.h, overrides=dict(pairs), line=text.value.decode())
 
 
