@@ -371,13 +371,13 @@ def declare(dim):
     class pd_thread_contention(Structure):
         pass
     pd_thread_contention._fields_ = [
-        ('one', c_int),
-        ('trying', c_int),
-        ('since', c_double),
-        ('until', c_double),
+        ('single_thread', c_int),
+        ('in_trial', c_int),
+        ('window_start', c_double),
+        ('next_trial', c_double),
         ('pause', c_double),
-        ('spent', c_double),
-        ('lost', c_double),
+        ('loop_time', c_double),
+        ('lost_time', c_double),
         ('loop', pd_thread_contention_loop * 64),
     ]
 
@@ -398,9 +398,9 @@ def declare(dim):
         ('threads', c_int),
         ('in_use', c_size_t),
         ('peak', c_size_t),
-        ('poll', pd_cancel_fn),
-        ('poll_user', c_void_p),
-        ('pace', pd_thread_contention),
+        ('cancel', pd_cancel_fn),
+        ('cancel_user', c_void_p),
+        ('contention', pd_thread_contention),
         ('status', c_int),
         ('message', c_char * 640),
     ]
@@ -408,10 +408,10 @@ def declare(dim):
     class pd_archive(Structure):
         pass
     pd_archive._fields_ = [
-        ('item', CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p, c_char_p, c_void_p, c_size_t, c_int64)),
-        ('check', CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p, c_char_p, c_double)),
+        ('transfer', CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p, c_char_p, c_void_p, c_size_t, c_int64)),
+        ('verify', CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p, c_char_p, c_double)),
         ('user', c_void_p),
-        ('reading', c_int),
+        ('is_reading', c_int),
         ('name', c_char_p),
     ]
 
@@ -421,15 +421,15 @@ def declare(dim):
         ('block', POINTER(c_uint8)),
         ('size', c_size_t),
         ('used', c_size_t),
-        ('idle', c_void_p * 16),
-        ('idles', c_int),
+        ('unused', c_void_p * 16),
+        ('unused_count', c_int),
     ]
 
     class pd_monotone_cubic(Structure):
         pass
     pd_monotone_cubic._fields_ = [
         ('count', c_int),
-        ('strict', c_int),
+        ('nan_outside', c_int),
         ('x', POINTER(c_double)),
         ('y', POINTER(c_double)),
         ('slope', POINTER(c_double)),
@@ -439,17 +439,17 @@ def declare(dim):
         pass
     pd_facets._fields_ = [
         ('count', c_int32),
-        ('boxes', c_int32),
+        ('tree_nodes', c_int32),
         ('corner', POINTER(c_double)),
         ('box', POINTER(c_double)),
-        ('first', POINTER(c_int32)),
-        ('size', POINTER(c_int32)),
-        ('second', POINTER(c_int32)),
+        ('first_triangle', POINTER(c_int32)),
+        ('triangle_count', POINTER(c_int32)),
+        ('second_child', POINTER(c_int32)),
         ('shells', c_int32),
         ('root', POINTER(c_int32)),
-        ('sense', POINTER(c_int8)),
-        ('turned', c_int),
-        ('joined', c_int32),
+        ('orientation', POINTER(c_int8)),
+        ('flipped', c_int),
+        ('merged', c_int32),
     ]
 
     class pd_shape(Structure):
@@ -458,13 +458,13 @@ def declare(dim):
         ('type', c_int),
         ('a', c_double * dim),
         ('b', c_double * dim),
-        ('r', c_double),
+        ('radius', c_double),
         ('axis', c_int),
         ('child', c_int * 8),
-        ('children', c_int),
+        ('child_count', c_int),
         ('mask', POINTER(c_uint8)),
         ('facets', POINTER(pd_facets)),
-        ('n', c_int * dim),
+        ('mask_size', c_int * dim),
     ]
 
     class pd_stencil_desc(Structure):
@@ -486,14 +486,14 @@ def declare(dim):
         ('volume', c_double),
         ('offset', POINTER(c_int)),
         ('xi', POINTER(c_double)),
-        ('beta', POINTER(c_double)),
-        ('lap', POINTER(c_double)),
+        ('partial_volume', POINTER(c_double)),
+        ('laplacian_weight', POINTER(c_double)),
         ('lap_sum', c_double),
-        ('grad', POINTER(c_double)),
-        ('base', POINTER(c_double)),
-        ('area', POINTER(c_double)),
+        ('gradient_weight', POINTER(c_double)),
+        ('base_weight', POINTER(c_double)),
+        ('area_weight', POINTER(c_double)),
         ('anisotropy', c_double),
-        ('kinds', c_int),
+        ('line_kinds', c_int),
         ('line_first', POINTER(c_int)),
         ('line', POINTER(c_int)),
         ('line_reach', POINTER(c_int)),
@@ -520,8 +520,8 @@ def declare(dim):
         ('solid', POINTER(pd_shape)),
         ('wall', POINTER(pd_shape)),
         ('ghost', c_int),
-        ('entry', pd_is_inlet_fn),
-        ('entry_user', c_void_p),
+        ('is_inlet', pd_is_inlet_fn),
+        ('is_inlet_user', c_void_p),
         ('axisymmetric', c_int),
     ]
 
@@ -529,7 +529,7 @@ def declare(dim):
         pass
     pd_grid._fields_ = [
         ('n', c_int * dim),
-        ('np', c_int * dim),
+        ('padded', c_int * dim),
         ('ghost', c_int),
         ('stride', c_int32 * dim),
         ('total', c_int32),
@@ -540,15 +540,15 @@ def declare(dim):
         ('shapes', POINTER(pd_shape)),
         ('solid', c_int),
         ('wall', c_int),
-        ('entry', pd_is_inlet_fn),
-        ('entry_user', c_void_p),
-        ('ends', c_uint8),
+        ('is_inlet', pd_is_inlet_fn),
+        ('is_inlet_user', c_void_p),
+        ('mixed_sides', c_uint8),
         ('circumference', POINTER(c_double)),
         ('kind', POINTER(c_uint8)),
-        ('home', POINTER(c_int32)),
+        ('source_node', POINTER(c_int32)),
         ('fluid_count', c_int64),
         ('solid_count', c_int64),
-        ('touched', c_int64 * 2),
+        ('nodes_on_surface', c_int64 * 2),
     ]
 
     class pd_bond_paths(Structure):
@@ -567,9 +567,9 @@ def declare(dim):
         ('count', c_int32),
         ('capacity', c_int32),
         ('first', POINTER(c_int32)),
-        ('start', POINTER(c_int32)),
+        ('packed_start', POINTER(c_int32)),
         ('length', POINTER(c_int32)),
-        ('nodes', c_int32),
+        ('packed_length', c_int32),
         ('total', c_int32),
     ]
 
@@ -577,14 +577,14 @@ def declare(dim):
         pass
     pd_ghosts._fields_ = [
         ('grid', POINTER(pd_grid)),
-        ('images', c_int32),
-        ('count', c_int32),
-        ('listed', c_int32),
+        ('images_end', c_int32),
+        ('outlets_end', c_int32),
+        ('inlets_end', c_int32),
         ('capacity', c_int32),
         ('node', POINTER(c_int32)),
         ('source', POINTER(c_int32)),
-        ('odd', POINTER(c_uint8)),
-        ('across', POINTER(c_uint8)),
+        ('sign_flips', POINTER(c_uint8)),
+        ('normal_axis', POINTER(c_uint8)),
     ]
 
     class pd_axisym(Structure):
@@ -592,8 +592,8 @@ def declare(dim):
     pd_axisym._fields_ = [
         ('rows', c_int),
         ('count', c_int),
-        ('lap', POINTER(c_double)),
-        ('flux', POINTER(c_double)),
+        ('laplacian_weight', POINTER(c_double)),
+        ('flux_factor', POINTER(c_double)),
         ('hoop', POINTER(c_double)),
     ]
 
@@ -614,29 +614,29 @@ def declare(dim):
         ('stencil', POINTER(pd_stencil)),
         ('grid', POINTER(pd_grid)),
         ('ghosts', pd_ghosts),
-        ('spans', pd_active_ranges),
+        ('active_ranges', pd_active_ranges),
         ('options', c_int),
         ('paths', pd_bond_paths),
         ('line_shift', POINTER(c_int32)),
-        ('norm', c_double * dim),
+        ('full_moment', c_double * dim),
         ('axisym', pd_axisym),
-        ('row', POINTER(c_int32)),
+        ('row_of_node', POINTER(c_int32)),
         ('version', c_uint32),
-        ('renewed', POINTER(c_uint32)),
+        ('node_version', POINTER(c_uint32)),
         ('rows', c_int32),
         ('capacity', c_int32),
-        ('plain', c_int32),
+        ('rows_without_inlet', c_int32),
         ('node', POINTER(c_int32)),
-        ('mask', POINTER(c_uint32)),
-        ('inlet', POINTER(c_uint8)),
-        ('moment', POINTER(c_double)),
-        ('smooth', POINTER(c_uint8)),
-        ('leg', POINTER(c_double)),
-        ('wall_lap', POINTER(c_double)),
-        ('wall_curv', POINTER(c_double)),
-        ('advecting', POINTER(c_double)),
-        ('whole', pd_node_ranges),
-        ('cut', pd_node_ranges),
+        ('open_mask', POINTER(c_uint32)),
+        ('has_inlet', POINTER(c_uint8)),
+        ('inverse_moment', POINTER(c_double)),
+        ('near_smooth_surface', POINTER(c_uint8)),
+        ('neighbour_distance', POINTER(c_double)),
+        ('wall_laplacian', POINTER(c_double)),
+        ('wall_curvature', POINTER(c_double)),
+        ('flux_correction', POINTER(c_double)),
+        ('full_ranges', pd_node_ranges),
+        ('truncated_ranges', pd_node_ranges),
     ]
 
     class pd_open_boundary(Structure):
@@ -646,7 +646,7 @@ def declare(dim):
         ('count', c_int32),
         ('capacity', c_int32),
         ('node', POINTER(c_int32)),
-        ('far', POINTER(c_int32)),
+        ('far_end', POINTER(c_int32)),
     ]
 
     pd_point_fn = CFUNCTYPE(c_double, c_void_p, POINTER(c_double))
@@ -656,15 +656,15 @@ def declare(dim):
     pd_bond_diffusivity._fields_ = [
         ('stencil', POINTER(pd_stencil)),
         ('grid', POINTER(pd_grid)),
-        ('field', pd_point_fn),
-        ('level', pd_point_fn),
+        ('diffusivity', pd_point_fn),
+        ('surface_distance', pd_point_fn),
         ('user', c_void_p),
-        ('smallest', c_double),
-        ('at', POINTER(c_double)),
-        ('near', POINTER(c_int32)),
-        ('along', POINTER(c_double)),
+        ('min_spacing', c_double),
+        ('node_value', POINTER(c_double)),
+        ('row_of_node', POINTER(c_int32)),
+        ('bond_value', POINTER(c_double)),
         ('rows', c_int32),
-        ('unit', c_int * dim),
+        ('unit_bond', c_int * dim),
     ]
 
     class pd_csr_desc(Structure):
@@ -681,13 +681,13 @@ def declare(dim):
     pd_csr._fields_ = [
         ('rows', c_int32),
         ('node', POINTER(c_int32)),
-        ('index', POINTER(c_int32)),
-        ('row', POINTER(c_int64)),
+        ('row_of_node', POINTER(c_int32)),
+        ('row_begin', POINTER(c_int64)),
         ('column', POINTER(c_int32)),
         ('weight', POINTER(c_double)),
-        ('given_row', POINTER(c_int64)),
-        ('given', POINTER(c_int32)),
-        ('given_weight', POINTER(c_double)),
+        ('prescribed_begin', POINTER(c_int64)),
+        ('prescribed', POINTER(c_int32)),
+        ('prescribed_weight', POINTER(c_double)),
         ('total', c_int32),
     ]
 
@@ -717,16 +717,16 @@ def declare(dim):
         ('count', c_int32),
         ('capacity', c_int32),
         ('row', POINTER(c_int32)),
-        ('fits', POINTER(c_uint8)),
-        ('bend', POINTER(c_double)),
-        ('drag', POINTER(c_double)),
-        ('term', POINTER(c_double)),
-        ('wide', c_int32),
-        ('miss', POINTER(c_double)),
-        ('known', POINTER(c_uint8)),
-        ('slope', POINTER(c_double)),
-        ('rows', c_int32),
-        ('place', POINTER(c_int32)),
+        ('has_velocity_fit', POINTER(c_uint8)),
+        ('wall_coefficients', POINTER(c_double)),
+        ('wall_friction', POINTER(c_double)),
+        ('weighted_terms', POINTER(c_double)),
+        ('wide_capacity', c_int32),
+        ('viscous_error', POINTER(c_double)),
+        ('has_scalar_fit', POINTER(c_uint8)),
+        ('gradient_map', POINTER(c_double)),
+        ('row_capacity', c_int32),
+        ('index', POINTER(c_int32)),
     ]
 
     pd_apply_fn = CFUNCTYPE(None, c_void_p, POINTER(c_double), POINTER(c_double))
@@ -734,7 +734,7 @@ def declare(dim):
     class pd_krylov_desc(Structure):
         pass
     pd_krylov_desc._fields_ = [
-        ('of', c_char_p),
+        ('equations', c_char_p),
         ('method', c_int),
         ('n', c_int64),
         ('first', c_int64),
@@ -742,19 +742,19 @@ def declare(dim):
         ('spans', POINTER(pd_active_ranges)),
         ('components', c_int),
         ('restart', c_int),
-        ('least', c_int),
-        ('most', c_int),
+        ('initial_vectors', c_int),
+        ('max_vectors', c_int),
         ('arena', POINTER(pd_arena)),
-        ('fixed', c_int),
+        ('fixed_restart', c_int),
         ('flexible', c_int),
-        ('compressed', c_int),
+        ('basis_precision', c_int),
         ('max_iterations', c_int),
         ('rtol', c_double),
         ('atol', c_double),
         ('diagonal', POINTER(c_double)),
         ('zero_guess', c_int),
-        ('lean', c_int),
-        ('trusting', c_int),
+        ('low_memory', c_int),
+        ('skip_true_residual', c_int),
     ]
 
     class pd_krylov(Structure):
@@ -764,20 +764,20 @@ def declare(dim):
         ('vectors', c_int),
         ('work', POINTER(c_double)),
         ('length', c_int64),
-        ('base', c_int),
-        ('shift', c_int),
+        ('base_columns', c_int),
+        ('iterate_vectors', c_int),
         ('basis_vectors', c_int),
         ('stride', c_int64),
-        ('built', c_int64),
+        ('basis_entries', c_int64),
         ('basis', POINTER(c_double)),
-        ('single', POINTER(c_float)),
-        ('small', POINTER(c_double)),
-        ('grow', c_int),
+        ('compressed_basis', POINTER(c_float)),
+        ('dense', POINTER(c_double)),
+        ('chunk_columns', c_int),
         ('columns', c_int),
-        ('few', c_int),
-        ('more', c_void_p * 150),
-        ('chunks', c_int),
-        ('lent', c_int * 150),
+        ('built_columns', c_int),
+        ('chunk', c_void_p * 150),
+        ('chunk_count', c_int),
+        ('chunk_is_lent', c_int * 150),
     ]
 
     class pd_krylov_result(Structure):
@@ -796,17 +796,17 @@ def declare(dim):
     pd_anderson._fields_ = [
         ('n', c_int64),
         ('count', c_int),
-        ('known', c_int),
-        ('x', POINTER(c_double)),
-        ('step', POINTER(c_double)),
-        ('grown', c_int),
-        ('size', c_double),
-        ('least', c_double),
-        ('part', c_double),
-        ('best', POINTER(c_double)),
-        ('shortest', POINTER(c_double)),
-        ('turn', POINTER(c_double)),
-        ('way', POINTER(c_double)),
+        ('has_previous', c_int),
+        ('previous_x', POINTER(c_double)),
+        ('previous_residual', POINTER(c_double)),
+        ('growth_count', c_int),
+        ('previous_norm', c_double),
+        ('least_norm', c_double),
+        ('mixing', c_double),
+        ('best_x', POINTER(c_double)),
+        ('best_residual', POINTER(c_double)),
+        ('residual_differences', POINTER(c_double)),
+        ('iterate_differences', POINTER(c_double)),
     ]
 
     class pd_smoother_level(Structure):
@@ -814,17 +814,17 @@ def declare(dim):
     pd_smoother_level._fields_ = [
         ('n', c_int * dim),
         ('halve', c_int * dim),
-        ('shared', c_int),
-        ('wrap', c_int * dim),
-        ('last', c_float * dim),
+        ('symmetric_storage', c_int),
+        ('periodic', c_int * dim),
+        ('last_width', c_float * dim),
         ('cells', c_int32),
         ('red', c_int32),
         ('x', POINTER(c_float)),
         ('b', POINTER(c_float)),
         ('r', POINTER(c_float)),
-        ('inv', POINTER(c_float)),
-        ('excess', POINTER(c_float)),
-        ('sum', POINTER(c_double)),
+        ('inverse_diagonal', POINTER(c_float)),
+        ('row_sum', POINTER(c_float)),
+        ('coarse_correction', POINTER(c_double)),
         ('parent', POINTER(c_int32)),
         ('begin', POINTER(c_int32)),
         ('end', POINTER(c_int32)),
@@ -834,9 +834,9 @@ def declare(dim):
         ('row', POINTER(c_int32)),
         ('col', POINTER(c_int32)),
         ('a', POINTER(c_float)),
-        ('back', POINTER(c_float)),
+        ('reverse', POINTER(c_float)),
         ('face', POINTER(c_uint8)),
-        ('edge', POINTER(c_uint8)),
+        ('has_periodic_neighbour', POINTER(c_uint8)),
         ('child_first', POINTER(c_int32)),
         ('child', POINTER(c_int32)),
         ('values', POINTER(c_float)),
@@ -856,11 +856,11 @@ def declare(dim):
         ('n', c_int * dim),
         ('stride', c_int32 * dim),
         ('first', c_int32),
-        ('weight', POINTER(c_double)),
+        ('rhs_weight', POINTER(c_double)),
         ('periodic', c_int * dim),
         ('symmetric', c_int),
-        ('contrast', c_int),
-        ('guest', c_int),
+        ('high_contrast', c_int),
+        ('caller_fields', c_int),
         ('host', c_void_p),
         ('arena', POINTER(pd_arena)),
     ]
@@ -870,14 +870,14 @@ def declare(dim):
     pd_multigrid._fields_ = [
         ('desc', pd_multigrid_desc),
         ('levels', c_int),
-        ('hosts', c_int),
-        ('roomy', c_int),
+        ('is_host', c_int),
+        ('has_full_capacity', c_int),
         ('scale', c_double),
         ('pad', c_int32),
-        ('store', POINTER(c_float)),
+        ('coefficients', POINTER(c_float)),
         ('fields', POINTER(c_float)),
         ('sums', POINTER(c_double)),
-        ('mark', POINTER(c_int32)),
+        ('setup_work', POINTER(c_int32)),
         ('level', pd_smoother_level * 40),
     ]
 
@@ -888,9 +888,9 @@ def declare(dim):
         ('cells', c_int64),
         ('with_flux', c_int),
         ('active', POINTER(c_uint8)),
-        ('conduct', POINTER(c_float) * dim),
+        ('conductance', POINTER(c_float) * dim),
         ('flux', POINTER(c_float) * dim),
-        ('wall', POINTER(c_float)),
+        ('dirichlet', POINTER(c_float)),
         ('mass', POINTER(c_float)),
     ]
 
@@ -903,31 +903,31 @@ def declare(dim):
         ('time', c_double),
         ('dt', c_double),
         ('error', c_double),
-        ('trial', c_int),
-        ('steps', c_int64),
+        ('rejected', c_int),
+        ('accepted_steps', c_int64),
     ]
 
     class pd_step(Structure):
         pass
     pd_step._fields_ = [
         ('time', c_double),
-        ('limit', c_double),
+        ('latest_end', c_double),
         ('dt', c_double),
         ('end', c_double),
         ('error', c_double),
-        ('trial', c_int),
-        ('ends', c_int),
-        ('fraction', c_double),
+        ('rejected', c_int),
+        ('ends_substeps', c_int),
+        ('max_dissolved_fraction', c_double),
         ('rtol', c_double),
         ('max_step', c_double),
-        ('lost', c_double),
-        ('at', pd_solve_at_fn),
-        ('at_user', c_void_p),
-        ('until', CFUNCTYPE(c_double, c_void_p, c_double, c_double)),
-        ('until_user', c_void_p),
-        ('now', POINTER(pd_attempt)),
-        ('turned', POINTER(c_int32)),
-        ('turned_count', c_int32),
+        ('dissolved', c_double),
+        ('solve_at', pd_solve_at_fn),
+        ('solve_at_user', c_void_p),
+        ('time_limit', CFUNCTYPE(c_double, c_void_p, c_double, c_double)),
+        ('time_limit_user', c_void_p),
+        ('progress', POINTER(pd_attempt)),
+        ('converted_nodes', POINTER(c_int32)),
+        ('converted_count', c_int32),
     ]
 
     class pd_element(Structure):
@@ -943,7 +943,7 @@ def declare(dim):
         ('solid', c_double),
         ('volume', c_double),
         ('dissolved', c_double),
-        ('carry', c_double),
+        ('undelivered', c_double),
         ('out', c_double),
         ('in', c_double),
     ]
@@ -956,22 +956,22 @@ def declare(dim):
         ('time', POINTER(c_double)),
         ('element', POINTER(pd_element)),
         ('elements', c_int),
-        ('inner', c_int),
-        ('until', CFUNCTYPE(c_double, c_void_p, c_double, c_double, c_int)),
-        ('until_user', c_void_p),
+        ('has_substeps', c_int),
+        ('time_limit', CFUNCTYPE(c_double, c_void_p, c_double, c_double, c_int)),
+        ('time_limit_user', c_void_p),
         ('steps', POINTER(c_int64)),
         ('start', CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p, c_double)),
-        ('at', pd_solve_at_fn),
-        ('longest', CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p, POINTER(pd_step))),
+        ('solve_at', pd_solve_at_fn),
+        ('max_run_step', CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p, POINTER(pd_step))),
         ('limit', CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p, POINTER(pd_step))),
         ('attempt', CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p, POINTER(pd_step))),
         ('accept', CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p, POINTER(pd_step))),
         ('reject', CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p, POINTER(pd_step))),
-        ('stuck', CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p, POINTER(pd_step))),
+        ('report_underflow', CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p, POINTER(pd_step))),
         ('finish', CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p, c_double)),
-        ('changed', CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p, POINTER(c_int32), c_int32)),
-        ('store', CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p, POINTER(pd_archive))),
-        ('balance', CFUNCTYPE(None, POINTER(pd_ctx), c_void_p, c_int, POINTER(pd_amounts))),
+        ('nodes_converted', CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p, POINTER(c_int32), c_int32)),
+        ('checkpoint', CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p, POINTER(pd_archive))),
+        ('add_amounts', CFUNCTYPE(None, POINTER(pd_ctx), c_void_p, c_int, POINTER(pd_amounts))),
         ('imbalance', CFUNCTYPE(c_double, POINTER(pd_ctx), c_void_p)),
     ]
 
@@ -985,7 +985,7 @@ def declare(dim):
         ('user', c_void_p),
         ('low', POINTER(c_double)),
         ('high', POINTER(c_double)),
-        ('size', POINTER(c_double)),
+        ('typical', POINTER(c_double)),
         ('tolerance', c_double),
     ]
 
@@ -999,7 +999,7 @@ def declare(dim):
         ('low', c_double * 8),
         ('high', c_double * 8),
         ('start', c_double * 8),
-        ('known', c_int),
+        ('known_deviation', c_int),
         ('tolerance', c_double),
         ('noise', c_double),
         ('fn', pd_least_squares_fn),
@@ -1011,38 +1011,38 @@ def declare(dim):
         pass
     pd_least_squares_result._fields_ = [
         ('value', c_double * 8),
-        ('error', c_double * 8),
+        ('standard_error', c_double * 8),
         ('low', c_double * 8),
         ('high', c_double * 8),
-        ('bound', c_int * 8),
+        ('active_bound', c_int * 8),
         ('correlation', c_double * 8 * 8),
         ('sum', c_double),
-        ('freedom', c_int),
+        ('degrees_of_freedom', c_int),
         ('noise', c_double),
         ('evaluations', c_int),
         ('steps', c_int),
         ('converged', c_int),
-        ('idle', c_int),
+        ('ineffective', c_int),
     ]
 
     class pd_fourth_order(Structure):
         pass
     pd_fourth_order._fields_ = [
         ('bonds', POINTER(pd_bonds)),
-        ('third', c_double * dim * dim),
-        ('facing', c_int * (1, 3, 5)[dim - 1] * dim),
-        ('calm', POINTER(c_uint8)),
-        ('bend', POINTER(c_double)),
-        ('bend_step', POINTER(c_double)),
+        ('third_moments', c_double * dim * dim),
+        ('face_bonds', c_int * (1, 3, 5)[dim - 1] * dim),
+        ('is_regular', POINTER(c_uint8)),
+        ('second', POINTER(c_double)),
+        ('second_increment', POINTER(c_double)),
         ('work', POINTER(c_double)),
     ]
 
     class pd_isotropic_square(Structure):
         pass
     pd_isotropic_square._fields_ = [
-        ('across', c_int),
-        ('side', c_int * 2),
-        ('more', c_double),
+        ('diagonal', c_int),
+        ('legs', c_int * 2),
+        ('weight_excess', c_double),
     ]
 
     class pd_isotropic_stencil(Structure):
@@ -1051,8 +1051,8 @@ def declare(dim):
         ('bonds', POINTER(pd_bonds)),
         ('squares', c_int),
         ('square', pd_isotropic_square * (2, 8, 18)[dim - 1]),
-        ('excess', c_double * (2, 8, 18)[dim - 1]),
-        ('bend', c_double * dim),
+        ('weight_excess', c_double * (2, 8, 18)[dim - 1]),
+        ('third_moment', c_double * dim),
     ]
 
     class pd_flow_desc(Structure):
@@ -1065,11 +1065,11 @@ def declare(dim):
         ('body_user', c_void_p),
         ('clock', POINTER(c_double)),
         ('p_out', c_double),
-        ('speed', c_double),
-        ('length', c_double),
+        ('report_speed', c_double),
+        ('report_length', c_double),
         ('inlet', pd_velocity_fn),
         ('inlet_user', c_void_p),
-        ('developed', c_int),
+        ('developed_sides', c_int),
         ('wall', pd_velocity_fn),
         ('wall_user', c_void_p),
         ('order', c_int),
@@ -1083,48 +1083,48 @@ def declare(dim):
         ('rho', c_double),
         ('nu', c_double),
         ('force', c_double * dim),
-        ('push', pd_velocity_fn),
-        ('push_user', c_void_p),
-        ('body', POINTER(c_double)),
+        ('body_force_fn', pd_velocity_fn),
+        ('body_force_user', c_void_p),
+        ('body_force', POINTER(c_double)),
         ('clock', POINTER(c_double)),
         ('time', c_double),
         ('p_out', c_double),
-        ('speed', c_double),
-        ('length', c_double),
+        ('velocity_scale', c_double),
+        ('length_scale', c_double),
         ('reference_speed', c_double),
         ('reference_length', c_double),
         ('stabilisation', c_double),
-        ('impulse', POINTER(c_double)),
-        ('impulse_grad', POINTER(c_double)),
-        ('impulse_flux', POINTER(c_double)),
-        ('now', c_double),
+        ('pressure_impulse', POINTER(c_double)),
+        ('pressure_impulse_grad', POINTER(c_double)),
+        ('pressure_impulse_flux', POINTER(c_double)),
+        ('stage_weight', c_double),
         ('inlet', pd_velocity_fn),
         ('inlet_user', c_void_p),
-        ('developed', c_int),
+        ('developed_sides', c_int),
         ('wall', pd_velocity_fn),
         ('wall_user', c_void_p),
-        ('mirrors', c_int),
-        ('inlets', c_int32),
-        ('held', POINTER(c_double)),
-        ('sided', POINTER(c_uint8)),
-        ('entry', POINTER(c_double)),
+        ('inlets_on_side', c_int),
+        ('inlet_ghosts', c_int32),
+        ('inlet_velocity', POINTER(c_double)),
+        ('has_tangential_weight', POINTER(c_uint8)),
+        ('inlet_speed_ratio', POINTER(c_double)),
         ('wall_motion', POINTER(c_double)),
         ('u', POINTER(c_double)),
         ('p', POINTER(c_double)),
-        ('grad', POINTER(c_double)),
+        ('pressure_grad', POINTER(c_double)),
         ('advecting', POINTER(c_double)),
-        ('potential', POINTER(c_double)),
-        ('even', c_int),
-        ('rim', c_int32),
+        ('divergence_potential', POINTER(c_double)),
+        ('uses_axis_divergence', c_int),
+        ('row_capacity', c_int32),
         ('patch', POINTER(c_int32)),
-        ('patched', c_uint32),
-        ('slopes', pd_quadratic_reconstruction),
+        ('patch_version', c_uint32),
+        ('wall_fit', pd_quadratic_reconstruction),
         ('order', c_int),
-        ('sharp', pd_fourth_order),
-        ('isotropic', pd_isotropic_stencil),
-        ('isotropy', c_double),
-        ('more', POINTER(c_double)),
-        ('leak', POINTER(c_double)),
+        ('fourth_order', pd_fourth_order),
+        ('isotropic_stencil', pd_isotropic_stencil),
+        ('isotropic_blending', c_double),
+        ('divergence_excess', POINTER(c_double)),
+        ('patch_sums', POINTER(c_double)),
         ('evaluations', c_int64),
     ]
 
@@ -1134,9 +1134,9 @@ def declare(dim):
         ('flow', POINTER(pd_flow)),
         ('speed', c_double),
         ('length', c_double),
-        ('weight', POINTER(c_float)),
-        ('frozen', POINTER(c_float)),
-        ('along', POINTER(c_float)),
+        ('bond_weights', POINTER(c_float)),
+        ('packed_state', POINTER(c_float)),
+        ('packed_increment', POINTER(c_float)),
         ('divergence', POINTER(c_double)),
     ]
 
@@ -1155,30 +1155,30 @@ def declare(dim):
     pd_steady._fields_ = [
         ('desc', pd_steady_desc),
         ('flow', POINTER(pd_flow)),
-        ('own', pd_arena),
-        ('held', c_int),
+        ('own_arena', pd_arena),
+        ('nesting', c_int),
         ('compact', pd_compact_operator),
         ('mg_u', pd_multigrid),
         ('mg_p', pd_multigrid),
-        ('mg_seep', pd_multigrid),
-        ('timed', c_int),
-        ('boxed', c_int),
-        ('poisson', c_uint32),
+        ('mg_darcy', pd_multigrid),
+        ('solves_stages', c_int),
+        ('is_fluid_box', c_int),
+        ('poisson_version', c_uint32),
         ('krylov', pd_krylov),
-        ('even', pd_krylov),
+        ('potential_krylov', pd_krylov),
         ('jacobian', pd_jacobian),
         ('residual', POINTER(c_double)),
-        ('step', POINTER(c_double)),
+        ('newton_step', POINTER(c_double)),
         ('advecting', POINTER(c_double)),
-        ('potential', POINTER(c_double)),
-        ('worst', c_int32),
-        ('uneven', c_double),
+        ('divergence_potential', POINTER(c_double)),
+        ('worst_node', c_int32),
+        ('section_difference', c_double),
         ('prepared', c_int),
-        ('shift', c_double),
-        ('rate', c_double),
-        ('target', POINTER(c_double)),
-        ('weight', c_double),
-        ('norm0', c_double),
+        ('pseudo_rate', c_double),
+        ('stage_rate', c_double),
+        ('stage_target', POINTER(c_double)),
+        ('momentum_weight', c_double),
+        ('reference_norm', c_double),
     ]
 
     class pd_steady_result(Structure):
@@ -1186,7 +1186,7 @@ def declare(dim):
     pd_steady_result._fields_ = [
         ('momentum', c_double),
         ('continuity', c_double),
-        ('excess', c_double),
+        ('residual_over_tolerance', c_double),
         ('newton', c_int),
         ('krylov', c_int),
         ('evaluations', c_int64),
@@ -1199,8 +1199,8 @@ def declare(dim):
         ('flow', POINTER(pd_flow)),
         ('steady', POINTER(pd_steady)),
         ('result', pd_steady_result),
-        ('stale', c_int),
-        ('moved', c_double),
+        ('is_out_of_date', c_int),
+        ('boundary_change', c_double),
         ('time', c_double),
         ('solves', c_int64),
         ('krylov', c_int64),
@@ -1210,10 +1210,10 @@ def declare(dim):
     class pd_implicit_desc(Structure):
         pass
     pd_implicit_desc._fields_ = [
-        ('tolerance', c_double),
+        ('stage_tolerance', c_double),
         ('rtol', c_double),
-        ('first', c_double),
-        ('largest', c_double),
+        ('first_step', c_double),
+        ('max_step', c_double),
     ]
 
     class pd_implicit(Structure):
@@ -1222,17 +1222,17 @@ def declare(dim):
         ('desc', pd_implicit_desc),
         ('flow', POINTER(pd_flow)),
         ('steady', POINTER(pd_steady)),
-        ('start', POINTER(c_double)),
-        ('impulse', POINTER(c_double)),
-        ('impulse_grad', POINTER(c_double)),
-        ('impulse_flux', POINTER(c_double)),
-        ('target', POINTER(c_double)),
-        ('slope', POINTER(c_double)),
+        ('start_state', POINTER(c_double)),
+        ('pressure_impulse', POINTER(c_double)),
+        ('pressure_impulse_grad', POINTER(c_double)),
+        ('pressure_impulse_flux', POINTER(c_double)),
+        ('stage_target', POINTER(c_double)),
+        ('stage_increment', POINTER(c_double)),
         ('time', c_double),
         ('dt', c_double),
-        ('last', c_double),
+        ('last_step', c_double),
         ('projected', c_int),
-        ('fresh', c_int64),
+        ('has_new_fluid', c_int64),
         ('error', c_double),
         ('steps', c_int64),
         ('rejected', c_int64),
@@ -1244,23 +1244,23 @@ def declare(dim):
     pd_stability._fields_ = [
         ('stencil', POINTER(pd_stencil)),
         ('waves', c_int),
-        ('along', c_int),
-        ('slope', POINTER(c_double)),
-        ('spread', POINTER(c_double)),
-        ('stabilisation', POINTER(c_double)),
-        ('cut', c_int),
-        ('laplacian', c_double),
-        ('wall', c_double),
-        ('gradient', c_double),
+        ('waves_per_axis', c_int),
+        ('gradient_symbol', POINTER(c_double)),
+        ('laplacian_symbol', POINTER(c_double)),
+        ('diffusion_symbol', POINTER(c_double)),
+        ('has_cut_families', c_int),
+        ('max_laplacian', c_double),
+        ('wall_increase', c_double),
+        ('gradient_norm', c_double),
     ]
 
     class pd_weakly_compressible_desc(Structure):
         pass
     pd_weakly_compressible_desc._fields_ = [
         ('eos', c_int),
-        ('sound', c_double),
+        ('sound_speed', c_double),
         ('gamma', c_double),
-        ('diffusion', c_double),
+        ('density_diffusion', c_double),
         ('cfl', c_double),
     ]
 
@@ -1270,11 +1270,11 @@ def declare(dim):
         ('desc', pd_weakly_compressible_desc),
         ('flow', POINTER(pd_flow)),
         ('density', POINTER(c_double)),
-        ('mass', POINTER(c_double)),
-        ('start', POINTER(c_double)),
-        ('rate', POINTER(c_double)),
-        ('spectrum', pd_stability),
-        ('key', c_double * (3, 4, 5)[dim - 1]),
+        ('momentum', POINTER(c_double)),
+        ('start_state', POINTER(c_double)),
+        ('time_derivative', POINTER(c_double)),
+        ('stability', pd_stability),
+        ('limit_state', c_double * (3, 4, 5)[dim - 1]),
         ('limit', c_double),
         ('time', c_double),
         ('steps', c_int64),
@@ -1286,7 +1286,7 @@ def declare(dim):
         pass
     pd_gas_desc._fields_ = [
         ('gamma', c_double),
-        ('order', c_int),
+        ('spatial_order', c_int),
         ('cfl', c_double),
         ('initial', pd_gas_fn),
         ('initial_user', c_void_p),
@@ -1300,21 +1300,21 @@ def declare(dim):
         ('bonds', POINTER(pd_bonds)),
         ('state', POINTER(c_double)),
         ('primitive', POINTER(c_double)),
-        ('slope', POINTER(c_double)),
-        ('start', POINTER(c_double)),
-        ('rate', POINTER(c_double)),
+        ('gradient', POINTER(c_double)),
+        ('start_state', POINTER(c_double)),
+        ('time_derivative', POINTER(c_double)),
         ('wall_face', POINTER(c_double)),
-        ('wall_gap', POINTER(c_double)),
+        ('wall_distance', POINTER(c_double)),
         ('rows', c_int32),
-        ('open', POINTER(c_int32)),
-        ('opens', c_int32),
-        ('flag', POINTER(c_uint8)),
-        ('out', c_double * 2),
-        ('in', c_double * 2),
+        ('open_side_nodes', POINTER(c_int32)),
+        ('open_side_node_count', c_int32),
+        ('first_order_flag', POINTER(c_uint8)),
+        ('outflow', c_double * 2),
+        ('inflow', c_double * 2),
         ('time', c_double),
         ('steps', c_int64),
         ('rejected', c_int64),
-        ('lowered', c_int64),
+        ('first_order_count', c_int64),
     ]
 
     class pd_species_desc(Structure):
@@ -1373,14 +1373,14 @@ def declare(dim):
         ('phase', c_int * 32),
         ('nu', c_double * 32 * 24),
         ('ln_k', c_double * 24),
-        ('debye', c_double),
+        ('debye_hueckel', c_double),
     ]
 
     class pd_speciation_result(Structure):
         pass
     pd_speciation_result._fields_ = [
         ('iterations', c_int),
-        ('changes', c_int),
+        ('mineral_changes', c_int),
         ('residual', c_double),
         ('strength', c_double),
         ('log_activity', c_double * 32),
@@ -1391,9 +1391,9 @@ def declare(dim):
     pd_kinetic._fields_ = [
         ('forward', c_double),
         ('backward', c_double),
-        ('salt', c_double * 2),
+        ('salt_exponent', c_double * 2),
         ('nu', c_double * 32),
-        ('gain', c_double * 32),
+        ('total_change', c_double * 32),
     ]
 
     class pd_components(Structure):
@@ -1401,17 +1401,17 @@ def declare(dim):
     pd_components._fields_ = [
         ('solutes', c_int),
         ('count', c_int),
-        ('joined', c_int),
-        ('place', c_int * 32),
+        ('equilibrium_components', c_int),
+        ('solute_of_species', c_int * 32),
         ('charge', c_int * 32),
-        ('master', c_int * 32),
-        ('m', c_double * 32 * 32),
-        ('live', c_int),
-        ('member', c_int * 32),
+        ('component_solute', c_int * 32),
+        ('stoichiometry', c_double * 32 * 32),
+        ('members', c_int),
+        ('member_solute', c_int * 32),
         ('ln_k', c_double * 32),
         ('kinetics', c_int),
         ('kinetic', pd_kinetic * 24),
-        ('debye', c_double),
+        ('debye_hueckel', c_double),
     ]
 
     class pd_mineral(Structure):
@@ -1419,35 +1419,35 @@ def declare(dim):
     pd_mineral._fields_ = [
         ('species', c_int),
         ('rate', c_double),
-        ('surface', c_double),
+        ('surface_rate', c_double),
         ('exponent', c_double),
         ('nucleation', c_double),
         ('volume', c_double),
-        ('porosity', c_double),
+        ('min_porosity', c_double),
     ]
 
     class pd_minerals(Structure):
         pass
     pd_minerals._fields_ = [
         ('count', c_int),
-        ('of', pd_mineral * 8),
+        ('mineral', pd_mineral * 8),
         ('nu', c_double * 32 * 8),
-        ('gain', c_double * 32 * 8),
+        ('total_content', c_double * 32 * 8),
         ('ln_k', c_double * 8),
-        ('square', c_double * 8),
+        ('charge_square', c_double * 8),
     ]
 
     class pd_mineral_start(Structure):
         pass
     pd_mineral_start._fields_ = [
         ('dt', c_double),
-        ('start', POINTER(c_double)),
+        ('start_amount', POINTER(c_double)),
         ('rate', c_double * 8),
-        ('grow', c_double * 8),
+        ('amount_rate', c_double * 8),
         ('initial', c_double * 8),
-        ('limited', c_int),
+        ('has_limits', c_int),
         ('limit', c_double * 8),
-        ('near_', POINTER(c_double)),
+        ('guess', POINTER(c_double)),
     ]
 
     class pd_electrolyte(Structure):
@@ -1462,15 +1462,15 @@ def declare(dim):
         ('recipe', c_double * 32),
         ('initial', c_double * 32),
         ('inlet', c_double * 32),
-        ('inside', c_double * 32),
+        ('shape_initial', c_double * 32),
         ('ph', c_double),
         ('inlet_ph', c_double),
-        ('inside_ph', c_double),
-        ('balance', c_int),
-        ('counter', c_int),
+        ('shape_ph', c_double),
+        ('balance_ion', c_int),
+        ('counter_ion', c_int),
         ('activity', c_int),
         ('temperature', c_double),
-        ('precipitates', c_int),
+        ('all_minerals_form', c_int),
     ]
 
     class pd_electrolyte_state(Structure):
@@ -2150,55 +2150,55 @@ def declare(dim):
         pass
     pd_body._fields_ = [
         ('count', c_int32),
-        ('own', c_int32),
-        ('of', POINTER(c_int32)),
-        ('flip', POINTER(c_uint8)),
+        ('real_count', c_int32),
+        ('image_source', POINTER(c_int32)),
+        ('image_reflection', POINTER(c_uint8)),
         ('horizon', c_double),
         ('spacing', c_double),
         ('rim', c_int),
         ('period', c_double * dim),
-        ('cells', c_int32),
-        ('part', POINTER(c_double)),
+        ('fraction_cells', c_int32),
+        ('cell_fraction', POINTER(c_double)),
         ('position', POINTER(c_double)),
         ('volume', POINTER(c_double)),
         ('bonds', c_int64),
-        ('row', POINTER(c_int64)),
+        ('first_bond', POINTER(c_int64)),
         ('lattice', c_int),
-        ('kinds', c_int32),
+        ('stencil_bonds', c_int32),
         ('shifts', c_int64),
-        ('shift', POINTER(c_int32)),
-        ('places', c_int64),
-        ('charted', c_int64),
-        ('member', POINTER(c_int32)),
-        ('place', POINTER(c_int32)),
-        ('image', POINTER(c_int8)),
+        ('stencil_shift', POINTER(c_int32)),
+        ('table_entries', c_int64),
+        ('lattice_entries', c_int64),
+        ('point_table', POINTER(c_int32)),
+        ('table_index', POINTER(c_int32)),
+        ('bond_image', POINTER(c_int8)),
         ('broken', POINTER(c_uint8)),
     ]
 
     class pd_bond_iterator(Structure):
         pass
     pd_bond_iterator._fields_ = [
-        ('at', POINTER(c_int32)),
+        ('point_entry', POINTER(c_int32)),
         ('shift', POINTER(c_int32)),
         ('broken', POINTER(c_uint8)),
         ('image', POINTER(c_int8)),
         ('first', c_int64),
         ('bonds', c_int32),
-        ('n', c_int32),
-        ('kind', c_int32),
-        ('to', c_int32),
+        ('number', c_int32),
+        ('stencil_position', c_int32),
+        ('neighbour', c_int32),
     ]
 
     class pd_bond_weights(Structure):
         pass
     pd_bond_weights._fields_ = [
         ('body', POINTER(pd_body)),
-        ('whole', POINTER(c_float)),
+        ('stencil_weight', POINTER(c_float)),
         ('begin', POINTER(c_int64)),
         ('listed', c_int64),
         ('list', POINTER(c_int64)),
-        ('room', c_int64),
-        ('own', POINTER(c_float)),
+        ('capacity', c_int64),
+        ('point_weight', POINTER(c_float)),
     ]
 
     class pd_precrack(Structure):
@@ -2214,10 +2214,10 @@ def declare(dim):
         ('name', c_char_p),
         ('self', c_void_p),
         ('body', POINTER(pd_body)),
-        ('edge', POINTER(c_double)),
-        ('follows', POINTER(c_uint8)),
+        ('surface_vector', POINTER(c_double)),
+        ('is_image', POINTER(c_uint8)),
         ('linear', c_int),
-        ('gradients', c_int),
+        ('gradient_based', c_int),
         ('force', CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p, POINTER(c_double), POINTER(c_double))),
         ('tangent', CFUNCTYPE(None, POINTER(pd_ctx), c_void_p, POINTER(c_double), POINTER(c_double))),
         ('blocks', CFUNCTYPE(None, POINTER(pd_ctx), c_void_p, POINTER(c_double))),
@@ -2225,27 +2225,27 @@ def declare(dim):
         ('energy', CFUNCTYPE(c_double, POINTER(pd_ctx), c_void_p, POINTER(c_double))),
         ('bond_energy', CFUNCTYPE(None, POINTER(pd_ctx), c_void_p, POINTER(c_double), POINTER(c_double))),
         ('stress', CFUNCTYPE(None, POINTER(pd_ctx), c_void_p, POINTER(c_double), POINTER(c_double))),
-        ('normal', CFUNCTYPE(c_double, c_void_p, c_int32, POINTER(c_double))),
+        ('out_of_plane_stress', CFUNCTYPE(c_double, c_void_p, c_int32, POINTER(c_double))),
         ('dissipated', CFUNCTYPE(c_double, c_void_p)),
-        ('slip', CFUNCTYPE(None, POINTER(pd_ctx), c_void_p, POINTER(c_double))),
+        ('plastic_strain', CFUNCTYPE(None, POINTER(pd_ctx), c_void_p, POINTER(c_double))),
         ('density', CFUNCTYPE(None, POINTER(pd_ctx), c_void_p, POINTER(c_double), POINTER(c_double))),
-        ('pull', CFUNCTYPE(None, c_void_p, POINTER(c_double), c_int32, POINTER(pd_bond_iterator), POINTER(c_double))),
-        ('move', CFUNCTYPE(c_int64, POINTER(pd_ctx), c_void_p, POINTER(c_double), POINTER(c_double), c_double, POINTER(c_double))),
+        ('force_state', CFUNCTYPE(None, c_void_p, POINTER(c_double), c_int32, POINTER(pd_bond_iterator), POINTER(c_double))),
+        ('dynamic_force', CFUNCTYPE(c_int64, POINTER(pd_ctx), c_void_p, POINTER(c_double), POINTER(c_double), c_double, POINTER(c_double))),
         ('update', CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p)),
         ('commit', CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p, POINTER(c_double))),
-        ('limit', CFUNCTYPE(c_double, c_void_p, c_double)),
+        ('stable_step', CFUNCTYPE(c_double, c_void_p, c_double)),
         ('store', CFUNCTYPE(c_int, POINTER(pd_ctx), c_void_p, POINTER(pd_archive))),
     ]
 
     class pd_mirror_symmetry(Structure):
         pass
     pd_mirror_symmetry._fields_ = [
-        ('inner', pd_material_interface),
+        ('material', pd_material_interface),
         ('count', c_int32),
         ('images', c_int32),
-        ('of', POINTER(c_int32)),
-        ('flip', POINTER(c_uint8)),
-        ('follows', POINTER(c_uint8)),
+        ('image_source', POINTER(c_int32)),
+        ('image_reflection', POINTER(c_uint8)),
+        ('is_image', POINTER(c_uint8)),
         ('u', POINTER(c_double)),
         ('v', POINTER(c_double)),
         ('density', POINTER(c_double)),
@@ -2255,7 +2255,7 @@ def declare(dim):
         pass
     pd_rigid_modes._fields_ = [
         ('body', POINTER(pd_body)),
-        ('piece', POINTER(c_int32)),
+        ('component', POINTER(c_int32)),
         ('count', c_int32),
         ('origin', c_double * dim),
         ('size', c_double),
@@ -2266,9 +2266,9 @@ def declare(dim):
     class pd_coarse_fe_level(Structure):
         pass
     pd_coarse_fe_level._fields_ = [
-        ('parts', c_int32),
+        ('elements', c_int32),
         ('nodes', c_int32),
-        ('links', c_int32),
+        ('blocks', c_int32),
         ('box', POINTER(c_int32)),
         ('node', POINTER(c_int32)),
         ('parent', POINTER(c_int32)),
@@ -2277,8 +2277,8 @@ def declare(dim):
         ('colour', c_int32 * (3, 5, 9)[dim - 1]),
         ('corner', POINTER(c_int32)),
         ('first', POINTER(c_int32)),
-        ('place', POINTER(c_int32)),
-        ('hold', POINTER(c_double)),
+        ('node_index', POINTER(c_int32)),
+        ('spring', POINTER(c_double)),
         ('row', POINTER(c_int32)),
         ('column', POINTER(c_int32)),
         ('block', POINTER(c_float)),
@@ -2294,10 +2294,10 @@ def declare(dim):
         ('body', POINTER(pd_body)),
         ('width', c_double),
         ('lo', c_double * dim),
-        ('part', POINTER(c_int32)),
-        ('first', POINTER(c_int32)),
+        ('element', POINTER(c_int32)),
+        ('first_point', POINTER(c_int32)),
         ('point', POINTER(c_int32)),
-        ('sum', POINTER(c_double)),
+        ('nodal_force', POINTER(c_double)),
         ('levels', c_int),
         ('level', pd_coarse_fe_level * 30),
     ]
@@ -2310,11 +2310,11 @@ def declare(dim):
         ('yield', c_double),
         ('hardening', c_double),
         ('strain', POINTER(c_double)),
-        ('slip', POINTER(c_double)),
-        ('relief', POINTER(c_double)),
-        ('way', POINTER(c_double)),
-        ('along', POINTER(c_double)),
-        ('across', POINTER(c_double)),
+        ('equivalent_strain', POINTER(c_double)),
+        ('plastic_stress', POINTER(c_double)),
+        ('flow_direction', POINTER(c_double)),
+        ('tangent_along', POINTER(c_double)),
+        ('tangent_across', POINTER(c_double)),
     ]
 
     class pd_point_batch_bond(Structure):
@@ -2323,7 +2323,7 @@ def declare(dim):
         ('offset', c_int32),
         ('image', c_int32),
         ('weight', c_float),
-        ('lanes', c_uint32),
+        ('mask', c_uint32),
     ]
 
     class pd_point_batch(Structure):
@@ -2332,13 +2332,13 @@ def declare(dim):
         ('body', POINTER(pd_body)),
         ('weights', POINTER(pd_bond_weights)),
         ('fields', c_int32),
-        ('singles', c_int),
-        ('vectors', c_int),
-        ('most', c_int32),
-        ('bands', c_int32),
+        ('list_single_points', c_int),
+        ('lattice_vectors', c_int),
+        ('max_points', c_int32),
+        ('batches', c_int32),
         ('first', POINTER(c_int32)),
         ('begin', POINTER(c_int64)),
-        ('room', c_int64),
+        ('capacity', c_int64),
         ('bond', POINTER(pd_point_batch_bond)),
         ('stride', c_int64),
         ('field', POINTER(c_double)),
@@ -2351,10 +2351,10 @@ def declare(dim):
         ('poisson', c_double),
         ('plane', c_int),
         ('influence', c_int),
-        ('stiff', POINTER(c_double)),
+        ('stiffness_factor', POINTER(c_double)),
         ('yield', c_double),
         ('hardening', c_double),
-        ('loose', c_int),
+        ('detach_singular', c_int),
     ]
 
     class pd_correspondence(Structure):
@@ -2365,15 +2365,15 @@ def declare(dim):
         ('lambda', c_double),
         ('mu', c_double),
         ('weights', pd_bond_weights),
-        ('felt', POINTER(c_uint8)),
+        ('influential', POINTER(c_uint8)),
         ('shape', POINTER(c_double)),
-        ('mean', POINTER(c_double)),
-        ('fourth', POINTER(c_double)),
-        ('total', POINTER(c_double)),
-        ('edge', POINTER(c_double)),
+        ('second_moment', POINTER(c_double)),
+        ('fourth_moment', POINTER(c_double)),
+        ('weight_sum', POINTER(c_double)),
+        ('surface_vector', POINTER(c_double)),
         ('band', pd_point_batch),
         ('plastic', pd_j2_plasticity),
-        ('lost', c_int64),
+        ('detached_bonds', c_int64),
     ]
 
     class pd_bond_failure_desc(Structure):
@@ -2382,7 +2382,7 @@ def declare(dim):
         ('kind', c_int),
         ('critical', c_double),
         ('fracture', c_double),
-        ('spared', POINTER(c_uint8)),
+        ('unbreakable', POINTER(c_uint8)),
     ]
 
     class pd_bond_failure(Structure):
@@ -2395,7 +2395,7 @@ def declare(dim):
         ('energy', POINTER(c_double)),
         ('stress', POINTER(c_double)),
         ('scalar', POINTER(c_double)),
-        ('most', POINTER(c_double)),
+        ('max_measure', POINTER(c_double)),
     ]
 
     class pd_first_failure(Structure):
@@ -2404,7 +2404,7 @@ def declare(dim):
         ('bond', c_int64),
         ('from', c_int32),
         ('to', c_int32),
-        ('place', c_double * dim),
+        ('midpoint', c_double * dim),
         ('measure', c_double),
         ('factor', c_double),
     ]
@@ -2412,10 +2412,10 @@ def declare(dim):
     class pd_constraint_row(Structure):
         pass
     pd_constraint_row._fields_ = [
-        ('at', c_int64),
+        ('follower', c_int64),
         ('leader', c_int64),
-        ('part', c_double),
-        ('face', c_int),
+        ('coefficient', c_double),
+        ('near_boundary', c_int),
     ]
 
     class pd_multipoint_constraint(Structure):
@@ -2428,11 +2428,11 @@ def declare(dim):
     class pd_equilibrium_desc(Structure):
         pass
     pd_equilibrium_desc._fields_ = [
-        ('held', POINTER(c_uint8)),
+        ('prescribed', POINTER(c_uint8)),
         ('interpolation', POINTER(pd_multipoint_constraint)),
         ('rtol', c_double),
         ('max_iterations', c_int),
-        ('swing', POINTER(c_double)),
+        ('mechanism', POINTER(c_double)),
     ]
 
     class pd_equilibrium_result(Structure):
@@ -2446,8 +2446,8 @@ def declare(dim):
     class pd_sequentially_linear_desc(Structure):
         pass
     pd_sequentially_linear_desc._fields_ = [
-        ('held', POINTER(c_uint8)),
-        ('moved', POINTER(c_double)),
+        ('prescribed', POINTER(c_uint8)),
+        ('unit_displacement', POINTER(c_double)),
         ('load', POINTER(c_double)),
         ('criterion', pd_bond_failure_desc),
         ('rtol', c_double),
@@ -2461,7 +2461,7 @@ def declare(dim):
         ('criterion', pd_bond_failure),
         ('n', c_int64),
         ('u', POINTER(c_double)),
-        ('at', POINTER(c_double)),
+        ('event_u', POINTER(c_double)),
         ('factor', c_double),
         ('force', c_double),
         ('displacement', c_double),
@@ -2471,7 +2471,7 @@ def declare(dim):
         ('first', pd_first_failure),
         ('events', c_int64),
         ('broken', c_int64),
-        ('whole', c_double),
+        ('initial_energy', c_double),
         ('done', c_int),
         ('iterations', c_int),
     ]
@@ -2481,12 +2481,12 @@ def declare(dim):
     class pd_quasi_static_desc(Structure):
         pass
     pd_quasi_static_desc._fields_ = [
-        ('held', POINTER(c_uint8)),
+        ('prescribed', POINTER(c_uint8)),
         ('load', pd_load_fn),
         ('user', c_void_p),
         ('interpolation', POINTER(pd_multipoint_constraint)),
         ('criterion', pd_bond_failure_desc),
-        ('eager', c_double),
+        ('break_fraction', c_double),
         ('rtol', c_double),
     ]
 
@@ -2501,22 +2501,22 @@ def declare(dim):
         ('load', POINTER(c_double)),
         ('force', POINTER(c_double)),
         ('start', POINTER(c_double)),
-        ('asked', POINTER(c_double)),
-        ('mix', pd_anderson),
-        ('before', POINTER(c_double)),
-        ('off', POINTER(c_uint8)),
+        ('correction', POINTER(c_double)),
+        ('acceleration', pd_anderson),
+        ('saved', POINTER(c_double)),
+        ('detached', POINTER(c_uint8)),
         ('time', c_double),
-        ('known', c_int),
+        ('solved', c_int),
         ('stale', c_int),
         ('work', c_double),
         ('stored', c_double),
         ('released', c_double),
-        ('taken', c_double),
-        ('parted', c_double),
-        ('parts', c_int32),
-        ('first', c_int32),
+        ('dissolved_energy', c_double),
+        ('separation_time', c_double),
+        ('components', c_int32),
+        ('initial_components', c_int32),
         ('broken', c_int64),
-        ('lost', c_int64),
+        ('detached_points', c_int64),
         ('solves', c_int64),
         ('iterations', c_int64),
         ('residual', c_double),
@@ -2526,7 +2526,7 @@ def declare(dim):
         pass
     pd_crack_desc._fields_ = [
         ('tip', c_double * dim),
-        ('way', c_double * dim),
+        ('direction', c_double * dim),
         ('front', c_double * dim),
         ('inner', c_double),
         ('outer', c_double),
@@ -2537,9 +2537,9 @@ def declare(dim):
         pass
     pd_bond_force_kind._fields_ = [
         ('xi', c_double * dim),
-        ('over', c_double),
-        ('stiff', c_double),
-        ('part', c_int),
+        ('inv_r2', c_double),
+        ('inv_r', c_double),
+        ('sector', c_int),
     ]
 
     class pd_bond_force(Structure):
@@ -2549,13 +2549,13 @@ def declare(dim):
         ('weights', POINTER(pd_bond_weights)),
         ('band', pd_point_batch),
         ('lattice', c_int),
-        ('reach', c_int32),
+        ('max_steps', c_int32),
         ('kinds', c_int32),
         ('kind', POINTER(pd_bond_force_kind)),
         ('order', POINTER(c_int32)),
-        ('place', POINTER(c_int32)),
-        ('room', c_int64),
-        ('of', POINTER(c_int32)),
+        ('work', POINTER(c_int32)),
+        ('capacity', c_int64),
+        ('bond_kind', POINTER(c_int32)),
     ]
 
     class pd_microelastic_desc(Structure):
@@ -2574,14 +2574,14 @@ def declare(dim):
         ('desc', pd_microelastic_desc),
         ('body', POINTER(pd_body)),
         ('modulus', c_double),
-        ('shear', c_double),
+        ('isotropy', c_double),
         ('critical', c_double),
         ('anisotropy', c_double),
-        ('stiffest', c_double),
-        ('share', POINTER(c_double)),
+        ('stiffness_bound', c_double),
+        ('multiplier', POINTER(c_double)),
         ('weights', pd_bond_weights),
         ('springs', pd_bond_force),
-        ('at', POINTER(c_double)),
+        ('last_u', POINTER(c_double)),
         ('released', c_double),
     ]
 
@@ -2589,9 +2589,9 @@ def declare(dim):
         pass
     pd_verlet_desc._fields_ = [
         ('density', c_double),
-        ('share', c_double),
+        ('step_fraction', c_double),
         ('load', POINTER(c_double)),
-        ('held', POINTER(c_uint8)),
+        ('prescribed', POINTER(c_uint8)),
     ]
 
     class pd_verlet(Structure):
@@ -2603,7 +2603,7 @@ def declare(dim):
         ('v', POINTER(c_double)),
         ('force', POINTER(c_double)),
         ('time', c_double),
-        ('longest', c_double),
+        ('max_step', c_double),
         ('work', c_double),
         ('steps', c_int64),
         ('broken', c_int64),
@@ -2618,9 +2618,9 @@ def declare(dim):
         ('influence', c_int),
         ('surface', c_int),
         ('linear', c_int),
-        ('stiff', POINTER(c_double)),
-        ('loose', c_int),
-        ('plain', c_int),
+        ('stiffness_factor', POINTER(c_double)),
+        ('detach_singular', c_int),
+        ('isotropic_off', c_int),
     ]
 
     class pd_ordinary_state(Structure):
@@ -2630,19 +2630,19 @@ def declare(dim):
         ('body', POINTER(pd_body)),
         ('lambda', c_double),
         ('mu', c_double),
-        ('shear', c_double),
+        ('isotropy', c_double),
         ('anisotropy', c_double),
-        ('bulk', c_double),
-        ('rate', c_double),
+        ('bulk_weighted_volume', c_double),
+        ('frequency_bound', c_double),
         ('weights', pd_bond_weights),
         ('band', pd_point_batch),
-        ('felt', POINTER(c_uint8)),
+        ('influential', POINTER(c_uint8)),
         ('alpha', POINTER(c_double)),
-        ('bound', POINTER(c_double)),
-        ('lost', c_int64),
+        ('energy_bound', POINTER(c_double)),
+        ('detached_bonds', c_int64),
         ('law', POINTER(c_double)),
-        ('edge', POINTER(c_double)),
-        ('at', POINTER(c_double)),
+        ('surface_vector', POINTER(c_double)),
+        ('last_u', POINTER(c_double)),
         ('state', POINTER(c_double)),
         ('change', POINTER(c_double)),
     ]
@@ -2667,9 +2667,9 @@ def declare(dim):
         ('influence', c_int),
         ('control', c_int),
         ('penalty', c_double),
-        ('stiff', POINTER(c_double)),
-        ('keep', c_int),
-        ('loose', c_int),
+        ('stiffness_factor', POINTER(c_double)),
+        ('store_tangent', c_int),
+        ('detach_singular', c_int),
     ]
 
     class pd_finite_strain(Structure):
@@ -2679,23 +2679,23 @@ def declare(dim):
         ('body', POINTER(pd_body)),
         ('lambda', c_double),
         ('mu', c_double),
-        ('spring', c_double),
+        ('penalty_stiffness', c_double),
         ('weights', pd_bond_weights),
-        ('felt', POINTER(c_uint8)),
-        ('back', POINTER(c_int32)),
+        ('influential', POINTER(c_uint8)),
+        ('reverse_bond', POINTER(c_int32)),
         ('shape', POINTER(c_double)),
-        ('total', POINTER(c_double)),
-        ('edge', POINTER(c_double)),
+        ('weight_sum', POINTER(c_double)),
+        ('surface_vector', POINTER(c_double)),
         ('u', POINTER(c_double)),
         ('gradient', POINTER(c_double)),
-        ('pull', POINTER(c_double)),
+        ('force_state', POINTER(c_double)),
         ('work', POINTER(c_double)),
         ('state', POINTER(c_double)),
         ('moduli', POINTER(c_double)),
-        ('known', c_int),
-        ('across', POINTER(c_double)),
-        ('cost', c_double),
-        ('lost', c_int64),
+        ('tangent_valid', c_int),
+        ('out_of_plane_stress', POINTER(c_double)),
+        ('plastic_work', c_double),
+        ('detached_bonds', c_int64),
     ]
 
     class pd_rate_at(Structure):
@@ -3118,9 +3118,9 @@ def declare(dim):
         ('flow', c_double),
         ('speed', c_double),
         ('pressure', c_double),
-        ('mean', c_double),
-        ('bulk', c_double),
-        ('species', c_double),
+        ('mean_concentration', c_double),
+        ('mixed_concentration', c_double),
+        ('species_flux', c_double),
     ]
 
     class pd_diagnostics_box_result(Structure):
@@ -3131,8 +3131,8 @@ def declare(dim):
         ('momentum', c_double * dim),
         ('dissolved', c_double),
         ('solid', c_double),
-        ('least', c_double),
-        ('most', c_double),
+        ('min_concentration', c_double),
+        ('max_concentration', c_double),
     ]
 
     class pd_interpenetration(Structure):
@@ -3142,16 +3142,16 @@ def declare(dim):
         ('body', POINTER(pd_body)),
         ('node', POINTER(c_int32)),
         ('point', POINTER(c_int32)),
-        ('stiff', POINTER(c_double)),
+        ('stiffness_factor', POINTER(c_double)),
         ('count', c_int32),
-        ('parts', c_int32),
-        ('part', POINTER(c_int32)),
+        ('components', c_int32),
+        ('component', POINTER(c_int32)),
         ('bins', c_int32),
         ('bin', POINTER(c_int32)),
         ('next', POINTER(c_int32)),
-        ('crack', c_double),
-        ('most', c_double),
-        ('pieces', c_double),
+        ('crack_overlap', c_double),
+        ('max_crack_overlap', c_double),
+        ('component_overlap', c_double),
         ('first', c_int32),
         ('other', c_int32),
     ]
@@ -3162,19 +3162,19 @@ def declare(dim):
         ('grid', POINTER(pd_grid)),
         ('node', POINTER(c_int32)),
         ('point', POINTER(c_int32)),
-        ('stiff', POINTER(c_double)),
+        ('stiffness_factor', POINTER(c_double)),
         ('depth', POINTER(c_double)),
-        ('of', POINTER(c_int32)),
-        ('flip', POINTER(c_uint8)),
-        ('m', c_double),
+        ('image_source', POINTER(c_int32)),
+        ('image_reflection', POINTER(c_uint8)),
+        ('horizon_ratio', c_double),
         ('mirrors', c_int),
         ('count', c_int32),
         ('images', c_int32),
         ('cell', POINTER(c_int32)),
-        ('chain', POINTER(c_int32)),
-        ('chart', POINTER(c_int32)),
-        ('wide', c_int32 * dim),
-        ('below', c_int * dim),
+        ('next_image', POINTER(c_int32)),
+        ('cell_point', POINTER(c_int32)),
+        ('extended_cells', c_int32 * dim),
+        ('lower_cells', c_int * dim),
     ]
 
     class pd_local_stress_state(Structure):
@@ -3182,7 +3182,7 @@ def declare(dim):
     pd_local_stress_state._fields_ = [
         ('pressure', c_double),
         ('mises', c_double),
-        ('slip', c_double),
+        ('plastic_strain', c_double),
         ('x', c_double * dim),
         ('t', c_double),
     ]
@@ -3200,20 +3200,20 @@ def declare(dim):
     class pd_solid_coupling_desc(Structure):
         pass
     pd_solid_coupling_desc._fields_ = [
-        ('m', c_double),
+        ('horizon_ratio', c_double),
         ('material', c_int),
         ('elastic', pd_correspondence_desc),
-        ('breaks', pd_bond_failure_desc),
+        ('bond_failure', pd_bond_failure_desc),
         ('fracture', c_double),
         ('density', c_double),
-        ('timed', c_int),
+        ('loads_in_time', c_int),
         ('mirrors', c_int),
         ('rtol', c_double),
         ('load', pd_load_fn),
         ('user', c_void_p),
-        ('pace', pd_rate_factor_fn),
+        ('rate_factor', pd_rate_factor_fn),
         ('pace_user', c_void_p),
-        ('factor', POINTER(c_double)),
+        ('base_rate_factor', POINTER(c_double)),
         ('cuts', POINTER(pd_solid_coupling_precrack)),
         ('cut_count', c_int),
     ]
@@ -3230,27 +3230,27 @@ def declare(dim):
         ('point', POINTER(c_int32)),
         ('body', pd_body),
         ('elastic', pd_correspondence),
-        ('springs', pd_microelastic),
+        ('bond_based', pd_microelastic),
         ('ordinary', pd_ordinary_state),
         ('finite', pd_finite_strain),
         ('mirrored', pd_mirror_symmetry),
         ('sites', pd_point_cells),
         ('solid', pd_material_interface),
-        ('rest', pd_quasi_static),
-        ('motion', pd_verlet),
+        ('static_solver', pd_quasi_static),
+        ('dynamic_solver', pd_verlet),
         ('load', POINTER(c_double)),
         ('target', POINTER(c_double)),
-        ('held', POINTER(c_uint8)),
-        ('stiff', POINTER(c_double)),
+        ('prescribed', POINTER(c_uint8)),
+        ('stiffness_factor', POINTER(c_double)),
         ('stress', POINTER(c_double)),
         ('pressure', POINTER(c_double)),
         ('mises', POINTER(c_double)),
-        ('slip', POINTER(c_double)),
-        ('across', POINTER(c_double)),
+        ('plastic_strain', POINTER(c_double)),
+        ('out_of_plane_stress', POINTER(c_double)),
         ('density', POINTER(c_double)),
-        ('factor', POINTER(c_double)),
+        ('rate_factor', POINTER(c_double)),
         ('overlap', pd_interpenetration),
-        ('seen', c_int64),
+        ('stress_solve', c_int64),
     ]
 
     class pd_mass_balance(Structure):
@@ -3262,11 +3262,11 @@ def declare(dim):
         ('volume_start', c_double),
         ('volume', c_double),
         ('dissolved', c_double),
-        ('carry', c_double),
+        ('carried_residual', c_double),
         ('out', c_double),
         ('in', c_double),
         ('imbalance', c_double),
-        ('relative', c_double),
+        ('relative_imbalance', c_double),
     ]
 
     class pd_time_loop_desc(Structure):
@@ -3275,7 +3275,7 @@ def declare(dim):
         ('fraction', c_double),
         ('rtol', c_double),
         ('max_step', c_double),
-        ('until', CFUNCTYPE(c_double, c_void_p, c_double, c_double)),
+        ('next_event', CFUNCTYPE(c_double, c_void_p, c_double, c_double)),
         ('until_user', c_void_p),
         ('ledger_tolerance', c_double),
     ]
@@ -3291,16 +3291,16 @@ def declare(dim):
         ('element', pd_element * 8),
         ('ledger', pd_mass_balance * 8),
         ('elements', c_int),
-        ('apart', c_double),
+        ('own_imbalance', c_double),
         ('time', c_double),
         ('dt', c_double),
-        ('now', pd_attempt),
+        ('current', pd_attempt),
         ('started', c_int),
         ('steps', c_int64),
         ('unsolved', c_int64),
         ('solid_nodes_start', c_int64),
-        ('fresh', POINTER(c_uint8)),
-        ('freshened', c_int),
+        ('new_fluid', POINTER(c_uint8)),
+        ('has_new_fluid', c_int),
     ]
 
     pd_observer_fn = CFUNCTYPE(c_int, c_void_p, POINTER(pd_time_loop))
@@ -3310,7 +3310,7 @@ def declare(dim):
     pd_file._fields_ = [
         ('stream', c_void_p),
         ('path', c_char * 1024),
-        ('part', c_char * 1032),
+        ('temporary_path', c_char * 1032),
     ]
 
     class pd_archive_file(Structure):
@@ -3318,9 +3318,9 @@ def declare(dim):
     pd_archive_file._fields_ = [
         ('archive', pd_archive),
         ('file', pd_file),
-        ('items', c_uint64),
-        ('kept', c_int),
-        ('image', POINTER(c_uint8)),
+        ('item_count', c_uint64),
+        ('in_memory', c_int),
+        ('memory', POINTER(c_uint8)),
         ('length', c_size_t),
         ('capacity', c_size_t),
     ]
@@ -3329,12 +3329,12 @@ def declare(dim):
         pass
     pd_output_folder._fields_ = [
         ('path', c_char * 1024),
-        ('run', c_char * 1024),
+        ('run_name', c_char * 1024),
         ('list', pd_file),
-        ('length', c_int64),
-        ('held', c_int),
-        ('lock', c_int),
-        ('removed', c_int),
+        ('list_length', c_int64),
+        ('lock_held', c_int),
+        ('lock_descriptor', c_int),
+        ('removed_count', c_int),
     ]
 
     class pd_image(Structure):
@@ -3352,7 +3352,7 @@ def declare(dim):
         ('nx', c_int),
         ('ny', c_int),
         ('values', POINTER(c_double)),
-        ('paint', POINTER(c_uint8)),
+        ('cell_paint', POINTER(c_uint8)),
         ('lo', c_double * 2),
         ('hi', c_double * 2),
         ('range_lo', c_double),
@@ -3367,17 +3367,17 @@ def declare(dim):
         ('smooth', c_int),
         ('axes', c_char_p * 2),
         ('mirrored', c_int),
-        ('widest', c_char_p),
+        ('widest_stamp', c_char_p),
         ('names', POINTER(c_char_p)),
         ('colours', POINTER(c_uint32)),
         ('name_count', c_int),
         ('contour_count', c_int),
         ('contours', POINTER(c_double)),
         ('streamlines', c_int),
-        ('vectors', c_int),
+        ('arrows', c_int),
         ('velocity', POINTER(c_double)),
-        ('fastest', c_double),
-        ('closed', c_int * 4),
+        ('max_speed', c_double),
+        ('side_closed', c_int * 4),
     ]
 
     class pd_series(Structure):
@@ -3388,7 +3388,7 @@ def declare(dim):
         ('y', POINTER(c_double)),
         ('count', c_int),
         ('stroke', c_int),
-        ('spread', POINTER(c_double)),
+        ('error_bar', POINTER(c_double)),
     ]
 
     class pd_plot(Structure):
@@ -3414,7 +3414,7 @@ def declare(dim):
     pd_rendering._fields_ = [
         ('width', c_int),
         ('height', c_int),
-        ('size', c_double),
+        ('pixel_size', c_double),
         ('right', c_double * 3),
         ('up', c_double * 3),
         ('eye', c_double * 3),
@@ -3422,8 +3422,8 @@ def declare(dim):
         ('lo', c_double * 3),
         ('hi', c_double * 3),
         ('value', POINTER(c_float)),
-        ('light', POINTER(c_uint8)),
-        ('cover', POINTER(c_uint8)),
+        ('brightness', POINTER(c_uint8)),
+        ('coverage', POINTER(c_uint8)),
         ('edge', POINTER(c_uint8)),
     ]
 
@@ -3435,8 +3435,8 @@ def declare(dim):
         ('vector', c_int),
         ('data', c_void_p),
         ('unit', c_char_p),
-        ('codes', POINTER(c_char_p)),
-        ('code_count', c_int),
+        ('value_names', POINTER(c_char_p)),
+        ('value_name_count', c_int),
     ]
 
     class pd_pvd(Structure):
@@ -3446,7 +3446,7 @@ def declare(dim):
         ('entries', POINTER(c_char)),
         ('size', c_size_t),
         ('capacity', c_size_t),
-        ('last', c_double),
+        ('last_time', c_double),
         ('count', c_int),
     ]
 
@@ -3465,9 +3465,9 @@ def declare(dim):
         ('rows', c_int),
         ('text', POINTER(c_char)),
         ('text_size', c_size_t),
-        ('field', POINTER(c_size_t)),
+        ('field_offset', POINTER(c_size_t)),
         ('capacity', c_size_t),
-        ('line', POINTER(c_int)),
+        ('row_line', POINTER(c_int)),
         ('line_capacity', c_size_t),
     ]
 
@@ -3475,21 +3475,21 @@ def declare(dim):
         pass
     pd_points._fields_ = [
         ('count', c_int32),
-        ('room', c_int32),
+        ('capacity', c_int32),
         ('position', POINTER(c_double)),
         ('volume', POINTER(c_double)),
         ('tag', POINTER(c_int32)),
-        ('surface', POINTER(c_double)),
-        ('faces', c_int64),
-        ('face', POINTER(c_double)),
-        ('seams', c_int64),
-        ('twins', c_int64),
+        ('boundary_area', POINTER(c_double)),
+        ('face_count', c_int64),
+        ('face_corner', POINTER(c_double)),
+        ('coincident_faces', c_int64),
+        ('coincident_nodes', c_int64),
     ]
 
     class pd_dims(Structure):
         pass
     pd_dims._fields_ = [
-        ('e', c_double * 6),
+        ('exponent', c_double * 6),
     ]
 
     class pd_expr_symbol(Structure):
@@ -3521,7 +3521,7 @@ def declare(dim):
         ('table_count', c_int),
         ('unit', c_char_p),
         ('allow_bare', c_int),
-        ('where', c_char_p),
+        ('location', c_char_p),
         ('column', c_int),
     ]
 
@@ -3534,14 +3534,14 @@ def declare(dim):
         ('value', POINTER(c_double)),
         ('code_count', c_int),
         ('value_count', c_int),
-        ('uses', c_uint32),
+        ('variables_used', c_uint32),
         ('dims', pd_dims),
         ('tables', POINTER(pd_expr_table)),
         ('fn', pd_expr_fn),
         ('user', c_void_p),
-        ('breaks', POINTER(c_double)),
-        ('break_count', c_int),
-        ('clock', c_int),
+        ('discontinuities', POINTER(c_double)),
+        ('discontinuity_count', c_int),
+        ('time_variable', c_int),
     ]
 
     class pd_key(Structure):
@@ -3549,7 +3549,7 @@ def declare(dim):
     pd_key._fields_ = [
         ('keys', c_char_p),
         ('unit', c_char_p),
-        ('fallback', c_char_p),
+        ('default_text', c_char_p),
         ('meaning', c_char_p),
     ]
 
@@ -3577,9 +3577,9 @@ def declare(dim):
         ('label', c_char_p),
         ('file', c_char_p),
         ('line', c_int),
-        ('group', c_int),
-        ('present', c_int),
-        ('asked', c_int),
+        ('group_first', c_int),
+        ('is_present', c_int),
+        ('is_looked_up', c_int),
     ]
 
     class pd_text_entry(Structure):
@@ -3592,7 +3592,7 @@ def declare(dim):
         ('line', c_int),
         ('column', c_int),
         ('depth', c_int),
-        ('used', c_int),
+        ('is_read', c_int),
     ]
 
     class pd_text_asked_key(Structure):
@@ -3613,26 +3613,26 @@ def declare(dim):
         pass
     pd_text._fields_ = [
         ('name', c_char_p),
-        ('flat', c_int),
-        ('bare', c_int),
+        ('is_flat', c_int),
+        ('allow_bare_numbers', c_int),
         ('consts', POINTER(pd_expr_symbol)),
         ('const_count', c_int),
         ('tables', POINTER(pd_expr_table)),
         ('table_count', c_int),
-        ('scene', c_int),
+        ('check_keys', c_int),
         ('section', POINTER(pd_section)),
         ('section_count', c_int),
-        ('section_room', c_int),
+        ('section_capacity', c_int),
         ('entry', POINTER(pd_text_entry)),
         ('entry_count', c_int),
-        ('entry_room', c_int),
-        ('asked', POINTER(pd_text_asked_key)),
+        ('entry_capacity', c_int),
+        ('asked_key', POINTER(pd_text_asked_key)),
         ('asked_count', c_int),
-        ('asked_room', c_int),
+        ('asked_capacity', c_int),
         ('block', POINTER(pd_text_memory)),
         ('block_count', c_int),
-        ('block_room', c_int),
-        ('failed', c_int),
+        ('block_capacity', c_int),
+        ('pending_status', c_int),
     ]
 
     class pd_word_list(Structure):
@@ -3649,18 +3649,18 @@ def declare(dim):
     pd_setup_side._fields_ = [
         ('kind', c_int),
         ('profile', c_int),
-        ('mean', c_double),
-        ('scaled', c_int),
+        ('mean_speed', c_double),
+        ('is_scaled', c_int),
         ('flow_rate', c_double),
-        ('stream', pd_expr),
+        ('inflow_of_time', pd_expr),
         ('velocity', pd_expr * dim),
-        ('open', c_int),
-        ('entering', pd_expr),
-        ('slide', pd_expr * dim),
-        ('slides', c_int),
-        ('holds', c_int),
-        ('steeps', c_int),
-        ('held', pd_expr),
+        ('is_open', c_int),
+        ('inlet_c', pd_expr),
+        ('wall_velocity', pd_expr * dim),
+        ('has_wall_velocity', c_int),
+        ('has_fixed_c', c_int),
+        ('has_fixed_species', c_int),
+        ('fixed_c', pd_expr),
         ('line', c_int),
     ]
 
@@ -3669,15 +3669,15 @@ def declare(dim):
     pd_setup_wall._fields_ = [
         ('shape', c_int),
         ('section', c_int),
-        ('holds', c_int),
-        ('held', pd_expr),
+        ('has_fixed_c', c_int),
+        ('fixed_c', pd_expr),
     ]
 
     class pd_setup_probe(Structure):
         pass
     pd_setup_probe._fields_ = [
         ('name', c_char * 64),
-        ('at', c_double * dim),
+        ('position', c_double * dim),
         ('fields', pd_fields),
         ('line', c_int),
     ]
@@ -3702,22 +3702,22 @@ def declare(dim):
         ('points', c_int),
         ('axis', c_int),
         ('index', c_int),
-        ('balance', c_int),
+        ('momentum_balance', c_int),
         ('shape', c_int),
         ('speed', c_double),
         ('area', c_double),
         ('length', c_double),
         ('diffusivity', c_double),
-        ('surface', c_double),
-        ('fluid', c_double),
-        ('against', c_int),
+        ('surface_c', c_double),
+        ('fluid_c', c_double),
+        ('reference', c_int),
     ]
 
     class pd_setup_measured(Structure):
         pass
     pd_setup_measured._fields_ = [
         ('name', c_char * 64),
-        ('figure', c_char * 128),
+        ('output_name', c_char * 128),
         ('line', c_int),
         ('points', c_int),
         ('time', POINTER(c_double)),
@@ -3735,13 +3735,13 @@ def declare(dim):
         ('solid_c', c_double),
         ('shape', c_int),
         ('rate', pd_expr),
-        ('species', c_int),
-        ('of', c_int * 32),
+        ('species_count', c_int),
+        ('species_index', c_int * 32),
         ('rate_scale', c_double),
-        ('polarised', c_int),
+        ('has_potential', c_int),
         ('potential', pd_expr),
-        ('shed', c_double * 32),
-        ('gas_shed', c_double),
+        ('species_released', c_double * 32),
+        ('gas_released', c_double),
     ]
 
     class pd_setup_mechanical_bc(Structure):
@@ -3750,12 +3750,12 @@ def declare(dim):
         ('side', c_int),
         ('shape', c_int),
         ('section', c_int),
-        ('moves', c_int * dim),
-        ('move', pd_expr * dim),
-        ('pulls', c_int),
-        ('pull', pd_expr * dim),
-        ('presses', c_int),
-        ('press', pd_expr),
+        ('has_displacement', c_int * dim),
+        ('displacement', pd_expr * dim),
+        ('has_traction', c_int),
+        ('traction', pd_expr * dim),
+        ('has_pressure', c_int),
+        ('pressure', pd_expr),
     ]
 
     class pd_setup_precrack(Structure):
@@ -3764,9 +3764,9 @@ def declare(dim):
         ('name', c_char * 64),
         ('corners', c_int),
         ('corner', c_double * (32 * dim)),
-        ('watched', c_int),
-        ('way', c_double * dim),
-        ('rings', c_int),
+        ('is_recorded', c_int),
+        ('direction', c_double * dim),
+        ('j_domains', c_int),
         ('radius', c_double * 3),
         ('line', c_int),
     ]
@@ -3786,16 +3786,16 @@ def declare(dim):
         ('strength', c_double),
         ('toughness', c_double),
         ('density', c_double),
-        ('timed', c_int),
+        ('is_time_dependent', c_int),
         ('rtol', c_double),
         ('force', pd_expr * dim),
-        ('weighs', c_int),
-        ('grip', pd_setup_mechanical_bc * 16),
-        ('grips', c_int),
-        ('cut', pd_setup_precrack * 16),
-        ('cuts', c_int),
-        ('paces', c_int),
-        ('pace', pd_expr),
+        ('has_body_force', c_int),
+        ('mechanical_bc', pd_setup_mechanical_bc * 16),
+        ('mechanical_bcs', c_int),
+        ('precrack', pd_setup_precrack * 16),
+        ('precracks', c_int),
+        ('has_rate_factor', c_int),
+        ('rate_factor', pd_expr),
     ]
 
     class pd_setup_image_options(Structure):
@@ -3810,12 +3810,12 @@ def declare(dim):
         ('animate', c_int),
         ('formats', c_uint),
         ('contours', c_int * 62),
-        ('levels', c_int * 62),
-        ('level', c_double * 32 * 62),
+        ('has_contour_values', c_int * 62),
+        ('contour_value', c_double * 32 * 62),
         ('streamlines', c_int * 62),
         ('vectors', c_int * 62),
         ('surface', c_int),
-        ('way', c_double * 3),
+        ('view_direction', c_double * 3),
     ]
 
     class pd_setup_surface_state(Structure):
@@ -3830,8 +3830,8 @@ def declare(dim):
         ('low', c_double),
         ('high', c_double),
         ('rate', pd_expr),
-        ('species', c_int),
-        ('of', c_int * 32),
+        ('species_count', c_int),
+        ('species_index', c_int * 32),
     ]
 
     class pd_setup_electrode(Structure):
@@ -3847,20 +3847,20 @@ def declare(dim):
         ('potential', POINTER(c_double)),
         ('current', POINTER(c_double)),
         ('table_range', c_double * 2),
-        ('film', c_double),
-        ('shares', c_int),
-        ('share', pd_expr),
-        ('holds', c_int),
-        ('gives', c_int),
-        ('given', pd_expr),
-        ('wire', c_int),
-        ('bare', c_int),
-        ('reads', c_int),
-        ('law', pd_expr),
-        ('species', c_int),
-        ('of', c_int * 32),
-        ('reacts', c_int),
-        ('shed', c_double * 32),
+        ('film_resistance', c_double),
+        ('has_current_factor', c_int),
+        ('current_factor', pd_expr),
+        ('has_fixed_potential', c_int),
+        ('has_fixed_current', c_int),
+        ('fixed_value', pd_expr),
+        ('circuit', c_int),
+        ('has_no_curve', c_int),
+        ('has_species_curve', c_int),
+        ('species_curve', pd_expr),
+        ('species_count', c_int),
+        ('species_index', c_int * 32),
+        ('has_reaction', c_int),
+        ('species_released', c_double * 32),
     ]
 
     class pd_setup_potential(Structure):
@@ -3868,11 +3868,11 @@ def declare(dim):
     pd_setup_potential._fields_ = [
         ('conductivity', c_double),
         ('tolerance', c_double),
-        ('held', c_int * (2 * dim)),
-        ('hold', c_double * (2 * dim)),
+        ('has_fixed_potential', c_int * (2 * dim)),
+        ('fixed_potential', c_double * (2 * dim)),
         ('electrode', pd_setup_electrode * 16),
         ('electrodes', c_int),
-        ('reacts', c_int),
+        ('has_reaction', c_int),
     ]
 
     class pd_setup_solid_shape(Structure):
@@ -3894,8 +3894,8 @@ def declare(dim):
         ('fingerprint', POINTER(c_char)),
         ('fingerprint_size', c_size_t),
         ('threads', c_int),
-        ('given', c_uint),
-        ('m', c_double),
+        ('settings_given', c_uint),
+        ('fluid_m', c_double),
         ('metal_m', c_double),
         ('h', c_double * dim),
         ('lo', c_double * dim),
@@ -3903,21 +3903,21 @@ def declare(dim):
         ('axisymmetric', c_int),
         ('shape', POINTER(pd_shape)),
         ('shapes', c_int),
-        ('named', c_int * 64),
-        ('piece', pd_setup_solid_shape * 64),
-        ('pieces', c_int),
+        ('section_shape', c_int * 64),
+        ('solid_shape', pd_setup_solid_shape * 64),
+        ('solid_shapes', c_int),
         ('solid', c_int),
         ('wall', c_int),
         ('medium', c_int),
         ('passive', c_int),
         ('solution', c_int),
-        ('walls', pd_setup_wall * 32),
+        ('wall_shape', pd_setup_wall * 32),
         ('wall_count', c_int),
         ('mask', POINTER(c_uint8) * 8),
         ('mask_size', c_size_t * 8),
         ('masks', c_int),
-        ('surface', POINTER(pd_facets) * 8),
-        ('surfaces', c_int),
+        ('facets', POINTER(pd_facets) * 8),
+        ('facets_count', c_int),
         ('side', pd_setup_side * (2 * dim)),
         ('has_flow', c_int),
         ('has_gas', c_int),
@@ -3929,18 +3929,18 @@ def declare(dim):
         ('rho', c_double),
         ('mu', c_double),
         ('force', c_double * dim),
-        ('body', pd_expr * dim),
-        ('pushed', c_int),
+        ('body_force', pd_expr * dim),
+        ('has_body_force_expr', c_int),
         ('p_out', c_double),
         ('speed', c_double),
         ('length', c_double),
-        ('steady', c_double),
-        ('motion', c_int),
+        ('steady_tolerance', c_double),
+        ('flow_time', c_int),
         ('flow_order', c_int),
-        ('start', pd_expr * dim),
+        ('initial_velocity', pd_expr * dim),
         ('flow_rtol', c_double),
-        ('linear', c_int),
-        ('sound', c_double),
+        ('linear_eos', c_int),
+        ('sound_speed', c_double),
         ('gas_gamma', c_double),
         ('gas_rho', pd_expr),
         ('gas_p', pd_expr),
@@ -3948,20 +3948,20 @@ def declare(dim):
         ('gas_cfl', c_double),
         ('diffusivity', c_double),
         ('medium_diffusivity', c_double),
-        ('inlet', c_double),
-        ('enters', c_int),
-        ('initial', pd_expr),
+        ('inlet_c', c_double),
+        ('has_inlet_c_by_side', c_int),
+        ('initial_c', pd_expr),
         ('advection', c_int),
-        ('limiter', c_double),
-        ('migrates', c_int),
-        ('settle', c_int),
+        ('limiter_tolerance', c_double),
+        ('has_migration', c_int),
+        ('steady_transport', c_int),
         ('metal', pd_setup_metal * 4),
         ('metals', c_int),
         ('saturation', c_double),
         ('gb_factor', c_double),
         ('threshold', c_double),
         ('grain', pd_grain_desc),
-        ('bulk', c_double),
+        ('bulk_c', c_double),
         ('activation', c_int),
         ('repassivation', c_double),
         ('stochastic', c_int),
@@ -3975,9 +3975,9 @@ def declare(dim):
         ('mineral', pd_mineral * 8),
         ('minerals', c_int),
         ('tortuosity', c_double),
-        ('cover', c_double),
+        ('shielding_thickness', c_double),
         ('species_label', c_char * 36 * 32),
-        ('sheds', c_int),
+        ('has_surface_reaction', c_int),
         ('gas', c_char * 24),
         ('has_potential', c_int),
         ('potential', pd_setup_potential),
@@ -3986,24 +3986,24 @@ def declare(dim):
         ('table', POINTER(pd_setup_table)),
         ('function', POINTER(pd_expr_table)),
         ('tables', c_int),
-        ('until', c_double),
+        ('end_time', c_double),
         ('rtol', c_double),
-        ('fraction', c_double),
+        ('max_node_fraction', c_double),
         ('max_step', c_double),
-        ('every', c_double),
+        ('output_interval', c_double),
         ('fields', pd_fields),
         ('images', pd_fields),
         ('prefix', c_char * 64),
         ('slice_axis', c_int),
         ('slice_at', c_double),
         ('drawing', pd_setup_image_options),
-        ('deformed', c_double),
+        ('displacement_scale', c_double),
         ('probe', pd_setup_probe * 16),
         ('probes', c_int),
         ('monitor', pd_setup_monitor * 32),
         ('monitors', c_int),
-        ('record', pd_setup_measured * 8),
-        ('records', c_int),
+        ('measured', pd_setup_measured * 8),
+        ('measured_count', c_int),
         ('note', c_char * 200 * 48),
         ('notes', c_int),
     ]
@@ -4014,19 +4014,19 @@ def declare(dim):
         ('setup', POINTER(pd_setup)),
         ('grid', POINTER(pd_grid)),
         ('time', c_double),
-        ('timed', c_int),
+        ('is_time_dependent', c_int),
         ('inlets', c_int),
         ('mean', c_double * (2 * dim)),
         ('area', c_double * (2 * dim)),
-        ('fill', c_double * (2 * dim)),
+        ('area_ratio', c_double * (2 * dim)),
         ('scale', c_double * (2 * dim)),
         ('width', c_double * (2 * dim)),
         ('centre', c_double * dim * (2 * dim)),
-        ('inner', c_double * (2 * dim)),
-        ('develops', c_int * (2 * dim)),
+        ('inner_radius', c_double * (2 * dim)),
+        ('needs_profile', c_int * (2 * dim)),
         ('profile', POINTER(c_double) * (2 * dim)),
         ('first', c_int),
-        ('latest', c_int),
+        ('error_side', c_int),
     ]
 
     class pd_mechanical_bc(Structure):
@@ -4034,11 +4034,11 @@ def declare(dim):
     pd_mechanical_bc._fields_ = [
         ('setup', POINTER(pd_setup)),
         ('structure', POINTER(pd_solid_coupling)),
-        ('rows', c_int * 16),
-        ('area', c_double * 16),
-        ('borne', c_double * dim * 16),
-        ('faces', c_int * 16),
-        ('led', c_int64),
+        ('held_layers', c_int * 16),
+        ('initial_area', c_double * 16),
+        ('weighted_area', c_double * dim * 16),
+        ('opposite_held', c_int * 16),
+        ('interpolation_capacity', c_int64),
         ('interpolation', pd_multipoint_constraint),
     ]
 
@@ -4047,24 +4047,24 @@ def declare(dim):
     pd_surface_states._fields_ = [
         ('setup', POINTER(pd_setup)),
         ('bonds', POINTER(pd_bonds)),
-        ('across', POINTER(pd_stencil)),
+        ('interface_stencil', POINTER(pd_stencil)),
         ('cell', POINTER(pd_cell)),
-        ('etch', POINTER(pd_etch)),
-        ('find', pd_solve_at_fn),
-        ('finder', c_void_p),
+        ('surface_solver', POINTER(pd_etch)),
+        ('solve', pd_solve_at_fn),
+        ('solve_user', c_void_p),
         ('contacts', pd_contacts),
-        ('coat', pd_coat),
-        ('moves', c_int),
-        ('comes', c_int),
-        ('gain', c_double * 32 * 16),
+        ('state_solver', pd_coat),
+        ('affects_potential', c_int),
+        ('has_faradaic_source', c_int),
+        ('components_per_electron', c_double * 32 * 16),
     ]
 
     class pd_surface_state_statistics(Structure):
         pass
     pd_surface_state_statistics._fields_ = [
         ('mean', c_double),
-        ('least', c_double),
-        ('most', c_double),
+        ('min', c_double),
+        ('max', c_double),
         ('area', c_double),
     ]
 
@@ -4079,11 +4079,11 @@ def declare(dim):
         ('cell', POINTER(pd_cell)),
         ('surfaces', POINTER(pd_surface_states)),
         ('circuits', c_int),
-        ('member', c_int * 16),
-        ('given', c_int * 16),
+        ('circuit_of_electrode', c_int * 16),
+        ('prescribed_electrode', c_int * 16),
         ('circuit', pd_circuit * 16),
         ('name', c_char_p * 16),
-        ('line', c_int),
+        ('error_line', c_int),
     ]
 
     class pd_species_electrodes(Structure):
@@ -4093,14 +4093,14 @@ def declare(dim):
         ('map', POINTER(pd_electrode_map)),
         ('cell', POINTER(pd_cell)),
         ('etch', POINTER(pd_etch)),
-        ('part', POINTER(c_double)),
-        ('reads', c_uint32 * 16),
+        ('stoichiometry', POINTER(c_double)),
+        ('depends_on', c_uint32 * 16),
         ('circuit', pd_etch_circuit * 16),
-        ('falls', c_int),
-        ('low', c_double),
-        ('high', c_double),
-        ('former', POINTER(c_double)),
-        ('formers', c_int64),
+        ('has_decreasing_range', c_int),
+        ('decreasing_from', c_double),
+        ('decreasing_to', c_double),
+        ('saved_rates', POINTER(c_double)),
+        ('saved_count', c_int64),
     ]
 
     class pd_memory_estimate(Structure):
@@ -4110,39 +4110,39 @@ def declare(dim):
         ('cells', c_double),
         ('fluid', c_double),
         ('solid', c_double),
-        ('cut', c_double),
-        ('near', c_double),
+        ('truncated', c_double),
+        ('near_medium', c_double),
         ('bonds', c_double),
         ('bytes', c_double * 9),
-        ('working', c_double),
-        ('files', c_double),
-        ('balance', c_double),
-        ('all', c_double),
+        ('runtime_bytes', c_double),
+        ('output_bytes', c_double),
+        ('equilibrium_bytes', c_double),
+        ('total_bytes', c_double),
     ]
 
     class pd_dissolution_law(Structure):
         pass
     pd_dissolution_law._fields_ = [
-        ('attack', c_void_p),
-        ('kind', c_int),
-        ('metal', c_int),
+        ('laws', c_void_p),
+        ('setup_metal', c_int),
+        ('surface_metal', c_int),
         ('surfaces', POINTER(pd_surface_states)),
     ]
 
     class pd_dissolution_laws(Structure):
         pass
     pd_dissolution_laws._fields_ = [
-        ('etch', pd_etch),
+        ('surface_solver', pd_etch),
         ('setup', POINTER(pd_setup)),
         ('dissolve', POINTER(pd_dissolve)),
-        ('course', POINTER(pd_course)),
+        ('species_integrator', POINTER(pd_course)),
         ('cell', POINTER(pd_cell)),
         ('states', POINTER(pd_surface_states)),
-        ('polarise', pd_species_electrodes),
+        ('species_electrodes', pd_species_electrodes),
         ('law', pd_dissolution_law * 4),
-        ('laws', c_int),
+        ('law_count', c_int),
         ('grain', POINTER(c_int32)),
-        ('begin', c_double),
+        ('step_start', c_double),
     ]
 
     class pd_input_value(Structure):
@@ -4150,8 +4150,8 @@ def declare(dim):
     pd_input_value._fields_ = [
         ('expr', POINTER(pd_expr)),
         ('x', c_double * dim),
-        ('middle', c_int),
-        ('fold', c_double),
+        ('at_midpoint', c_int),
+        ('efolding_voltage', c_double),
     ]
 
     class pd_input_step_limit(Structure):
@@ -4160,7 +4160,7 @@ def declare(dim):
         ('value', POINTER(pd_input_value)),
         ('count', c_int32),
         ('capacity', c_int32),
-        ('last', c_double),
+        ('end_time', c_double),
         ('rtol', c_double),
     ]
 
@@ -4184,9 +4184,9 @@ def declare(dim):
         pass
     pd_model._fields_ = [
         ('setup', POINTER(pd_setup)),
-        ('line', c_int),
+        ('error_line', c_int),
         ('stencil', pd_stencil),
-        ('across', pd_stencil),
+        ('interface_stencil', pd_stencil),
         ('grid', pd_grid),
         ('bonds', pd_bonds),
         ('paths', pd_bond_paths),
@@ -4199,29 +4199,29 @@ def declare(dim):
         ('unsteady', pd_weakly_compressible),
         ('gas', pd_gas),
         ('transport', pd_transport),
-        ('two_stage', pd_two_stage),
+        ('transport_integrator', pd_two_stage),
         ('reactive', pd_reactive),
-        ('vary', pd_input_step_limit),
-        ('timed', pd_rate_step_limit),
-        ('fresh', POINTER(c_uint8)),
-        ('bare', POINTER(c_double)),
-        ('course', pd_course),
-        ('surfaces', POINTER(pd_surface_states)),
-        ('attack', pd_dissolution_laws),
+        ('input_step_limit', pd_input_step_limit),
+        ('rate_step_limit', pd_rate_step_limit),
+        ('just_converted', POINTER(c_uint8)),
+        ('coverage_factor', POINTER(c_double)),
+        ('species_integrator', pd_course),
+        ('surface_states', POINTER(pd_surface_states)),
+        ('dissolution_laws', pd_dissolution_laws),
         ('grain', pd_grain),
         ('grain_stats', pd_grain_stats),
-        ('factor', POINTER(c_double)),
-        ('structure', pd_solid_coupling),
-        ('grips', pd_mechanical_bc),
-        ('thin_cells', c_int),
-        ('thin', c_double),
+        ('boundary_factor', POINTER(c_double)),
+        ('solid', pd_solid_coupling),
+        ('mechanical_bc', pd_mechanical_bc),
+        ('min_cells_across', c_int),
+        ('thin_fraction', c_double),
         ('dissolve', pd_dissolve),
         ('law', pd_model_law * 4),
         ('electrodes', pd_electrode_map),
         ('cell', pd_cell),
         ('metal', POINTER(c_uint8)),
         ('passive', POINTER(c_uint8)),
-        ('couple', pd_time_loop),
+        ('time_loop', pd_time_loop),
         ('bytes', c_size_t * 9),
         ('unknowns', c_int64 * 9),
     ]
@@ -4232,18 +4232,18 @@ def declare(dim):
         ('volume_loss', c_double),
         ('v_max', c_double),
         ('c_max', c_double),
-        ('front', c_double),
+        ('corrosion_depth', c_double),
         ('has_flux', c_int),
-        ('flux', c_double),
-        ('flux_max', c_double),
+        ('flux_error', c_double),
+        ('layer_flux_error', c_double),
         ('flux_axis', c_int),
-        ('flux_up', c_int),
-        ('most', c_double * 2),
-        ('seen', c_int64),
+        ('flux_towards_plus', c_int),
+        ('max_flux', c_double * 2),
+        ('flow_solves', c_int64),
         ('layers', c_int32),
         ('nodes', c_int32),
-        ('depth', POINTER(c_float)),
-        ('layer', POINTER(c_double)),
+        ('initial_depth', POINTER(c_float)),
+        ('layer_flux', POINTER(c_double)),
     ]
 
     class pd_field_view(Structure):
@@ -4254,7 +4254,7 @@ def declare(dim):
         ('components', c_int),
         ('n', c_int * dim),
         ('stride', c_int64 * dim),
-        ('part', c_int64),
+        ('component_stride', c_int64),
     ]
 
     class pd_field_views(Structure):
@@ -4267,11 +4267,11 @@ def declare(dim):
     class pd_picture_range(Structure):
         pass
     pd_picture_range._fields_ = [
-        ('lo', c_double),
-        ('hi', c_double),
-        ('low', c_double * 2),
-        ('high', c_double * 2),
-        ('fastest', c_double),
+        ('min', c_double),
+        ('max', c_double),
+        ('extent_min', c_double * 2),
+        ('extent_max', c_double * 2),
+        ('max_speed', c_double),
     ]
 
     class pd_output_pictures(Structure):
@@ -4281,25 +4281,25 @@ def declare(dim):
         ('folder', POINTER(pd_output_folder)),
         ('right', c_int),
         ('up', c_int),
-        ('below', c_int),
+        ('mirrored_rows', c_int),
         ('nx', c_int),
         ('ny', c_int),
         ('cells', c_int64),
         ('cell', POINTER(c_double)),
         ('paint', POINTER(c_uint8)),
-        ('move', POINTER(c_double)),
-        ('joined', POINTER(c_uint8)),
+        ('displacement', POINTER(c_double)),
+        ('bonded', POINTER(c_uint8)),
         ('velocity', POINTER(c_double)),
         ('sorted', POINTER(c_double)),
-        ('sight', pd_rendering),
+        ('surface_view', pd_rendering),
         ('view', pd_picture_range * 63),
         ('frames', c_int64),
         ('last', c_int64),
-        ('live', c_int),
+        ('updates_latest', c_int),
         ('latest', pd_fields),
-        ('keeps', c_int),
-        ('kept', pd_file),
-        ('length', c_int64),
+        ('stores_frames', c_int),
+        ('frame_file', pd_file),
+        ('frame_file_bytes', c_int64),
     ]
 
     class pd_output(Structure):
@@ -4311,7 +4311,7 @@ def declare(dim):
         ('diagnostics', pd_csv),
         ('probes', pd_csv),
         ('frame', c_int),
-        ('written', c_double),
+        ('last_frame_time', c_double),
         ('scalar', POINTER(c_double) * 62),
         ('phase', POINTER(c_uint8)),
         ('grain', POINTER(c_int32)),
@@ -4331,11 +4331,11 @@ def declare(dim):
         pass
     pd_depletion_notes._fields_ = [
         ('model', POINTER(pd_model)),
-        ('piece', POINTER(c_uint8)),
-        ('left', c_int32 * 64),
+        ('shape_of_node', POINTER(c_uint8)),
+        ('nodes_left', c_int32 * 64),
         ('idle', c_int * 16),
         ('time', c_double),
-        ('solid', c_int64),
+        ('solid_nodes', c_int64),
     ]
 
     class pd_monitor_output(Structure):
@@ -4352,9 +4352,9 @@ def declare(dim):
         ('desc', POINTER(pd_setup_monitor)),
         ('table', pd_csv),
         ('count', c_int),
-        ('room', c_int),
-        ('figure', POINTER(pd_monitor_output)),
-        ('seen', c_int64),
+        ('capacity', c_int),
+        ('output', POINTER(pd_monitor_output)),
+        ('flow_solves', c_int64),
         ('columns', c_int),
         ('rows', c_int),
         ('profile', POINTER(c_double)),
@@ -4368,7 +4368,7 @@ def declare(dim):
     pd_monitors._fields_ = [
         ('model', POINTER(pd_model)),
         ('folder', POINTER(pd_output_folder)),
-        ('line', c_int),
+        ('error_line', c_int),
         ('monitor', pd_monitor * 32),
     ]
 
@@ -4388,23 +4388,23 @@ def declare(dim):
     pd_scalar_outputs._fields_ = [
         ('list', POINTER(pd_scalar_output)),
         ('count', c_int),
-        ('room', c_int),
+        ('capacity', c_int),
         ('order', c_int),
     ]
 
     class pd_snapshot(Structure):
         pass
     pd_snapshot._fields_ = [
-        ('when', c_int),
+        ('stage', c_int),
         ('name', c_char_p),
         ('folder', c_char_p),
         ('time', c_double),
         ('dt', c_double),
-        ('until', c_double),
+        ('end_time', c_double),
         ('steps', c_int64),
-        ('observables', POINTER(pd_step_diagnostics)),
+        ('diagnostics', POINTER(pd_step_diagnostics)),
         ('model', POINTER(pd_model)),
-        ('own', POINTER(pd_model)),
+        ('writable_model', POINTER(pd_model)),
         ('monitors', POINTER(pd_monitors)),
         ('views', POINTER(pd_field_views)),
     ]
@@ -4419,8 +4419,8 @@ def declare(dim):
         ('time', POINTER(c_double)),
         ('value', POINTER(c_double)),
         ('rows', c_int64),
-        ('time_room', c_int64),
-        ('value_room', c_int64),
+        ('time_capacity', c_int64),
+        ('value_capacity', c_int64),
     ]
 
     class pd_measured_comparison(Structure):
@@ -4428,9 +4428,9 @@ def declare(dim):
     pd_measured_comparison._fields_ = [
         ('model', POINTER(pd_model)),
         ('monitors', POINTER(pd_monitors)),
-        ('share', POINTER(c_double)),
-        ('curves', c_int),
-        ('line', c_int),
+        ('monitor_weight', POINTER(c_double)),
+        ('keeps_curves', c_int),
+        ('error_line', c_int),
         ('figures', pd_scalar_outputs),
         ('list', pd_measured_set * 8),
     ]
@@ -4439,31 +4439,31 @@ def declare(dim):
         pass
     pd_measured_error._fields_ = [
         ('points', c_int),
-        ('within', c_int),
+        ('within_spread', c_int),
         ('rms', c_double),
-        ('largest', c_double),
-        ('at', c_double),
+        ('max_difference', c_double),
+        ('max_difference_time', c_double),
     ]
 
     class pd_run_desc(Structure):
         pass
     pd_run_desc._fields_ = [
         ('folder', c_char_p),
-        ('check', c_int),
-        ('dry', c_int),
+        ('check_only', c_int),
+        ('no_files', c_int),
         ('figures', POINTER(pd_scalar_outputs)),
-        ('computed', POINTER(c_double)),
-        ('share', POINTER(c_double)),
+        ('computed_at_points', POINTER(c_double)),
+        ('monitor_weight', POINTER(c_double)),
         ('print', pd_print_fn),
         ('print_user', c_void_p),
         ('stop', CFUNCTYPE(c_int, c_void_p)),
         ('stop_user', c_void_p),
         ('observe', pd_snapshot_fn),
         ('observe_user', c_void_p),
-        ('live', c_int),
+        ('updates_latest', c_int),
         ('checkpoints', c_int),
         ('checkpoint_every', c_double),
-        ('silence', c_double),
+        ('stall_note_after', c_double),
         ('resume', c_int),
     ]
 
@@ -4477,27 +4477,27 @@ def declare(dim):
         ('h', c_double),
         ('m', c_double),
         ('volume_loss', c_double),
-        ('ledger', c_double),
+        ('mass_balance_error', c_double),
         ('has_front', c_int),
-        ('front', c_double),
+        ('corrosion_depth', c_double),
         ('has_flux', c_int),
-        ('sheds', c_int),
+        ('evolves_gas', c_int),
         ('gas', c_double),
         ('gas_volume', c_double),
-        ('flux', c_double),
-        ('flux_max', c_double),
+        ('flux_error', c_double),
+        ('layer_flux_error', c_double),
         ('peclet', c_double),
         ('residual', c_double),
-        ('settled', c_int),
-        ('change', c_double),
-        ('defect', c_double),
+        ('is_steady', c_int),
+        ('steady_change', c_double),
+        ('steady_imbalance', c_double),
         ('has_potential', c_int),
         ('current_balance', c_double),
         ('current', c_double),
         ('evaluations', c_int64),
         ('steps', c_int64),
         ('unknowns', c_int64),
-        ('unsolved', c_int64),
+        ('unconverged_steps', c_int64),
         ('threads', c_int),
         ('bytes_per_node', c_double),
     ]
@@ -4508,7 +4508,7 @@ def declare(dim):
         ('setup', pd_setup),
         ('model', pd_model),
         ('time', c_double),
-        ('until', c_double),
+        ('end_time', c_double),
         ('steps', c_int64),
         ('views', pd_field_views),
     ]
@@ -4517,7 +4517,7 @@ def declare(dim):
         pass
     pd_coarsened_setup._fields_ = [
         ('setup', pd_setup),
-        ('share', c_double * 32),
+        ('monitor_weight', c_double * 32),
     ]
 
     class pd_richardson_output(Structure):
@@ -4526,9 +4526,9 @@ def declare(dim):
         ('figure', pd_scalar_output),
         ('coarser', c_double * 2),
         ('order', c_double),
-        ('assumed', c_int),
+        ('is_formal_order', c_int),
         ('error', c_double),
-        ('minor', c_int),
+        ('is_minor', c_int),
     ]
 
     class pd_richardson(Structure):
@@ -4536,12 +4536,12 @@ def declare(dim):
     pd_richardson._fields_ = [
         ('setup', POINTER(pd_setup)),
         ('coarser_runs', c_int),
-        ('without', c_char * 640),
+        ('missing_reason', c_char * 640),
         ('list', POINTER(pd_richardson_output)),
         ('count', c_int),
         ('order', c_int),
-        ('worst', c_int),
-        ('wall', c_double),
+        ('worst_output', c_int),
+        ('wall_time', c_double),
     ]
 
     class pd_fit_desc(Structure):
@@ -4552,8 +4552,8 @@ def declare(dim):
         ('count', c_int),
         ('range', POINTER(c_char_p)),
         ('ranges', c_int),
-        ('data', c_char_p),
-        ('one_lattice', c_int),
+        ('measured', c_char_p),
+        ('skips_coarser', c_int),
         ('print', pd_print_fn),
         ('print_user', c_void_p),
         ('stop', CFUNCTYPE(c_int, c_void_p)),
@@ -4575,14 +4575,14 @@ def declare(dim):
         ('name', c_char * 64),
         ('parameter', pd_fit_parameter * 8),
         ('parameters', c_int),
-        ('squares', pd_least_squares_result),
+        ('result', pd_least_squares_result),
         ('override', c_char * 320 * 8),
         ('points', c_int),
-        ('figure', c_char * 128),
+        ('output', c_char * 128),
         ('unit', c_char * 96),
-        ('records', c_int),
+        ('measured_sets', c_int),
         ('rms', c_double),
-        ('known', c_int),
+        ('has_spread', c_int),
         ('h', c_double),
         ('evaluations', c_int),
         ('bad_input', c_int),
@@ -4605,7 +4605,7 @@ def declare(dim):
         ('name', c_char * 128),
         ('text', POINTER(c_char)),
         ('count', c_int),
-        ('bare', c_int),
+        ('unit_bytes', c_int),
     ]
 
     class pd_parameter_sweep(Structure):
@@ -4617,7 +4617,7 @@ def declare(dim):
         ('runs', c_int),
         ('name', c_char * 64),
         ('folder', c_char * 1024),
-        ('loses', c_int),
+        ('has_dissolution', c_int),
     ]
 
     class pd_parameter_sweep_count(Structure):
