@@ -13,7 +13,7 @@ from . import _declared
 from ._library import Context, view
 
 Kind = enum.IntEnum("Kind", {name[3:]: value for name, value in _declared.ENUMS["pd_kind"].items()})
-Kind.__doc__ = "What a node is: OUTSIDE, FLUID, SOLID, WALL, or a ghost: INLET, OUTLET, IMAGE."
+Kind.__doc__ = "What a node is: INACTIVE, FLUID, SOLID, WALL, or a ghost: INLET, OUTLET, IMAGE."
 
 _SIDES = {name[8:].lower(): value for name, value in _declared.ENUMS["pd_side"].items()}
 _OPERATORS = {name[7:].lower(): value for name, value in _declared.ENUMS["pd_csr_operator"].items()}
