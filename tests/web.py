@@ -208,7 +208,8 @@ def runs(text):
                     return new Set(new Uint32Array(pixels.buffer)).size""")
     check("the picture has many colours", ink > 20)
     options = script("return [...document.getElementById('field').options].map(o => o.value)")
-    check(f"fields can be chosen, found {options}", {"C", "v", "p", "grain", "rate"} <= set(options))
+    check(f"all fields of the scene can be chosen, found {options}",
+          options == ["C", "v", "p", "kind", "grain", "phase", "D", "rate", "density"])
     picture("light", 1440, 1100)
     script("""const f = document.getElementById('field');
               f.value = 'v';

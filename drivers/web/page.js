@@ -4,8 +4,7 @@
 const $ = id => document.getElementById(id);
 const CHECK_AFTER = 300; // [ms] without a key
 const PAINT = { outside: 0, fluid: 1, solid: 2, wall: 3 }; // pd_kind of the cells
-const OF_FLUID = ['kind', 'C', 'v', 'p', 'rate', 'D', 'energy']; // fields; all others are of the metal
-const ALL_OVER = ['density', 'damage']; // fields of the metal that fluid has, too
+const PLACE = { fluid: 0, metal: 1, both: 2, all: 3 }; // of the values of a field: pd_field_place
 
 // ---- what is embedded ----
 
@@ -246,11 +245,11 @@ function showFields() {
 
 // What a cell shows: the field, or what stands there (see the pictures of the programs).
 function painted(field, kind, k) {
-    if (field.name === 'kind' || !kind) return PAINT.fluid;
-    const at = kind.values[k], metal = !OF_FLUID.includes(field.name);
+    if (field.place === PLACE.all || !kind) return PAINT.fluid;
+    const at = kind.values[k];
     if (at === PAINT.wall || at === PAINT.outside) return PAINT.wall;
-    if (at === PAINT.solid) return metal ? PAINT.fluid : PAINT.solid;
-    return metal && !ALL_OVER.includes(field.name) ? PAINT.outside : PAINT.fluid;
+    if (at === PAINT.solid) return field.place === PLACE.fluid ? PAINT.solid : PAINT.fluid;
+    return field.place === PLACE.metal ? PAINT.outside : PAINT.fluid;
 }
 
 function range(field, kind) {

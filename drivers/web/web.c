@@ -9,7 +9,6 @@
 
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
 #define WEB_EXPORT(name) __attribute__((export_name(#name)))
 #define WEB_IMPORT(name) __attribute__((import_module("page"), import_name(#name)))
@@ -27,8 +26,10 @@ WEB_IMPORT(box) void page_box(int dim, const int *cells, const double *low, cons
 /* An instant, in SI; when: pd_snapshot_stage. */
 WEB_IMPORT(instant) int page_instant(int when, double time, double dt, double until, double steps, double volume_loss,
                                      double v_max, double c_max, double imbalance);
-/* A field [components][cells] of the instant before; map: pd_colour_map. Data stay until the call returns. */
-WEB_IMPORT(field) void page_field(const char *name, const char *label, const double *data, int components, int map);
+/* A field [components][cells] of the instant before; map: pd_colour_map; place: pd_field_place. Data stay until the
+ * call returns. */
+WEB_IMPORT(field) void page_field(const char *name, const char *label, const double *data, int components, int map,
+                                  int place);
 
 /* Those were all fields of the instant. */
 WEB_IMPORT(shown) void page_shown(void);
@@ -78,24 +79,14 @@ int web_check(const char *name, const char *text)
     return status < 0 ? status : 0;
 }
 
-/* The colours of pictures. */
-static pd_colour_map web_map(const char *name)
-{
-    if (strcmp(name, "kind") == 0 || strcmp(name, "grain") == 0) return PD_COLOUR_MAP_LABELS;
-    if (strcmp(name, "p") == 0 || strncmp(name, "sigma", 5) == 0) return PD_COLOUR_MAP_DIVERGING;
-    return PD_COLOUR_MAP_SEQUENTIAL;
-}
-
+/* Hands over all fields that the scene has. */
 static void web_fields(pd_ctx *ctx, const pd_snapshot *at)
 {
-    static const char *const names[] = {"kind",     "C",        "v",        "p",        "rate",     "density",
-                                        "damage",   "grain",    "D",        "energy",   "u",        "mises",
-                                        "sigma_h",  "eps_p",    "broken",   "strain_energy",
-                                        "sigma_xx", "sigma_yy", "sigma_zz", "sigma_xy", "sigma_yz", "sigma_zx"};
-    for (size_t k = 0; k < sizeof names / sizeof names[0]; k++) {
+    pd_field_info info;
+    for (int k = 0; pd_field_info_get(at->model->setup, k, &info); k++) {
         pd_field_view view;
-        if (pd_snapshot_get_field(ctx, at, names[k], &view) < 0) continue; /* the scene has none */
-        page_field(names[k], view.label, view.data, view.components, web_map(names[k]));
+        if (pd_snapshot_get_field(ctx, at, info.name, &view) < 0) continue;
+        page_field(info.name, info.label, view.data, info.components, info.map, info.place);
     }
     page_shown();
 }

@@ -118,7 +118,7 @@ class Run {
     }
 
     // The drawn plane of a field, in single precision; of vectors the length.
-    field(of, name, label, data, components, map) {
+    field(of, name, label, data, components, map, place) {
         const { dim, cells, axis, slice } = this.lattice, all = cells.reduce((a, b) => a * b, 1);
         const from = new Float64Array(of.out.memory.buffer, data, components * all);
         const stride = [1, cells[0], cells[0] * (cells[1] || 1)];
@@ -131,7 +131,7 @@ class Run {
                 for (let c = 0; c < components; c++) sum += from[at + c * all] ** 2;
                 values[j * nx + i] = components > 1 ? Math.sqrt(sum) : from[at];
             }
-        this.fields.push({ name: of.text(name), label: of.text(label), map, nx, ny, values });
+        this.fields.push({ name: of.text(name), label: of.text(label), map, place, nx, ny, values });
     }
 
     // Files that are new since the last time, to the page.

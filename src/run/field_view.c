@@ -1,10 +1,8 @@
 /* field_view: see field_view.h */
 #include "run/field_view.h"
+#include "scene/fields.h"
 #include "run/sample.h"
 #include <string.h>
-
-/* Components of a field: PD_DIM of the velocity, else 1. */
-static int pdi_field_view_count_components(int field) { return field == PD_FIELD_V ? PD_DIM : 1; }
 
 /* Copy a field over the cells of the box into out [components][cells]. */
 static void pdi_field_view_copy_values(const pd_model *m, pd_field field, int64_t cells, double *out)
@@ -26,23 +24,23 @@ PDI_FN pd_status pdi_field_view_get(pd_ctx *ctx, pd_model *model, pd_field_views
                                     pd_field_view *view)
 {
     const pd_grid *g = &model->grid;
-    int field = pdi_setup_find_field(model->setup, name);
+    int field = pdi_fields_find(model->setup, name);
     memset(view, 0, sizeof *view);
+    char names[PDI_FIELDS_NAMES_SIZE];
     if (field == PD_FIELD_COUNT)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "view",
-                        "no field has the name %.40s, expected C, v, p, kind, grain, phase, D, rate, density, damage, "
-                        "u, mises, phi, j, i, pH, a species, or another one of 'fields' in [output]", name);
-    const char *needs = pdi_setup_field_lacks(model->setup, (pd_field)field);
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "view", "no field has the name %.40s, expected one of %s", name,
+                        pdi_fields_format_names(model->setup, names));
+    const char *needs = pdi_fields_lacks(model->setup, (pd_field)field);
     if (needs) return pdi_fail(ctx, PD_ERR_ARGUMENT, "view", "the field %s needs %s", name, needs);
     views->cells = 1;
     for (int d = 0; d < PD_DIM; d++) views->cells *= g->n[d];
     if (!views->field[field])
-        PDI_TRY(PDI_NEW(ctx, "view", pdi_field_view_count_components(field) * views->cells, views->field[field]));
-    pdi_sample_prepare(ctx, model, pdi_setup_field_bit(field));
+        PDI_TRY(PDI_NEW(ctx, "view", pdi_fields_count_components((pd_field)field) * views->cells, views->field[field]));
+    pdi_sample_prepare(ctx, model, pdi_fields_bit(field));
     pdi_field_view_copy_values(model, (pd_field)field, views->cells, views->field[field]);
     view->data = views->field[field];
-    view->label = pdi_setup_field_label(model->setup, (pd_field)field);
-    view->components = pdi_field_view_count_components(field);
+    view->label = pdi_fields_get_label(model->setup, (pd_field)field);
+    view->components = pdi_fields_count_components((pd_field)field);
     view->component_stride = views->cells;
     for (int d = 0; d < PD_DIM; d++) {
         view->n[d] = g->n[d];
@@ -54,6 +52,6 @@ PDI_FN pd_status pdi_field_view_get(pd_ctx *ctx, pd_model *model, pd_field_views
 PDI_FN void pdi_field_view_free(pd_ctx *ctx, pd_field_views *views)
 {
     for (int k = 0; k < PD_FIELD_COUNT; k++)
-        PDI_DELETE(ctx, pdi_field_view_count_components(k) * views->cells, views->field[k]);
+        PDI_DELETE(ctx, pdi_fields_count_components((pd_field)k) * views->cells, views->field[k]);
     memset(views, 0, sizeof *views);
 }

@@ -1,5 +1,6 @@
 /* memory_estimate: see memory_estimate.h */
 #include "run/memory_estimate.h"
+#include "scene/fields.h"
 #include "io/renderer.h"
 #include "flow/gas.h"
 #include "flow/implicit.h"
@@ -731,8 +732,7 @@ static void pdi_memory_estimate_output(const pd_setup *setup, pd_memory_estimate
 {
     double copies = 0.0;
     for (int k = 0; k < PD_FIELD_COUNT; k++)
-        if (((setup->fields >> k) & 1u) && (k == PD_FIELD_C || k == PD_FIELD_D || k == PD_FIELD_RATE ||
-                                        k == PD_FIELD_DENSITY || k == PD_FIELD_P || k >= PD_FIELD_ENERGY))
+        if (((setup->fields >> k) & 1u) && (k == PD_FIELD_U || pdi_fields_is_scalar((pd_field)k)))
             copies += k == PD_FIELD_U ? 8.0 * PD_DIM : 8.0;
     b->output_bytes = copies * b->nodes + pdi_memory_estimate_pictures(setup);
 }

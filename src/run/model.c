@@ -1,5 +1,6 @@
 /* model: see model.h */
 #include "run/model.h"
+#include "scene/fields.h"
 #include "lattice/thickness.h"
 #include "run/developed_flow.h"
 #include "scene/interval.h"
@@ -742,7 +743,7 @@ static int pdi_model_needs_bond_updates(const pd_setup *u)
 PDI_FN int pdi_model_is_undefined(const pd_model *m, pd_field field, int32_t i)
 {
     int dissolved = field == PD_FIELD_PH || field == PD_FIELD_SATURATION_INDEX ||
-                    field == PD_FIELD_DIFFUSION_POTENTIAL || pdi_setup_field_species_index(m->setup, field) >= 0;
+                    field == PD_FIELD_DIFFUSION_POTENTIAL || pdi_fields_species_index(m->setup, field) >= 0;
     if (field == PD_FIELD_C) dissolved = !m->setup->has_corrode;
     return m->just_converted && m->just_converted[i] && dissolved && m->grid.kind[i] == PD_FLUID;
 }

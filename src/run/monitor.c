@@ -1,5 +1,6 @@
 /* monitor: see monitor.h */
 #include "run/monitor.h"
+#include "scene/fields.h"
 #include "flow/force.h"
 #include "core/vec.h"
 #include "couple/integral_diagnostics.h"
@@ -469,7 +470,7 @@ static int pdi_monitor_name_line_columns(const pd_setup *setup, const pd_monitor
             snprintf(name, sizeof name, "v%c [m/s]", "xyz"[d]);
             count = pdi_monitor_set_column_name(names, count, name);
         }
-        const char *label = pdi_setup_field_label(setup, (pd_field)f);
+        const char *label = pdi_fields_get_label(setup, (pd_field)f);
         snprintf(name, sizeof name, "%s%s", label, strchr(label, '[') ? "" : " [-]");
         if (f != PD_FIELD_V) count = pdi_monitor_set_column_name(names, count, name);
     }
@@ -504,7 +505,7 @@ static void pdi_monitor_compute_line(const pd_model *model, pd_monitor *m)
         }
         row[0] = sqrt(square);
         for (int f = 0; f < PD_FIELD_COUNT; f++)
-            for (int c = 0; c < (f == PD_FIELD_V ? PD_DIM : 1) && ((d->fields >> f) & 1u); c++)
+            for (int c = 0; c < (pdi_fields_count_components((pd_field)f)) && ((d->fields >> f) & 1u); c++)
                 row[column++] = pdi_sample_get_point(model, (pd_field)f, c, x);
     }
 }
@@ -583,10 +584,10 @@ static pd_status pdi_monitor_draw_line(pd_ctx *ctx, const pd_monitors *all, cons
     char path[PD_PATH_SIZE];
     for (int f = 0; f < PD_FIELD_COUNT; f++) {
         if (!((m->desc->images >> f) & 1u)) continue;
-        const char *name = pdi_setup_field_name(all->model->setup, (pd_field)f);
+        const char *name = pdi_fields_get_name(all->model->setup, (pd_field)f);
         PDI_TRY(pdi_monitor_format_path(ctx, all, m, name, frame, "png", path));
-        PDI_TRY(pdi_monitor_draw_profile(ctx, all, m, first[f], f == PD_FIELD_V ? PD_DIM : 1, "s",
-                                         pdi_setup_field_label(all->model->setup, (pd_field)f), path));
+        PDI_TRY(pdi_monitor_draw_profile(ctx, all, m, first[f], pdi_fields_count_components((pd_field)f), "s",
+                                         pdi_fields_get_label(all->model->setup, (pd_field)f), path));
     }
     return PD_OK;
 }
@@ -648,7 +649,7 @@ static pd_status pdi_monitor_allocate(pd_ctx *ctx, const pd_model *model, pd_mon
     m->rows = d->kind == PD_MONITOR_LINE ? d->points : 0;
     m->columns = 1 + PD_DIM;
     for (int f = 0; f < PD_FIELD_COUNT; f++)
-        if ((d->fields >> f) & 1u) m->columns += f == PD_FIELD_V ? PD_DIM : 1;
+        if ((d->fields >> f) & 1u) m->columns += pdi_fields_count_components((pd_field)f);
     if (d->kind == PD_MONITOR_TRANSFER) {
         m->rows = d->axis < 0 ? 1 : model->grid.n[d->axis];
         m->columns = d->length > 0.0 ? 5 : 3;

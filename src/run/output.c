@@ -1,5 +1,6 @@
 /* output: see output.h */
 #include "run/output.h"
+#include "scene/fields.h"
 #include "io/plot.h"
 #include "io/paraview.h"
 #include "scene/read_measured.h"
@@ -35,23 +36,15 @@ static const char *const pdi_output_node_kind_names[] = {"outside", "fluid", "me
 static const char *const pdi_output_phase_names[] = {"fluid or wall", "metal"};
 
 /* 1: a field of the solid alone, NaN elsewhere. */
-static int pdi_output_is_solid_field(pd_field field) { return pdi_setup_is_mechanics_field(field); }
+static int pdi_output_is_solid_field(pd_field field) { return pdi_fields_get_place(field) == PD_FIELD_IN_METAL; }
 
 /* Unit of a field from its label, such as "C [mol/m3]", into unit[24]; NULL: it has none. */
 static const char *pdi_output_parse_unit(const pd_setup *setup, pd_field field, char *unit)
 {
-    const char *open = strchr(pdi_setup_field_label(setup, field), '[');
+    const char *open = strchr(pdi_fields_get_label(setup, field), '[');
     if (!open) return NULL;
     snprintf(unit, 24, "%.*s", (int)strcspn(open + 1, "]"), open + 1);
     return unit;
-}
-
-/* 1: the field is computed into an array of its own for output. */
-static int pdi_output_is_computed_field(pd_field field)
-{
-    return field == PD_FIELD_C || field == PD_FIELD_P || field == PD_FIELD_D || field == PD_FIELD_RATE ||
-           field == PD_FIELD_DENSITY || field == PD_FIELD_DAMAGE || field == PD_FIELD_ENERGY ||
-           field > PD_FIELD_U; /* of the body, pH, species */
 }
 
 /* Compute the output fields now. */
@@ -59,7 +52,7 @@ static void pdi_output_compute_fields(pd_ctx *ctx, pd_output *out)
 {
     pd_model *m = out->model;
     pd_fields drawn =
-        pdi_surface_view_is_requested(m->setup) ? pdi_setup_field_bit(pdi_surface_view_get_colour_field(m->setup)) : 0;
+        pdi_surface_view_is_requested(m->setup) ? pdi_fields_bit(pdi_surface_view_get_colour_field(m->setup)) : 0;
     pdi_sample_prepare(ctx, m, m->setup->fields | m->setup->images | drawn);
     for (int k = 0; k < PD_FIELD_COUNT; k++)
         for (int32_t i = 0; i < m->grid.total && out->scalar[k]; i++)
@@ -88,7 +81,7 @@ static int pdi_output_list_fields(const pd_output *out, char (*unit)[24], pd_vti
         pd_vti_field *f = &fields[count];
         if (!((m->setup->fields >> k) & 1u)) continue;
         memset(f, 0, sizeof *f);
-        f->name = pdi_setup_field_name(m->setup, (pd_field)k);
+        f->name = pdi_fields_get_name(m->setup, (pd_field)k);
         f->unit = pdi_output_parse_unit(m->setup, (pd_field)k, unit[k]);
         f->type = PD_VTI_FLOAT32;
         f->data = out->scalar[k];
@@ -149,13 +142,13 @@ static int pdi_output_compute_probe_row(const pd_output *out, char names[][PDI_O
     for (int k = 0; k < m->setup->probes; k++)
         for (int f = 0; f < PD_FIELD_COUNT; f++) {
             const pd_setup_probe *p = &m->setup->probe[k];
-            int parts = f == PD_FIELD_V ? PD_DIM : 1;
+            int parts = pdi_fields_count_components((pd_field)f);
             for (int d = 0; d < parts && ((p->fields >> f) & 1u) && count < room; d++, count++) {
-                char unit[24], part[2] = {f == PD_FIELD_V ? "xyz"[d] : '\0', '\0'};
+                char unit[24], part[2] = {parts > 1 ? "xyz"[d] : '\0', '\0'};
                 const char *known = pdi_output_parse_unit(m->setup, (pd_field)f, unit);
                 if (names)
                     snprintf(names[count], PDI_OUTPUT_COLUMN_NAME, "%.40s_%.14s%s [%s]", p->name,
-                             pdi_setup_field_name(m->setup, (pd_field)f), part, known ? known : "-");
+                             pdi_fields_get_name(m->setup, (pd_field)f), part, known ? known : "-");
                 if (!values) continue;
                 values[count] = pdi_sample_get_probe(m, (pd_field)f, d, p->position);
             }
@@ -246,7 +239,7 @@ static pd_status pdi_output_allocate(pd_ctx *ctx, pd_output *out)
     const pd_model *m = out->model;
     for (int k = 0; k < PD_FIELD_COUNT; k++) {
         if (!((m->setup->fields >> k) & 1u)) continue;
-        if (pdi_output_is_computed_field((pd_field)k)) PDI_TRY(PDI_NEW(ctx, "output", m->grid.total, out->scalar[k]));
+        if (pdi_fields_is_scalar((pd_field)k)) PDI_TRY(PDI_NEW(ctx, "output", m->grid.total, out->scalar[k]));
         if (k == PD_FIELD_PHASE) PDI_TRY(PDI_NEW(ctx, "output", m->grid.total, out->phase));
         if (k == PD_FIELD_GRAIN) PDI_TRY(PDI_NEW(ctx, "output", m->grid.total, out->grain));
         if (k == PD_FIELD_U) PDI_TRY(PDI_NEW(ctx, "output", (int64_t)PD_DIM * m->grid.total, out->displaced));

@@ -1,5 +1,6 @@
 /* pictures: see pictures.h */
 #include "run/pictures.h"
+#include "scene/fields.h"
 #include "io/apng.h"
 #include "io/canvas.h"
 #include "io/unit_label.h"
@@ -26,7 +27,7 @@ typedef struct pdi_pictures_frame_header {
 /* 1: the metal is drawn deformed, at its displaced place, in pictures of this field. */
 static int pdi_pictures_is_deformed(const pd_output_pictures *im, pd_field field)
 {
-    return im->displacement && field < PD_FIELD_COUNT && pdi_setup_is_metal_field(field);
+    return im->displacement && field < PD_FIELD_COUNT && pdi_fields_is_in_metal(field);
 }
 
 /* 1: the scene asks for pictures of this field, or of the surface. */
@@ -45,7 +46,7 @@ static pd_field pdi_pictures_get_colour_field(const pd_output_pictures *im, pd_f
 /* Name of the field in file names, such as "C". */
 static const char *pdi_pictures_get_field_name(const pd_output_pictures *im, pd_field field)
 {
-    return field == PD_PICTURES_SURFACE ? "surface" : pdi_setup_field_name(im->model->setup, field);
+    return field == PD_PICTURES_SURFACE ? "surface" : pdi_fields_get_name(im->model->setup, field);
 }
 
 /* 1: streamlines or velocity vectors are drawn over the field. */
@@ -66,12 +67,12 @@ static int pdi_pictures_is_log_scale(const pd_output_pictures *im, pd_field fiel
 static pd_paint pdi_pictures_get_cell_kind(const pd_model *m, pd_field field, int32_t node)
 {
     uint8_t kind = m->grid.kind[node];
-    int solid = pdi_setup_is_metal_field(field);
-    if (field == PD_FIELD_KIND) return PD_PAINT_FIELD;
+    int solid = pdi_fields_is_in_metal(field);
+    if (pdi_fields_get_place(field) == PD_FIELD_IN_ALL) return PD_PAINT_FIELD;
     if (kind == PD_WALL || kind == PD_INACTIVE) return PD_PAINT_WALL;
     if (kind == PD_SOLID) return solid ? PD_PAINT_FIELD : PD_PAINT_SOLID;
     if (pdi_model_is_undefined(m, field, node)) return PD_PAINT_OUTSIDE;
-    return field == PD_FIELD_GRAIN || pdi_setup_is_mechanics_field(field) ? PD_PAINT_OUTSIDE : PD_PAINT_FIELD;
+    return pdi_fields_get_place(field) == PD_FIELD_IN_METAL ? PD_PAINT_OUTSIDE : PD_PAINT_FIELD;
 }
 
 /* Node that a cell of the drawn plane shows; rows below the axis of an axisymmetric scene are mirrored. */
@@ -231,7 +232,7 @@ static int pdi_pictures_is_range_fixed(const pd_setup *setup, pd_field field)
 {
     if (field == PD_FIELD_COUNT) return 1; /* nothing gives it colours */
     const double *range = setup->drawing.range[field];
-    int shares = field == PD_FIELD_DAMAGE || field == PD_FIELD_BROKEN;
+    int shares = pdi_fields_is_fraction(field);
     return range[0] < range[1] || (shares && !(setup->drawing.log >> field & 1u)) || field == PD_FIELD_KIND ||
            field == PD_FIELD_PHASE;
 }
@@ -274,7 +275,7 @@ static const char *pdi_pictures_format_title(const pd_output_pictures *im, pd_fi
 {
     const pd_setup *u = im->model->setup;
     char value[PD_UNITS_TEXT], place[PDI_UNIT_LABEL_SIZE];
-    const char *name = pdi_setup_field_name(u, field);
+    const char *name = pdi_fields_get_name(u, field);
     if (PD_DIM < 3) snprintf(text->title, sizeof text->title, "%s: %s", u->name, name);
     else {
         pdi_setup_format_value(u->slice_at, "m", value);
@@ -290,10 +291,10 @@ static const char *pdi_pictures_format_title(const pd_output_pictures *im, pd_fi
 /* Colour map of a field: given, diverging for signed ones, sequential, or labels. */
 static pd_colour_map pdi_pictures_get_colour_map(const pd_setup *setup, pd_field field)
 {
-    int sides = field == PD_FIELD_P || field == PD_FIELD_MEAN_STRESS || pdi_setup_is_stress_field(field);
-    if (pdi_setup_is_categorical_field(field)) return PD_COLOUR_MAP_LABELS;
+    pd_colour_map map = pdi_fields_get_map(field);
+    if (map == PD_COLOUR_MAP_LABELS) return map;
     if (setup->drawing.map[field]) return (pd_colour_map)(setup->drawing.map[field] - 1);
-    return sides && !(setup->drawing.log >> field & 1u) ? PD_COLOUR_MAP_DIVERGING : PD_COLOUR_MAP_SEQUENTIAL;
+    return setup->drawing.log >> field & 1u ? PD_COLOUR_MAP_SEQUENTIAL : map;
 }
 
 /* Colour range *lo, *hi: given, 0 to 1 for fractions, or that of all frames. */
@@ -368,7 +369,7 @@ static void pdi_pictures_build_picture(const pd_output_pictures *im, pd_field fi
     picture->stamp = pdi_pictures_format_time(time, text);
     picture->widest_stamp = "t = 000.000 min";
     /* the title names it */
-    picture->label = pdi_setup_is_categorical_field(field) ? NULL : pdi_setup_field_label(m->setup, field);
+    picture->label = pdi_fields_is_categorical(field) ? NULL : pdi_fields_get_label(m->setup, field);
 }
 
 /* Describe the deformed picture: displacements and their extent. */
@@ -401,7 +402,7 @@ static void pdi_pictures_build_plot(pd_output_pictures *im, pd_field field, doub
     snprintf(text->title, sizeof text->title, "%s, %.60s", m->setup->name, pdi_pictures_format_time(time, text));
     plot->title = text->title;
     plot->x_label = "x [um]";
-    plot->y_label = pdi_setup_field_label(m->setup, field);
+    plot->y_label = pdi_fields_get_label(m->setup, field);
     plot->x_lo = m->grid.lo[0] * 1e6;
     plot->x_hi = m->grid.hi[0] * 1e6;
     plot->y_log = axis.log = pdi_pictures_is_log_scale(im, field);
@@ -429,14 +430,14 @@ static pd_status pdi_pictures_draw_surface(pd_ctx *ctx, const pd_output_pictures
     relief.rendering = &im->surface_view;
     relief.use_values = of < PD_FIELD_COUNT;
     snprintf(text.title, sizeof text.title, "%s: surface%s%s", u->name, relief.use_values ? ", " : "",
-             relief.use_values ? pdi_setup_field_name(im->model->setup, of) : "");
+             relief.use_values ? pdi_fields_get_name(im->model->setup, of) : "");
     relief.title = text.title;
     relief.stamp = pdi_pictures_format_time(time, &text);
     relief.widest_stamp = "t = 000.000 min";
     if (relief.use_values) {
         relief.map = pdi_pictures_get_colour_map(u, of);
         relief.log = pdi_pictures_is_log_scale(im, of);
-        relief.label = pdi_setup_field_label(im->model->setup, of);
+        relief.label = pdi_fields_get_label(im->model->setup, of);
         pdi_pictures_set_legend(of, &labels);
         relief.names = labels.names;
         relief.colours = labels.colours;
@@ -508,7 +509,7 @@ static pd_status pdi_pictures_write_files(pd_ctx *ctx, pd_output_pictures *im, p
                                 : pdi_pictures_draw_frame(ctx, im, field, time, path, NULL));
         if (im->updates_latest && frame == im->last) PDI_TRY(pdi_pictures_copy_latest(ctx, im, field, ends[k], path));
     }
-    if (im->updates_latest) im->latest |= pdi_setup_field_bit(field);
+    if (im->updates_latest) im->latest |= pdi_fields_bit(field);
     return PD_OK;
 }
 

@@ -1,5 +1,6 @@
 /* sample: see sample.h */
 #include "run/sample.h"
+#include "scene/fields.h"
 #include "core/vec.h"
 #include "metal/interface.h"
 #include "flow/near_wall.h"
@@ -45,7 +46,7 @@ static double pdi_sample_get_node_density(const pd_model *m, int32_t i)
 /* Array [total] [mol/m3] of the concentration of a species, or the amount of a mineral; NULL: it is no field of one. */
 static const double *pdi_sample_get_species_field(const pd_model *m, pd_field field)
 {
-    int species = pdi_setup_field_species_index(m->setup, field);
+    int species = pdi_fields_species_index(m->setup, field);
     int n = species < 0 ? -1 : m->reactive.components.solute_of_species[species];
     for (int s = 0; s < m->reactive.minerals.count; s++)
         if (species >= 0 && m->reactive.minerals.mineral[s].species == species)
@@ -93,7 +94,7 @@ PDI_FN double pdi_sample_get_node(const pd_model *m, pd_field field, int32_t i)
     const double *species = pdi_sample_get_species_field(m, field);
     double square = 0.0, j[PD_DIM];
     if (species) return fluid ? species[i] : 0.0;
-    int state = pdi_setup_field_state_index(m->setup, field);
+    int state = pdi_fields_state_index(m->setup, field);
     if (state >= 0) return fluid ? pdi_surface_states_get_state(m->surface_states, state, i) : (double)NAN;
     switch (field) {
     case PD_FIELD_PHI:
@@ -226,7 +227,7 @@ typedef struct pdi_sample_point_query {
 /* 1: the field is a concentration. */
 static int pdi_sample_is_concentration(const pd_model *m, pd_field field)
 {
-    return field == PD_FIELD_C || pdi_setup_field_species_index(m->setup, field) >= 0;
+    return field == PD_FIELD_C || pdi_fields_species_index(m->setup, field) >= 0;
 }
 
 /* Signed distance [m] of x from the surface of the medium; 0: there is none, or x lies on it. */
@@ -386,7 +387,7 @@ static int pdi_sample_find_fluid_nodes(const pd_model *m, const double *x, int32
 static int pdi_sample_is_surface_field(const pd_model *m, pd_field field)
 {
     return field == PD_FIELD_CURRENT_METAL || field == PD_FIELD_RATE ||
-           pdi_setup_field_state_index(m->setup, field) >= 0;
+           pdi_fields_state_index(m->setup, field) >= 0;
 }
 
 /* Mean of a surface field over those of the cells that have a value; NaN: none has. */
@@ -416,7 +417,7 @@ PDI_FN double pdi_sample_get_point(const pd_model *m, pd_field field, int compon
     if (field == PD_FIELD_V && m->flow.u) job.values = m->flow.u + (int64_t)component * m->grid.total;
     if (field == PD_FIELD_P) job.values = m->flow.p;
     if (field == PD_FIELD_C) job.values = m->transport.c;
-    if (pdi_setup_field_species_index(m->setup, field) >= 0) job.values = pdi_sample_get_species_field(m, field);
+    if (pdi_fields_species_index(m->setup, field) >= 0) job.values = pdi_sample_get_species_field(m, field);
     if (m->setup->has_gas) job.values = pdi_sample_get_gas_field(m, field);
     if (m->setup->has_gas && field == PD_FIELD_V) job.values += (int64_t)component * m->grid.total;
     if (field == PD_FIELD_PHI) job.values = m->cell.potential.phi;

@@ -1,5 +1,6 @@
 /* scalar_outputs: see scalar_outputs.h */
 #include "run/scalar_outputs.h"
+#include "scene/fields.h"
 #include "run/sample.h"
 #include <stdio.h>
 #include <string.h>
@@ -35,13 +36,14 @@ static pd_status pdi_scalar_outputs_add_probe_field(pd_ctx *ctx, const pd_model 
                                                     pd_field field, int all, pd_scalar_outputs *f)
 {
     char key[24], unit[16];
+    int components = pdi_fields_count_components(field);
     double (*sample)(const pd_model *, pd_field, int, const double *) =
         all ? pdi_sample_get_probe : pdi_sample_get_point;
     if (!((p->fields >> field) & 1u)) return PD_OK;
-    pdi_scalar_outputs_parse_unit(pdi_setup_field_label(model->setup, field), unit);
-    for (int d = 0; d < (field == PD_FIELD_V ? PD_DIM : 1); d++) {
-        const char *name = pdi_setup_field_name(model->setup, field);
-        snprintf(key, sizeof key, field == PD_FIELD_V ? "%.16s%c" : "%.16s", name, "xyz"[d]);
+    pdi_scalar_outputs_parse_unit(pdi_fields_get_label(model->setup, field), unit);
+    for (int d = 0; d < components; d++) {
+        const char *name = pdi_fields_get_name(model->setup, field);
+        snprintf(key, sizeof key, components > 1 ? "%.16s%c" : "%.16s", name, "xyz"[d]);
         PDI_TRY(pdi_scalar_outputs_add(ctx, f, "probe", p->name, -1, key, unit, sample(model, field, d, p->position)));
     }
     return PD_OK;
@@ -50,7 +52,7 @@ static pd_status pdi_scalar_outputs_add_probe_field(pd_ctx *ctx, const pd_model 
 /* 1: the field is smooth in the fluid, so that it may be compared and extrapolated between lattices (pH, solutes). */
 static int pdi_scalar_outputs_is_smooth_field(const pd_setup *setup, int field)
 {
-    int species = pdi_setup_field_species_index(setup, field);
+    int species = pdi_fields_species_index(setup, field);
     return field == PD_FIELD_PH || (species >= 0 && setup->electrolyte.species[species].phase == PD_PHASE_SOLUTE);
 }
 

@@ -1,5 +1,6 @@
 /* read_image_options: see read_image_options.h */
 #include "scene/read_image_options.h"
+#include "scene/fields.h"
 #include "io/field_plot.h"
 #include "scene/input_files.h"
 #include <math.h>
@@ -40,7 +41,7 @@ static pd_status pdi_read_image_options_find_field(pdi_read_image_options_state 
                                                    int *field)
 {
     for (*field = 0; *field < PD_FIELD_COUNT; ++*field)
-        if ((r->drawn_fields >> *field & 1u) && strcmp(name, pdi_setup_field_name(r->setup, (pd_field)*field)) == 0)
+        if ((r->drawn_fields >> *field & 1u) && strcmp(name, pdi_fields_get_name(r->setup, (pd_field)*field)) == 0)
             return PD_OK;
     return pdi_text_fail_key(r->ctx, r->text, r->section, key, "found '%.40s', expected one of the fields of 'images'",
                              name);
@@ -79,8 +80,8 @@ static pd_status pdi_read_image_options_range(pdi_read_image_options_state *r, c
     char *from = item + word + (item[word] != '\0'), *dots = strstr(from, "..");
     item[word] = '\0';
     PDI_TRY(pdi_read_image_options_find_field(r, "range", item, &field));
-    pdi_setup_field_unit(r->setup, (pd_field)field, unit);
-    if (pdi_setup_is_categorical_field((pd_field)field))
+    pdi_fields_get_unit(r->setup, (pd_field)field, unit);
+    if (pdi_fields_is_categorical((pd_field)field))
         return pdi_text_fail_key(r->ctx, r->text, r->section, "range", "found '%s', whose values have a colour each",
                                  item);
     if (!dots)
@@ -151,11 +152,11 @@ static pd_status pdi_read_image_options_log(pdi_read_image_options_state *r)
     pd_setup_image_options *drawing = &r->setup->drawing;
     PDI_TRY(pdi_read_monitors_fields(r->ctx, r->text, r->setup, r->section, "log", "none", &drawing->log));
     for (int k = 0; k < PD_FIELD_COUNT; k++) {
-        const char *name = pdi_setup_field_name(r->setup, (pd_field)k);
+        const char *name = pdi_fields_get_name(r->setup, (pd_field)k);
         int field;
         if (!(drawing->log >> k & 1u)) continue;
         PDI_TRY(pdi_read_image_options_find_field(r, "log", name, &field));
-        if (pdi_setup_is_categorical_field((pd_field)k))
+        if (pdi_fields_is_categorical((pd_field)k))
             return pdi_text_fail_key(r->ctx, r->text, r->section, "log", "found '%s', whose values have a colour each",
                                      name);
     }
@@ -194,8 +195,8 @@ static pd_status pdi_read_image_options_contour_values(pdi_read_image_options_st
 {
     pd_setup_image_options *drawing = &r->setup->drawing;
     char unit[PD_UNITS_TEXT], one[2 * PDI_READ_IMAGE_OPTIONS_ITEM_SIZE];
-    const char *behind = from, *name = pdi_setup_field_name(r->setup, (pd_field)field);
-    pdi_setup_field_unit(r->setup, (pd_field)field, unit);
+    const char *behind = from, *name = pdi_fields_get_name(r->setup, (pd_field)field);
+    pdi_fields_get_unit(r->setup, (pd_field)field, unit);
     while (behind += strspn(behind, " \t"), pdi_read_image_options_is_number(behind)) behind += strcspn(behind, " \t");
     for (const char *at = from; at < behind; at += strspn(at, " \t")) {
         size_t length = strcspn(at, " \t");
@@ -217,8 +218,8 @@ static pd_status pdi_read_image_options_contour_values(pdi_read_image_options_st
 /* Check that lines can be drawn over the image of a field: not if it is drawn in the deformed configuration. */
 static pd_status pdi_read_image_options_check_undeformed(pdi_read_image_options_state *r, const char *key, int field)
 {
-    const char *name = pdi_setup_field_name(r->setup, (pd_field)field);
-    if (!pdi_setup_is_metal_field((pd_field)field) || !(r->setup->displacement_scale > 0.0)) return PD_OK;
+    const char *name = pdi_fields_get_name(r->setup, (pd_field)field);
+    if (!pdi_fields_is_in_metal((pd_field)field) || !(r->setup->displacement_scale > 0.0)) return PD_OK;
     return pdi_text_fail_key(r->ctx, r->text, r->section, key,
                              "found '%s', which 'deformed' draws where the metal has "
                              "moved to, expected a field of the fluid",
@@ -234,7 +235,7 @@ static pd_status pdi_read_image_options_contour(pdi_read_image_options_state *r,
     char *from = pdi_read_image_options_split_word(item);
     PDI_TRY(pdi_read_image_options_find_field(r, "contours", item, &field));
     PDI_TRY(pdi_read_image_options_check_undeformed(r, "contours", field));
-    if (pdi_setup_is_categorical_field((pd_field)field))
+    if (pdi_fields_is_categorical((pd_field)field))
         return pdi_text_fail_key(r->ctx, r->text, r->section, "contours", "found '%s', whose values have a colour each",
                                  item);
     if (drawing->contours[field])
@@ -245,7 +246,7 @@ static pd_status pdi_read_image_options_contour(pdi_read_image_options_state *r,
     }
     drawing->contours[field] = pdi_read_image_options_parse_count(from, 1, PD_SETUP_CONTOURS);
     if (drawing->contours[field]) return PD_OK;
-    pdi_setup_field_unit(r->setup, (pd_field)field, unit);
+    pdi_fields_get_unit(r->setup, (pd_field)field, unit);
     return pdi_text_fail_key(r->ctx, r->text, r->section, "contours",
                              "found '%.60s' behind '%s', expected a number of "
                              "lines from 1 to %d, or values: %s at 1 2 %s",
@@ -272,9 +273,9 @@ static pd_status pdi_read_image_options_flow_lines(pdi_read_image_options_state 
     char item[PDI_READ_IMAGE_OPTIONS_ITEM_SIZE];
     int field;
     if (!pdi_text_has_key(r->ctx, r->text, r->section, key)) return PD_OK;
-    if (pdi_setup_field_lacks(r->setup, PD_FIELD_V))
+    if (pdi_fields_lacks(r->setup, PD_FIELD_V))
         return pdi_text_fail_key(r->ctx, r->text, r->section, key, "found without %s",
-                                 pdi_setup_field_lacks(r->setup, PD_FIELD_V));
+                                 pdi_fields_lacks(r->setup, PD_FIELD_V));
     PDI_TRY(pdi_text_get_string(r->ctx, r->text, r->section, key, NULL, &list));
     while (pdi_read_image_options_next_item(&list, item)) {
         const char *from = pdi_read_image_options_split_word(item);
@@ -318,17 +319,17 @@ static pd_status pdi_read_image_options_surface(pdi_read_image_options_state *r)
         return pdi_text_fail_key(r->ctx, r->text, r->section, "surface", "found without a [shape] of kind = solid");
     drawing->surface = 1;
     if (strcmp(word, "yes") == 0) return PD_OK;
-    while (k < PD_FIELD_COUNT && strcmp(word, pdi_setup_field_name(r->setup, (pd_field)k)) != 0) k++;
+    while (k < PD_FIELD_COUNT && strcmp(word, pdi_fields_get_name(r->setup, (pd_field)k)) != 0) k++;
     if (k == PD_FIELD_COUNT || k == PD_FIELD_KIND || k == PD_FIELD_PHASE)
         return pdi_text_fail_key(r->ctx, r->text, r->section, "surface",
                                  "found '%.40s', expected yes, no or a field "
                                  "with values on the surface of the metal",
                                  word);
-    if (pdi_setup_field_lacks(r->setup, (pd_field)k))
+    if (pdi_fields_lacks(r->setup, (pd_field)k))
         return pdi_text_fail_key(r->ctx, r->text, r->section, "surface", "found '%s', which needs %s", word,
-                                 pdi_setup_field_lacks(r->setup, (pd_field)k));
+                                 pdi_fields_lacks(r->setup, (pd_field)k));
     drawing->surface = 2 + k;
-    r->drawn_fields |= pdi_setup_field_bit(k);
+    r->drawn_fields |= pdi_fields_bit(k);
     return PD_OK;
 }
 

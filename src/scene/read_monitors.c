@@ -1,5 +1,6 @@
 /* read_monitors: see read_monitors.h */
 #include "scene/read_monitors.h"
+#include "scene/fields.h"
 #include "scene/input_files.h"
 #include <math.h>
 #include <stdio.h>
@@ -21,22 +22,20 @@ PDI_FN pd_status pdi_read_monitors_fields(pd_ctx *ctx, pd_text *text, const pd_s
                                           const char *key, const char *fallback, pd_fields *bits)
 {
     pd_word_list list;
+    char names[PDI_FIELDS_NAMES_SIZE];
     int given = pdi_text_has_key(ctx, text, section, key);
     PDI_TRY(pdi_text_get_words(ctx, text, section, key, fallback, &list));
     *bits = 0;
     if (list.count == 1 && strcmp(list.word[0], "none") == 0) return PD_OK;
     for (int w = 0; w < list.count; w++) {
-        int field = pdi_setup_find_field(setup, list.word[w]);
+        int field = pdi_fields_find(setup, list.word[w]);
         if (field == PD_FIELD_COUNT)
-            return pdi_text_fail_key(ctx, text, section, key,
-                                     "found '%s', expected some of C, v, p, kind, grain, phase, D,"
-                                     " rate, density, damage, energy%s%s, or none",
-                                     list.word[w], setup->has_potential ? ", phi, j, i" : "",
-                                     setup->has_chemistry ? ", pH, species such as Na+" : "");
-        const char *needs = pdi_setup_field_lacks(setup, (pd_field)field);
+            return pdi_text_fail_key(ctx, text, section, key, "found '%s', expected some of %s, or none", list.word[w],
+                                     pdi_fields_format_names(setup, names));
+        const char *needs = pdi_fields_lacks(setup, (pd_field)field);
         if (needs && given)
             return pdi_text_fail_key(ctx, text, section, key, "found '%s', which needs %s", list.word[w], needs);
-        if (!needs) *bits |= pdi_setup_field_bit(field);
+        if (!needs) *bits |= pdi_fields_bit(field);
     }
     return PD_OK;
 }

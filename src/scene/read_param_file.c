@@ -1,5 +1,6 @@
 /* read_param_file: see read_param_file.h */
 #include "scene/read_param_file.h"
+#include "scene/fields.h"
 #include "scene/override.h"
 #include "core/vec.h"
 #include <math.h>
@@ -349,9 +350,9 @@ static pd_status pdi_read_param_file_output(pd_ctx *ctx, pd_text *text, const pd
     setup->output_interval = f->T_final / PDI_READ_PARAM_FILE_FRAMES;
     setup->max_node_fraction = 0.1;
     for (int k = 0; k < PD_FIELD_COUNT; k++)
-        if (!pdi_setup_field_lacks(setup, (pd_field)k)) setup->fields |= pdi_setup_field_bit(k);
-    setup->images = setup->fields & (pdi_setup_field_bit(PD_FIELD_C) | pdi_setup_field_bit(PD_FIELD_V) |
-                                     pdi_setup_field_bit(PD_FIELD_GRAIN));
+        if (!pdi_fields_lacks(setup, (pd_field)k)) setup->fields |= pdi_fields_bit(k);
+    setup->images = setup->fields & (pdi_fields_bit(PD_FIELD_C) | pdi_fields_bit(PD_FIELD_V) |
+                                     pdi_fields_bit(PD_FIELD_GRAIN));
     return PD_OK;
 }
 

@@ -1,5 +1,6 @@
 /* read_surface_states: see read_surface_states.h */
 #include "scene/read_surface_states.h"
+#include "scene/fields.h"
 #include <ctype.h>
 #include <math.h>
 #include <stdio.h>
@@ -33,10 +34,10 @@ static pd_status pdi_read_surface_states_check_name(pdi_reader *s, int section, 
                                  "found '%.40s', expected a short name of letters, "
                                  "digits and _: [surface theta]",
                                  name);
-    int field = pdi_setup_find_field(s->setup, name);
+    int field = pdi_fields_find(s->setup, name);
     if (field < PD_FIELD_COUNT)
-        what = pdi_setup_field_species_index(s->setup, field) >= 0 ? "a species"
-               : pdi_setup_field_state_index(s->setup, field) >= 0 ? "another state"
+        what = pdi_fields_species_index(s->setup, field) >= 0 ? "a species"
+               : pdi_fields_state_index(s->setup, field) >= 0 ? "another state"
                                                                    : "a field";
     for (size_t k = 0; k < sizeof others / sizeof others[0]; k++)
         if (strcmp(others[k], name) == 0) what = "a variable";

@@ -514,35 +514,11 @@ PD_API pd_status pd_setup_set_function(pd_ctx *ctx, pd_setup *setup, const char 
 PD_API pd_status pd_setup_set_breaks(pd_ctx *ctx, pd_setup *setup, const char *key, const double *t, int count);
 
 #ifdef PDI_INTERNAL
-/* Name of a field in files: "C", "v", "Mg2+", ...; "": no such species or surface state in this setup. */
-PDI_FN const char *pdi_setup_field_name(const pd_setup *setup, pd_field field);
-/* Name of a field with its unit for axes and tables: "C [mol/m3]". */
-PDI_FN const char *pdi_setup_field_label(const pd_setup *setup, pd_field field);
-/* Unit of a field into unit[PD_UNITS_TEXT]: "mol/m3"; "": dimensionless. */
-PDI_FN void pdi_setup_field_unit(const pd_setup *setup, pd_field field, char *unit);
-/* Search a field by name. Returns its pd_field, or PD_FIELD_COUNT if there is none. */
-PDI_FN int pdi_setup_find_field(const pd_setup *setup, const char *name);
 /* Fill the description of the reactive species solver (species, reactions, minerals, activity model, time order) from
  * the setup. Concentrations and arena are left to the caller. */
 PDI_FN void pdi_setup_get_reactive_desc(const pd_setup *setup, pd_reactive_desc *desc);
-/* Index in the electrolyte of the species whose concentration the field is; -1: it is no species. */
-PDI_FN int pdi_setup_field_species_index(const pd_setup *setup, int64_t field);
-/* Index of the surface state that the field is; -1: it is none. */
-PDI_FN int pdi_setup_field_state_index(const pd_setup *setup, int64_t field);
-/* 1: a field of solid mechanics: displacement, stress, plastic strain, broken bonds, strain energy. */
-PDI_FN int pdi_setup_is_mechanics_field(pd_field field);
-/* 1: a component of the stress tensor. */
-PDI_FN int pdi_setup_is_stress_field(pd_field field);
-/* Bit of a field in a pd_fields set. */
-static inline pd_fields pdi_setup_field_bit(int64_t field) { return (pd_fields)1 << field; }
-/* 1: a categorical field, whose values are integer labels (kind, grain, phase): not to be interpolated. */
-PDI_FN int pdi_setup_is_categorical_field(pd_field field);
-/* 1: the field has values in the metal. */
-PDI_FN int pdi_setup_is_metal_field(pd_field field);
 /* Name of the scene section of a kind of monitor: "line", "plane", ... */
 PDI_FN const char *pdi_setup_monitor_section_name(pd_monitor_kind kind);
-/* What the setup lacks for this field, as text for a message: "a [flow] or [gas] section"; NULL: the field exists. */
-PDI_FN const char *pdi_setup_field_lacks(const pd_setup *setup, pd_field field);
 /* Name of a side of the box: "x-", "x+", "y-", ... */
 PDI_FN const char *pdi_setup_side_name(int side);
 /* 1: some physics needs surface areas: dissolution, grain boundaries, electrodes, mass transfer from walls. */

@@ -1,5 +1,6 @@
 /* test_solid_coupling: metal of scenes under load, alone and as it dissolves.
  * dims: 2 3 */
+#include "scene/fields.h"
 #include "run/reaction_force.h"
 #include "run/model.h"
 #include "run/sample.h"
@@ -187,7 +188,7 @@ TEST(fields)
     double all = 0.0;
     if (!c) return;
     const pd_solid_coupling *s = &c->model.solid;
-    pdi_sample_prepare(&c->ctx, &c->model, pdi_setup_field_bit(PD_FIELD_STRAIN_ENERGY));
+    pdi_sample_prepare(&c->ctx, &c->model, pdi_fields_bit(PD_FIELD_STRAIN_ENERGY));
     for (int32_t i = 0; i < s->count; i++) {
         double wanted = 0.5 * 100e6 * 100e6 / 200e9;
         all += s->body.volume[i] * pdi_sample_get_node(&c->model, PD_FIELD_STRAIN_ENERGY, s->node[i]);

@@ -1,5 +1,6 @@
 /* record: see record.h */
 #define _XOPEN_SOURCE 700
+#include "scene/fields.h"
 #include "record.h"
 #include "run/run.h"
 #include "scene/scene.h"
@@ -98,8 +99,8 @@ static void collect_fields(pd_ctx *ctx, const pd_snapshot *at, record *r)
     r->field = (run_field *)need((PD_FIELD_COUNT + 3) * sizeof(run_field));
     for (int k = 0; k < PD_FIELD_COUNT; k++) {
         const pd_setup *u = at->model->setup;
-        const char *name = pdi_setup_field_name(u, (pd_field)k);
-        if (name && name[0] && !pdi_setup_field_lacks(u, (pd_field)k)) collect_field(ctx, at, name, r);
+        const char *name = pdi_fields_get_name(u, (pd_field)k);
+        if (name && name[0] && !pdi_fields_lacks(u, (pd_field)k)) collect_field(ctx, at, name, r);
     }
     if (at->model->setup->has_solid) collect_vector(at, "u(vector)", "u [m]", 0, r);
     if (at->model->setup->has_potential && !at->model->setup->has_migration)

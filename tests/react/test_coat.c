@@ -2,6 +2,7 @@
  * in time, bounds, metal that goes, checkpoints, threads, bad input.
  * dims: 1 2 */
 #define _XOPEN_SOURCE 700
+#include "scene/fields.h"
 #include "run/sample.h"
 #include "checkpoint_model.h"
 #include "scene_file.h"
@@ -324,13 +325,13 @@ TEST(seen)
     char unit[PD_UNITS_TEXT];
     if (!open_model(COUPLE("1e-9 m2/s", "0", "0"), NULL, 0)) return;
     if (run_to(100.0)) {
-        int l = pdi_setup_find_field(&setup, "l");
+        int l = pdi_fields_find(&setup, "l");
         double x[PD_DIM];
-        CHECK_STR(pdi_setup_field_label(&setup, (pd_field)l), "l [m]");
-        pdi_setup_field_unit(&setup, (pd_field)pdi_setup_find_field(&setup, "theta"), unit);
+        CHECK_STR(pdi_fields_get_label(&setup, (pd_field)l), "l [m]");
+        pdi_fields_get_unit(&setup, (pd_field)pdi_fields_find(&setup, "theta"), unit);
         CHECK_STR(unit, "");
-        CHECK_INT(pdi_setup_field_species_index(&setup, l), -1);
-        CHECK_INT(pdi_setup_field_state_index(&setup, l), 2);
+        CHECK_INT(pdi_fields_species_index(&setup, l), -1);
+        CHECK_INT(pdi_fields_state_index(&setup, l), 2);
         for (int d = 0; d < PD_DIM; d++) x[d] = 0.2e-3;
         x[0] = 1e-3; /* the surface of magnesium; a cell of fluid */
         CHECK_REL(pdi_sample_get_point(&model, (pd_field)l, 0, x), mean_of(2), 1e-12);

@@ -1,6 +1,7 @@
 /* course: species in scenes: titration of a closed box by its metal against a table, fronts of acid and base against a
  * closed form, one species against transport, what metal loses against what species gain, checkpoints, bad input.
  * dims: 1 2 */
+#include "scene/fields.h"
 #include "run/model.h"
 #include "run/sample.h"
 #include "run/field_view.h"
@@ -615,8 +616,8 @@ TEST(fields)
     memset(&views, 0, sizeof views);
     if (!open_model(text)) return;
     if (!run_to(1.0)) return;
-    pd_field field = (pd_field)pdi_setup_find_field(&test_setup, "HCO3-");
-    CHECK_STR(pdi_setup_field_label(&test_setup, field), "HCO3- [mol/m3]");
+    pd_field field = (pd_field)pdi_fields_find(&test_setup, "HCO3-");
+    CHECK_STR(pdi_fields_get_label(&test_setup, field), "HCO3- [mol/m3]");
     CHECK_OK(&test_ctx, pdi_field_view_get(&test_ctx, &test_model, &views, "pH", &v));
     CHECK_NEAR(v.data[0], 7.4, 1e-6);
     CHECK_NEAR(pdi_sample_get_point(&test_model, PD_FIELD_PH, 0, x), 7.4, 1e-6);

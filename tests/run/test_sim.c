@@ -1,6 +1,7 @@
 /* sim: a scene step by step against a run of it, its fields against the model.
  * dims: 2 3 */
 #define _XOPEN_SOURCE 700
+#include "scene/fields.h"
 #include "run/sim.h"
 #include "run/sample.h"
 #include "checkpoint_scene.h"
@@ -45,9 +46,9 @@ static void against_run(const char *text, const char *const *names)
         pd_field_view v;
         int field = 0, at[PD_DIM];
         if (!CHECK_OK(&ctx, pd_sim_field(&ctx, &sim, names[k], &v))) continue;
-        while (strcmp(pdi_setup_field_name(&setup, (pd_field)field), names[k]) != 0) field++;
+        while (strcmp(pdi_fields_get_name(&setup, (pd_field)field), names[k]) != 0) field++;
         CHECK_INT(v.components, field == PD_FIELD_V ? PD_DIM : 1);
-        CHECK_STR(v.label, pdi_setup_field_label(&setup, (pd_field)field));
+        CHECK_STR(v.label, pdi_fields_get_label(&setup, (pd_field)field));
         memset(at, 0, sizeof at);
         double size = 0.0;
         for (int64_t cell = 0; cell < v.component_stride; cell++) {

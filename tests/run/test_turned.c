@@ -1,6 +1,7 @@
 /* turned: scenes that change along one axis alone have the same profiles along each axis and from either end: no axis
  * and no side is another than the others.
  * dims: 1 2 3 */
+#include "scene/fields.h"
 #include "run/sample.h"
 #include "run/sim.h"
 #include "test.h"
@@ -125,7 +126,7 @@ static int profiles(const char *text, const char *fields, int axis, int from_hig
     pdi_sample_prepare(&ctx, &sim.model, ~(pd_fields)0);
     for (char *of = strtok(next, " "); of; of = strtok(NULL, " ")) {
         int field = 0;
-        while (field < PD_FIELD_COUNT && strcmp(pdi_setup_field_name(sim.model.setup, (pd_field)field), of) != 0)
+        while (field < PD_FIELD_COUNT && strcmp(pdi_fields_get_name(sim.model.setup, (pd_field)field), of) != 0)
             field++;
         if (!CHECK(field < PD_FIELD_COUNT)) break;
         for (int k = 0; k < CELLS; k++) {

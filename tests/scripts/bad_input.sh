@@ -196,8 +196,7 @@ spoil "gb_factor without grains" 's/grains = 40 um//' \
 spoil "unknown material" 's/mg4ag/iron/' "bad.scene:2: material: found 'iron', expected mg4ag, steel304, \
 copper or alloy625"
 spoil "unknown field" 's/fields = C, v/fields = C, T/' \
-    "bad.scene:9: fields: found 'T', expected some of C, v, p, kind, grain, phase, D, rate, density, damage, \
-energy, or none"
+    "bad.scene:9: fields: found 'T', expected some of C, v, p, kind, grain, phase, D, rate, density, or none"
 spoil "field without physics" 's/fields = C, v/fields = C, v, grain/;s/grains = 40 um//;s/gb_factor = 3//' \
     "bad.scene:9: fields: found 'grain', which needs a solid [shape] with grains"
 spoil "probe outside" 's/at = 100 um/at = 300 um/' \

@@ -296,6 +296,10 @@ PD_SOLVER_SETTING_STEADY = 0
 PD_SOLVER_SETTING_FLOW_RTOL = 1
 PD_SOLVER_SETTING_RTOL = 2
 PD_SOLVER_SETTING_FRACTION = 3
+PD_FIELD_IN_FLUID = 0
+PD_FIELD_IN_METAL = 1
+PD_FIELD_IN_BOTH = 2
+PD_FIELD_IN_ALL = 3
 PD_PRINT_SUMMARY = 0
 PD_PRINT_NOTE = 1
 PD_PRINT_PROGRESS = 2
@@ -348,6 +352,7 @@ ENUMS = {
     'pd_monitor_kind': {'PD_MONITOR_LINE': 0, 'PD_MONITOR_PLANE': 1, 'PD_MONITOR_FORCE': 2, 'PD_MONITOR_TRANSFER': 3, 'PD_MONITOR_TOTAL': 4, 'PD_MONITOR_MECHANICAL_BC': 5, 'PD_MONITOR_SOLID': 6, 'PD_MONITOR_PRECRACK': 7, 'PD_MONITOR_ELECTRODE': 8, 'PD_MONITOR_SURFACE_STATE': 9},
     'pd_reference_fluid': {'PD_REFERENCE_FLUID_VALUE': 0, 'PD_REFERENCE_FLUID_INLET': 1, 'PD_REFERENCE_FLUID_BULK': 2},
     'pd_solver_setting': {'PD_SOLVER_SETTING_STEADY': 0, 'PD_SOLVER_SETTING_FLOW_RTOL': 1, 'PD_SOLVER_SETTING_RTOL': 2, 'PD_SOLVER_SETTING_FRACTION': 3},
+    'pd_field_place': {'PD_FIELD_IN_FLUID': 0, 'PD_FIELD_IN_METAL': 1, 'PD_FIELD_IN_BOTH': 2, 'PD_FIELD_IN_ALL': 3},
     'pd_print_kind': {'PD_PRINT_SUMMARY': 0, 'PD_PRINT_NOTE': 1, 'PD_PRINT_PROGRESS': 2, 'PD_PRINT_RESULT': 3},
     'pd_snapshot_stage': {'PD_SNAPSHOT_STAGE_START': 0, 'PD_SNAPSHOT_STAGE_STEP': 1, 'PD_SNAPSHOT_STAGE_END': 2},
 }
@@ -4008,6 +4013,16 @@ def declare(dim):
         ('notes', c_int),
     ]
 
+    class pd_field_info(Structure):
+        pass
+    pd_field_info._fields_ = [
+        ('name', c_char_p),
+        ('label', c_char_p),
+        ('components', c_int),
+        ('place', c_int),
+        ('map', c_int),
+    ]
+
     class pd_inlet(Structure):
         pass
     pd_inlet._fields_ = [
@@ -4832,6 +4847,7 @@ def declare(dim):
         'pd_setup_free': (None, [POINTER(pd_ctx), POINTER(pd_setup)]),
         'pd_setup_set_function': (c_int, [POINTER(pd_ctx), POINTER(pd_setup), c_char_p, pd_expr_fn, c_void_p, c_uint32]),
         'pd_setup_set_breaks': (c_int, [POINTER(pd_ctx), POINTER(pd_setup), c_char_p, POINTER(c_double), c_int]),
+        'pd_field_info_get': (c_int, [POINTER(pd_setup), c_int, POINTER(pd_field_info)]),
         'pd_electrolyte_read': (c_int, [POINTER(pd_ctx), c_char_p, POINTER(c_char_p), c_int, POINTER(pd_electrolyte)]),
         'pd_electrolyte_parse': (c_int, [POINTER(pd_ctx), c_char_p, c_char_p, POINTER(c_char_p), c_int, POINTER(pd_electrolyte)]),
         'pd_scene_read': (c_int, [POINTER(pd_ctx), c_char_p, POINTER(c_char_p), c_int, POINTER(pd_setup)]),

@@ -303,8 +303,16 @@ class Sim:
         """Memory [byte] that the library holds for this simulation and its fields. 0: all of it is free again."""
         return self._context.in_use
 
+    @property
+    def fields(self) -> list[str]:
+        """Names of all output fields that the scene has: what field takes."""
+        setup, found, names = self._open().setup, self._context.types.pd_field_info(), []
+        while self._context.library.pd_field_info_get(setup, len(names), found):
+            names.append(found.name.decode())
+        return names
+
     def field(self, name: str) -> np.ndarray:
-        """An output field (C, v, p, kind, grain, phase, D, rate, density, damage and others) as it is now.
+        """An output field, one of fields, as it is now.
 
         [nx, ny, nz] [unit of label(name)], as many axes as the scene has: field[i, j] is the cell i along x and j along
         y. v is [dim, nx, ny, nz]; of displacements, u, it is the length. Axis x is the fastest in memory. The array is

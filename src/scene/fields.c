@@ -1,0 +1,266 @@
+/* fields: see fields.h */
+#include "scene/fields.h"
+#include <stdio.h>
+#include <string.h>
+
+/* How values are drawn. */
+typedef enum pdi_fields_scale {
+    PDI_FIELDS_PLAIN = 0,
+    PDI_FIELDS_SIGNED,
+    PDI_FIELDS_FRACTION,
+    PDI_FIELDS_CATEGORY,
+    PDI_FIELDS_LENGTH /* of a vector that files hold as a whole */
+} pdi_fields_scale;
+
+typedef struct pdi_fields_row {
+    const char *name, *label;
+    pd_field_place place;
+    pdi_fields_scale scale;
+    int components;
+    const char *(*lacks)(const pd_setup *setup); /* as of pdi_fields_lacks; NULL: every setup has it */
+} pdi_fields_row;
+
+/* ---- what a setup lacks ---- */
+
+static const char *pdi_fields_lacks_transport(const pd_setup *u)
+{
+    return u->has_transport ? NULL : "a [transport] or [corrode] section";
+}
+
+static const char *pdi_fields_lacks_flow(const pd_setup *u)
+{
+    return u->has_flow || u->has_gas ? NULL : "a [flow] or [gas] section";
+}
+
+static const char *pdi_fields_lacks_gas(const pd_setup *u) { return u->has_gas ? NULL : "a [gas] section"; }
+
+static const char *pdi_fields_lacks_grains(const pd_setup *u)
+{
+    return u->has_grains ? NULL : "a solid [shape] with grains";
+}
+
+static const char *pdi_fields_lacks_dissolve(const pd_setup *u)
+{
+    return u->has_dissolve ? NULL : "a [dissolve] or [corrode] section";
+}
+
+static const char *pdi_fields_lacks_density(const pd_setup *u)
+{
+    return u->has_flow || u->has_gas || u->has_dissolve ? NULL : "a [flow], [gas], [dissolve] or [corrode] section";
+}
+
+static const char *pdi_fields_lacks_corrode(const pd_setup *u)
+{
+    return u->has_corrode ? NULL : "a [corrode] section";
+}
+
+static const char *pdi_fields_lacks_solid(const pd_setup *u) { return u->has_solid ? NULL : "a [solid] section"; }
+
+static const char *pdi_fields_lacks_yield(const pd_setup *u)
+{
+    return u->has_solid && u->metal_body.yield > 0.0 ? NULL : "a [solid] section with a yield stress";
+}
+
+/* The bond-based material has no stress. */
+static const char *pdi_fields_lacks_stress(const pd_setup *u)
+{
+    if (u->has_solid && u->metal_body.material != PD_SOLID_COUPLING_BOND_BASED) return NULL;
+    return "a [solid] section whose bonds are no springs";
+}
+
+static const char *pdi_fields_lacks_stress_2d(const pd_setup *u)
+{
+    if (PD_DIM > 1 && !pdi_fields_lacks_stress(u)) return NULL;
+    return "two dimensions and a [solid] section whose bonds are no springs";
+}
+
+static const char *pdi_fields_lacks_stress_3d(const pd_setup *u)
+{
+    if (PD_DIM > 2 && !pdi_fields_lacks_stress(u)) return NULL;
+    return "three dimensions and a [solid] section whose bonds are no springs";
+}
+
+static const char *pdi_fields_lacks_potential(const pd_setup *u)
+{
+    return u->has_potential ? NULL : "a [potential] section";
+}
+
+/* Ions that migrate carry the current themselves. */
+static const char *pdi_fields_lacks_current(const pd_setup *u)
+{
+    if (u->has_potential && u->has_migration) return "[potential] without migration = yes";
+    return pdi_fields_lacks_potential(u);
+}
+
+static const char *pdi_fields_lacks_chemistry(const pd_setup *u)
+{
+    return u->has_chemistry ? NULL : "a [chemistry] section";
+}
+
+static const char *pdi_fields_lacks_migration(const pd_setup *u)
+{
+    if (!u->has_chemistry) return pdi_fields_lacks_chemistry(u);
+    return u->has_migration ? NULL : "[chemistry] migration = yes";
+}
+
+static const char *pdi_fields_lacks_minerals(const pd_setup *u)
+{
+    if (!u->has_chemistry) return pdi_fields_lacks_chemistry(u);
+    return u->minerals ? NULL : "a [mineral ...] section";
+}
+
+/* 1: the electrolyte has a species of this index, and it is no solvent. */
+static int pdi_fields_is_solute(const pd_setup *u, int species)
+{
+    const pd_electrolyte *e = &u->electrolyte;
+    return species >= 0 && species < e->count && e->species[species].phase != PD_PHASE_SOLVENT;
+}
+
+static const char *pdi_fields_lacks_ph(const pd_setup *u)
+{
+    if (!u->has_chemistry) return pdi_fields_lacks_chemistry(u);
+    return pdi_fields_is_solute(u, pdi_electrolyte_find_species(&u->electrolyte, "H+")) ? NULL : "the species H+";
+}
+
+/* ---- the rows, in the order of pd_field ---- */
+
+static const pdi_fields_row pdi_fields_rows[PD_FIELD_SPECIES] = {
+    {"C", "C [mol/m3]", PD_FIELD_IN_FLUID, PDI_FIELDS_PLAIN, 1, pdi_fields_lacks_transport},
+    {"v", "v [m/s]", PD_FIELD_IN_FLUID, PDI_FIELDS_PLAIN, PD_DIM, pdi_fields_lacks_flow},
+    {"p", "p [Pa]", PD_FIELD_IN_FLUID, PDI_FIELDS_SIGNED, 1, pdi_fields_lacks_flow},
+    {"kind", "kind", PD_FIELD_IN_ALL, PDI_FIELDS_CATEGORY, 1, NULL},
+    {"grain", "grain", PD_FIELD_IN_METAL, PDI_FIELDS_CATEGORY, 1, pdi_fields_lacks_grains},
+    {"phase", "phase", PD_FIELD_IN_BOTH, PDI_FIELDS_CATEGORY, 1, NULL},
+    {"D", "D [m2/s]", PD_FIELD_IN_FLUID, PDI_FIELDS_PLAIN, 1, pdi_fields_lacks_transport},
+    {"rate", "rate [m/s]", PD_FIELD_IN_FLUID, PDI_FIELDS_PLAIN, 1, pdi_fields_lacks_dissolve},
+    {"density", "density [kg/m3]", PD_FIELD_IN_BOTH, PDI_FIELDS_PLAIN, 1, pdi_fields_lacks_density},
+    {"damage", "damage", PD_FIELD_IN_BOTH, PDI_FIELDS_FRACTION, 1, pdi_fields_lacks_corrode},
+    {"energy", "energy [J/m3]", PD_FIELD_IN_FLUID, PDI_FIELDS_PLAIN, 1, pdi_fields_lacks_gas},
+    {"u", "u [m]", PD_FIELD_IN_METAL, PDI_FIELDS_LENGTH, 1, pdi_fields_lacks_solid},
+    {"mises", "mises [Pa]", PD_FIELD_IN_METAL, PDI_FIELDS_PLAIN, 1, pdi_fields_lacks_stress},
+    {"sigma_h", "sigma_h [Pa]", PD_FIELD_IN_METAL, PDI_FIELDS_SIGNED, 1, pdi_fields_lacks_stress},
+    {"eps_p", "eps_p", PD_FIELD_IN_METAL, PDI_FIELDS_PLAIN, 1, pdi_fields_lacks_yield},
+    {"broken", "broken", PD_FIELD_IN_METAL, PDI_FIELDS_FRACTION, 1, pdi_fields_lacks_solid},
+    {"strain_energy", "strain_energy [J/m3]", PD_FIELD_IN_METAL, PDI_FIELDS_PLAIN, 1, pdi_fields_lacks_solid},
+    {"sigma_xx", "sigma_xx [Pa]", PD_FIELD_IN_METAL, PDI_FIELDS_SIGNED, 1, pdi_fields_lacks_stress},
+    {"sigma_yy", "sigma_yy [Pa]", PD_FIELD_IN_METAL, PDI_FIELDS_SIGNED, 1, pdi_fields_lacks_stress_2d},
+    {"sigma_zz", "sigma_zz [Pa]", PD_FIELD_IN_METAL, PDI_FIELDS_SIGNED, 1, pdi_fields_lacks_stress_2d},
+    {"sigma_xy", "sigma_xy [Pa]", PD_FIELD_IN_METAL, PDI_FIELDS_SIGNED, 1, pdi_fields_lacks_stress_2d},
+    {"sigma_yz", "sigma_yz [Pa]", PD_FIELD_IN_METAL, PDI_FIELDS_SIGNED, 1, pdi_fields_lacks_stress_3d},
+    {"sigma_zx", "sigma_zx [Pa]", PD_FIELD_IN_METAL, PDI_FIELDS_SIGNED, 1, pdi_fields_lacks_stress_3d},
+    {"phi", "phi [V]", PD_FIELD_IN_FLUID, PDI_FIELDS_PLAIN, 1, pdi_fields_lacks_potential},
+    {"j", "j [A/m2]", PD_FIELD_IN_FLUID, PDI_FIELDS_PLAIN, 1, pdi_fields_lacks_current},
+    {"i", "i [A/m2]", PD_FIELD_IN_FLUID, PDI_FIELDS_PLAIN, 1, pdi_fields_lacks_potential},
+    {"pH", "pH", PD_FIELD_IN_FLUID, PDI_FIELDS_PLAIN, 1, pdi_fields_lacks_ph},
+    {"potential", "potential [V]", PD_FIELD_IN_FLUID, PDI_FIELDS_PLAIN, 1, pdi_fields_lacks_migration},
+    {"film", "film", PD_FIELD_IN_FLUID, PDI_FIELDS_PLAIN, 1, pdi_fields_lacks_minerals},
+    {"SI", "SI", PD_FIELD_IN_FLUID, PDI_FIELDS_PLAIN, 1, pdi_fields_lacks_minerals}};
+
+/* Of species and states of surfaces, whose names and labels the setup has. */
+static const pdi_fields_row pdi_fields_dissolved = {NULL, NULL, PD_FIELD_IN_FLUID, PDI_FIELDS_PLAIN, 1, NULL};
+
+static const pdi_fields_row *pdi_fields_row_of(pd_field field)
+{
+    return field < PD_FIELD_SPECIES ? &pdi_fields_rows[field] : &pdi_fields_dissolved;
+}
+
+/* ---- look-ups ---- */
+
+PDI_FN int pdi_fields_species_index(const pd_setup *setup, int64_t field)
+{
+    int64_t index = field - PD_FIELD_SPECIES;
+    return index >= 0 && index < PD_SPECIES_MAX && index < setup->electrolyte.count ? (int)index : -1;
+}
+
+PDI_FN int pdi_fields_state_index(const pd_setup *setup, int64_t field)
+{
+    int64_t index = field - PD_FIELD_SPECIES - setup->electrolyte.count;
+    return field >= PD_FIELD_SPECIES && index >= 0 && index < setup->states ? (int)index : -1;
+}
+
+PDI_FN const char *pdi_fields_get_name(const pd_setup *setup, pd_field field)
+{
+    int species = pdi_fields_species_index(setup, field), state = pdi_fields_state_index(setup, field);
+    if (field < PD_FIELD_SPECIES) return pdi_fields_rows[field].name;
+    if (species >= 0) return setup->electrolyte.species[species].name;
+    return state < 0 ? "" : setup->state[state].name;
+}
+
+PDI_FN const char *pdi_fields_get_label(const pd_setup *setup, pd_field field)
+{
+    int species = pdi_fields_species_index(setup, field), state = pdi_fields_state_index(setup, field);
+    if (field < PD_FIELD_SPECIES) return pdi_fields_rows[field].label;
+    if (species >= 0) return setup->species_label[species];
+    return state < 0 ? "" : setup->state[state].label;
+}
+
+PDI_FN void pdi_fields_get_unit(const pd_setup *setup, pd_field field, char *unit)
+{
+    const char *from = strchr(pdi_fields_get_label(setup, field), '[');
+    snprintf(unit, PD_UNITS_TEXT, "%.*s", from ? (int)strcspn(from + 1, "]") : 0, from ? from + 1 : "");
+}
+
+PDI_FN int pdi_fields_find(const pd_setup *setup, const char *name)
+{
+    int field = 0;
+    while (field < PD_FIELD_COUNT && (!name[0] || strcmp(pdi_fields_get_name(setup, (pd_field)field), name) != 0))
+        field++;
+    return field;
+}
+
+PDI_FN int pdi_fields_count_components(pd_field field) { return pdi_fields_row_of(field)->components; }
+
+PDI_FN pd_field_place pdi_fields_get_place(pd_field field) { return pdi_fields_row_of(field)->place; }
+
+PDI_FN int pdi_fields_is_stress(pd_field field) { return field >= PD_FIELD_SIGMA_XX && field <= PD_FIELD_SIGMA_ZX; }
+
+PDI_FN int pdi_fields_is_categorical(pd_field field) { return pdi_fields_row_of(field)->scale == PDI_FIELDS_CATEGORY; }
+
+PDI_FN int pdi_fields_is_scalar(pd_field field)
+{
+    const pdi_fields_row *row = pdi_fields_row_of(field);
+    return row->components == 1 && row->scale != PDI_FIELDS_CATEGORY && row->scale != PDI_FIELDS_LENGTH;
+}
+
+PDI_FN int pdi_fields_is_fraction(pd_field field) { return pdi_fields_row_of(field)->scale == PDI_FIELDS_FRACTION; }
+
+PDI_FN pd_colour_map pdi_fields_get_map(pd_field field)
+{
+    pdi_fields_scale scale = pdi_fields_row_of(field)->scale;
+    if (scale == PDI_FIELDS_CATEGORY) return PD_COLOUR_MAP_LABELS;
+    return scale == PDI_FIELDS_SIGNED ? PD_COLOUR_MAP_DIVERGING : PD_COLOUR_MAP_SEQUENTIAL;
+}
+
+PDI_FN const char *pdi_fields_lacks(const pd_setup *setup, pd_field field)
+{
+    const pdi_fields_row *row = pdi_fields_row_of(field);
+    if (field < PD_FIELD_SPECIES) return row->lacks ? row->lacks(setup) : NULL;
+    if (pdi_fields_state_index(setup, field) >= 0) return NULL;
+    if (!setup->has_chemistry) return pdi_fields_lacks_chemistry(setup);
+    return pdi_fields_is_solute(setup, pdi_fields_species_index(setup, field)) ? NULL : "a solute";
+}
+
+int pd_field_info_get(const pd_setup *setup, int k, pd_field_info *info)
+{
+    for (int field = 0; field < PD_FIELD_COUNT; field++) {
+        if (pdi_fields_lacks(setup, (pd_field)field) || !pdi_fields_get_name(setup, (pd_field)field)[0]) continue;
+        if (k-- > 0) continue;
+        info->name = pdi_fields_get_name(setup, (pd_field)field);
+        info->label = pdi_fields_get_label(setup, (pd_field)field);
+        info->components = pdi_fields_count_components((pd_field)field);
+        info->place = pdi_fields_get_place((pd_field)field);
+        info->map = pdi_fields_get_map((pd_field)field);
+        return 1;
+    }
+    return 0;
+}
+
+PDI_FN const char *pdi_fields_format_names(const pd_setup *setup, char *text)
+{
+    pd_field_info info;
+    size_t used = 0;
+    text[0] = '\0';
+    for (int k = 0; pd_field_info_get(setup, k, &info) && used + strlen(info.name) + 3 < PDI_FIELDS_NAMES_SIZE; k++)
+        used += (size_t)snprintf(text + used, PDI_FIELDS_NAMES_SIZE - used, "%s%s", k ? ", " : "", info.name);
+    return text;
+}
