@@ -169,11 +169,11 @@ refused "another accuracy" "keep/checkpoint.bin: it is of another scene: found n
 cp keep/checkpoint.bin good
 printf x | dd of=keep/checkpoint.bin bs=1 seek=20000 conv=notrunc 2> /dev/null
 "$programs/pd2d" pin.scene --out keep --resume > stdout 2> log
-[ $? = 2 ] && grep -q "^pd2d: store: 'keep/checkpoint.bin' is damaged in the item '[a-z.]*'$" log
+[ $? = 2 ] && grep -q "^pd2d: store: 'keep/checkpoint.bin' is damaged in the item '[a-z_.]*'$" log
 verdict "a damaged checkpoint"
 head -c 20000 good > keep/checkpoint.bin
 "$programs/pd2d" pin.scene --out keep --resume > stdout 2> log
-[ $? = 2 ] && grep -q "^pd2d: store: 'keep/checkpoint.bin' is cut off in the item '[a-z.]*'$" log
+[ $? = 2 ] && grep -q "^pd2d: store: 'keep/checkpoint.bin' is cut off in the item '[a-z_.]*'$" log
 verdict "half a checkpoint"
 rm keep/checkpoint.bin
 refused "no checkpoint" "file: cannot open 'keep/checkpoint.bin': No such file or directory" --resume

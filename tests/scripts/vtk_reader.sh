@@ -39,9 +39,9 @@ int main(void)
     grid.total = 1;
     for (int d = 0; d < PD_DIM; d++) {
         grid.n[d] = cells[d];
-        grid.np[d] = cells[d] + 6;
+        grid.padded[d] = cells[d] + 6;
         grid.stride[d] = grid.total;
-        grid.total *= grid.np[d];
+        grid.total *= grid.padded[d];
         grid.h[d] = spacing[d];
         grid.lo[d] = -0.1 * (d + 1);
     }
@@ -51,7 +51,7 @@ int main(void)
         for (int32_t node = 0; node < grid.total; node++) {
             int i[3] = {0, 0, 0}, inside = 1;
             for (int d = 0; d < PD_DIM; d++) {
-                i[d] = node / grid.stride[d] % grid.np[d] - 3;
+                i[d] = node / grid.stride[d] % grid.padded[d] - 3;
                 inside = inside && i[d] >= 0 && i[d] < cells[d];
             }
             double value = i[0] + 100 * i[1] + 10000 * i[2] + 0.1 + frame;

@@ -344,7 +344,7 @@ class Sim:
         if self._failure:
             raise Error(Status.PD_ERR_STATE, f"the step before this one has failed: {self._failure}")
         try:
-            self._context.call("pd_sim_step", sim, sim.until if limit is None else limit)
+            self._context.call("pd_sim_step", sim, sim.end_time if limit is None else limit)
         except BaseException as raised:
             spoilt = isinstance(raised, Error) and raised.status not in (Status.PD_ERR_ARGUMENT, Status.PD_CANCELLED)
             if spoilt or self._context.guard.failed:
