@@ -13,8 +13,8 @@
 #include "core/archive.h"
 #include "io/file.h"
 
-#define PD_ARCHIVE_FILE_FORMAT 2u    /* version of the file format */
-#define PD_ARCHIVE_FILE_NAME_SIZE 32 /* [byte] of a name with its end */
+#define PD_ARCHIVE_FILE_FORMAT 3u    /* version of the file format */
+#define PD_ARCHIVE_FILE_NAME_SIZE 48 /* [byte] of a name with its end */
 
 /* A checkpoint file that is written or read. Zero-initialise; do not move it while it is open. */
 typedef struct pd_archive_file {
