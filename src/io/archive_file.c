@@ -7,7 +7,7 @@
 #define PDI_ARCHIVE_FILE_BYTE_ORDER_MARK 0x01020304u /* byte order mark */
 #define PDI_ARCHIVE_FILE_SWAPPED_MARK 0x04030201u    /* that mark in the other byte order */
 #define PDI_ARCHIVE_FILE_HEADER_SIZE 64              /* [byte] length of the file header */
-#define PDI_ARCHIVE_FILE_ITEM_HEADER_SIZE 48         /* [byte] length of an item header, before the elements */
+#define PDI_ARCHIVE_FILE_ITEM_HEADER_SIZE 64         /* [byte] length of an item header, before the elements */
 #define PDI_ARCHIVE_FILE_END_NAME "end"
 
 /* Offsets [byte] of the numbers in the file header and in item headers; each header ends with its checksum. */
@@ -17,7 +17,7 @@ enum {
     PDI_ARCHIVE_FILE_OFFSET_DIM = 16,
     PDI_ARCHIVE_FILE_OFFSET_VERSION = 24
 };
-enum { PDI_ARCHIVE_FILE_OFFSET_COUNT = 32, PDI_ARCHIVE_FILE_OFFSET_SIZE = 40 };
+enum { PDI_ARCHIVE_FILE_OFFSET_COUNT = PD_ARCHIVE_FILE_NAME_SIZE, PDI_ARCHIVE_FILE_OFFSET_SIZE = 56 };
 
 /* Header of an item. */
 typedef struct pdi_archive_file_item {

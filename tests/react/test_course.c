@@ -707,7 +707,8 @@ TEST(refusals)
     refused(BOX("1 um", "9 um") ION "[species NaCl(s)]\n[mineral NaCl(s)]\n" END, "NaCl(s) has no reaction");
     refused(BOX("1 um", "9 um") ION "[output] fields = film\n" END, "a [mineral ...] section");
     refused(BOX("1 um", "9 um") ION "[output] fields = pH\n" END, "found 'pH', which needs the species H+");
-    refused(BOX("1 um", "9 um") ION "[output] fields = K+\n" END, "found 'K+', expected some of kind, phase, Na+, Cl-, or none");
+    refused(BOX("1 um", "9 um") ION "[output] fields = K+\n" END,
+            "found 'K+', expected some of kind, phase, Na+, Cl-, or none");
     refused(METAL ION "[dissolve] rate = 1 um/h  reaction = Mg = Mg2+\n" END, "'Mg2+', which nobody defines");
     refused(METAL IONS "[species Mg2+] D = 1e-9 m2/s\n[dissolve] rate = 1 um/h  reaction = Mg = Mg2+\n" END, "charge");
     refused(METAL IONS "[species Mg2+] D = 1e-9 m2/s\n[dissolve] rate = 1 um/h  reaction = H+ + OH- = H2O\n" END,
