@@ -344,7 +344,7 @@ TEST(other_files)
     memcpy(head, bytes, sizeof head);
     forge(bytes, 12, &format, 4);
     CHECK_INT(refusal(&ctx, bytes, size), PD_ERR_ARGUMENT);
-    CHECK(strstr(ctx.message, "is of format 7, expected 2") != NULL);
+    CHECK(strstr(ctx.message, "is of format 7, expected 3") != NULL);
     memcpy(bytes, head, sizeof head);
     forge(bytes, 16, &dim, 4);
     CHECK_INT(refusal(&ctx, bytes, size), PD_ERR_ARGUMENT);
