@@ -212,8 +212,6 @@ PDI_FN int pdi_fields_count_components(pd_field field) { return pdi_fields_row_o
 
 PDI_FN pd_field_place pdi_fields_get_place(pd_field field) { return pdi_fields_row_of(field)->place; }
 
-PDI_FN int pdi_fields_is_stress(pd_field field) { return field >= PD_FIELD_SIGMA_XX && field <= PD_FIELD_SIGMA_ZX; }
-
 PDI_FN int pdi_fields_is_categorical(pd_field field) { return pdi_fields_row_of(field)->scale == PDI_FIELDS_CATEGORY; }
 
 PDI_FN int pdi_fields_is_scalar(pd_field field)

@@ -49,8 +49,6 @@ PDI_FN int pdi_fields_state_index(const pd_setup *setup, int64_t field);
 PDI_FN int pdi_fields_count_components(pd_field field);
 /* Cells in which the field has values. */
 PDI_FN pd_field_place pdi_fields_get_place(pd_field field);
-/* 1: a component of the stress tensor. */
-PDI_FN int pdi_fields_is_stress(pd_field field);
 /* 1: values are integer labels (kind, grain, phase): not to be interpolated. */
 PDI_FN int pdi_fields_is_categorical(pd_field field);
 /* 1: files hold one number a node: neither a vector, nor labels. */
