@@ -266,7 +266,7 @@ static pd_status pdi_time_loop_advance_all(pd_ctx *ctx, pd_time_loop *c, double 
     s.solve_at = pdi_time_loop_solve_quasi_steady;
     s.solve_at_user = c;
     s.time_limit = c->desc.next_event;
-    s.time_limit_user = c->desc.until_user;
+    s.time_limit_user = c->desc.next_event_user;
     s.progress = &c->current;
     while (n < c->count && !c->process[n].attempt) n++;
     if (n < c->count) {

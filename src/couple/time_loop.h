@@ -15,7 +15,7 @@
 #define PD_TIME_LOOP_MAX_ELEMENTS 8  /* most elements with a ledger */
 
 /* Mass balance of an element [unit of the element, per m depth in planar 2D, per m2 in 1D].
- * imbalance = solid + dissolved + carry + out - in - start. */
+ * imbalance = solid + dissolved + carried_residual + out - in - start. */
 typedef struct pd_mass_balance {
     double start;       /* [unit] solid and dissolved at the start */
     double solid_start; /* [unit] solid at the start */
@@ -35,7 +35,7 @@ typedef struct pd_time_loop_desc {
     double rtol;            /* [-] error in time of the metal lost in a step, over all that is lost; 0: fraction/25 */
     double max_step;        /* [s] 0: none */
     double (*next_event)(void *user, double t, double end); /* see pd_step; NULL: nothing depends on time */
-    void *until_user;
+    void *next_event_user;
     double ledger_tolerance; /* [-] 0: 1e-10: a larger relative imbalance is PD_ERR_BALANCE */
 } pd_time_loop_desc;
 

@@ -759,7 +759,7 @@ PDI_FN pd_status pdi_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m
     pd_status status = pdi_model_build_parts(ctx, m);
     if (status == PD_OK) status = pdi_input_step_limit_build(ctx, setup, &m->input_step_limit);
     if (m->input_step_limit.count) desc.next_event = pdi_input_step_limit_compute;
-    desc.until_user = &m->input_step_limit;
+    desc.next_event_user = &m->input_step_limit;
     pd_bonds *bonds = pdi_model_needs_bond_updates(setup) ? &m->bonds : NULL;
     if (status == PD_OK) status = pd_time_loop_build(ctx, &desc, &m->grid, bonds, &m->time_loop);
     if (status == PD_OK && setup->has_dissolve && (!setup->has_corrode || setup->has_chemistry))

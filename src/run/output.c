@@ -38,15 +38,6 @@ static const char *const pdi_output_phase_names[] = {"fluid or wall", "metal"};
 /* 1: a field of the solid alone, NaN elsewhere. */
 static int pdi_output_is_solid_field(pd_field field) { return pdi_fields_get_place(field) == PD_FIELD_IN_METAL; }
 
-/* Unit of a field from its label, such as "C [mol/m3]", into unit[24]; NULL: it has none. */
-static const char *pdi_output_parse_unit(const pd_setup *setup, pd_field field, char *unit)
-{
-    const char *open = strchr(pdi_fields_get_label(setup, field), '[');
-    if (!open) return NULL;
-    snprintf(unit, 24, "%.*s", (int)strcspn(open + 1, "]"), open + 1);
-    return unit;
-}
-
 /* Compute the output fields now. */
 static void pdi_output_compute_fields(pd_ctx *ctx, pd_output *out)
 {
@@ -73,7 +64,7 @@ static void pdi_output_compute_fields(pd_ctx *ctx, pd_output *out)
 }
 
 /* List the requested fields for a VTI file, with names, units and arrays; returns their number. */
-static int pdi_output_list_fields(const pd_output *out, char (*unit)[24], pd_vti_field *fields)
+static int pdi_output_list_fields(const pd_output *out, char (*unit)[PD_UNITS_TEXT], pd_vti_field *fields)
 {
     const pd_model *m = out->model;
     int count = 0;
@@ -82,7 +73,8 @@ static int pdi_output_list_fields(const pd_output *out, char (*unit)[24], pd_vti
         if (!((m->setup->fields >> k) & 1u)) continue;
         memset(f, 0, sizeof *f);
         f->name = pdi_fields_get_name(m->setup, (pd_field)k);
-        f->unit = pdi_output_parse_unit(m->setup, (pd_field)k, unit[k]);
+        pdi_fields_get_unit(m->setup, (pd_field)k, unit[k]);
+        f->unit = unit[k][0] ? unit[k] : NULL;
         f->type = PD_VTI_FLOAT32;
         f->data = out->scalar[k];
         if (k == PD_FIELD_V) {
@@ -117,7 +109,7 @@ static pd_status pdi_output_format_path(pd_ctx *ctx, const pd_output *out, const
 /* Write the fields as a VTI file and add it to the PVD collection. */
 static pd_status pdi_output_write_vti(pd_ctx *ctx, pd_output *out)
 {
-    char path[PD_PATH_SIZE], unit[PD_FIELD_COUNT][24];
+    char path[PD_PATH_SIZE], unit[PD_FIELD_COUNT][PD_UNITS_TEXT];
     pd_vti_field fields[PD_FIELD_COUNT];
     int count = pdi_output_list_fields(out, unit, fields);
     double time = out->model->time_loop.time;
@@ -144,11 +136,11 @@ static int pdi_output_compute_probe_row(const pd_output *out, char names[][PDI_O
             const pd_setup_probe *p = &m->setup->probe[k];
             int parts = pdi_fields_count_components((pd_field)f);
             for (int d = 0; d < parts && ((p->fields >> f) & 1u) && count < room; d++, count++) {
-                char unit[24], part[2] = {parts > 1 ? "xyz"[d] : '\0', '\0'};
-                const char *known = pdi_output_parse_unit(m->setup, (pd_field)f, unit);
+                char unit[PD_UNITS_TEXT], part[2] = {parts > 1 ? "xyz"[d] : '\0', '\0'};
+                pdi_fields_get_unit(m->setup, (pd_field)f, unit);
                 if (names)
-                    snprintf(names[count], PDI_OUTPUT_COLUMN_NAME, "%.40s_%.14s%s [%s]", p->name,
-                             pdi_fields_get_name(m->setup, (pd_field)f), part, known ? known : "-");
+                    snprintf(names[count], PDI_OUTPUT_COLUMN_NAME, "%.40s_%.14s%s [%.23s]", p->name,
+                             pdi_fields_get_name(m->setup, (pd_field)f), part, unit[0] ? unit : "-");
                 if (!values) continue;
                 values[count] = pdi_sample_get_probe(m, (pd_field)f, d, p->position);
             }

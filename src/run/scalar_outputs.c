@@ -24,23 +24,17 @@ static pd_status pdi_scalar_outputs_add(pd_ctx *ctx, pd_scalar_outputs *f, const
     return PD_OK;
 }
 
-/* Unit of a label such as "C [mol/m3]"; "-" where it has none. */
-static void pdi_scalar_outputs_parse_unit(const char *label, char unit[16])
-{
-    const char *open = strchr(label, '[');
-    snprintf(unit, 16, "%.*s", open ? (int)strcspn(open + 1, "]") : 1, open ? open + 1 : "-");
-}
-
 /* Append the values of one field at a probe, by components. */
 static pd_status pdi_scalar_outputs_add_probe_field(pd_ctx *ctx, const pd_model *model, const pd_setup_probe *p,
                                                     pd_field field, int all, pd_scalar_outputs *f)
 {
-    char key[24], unit[16];
+    char key[24], unit[PD_UNITS_TEXT];
     int components = pdi_fields_count_components(field);
     double (*sample)(const pd_model *, pd_field, int, const double *) =
         all ? pdi_sample_get_probe : pdi_sample_get_point;
     if (!((p->fields >> field) & 1u)) return PD_OK;
-    pdi_scalar_outputs_parse_unit(pdi_fields_get_label(model->setup, field), unit);
+    pdi_fields_get_unit(model->setup, field, unit);
+    if (!unit[0]) snprintf(unit, sizeof unit, "-");
     for (int d = 0; d < components; d++) {
         const char *name = pdi_fields_get_name(model->setup, field);
         snprintf(key, sizeof key, components > 1 ? "%.16s%c" : "%.16s", name, "xyz"[d]);

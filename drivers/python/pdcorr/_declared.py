@@ -3281,7 +3281,7 @@ def declare(dim):
         ('rtol', c_double),
         ('max_step', c_double),
         ('next_event', CFUNCTYPE(c_double, c_void_p, c_double, c_double)),
-        ('until_user', c_void_p),
+        ('next_event_user', c_void_p),
         ('ledger_tolerance', c_double),
     ]
 
