@@ -466,13 +466,13 @@ static int pdi_monitor_name_line_columns(const pd_setup *setup, const pd_monitor
     for (int f = 0; f < PD_FIELD_COUNT; f++) {
         first[f] = count;
         if (!((m->desc->fields >> f) & 1u)) continue;
-        for (int d = 0; d < PD_DIM && f == PD_FIELD_V; d++) {
-            snprintf(name, sizeof name, "v%c [m/s]", "xyz"[d]);
+        for (int d = 0; d < pdi_fields_count_components((pd_field)f); d++) {
+            char unit[PD_UNITS_TEXT], axis[2] = {pdi_fields_get_axis((pd_field)f, d), '\0'};
+            pdi_fields_get_unit(setup, (pd_field)f, unit);
+            snprintf(name, sizeof name, "%.36s%s [%.22s]", pdi_fields_get_name(setup, (pd_field)f), axis,
+                     unit[0] ? unit : "-");
             count = pdi_monitor_set_column_name(names, count, name);
         }
-        const char *label = pdi_fields_get_label(setup, (pd_field)f);
-        snprintf(name, sizeof name, "%s%s", label, strchr(label, '[') ? "" : " [-]");
-        if (f != PD_FIELD_V) count = pdi_monitor_set_column_name(names, count, name);
     }
     return count;
 }
@@ -505,7 +505,7 @@ static void pdi_monitor_compute_line(const pd_model *model, pd_monitor *m)
         }
         row[0] = sqrt(square);
         for (int f = 0; f < PD_FIELD_COUNT; f++)
-            for (int c = 0; c < (pdi_fields_count_components((pd_field)f)) && ((d->fields >> f) & 1u); c++)
+            for (int c = 0; c < pdi_fields_count_components((pd_field)f) && ((d->fields >> f) & 1u); c++)
                 row[column++] = pdi_sample_get_point(model, (pd_field)f, c, x);
     }
 }

@@ -136,7 +136,7 @@ static int pdi_output_compute_probe_row(const pd_output *out, char names[][PDI_O
             const pd_setup_probe *p = &m->setup->probe[k];
             int parts = pdi_fields_count_components((pd_field)f);
             for (int d = 0; d < parts && ((p->fields >> f) & 1u) && count < room; d++, count++) {
-                char unit[PD_UNITS_TEXT], part[2] = {parts > 1 ? "xyz"[d] : '\0', '\0'};
+                char unit[PD_UNITS_TEXT], part[2] = {pdi_fields_get_axis((pd_field)f, d), '\0'};
                 pdi_fields_get_unit(m->setup, (pd_field)f, unit);
                 if (names)
                     snprintf(names[count], PDI_OUTPUT_COLUMN_NAME, "%.40s_%.14s%s [%.23s]", p->name,

@@ -37,7 +37,8 @@ static pd_status pdi_scalar_outputs_add_probe_field(pd_ctx *ctx, const pd_model 
     if (!unit[0]) snprintf(unit, sizeof unit, "-");
     for (int d = 0; d < components; d++) {
         const char *name = pdi_fields_get_name(model->setup, field);
-        snprintf(key, sizeof key, components > 1 ? "%.16s%c" : "%.16s", name, "xyz"[d]);
+        char axis[2] = {pdi_fields_get_axis(field, d), '\0'};
+        snprintf(key, sizeof key, "%.16s%s", name, axis);
         PDI_TRY(pdi_scalar_outputs_add(ctx, f, "probe", p->name, -1, key, unit, sample(model, field, d, p->position)));
     }
     return PD_OK;

@@ -16,7 +16,7 @@ typedef struct pdi_fields_row {
     const char *name, *label;
     pd_field_place place;
     pdi_fields_scale scale;
-    int components;
+    int is_vector;
     const char *(*lacks)(const pd_setup *setup); /* as of pdi_fields_lacks; NULL: every setup has it */
 } pdi_fields_row;
 
@@ -125,39 +125,39 @@ static const char *pdi_fields_lacks_ph(const pd_setup *u)
 /* ---- the rows, in the order of pd_field ---- */
 
 static const pdi_fields_row pdi_fields_rows[PD_FIELD_SPECIES] = {
-    {"C", "C [mol/m3]", PD_FIELD_IN_FLUID, PDI_FIELDS_PLAIN, 1, pdi_fields_lacks_transport},
-    {"v", "v [m/s]", PD_FIELD_IN_FLUID, PDI_FIELDS_PLAIN, PD_DIM, pdi_fields_lacks_flow},
-    {"p", "p [Pa]", PD_FIELD_IN_FLUID, PDI_FIELDS_SIGNED, 1, pdi_fields_lacks_flow},
-    {"kind", "kind", PD_FIELD_IN_ALL, PDI_FIELDS_CATEGORY, 1, NULL},
-    {"grain", "grain", PD_FIELD_IN_METAL, PDI_FIELDS_CATEGORY, 1, pdi_fields_lacks_grains},
-    {"phase", "phase", PD_FIELD_IN_BOTH, PDI_FIELDS_CATEGORY, 1, NULL},
-    {"D", "D [m2/s]", PD_FIELD_IN_FLUID, PDI_FIELDS_PLAIN, 1, pdi_fields_lacks_transport},
-    {"rate", "rate [m/s]", PD_FIELD_IN_FLUID, PDI_FIELDS_PLAIN, 1, pdi_fields_lacks_dissolve},
-    {"density", "density [kg/m3]", PD_FIELD_IN_BOTH, PDI_FIELDS_PLAIN, 1, pdi_fields_lacks_density},
-    {"damage", "damage", PD_FIELD_IN_BOTH, PDI_FIELDS_FRACTION, 1, pdi_fields_lacks_corrode},
-    {"energy", "energy [J/m3]", PD_FIELD_IN_FLUID, PDI_FIELDS_PLAIN, 1, pdi_fields_lacks_gas},
-    {"u", "u [m]", PD_FIELD_IN_METAL, PDI_FIELDS_LENGTH, 1, pdi_fields_lacks_solid},
-    {"mises", "mises [Pa]", PD_FIELD_IN_METAL, PDI_FIELDS_PLAIN, 1, pdi_fields_lacks_stress},
-    {"sigma_h", "sigma_h [Pa]", PD_FIELD_IN_METAL, PDI_FIELDS_SIGNED, 1, pdi_fields_lacks_stress},
-    {"eps_p", "eps_p", PD_FIELD_IN_METAL, PDI_FIELDS_PLAIN, 1, pdi_fields_lacks_yield},
-    {"broken", "broken", PD_FIELD_IN_METAL, PDI_FIELDS_FRACTION, 1, pdi_fields_lacks_solid},
-    {"strain_energy", "strain_energy [J/m3]", PD_FIELD_IN_METAL, PDI_FIELDS_PLAIN, 1, pdi_fields_lacks_solid},
-    {"sigma_xx", "sigma_xx [Pa]", PD_FIELD_IN_METAL, PDI_FIELDS_SIGNED, 1, pdi_fields_lacks_stress},
-    {"sigma_yy", "sigma_yy [Pa]", PD_FIELD_IN_METAL, PDI_FIELDS_SIGNED, 1, pdi_fields_lacks_stress_2d},
-    {"sigma_zz", "sigma_zz [Pa]", PD_FIELD_IN_METAL, PDI_FIELDS_SIGNED, 1, pdi_fields_lacks_stress_2d},
-    {"sigma_xy", "sigma_xy [Pa]", PD_FIELD_IN_METAL, PDI_FIELDS_SIGNED, 1, pdi_fields_lacks_stress_2d},
-    {"sigma_yz", "sigma_yz [Pa]", PD_FIELD_IN_METAL, PDI_FIELDS_SIGNED, 1, pdi_fields_lacks_stress_3d},
-    {"sigma_zx", "sigma_zx [Pa]", PD_FIELD_IN_METAL, PDI_FIELDS_SIGNED, 1, pdi_fields_lacks_stress_3d},
-    {"phi", "phi [V]", PD_FIELD_IN_FLUID, PDI_FIELDS_PLAIN, 1, pdi_fields_lacks_potential},
-    {"j", "j [A/m2]", PD_FIELD_IN_FLUID, PDI_FIELDS_PLAIN, 1, pdi_fields_lacks_current},
-    {"i", "i [A/m2]", PD_FIELD_IN_FLUID, PDI_FIELDS_PLAIN, 1, pdi_fields_lacks_potential},
-    {"pH", "pH", PD_FIELD_IN_FLUID, PDI_FIELDS_PLAIN, 1, pdi_fields_lacks_ph},
-    {"potential", "potential [V]", PD_FIELD_IN_FLUID, PDI_FIELDS_PLAIN, 1, pdi_fields_lacks_migration},
-    {"film", "film", PD_FIELD_IN_FLUID, PDI_FIELDS_PLAIN, 1, pdi_fields_lacks_minerals},
-    {"SI", "SI", PD_FIELD_IN_FLUID, PDI_FIELDS_PLAIN, 1, pdi_fields_lacks_minerals}};
+    {"C", "C [mol/m3]", PD_FIELD_IN_FLUID, PDI_FIELDS_PLAIN, 0, pdi_fields_lacks_transport},
+    {"v", "v [m/s]", PD_FIELD_IN_FLUID, PDI_FIELDS_PLAIN, 1, pdi_fields_lacks_flow},
+    {"p", "p [Pa]", PD_FIELD_IN_FLUID, PDI_FIELDS_SIGNED, 0, pdi_fields_lacks_flow},
+    {"kind", "kind", PD_FIELD_IN_ALL, PDI_FIELDS_CATEGORY, 0, NULL},
+    {"grain", "grain", PD_FIELD_IN_METAL, PDI_FIELDS_CATEGORY, 0, pdi_fields_lacks_grains},
+    {"phase", "phase", PD_FIELD_IN_BOTH, PDI_FIELDS_CATEGORY, 0, NULL},
+    {"D", "D [m2/s]", PD_FIELD_IN_FLUID, PDI_FIELDS_PLAIN, 0, pdi_fields_lacks_transport},
+    {"rate", "rate [m/s]", PD_FIELD_IN_FLUID, PDI_FIELDS_PLAIN, 0, pdi_fields_lacks_dissolve},
+    {"density", "density [kg/m3]", PD_FIELD_IN_BOTH, PDI_FIELDS_PLAIN, 0, pdi_fields_lacks_density},
+    {"damage", "damage", PD_FIELD_IN_BOTH, PDI_FIELDS_FRACTION, 0, pdi_fields_lacks_corrode},
+    {"energy", "energy [J/m3]", PD_FIELD_IN_FLUID, PDI_FIELDS_PLAIN, 0, pdi_fields_lacks_gas},
+    {"u", "u [m]", PD_FIELD_IN_METAL, PDI_FIELDS_LENGTH, 0, pdi_fields_lacks_solid},
+    {"mises", "mises [Pa]", PD_FIELD_IN_METAL, PDI_FIELDS_PLAIN, 0, pdi_fields_lacks_stress},
+    {"sigma_h", "sigma_h [Pa]", PD_FIELD_IN_METAL, PDI_FIELDS_SIGNED, 0, pdi_fields_lacks_stress},
+    {"eps_p", "eps_p", PD_FIELD_IN_METAL, PDI_FIELDS_PLAIN, 0, pdi_fields_lacks_yield},
+    {"broken", "broken", PD_FIELD_IN_METAL, PDI_FIELDS_FRACTION, 0, pdi_fields_lacks_solid},
+    {"strain_energy", "strain_energy [J/m3]", PD_FIELD_IN_METAL, PDI_FIELDS_PLAIN, 0, pdi_fields_lacks_solid},
+    {"sigma_xx", "sigma_xx [Pa]", PD_FIELD_IN_METAL, PDI_FIELDS_SIGNED, 0, pdi_fields_lacks_stress},
+    {"sigma_yy", "sigma_yy [Pa]", PD_FIELD_IN_METAL, PDI_FIELDS_SIGNED, 0, pdi_fields_lacks_stress_2d},
+    {"sigma_zz", "sigma_zz [Pa]", PD_FIELD_IN_METAL, PDI_FIELDS_SIGNED, 0, pdi_fields_lacks_stress_2d},
+    {"sigma_xy", "sigma_xy [Pa]", PD_FIELD_IN_METAL, PDI_FIELDS_SIGNED, 0, pdi_fields_lacks_stress_2d},
+    {"sigma_yz", "sigma_yz [Pa]", PD_FIELD_IN_METAL, PDI_FIELDS_SIGNED, 0, pdi_fields_lacks_stress_3d},
+    {"sigma_zx", "sigma_zx [Pa]", PD_FIELD_IN_METAL, PDI_FIELDS_SIGNED, 0, pdi_fields_lacks_stress_3d},
+    {"phi", "phi [V]", PD_FIELD_IN_FLUID, PDI_FIELDS_PLAIN, 0, pdi_fields_lacks_potential},
+    {"j", "j [A/m2]", PD_FIELD_IN_FLUID, PDI_FIELDS_PLAIN, 0, pdi_fields_lacks_current},
+    {"i", "i [A/m2]", PD_FIELD_IN_FLUID, PDI_FIELDS_PLAIN, 0, pdi_fields_lacks_potential},
+    {"pH", "pH", PD_FIELD_IN_FLUID, PDI_FIELDS_PLAIN, 0, pdi_fields_lacks_ph},
+    {"potential", "potential [V]", PD_FIELD_IN_FLUID, PDI_FIELDS_PLAIN, 0, pdi_fields_lacks_migration},
+    {"film", "film", PD_FIELD_IN_FLUID, PDI_FIELDS_PLAIN, 0, pdi_fields_lacks_minerals},
+    {"SI", "SI", PD_FIELD_IN_FLUID, PDI_FIELDS_PLAIN, 0, pdi_fields_lacks_minerals}};
 
 /* Of species and states of surfaces, whose names and labels the setup has. */
-static const pdi_fields_row pdi_fields_dissolved = {NULL, NULL, PD_FIELD_IN_FLUID, PDI_FIELDS_PLAIN, 1, NULL};
+static const pdi_fields_row pdi_fields_dissolved = {NULL, NULL, PD_FIELD_IN_FLUID, PDI_FIELDS_PLAIN, 0, NULL};
 
 static const pdi_fields_row *pdi_fields_row_of(pd_field field)
 {
@@ -208,7 +208,12 @@ PDI_FN int pdi_fields_find(const pd_setup *setup, const char *name)
     return field;
 }
 
-PDI_FN int pdi_fields_count_components(pd_field field) { return pdi_fields_row_of(field)->components; }
+PDI_FN int pdi_fields_count_components(pd_field field) { return pdi_fields_row_of(field)->is_vector ? PD_DIM : 1; }
+
+PDI_FN char pdi_fields_get_axis(pd_field field, int component)
+{
+    return pdi_fields_row_of(field)->is_vector ? "xyz"[component] : '\0';
+}
 
 PDI_FN pd_field_place pdi_fields_get_place(pd_field field) { return pdi_fields_row_of(field)->place; }
 
@@ -217,7 +222,7 @@ PDI_FN int pdi_fields_is_categorical(pd_field field) { return pdi_fields_row_of(
 PDI_FN int pdi_fields_is_scalar(pd_field field)
 {
     const pdi_fields_row *row = pdi_fields_row_of(field);
-    return row->components == 1 && row->scale != PDI_FIELDS_CATEGORY && row->scale != PDI_FIELDS_LENGTH;
+    return !row->is_vector && row->scale != PDI_FIELDS_CATEGORY && row->scale != PDI_FIELDS_LENGTH;
 }
 
 PDI_FN int pdi_fields_is_fraction(pd_field field) { return pdi_fields_row_of(field)->scale == PDI_FIELDS_FRACTION; }

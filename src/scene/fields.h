@@ -47,6 +47,8 @@ PDI_FN int pdi_fields_species_index(const pd_setup *setup, int64_t field);
 PDI_FN int pdi_fields_state_index(const pd_setup *setup, int64_t field);
 /* Number of components: PD_DIM of a vector, else 1. */
 PDI_FN int pdi_fields_count_components(pd_field field);
+/* Letter of the axis of a component, which follows the name: x, y, z of a vector in every dimension; of others '\0'. */
+PDI_FN char pdi_fields_get_axis(pd_field field, int component);
 /* Cells in which the field has values. */
 PDI_FN pd_field_place pdi_fields_get_place(pd_field field);
 /* 1: values are integer labels (kind, grain, phase): not to be interpolated. */
