@@ -21,7 +21,8 @@ potential|electrodes, electric potential, galvanic currents
 couple|one step of everything; the ledger
 io|formats of files: VTK, PNG, CSV, state
 scene|scene files become a setup
-run|a setup becomes files: model, output, studies
+physics|the physics of a scene: what each builds, steps, samples, needs
+run|a setup becomes files: output, studies
 END
 
 # Lines of rooms: the first word is a folder.

@@ -4,7 +4,7 @@
  */
 #ifndef PD_CHECKPOINT_H
 #define PD_CHECKPOINT_H
-#include "run/model.h"
+#include "physics/model.h"
 
 #ifdef PDI_INTERNAL
 /* Store or load the state of a model, between two steps or right after its build: the time loop then continues with the

@@ -1,6 +1,6 @@
 /* coarsen_setup: see coarsen_setup.h */
 #include "run/coarsen_setup.h"
-#include "run/model.h"
+#include "physics/model.h"
 #include <math.h>
 #include <string.h>
 

@@ -3,7 +3,7 @@
  */
 #ifndef PD_DEPLETION_NOTES_H
 #define PD_DEPLETION_NOTES_H
-#include "run/summary.h"
+#include "physics/summary.h"
 
 typedef struct pd_depletion_notes {
     pd_model *model;                /* borrowed; NULL: nothing dissolves */

@@ -1,7 +1,7 @@
 /* field_view: see field_view.h */
 #include "run/field_view.h"
 #include "scene/fields.h"
-#include "run/sample.h"
+#include "physics/sample.h"
 #include <string.h>
 
 /* Copy a field over the cells of the box into out [components][cells]. */

@@ -2,7 +2,7 @@
  * runs. */
 #ifndef PD_FIELD_VIEW_H
 #define PD_FIELD_VIEW_H
-#include "run/model.h"
+#include "physics/model.h"
 
 /* A field over the cells of the box, without ghosts; NaN where a cell has just turned fluid, and nothing is known of
  * what is dissolved in it: component d of cell i, j, k stands at

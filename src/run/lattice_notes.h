@@ -2,7 +2,7 @@
  * faces, the effective toughness of springs. */
 #ifndef PD_LATTICE_NOTES_H
 #define PD_LATTICE_NOTES_H
-#include "run/summary.h"
+#include "physics/summary.h"
 
 #ifdef PDI_INTERNAL
 /* Volume of metal k by its shapes (*shape, within the box, less walls and later metals) and by its cells (*cells) [m3;

@@ -6,9 +6,9 @@
 #include "couple/integral_diagnostics.h"
 #include "solid/crack.h"
 #include "io/plot.h"
-#include "run/reaction_force.h"
+#include "physics/reaction_force.h"
 #include "run/step_diagnostics.h"
-#include "run/sample.h"
+#include "physics/sample.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>

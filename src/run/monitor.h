@@ -11,8 +11,8 @@
 #define PD_MONITOR_H
 #include "io/output_folder.h"
 #include "io/csv.h"
-#include "run/model.h"
-#include "run/summary.h"
+#include "physics/model.h"
+#include "physics/summary.h"
 
 #define PD_MONITOR_MAX_OUTPUTS 80 /* largest number of outputs of a monitor: of boxes, all species and balances */
 #define PD_MONITOR_MAX_OUTPUTS_NO_SPECIES 24 /* the same without species */

@@ -4,7 +4,7 @@
 #include "io/plot.h"
 #include "io/paraview.h"
 #include "scene/read_measured.h"
-#include "run/sample.h"
+#include "physics/sample.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>

@@ -7,7 +7,7 @@
 #include "io/plot.h"
 #include "io/axis_ticks.h"
 #include "io/deformed_plot.h"
-#include "run/sample.h"
+#include "physics/sample.h"
 #include <float.h>
 #include <math.h>
 #include <stdio.h>

@@ -5,7 +5,7 @@
 #include "io/archive_file.h"
 #include "io/output_folder.h"
 #include "io/progress.h"
-#include "run/memory_estimate.h"
+#include "physics/memory_estimate.h"
 #include "run/checkpoint.h"
 #include "run/output.h"
 #include "run/lattice_notes.h"

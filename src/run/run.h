@@ -10,7 +10,7 @@
 #ifndef PD_RUN_H
 #define PD_RUN_H
 #include "scene/scene.h"
-#include "run/summary.h"
+#include "physics/summary.h"
 #include "run/snapshot.h"
 
 /* Zero-initialise. */

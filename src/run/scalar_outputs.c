@@ -1,7 +1,7 @@
 /* scalar_outputs: see scalar_outputs.h */
 #include "run/scalar_outputs.h"
 #include "scene/fields.h"
-#include "run/sample.h"
+#include "physics/sample.h"
 #include <stdio.h>
 #include <string.h>
 

@@ -1,6 +1,6 @@
 /* sim: see sim.h */
 #include "run/sim.h"
-#include "run/memory_estimate.h"
+#include "physics/memory_estimate.h"
 #include "run/run.h"
 #include <string.h>
 

@@ -3,7 +3,7 @@
 #ifndef PD_SPECIATION_REPORT_H
 #define PD_SPECIATION_REPORT_H
 #include "scene/read_electrolyte.h"
-#include "run/summary.h"
+#include "physics/summary.h"
 
 typedef struct pd_speciation_report_desc {
     const char *path; /* of a scene, or of a file of species and reactions */

@@ -2,7 +2,7 @@
  * flux along a flow. */
 #ifndef PD_STEP_DIAGNOSTICS_H
 #define PD_STEP_DIAGNOSTICS_H
-#include "run/model.h"
+#include "physics/model.h"
 
 typedef struct pd_step_diagnostics {
     double volume_loss;   /* [-] share of the initial solid */

@@ -2,7 +2,7 @@
 #include "run/surface_view.h"
 #include "scene/fields.h"
 #include "io/field_plot.h"
-#include "run/sample.h"
+#include "physics/sample.h"
 #include <math.h>
 #include <string.h>
 

@@ -2,7 +2,7 @@
 #ifndef PD_SURFACE_VIEW_H
 #define PD_SURFACE_VIEW_H
 #include "io/renderer.h"
-#include "run/model.h"
+#include "physics/model.h"
 
 #ifdef PDI_INTERNAL
 #include "io/surface_plot.h"

@@ -5,7 +5,7 @@
  *   work name=pin steps=13 work=2326 loss=0.315126350 u=0.811 c=0.712
  */
 #include "run/scalar_outputs.h"
-#include "run/model.h"
+#include "physics/model.h"
 #include "scene/scene.h"
 #include <math.h>
 #include <stdio.h>

@@ -10,7 +10,7 @@
 #include "run/parameter_sweep.h"
 #include "run/compare_measured.h"
 #include "run/depletion_notes.h"
-#include "run/input_step_limit.h"
+#include "physics/input_step_limit.h"
 #include "flow/gas.h"
 #include "lattice/csr.h"
 #include "lattice/lattice.h"

@@ -2,7 +2,7 @@
  * dims: 2 3 */
 #define _XOPEN_SOURCE 700
 #include "fault.h"
-#include "run/model.h"
+#include "physics/model.h"
 #include "scene/scene.h"
 #include "scene_file.h"
 #include "run/coarsen_setup.h"

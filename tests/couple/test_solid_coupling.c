@@ -1,9 +1,9 @@
 /* test_solid_coupling: metal of scenes under load, alone and as it dissolves.
  * dims: 2 3 */
 #include "scene/fields.h"
-#include "run/reaction_force.h"
-#include "run/model.h"
-#include "run/sample.h"
+#include "physics/reaction_force.h"
+#include "physics/model.h"
+#include "physics/sample.h"
 #include "scene/scene.h"
 #include "test.h"
 #include <math.h>

@@ -1,6 +1,6 @@
 /* test_structure_crack: cracks that metal of scenes has from the start, their tips and their J.
  * dims: 1 2 3 */
-#include "run/model.h"
+#include "physics/model.h"
 #include "run/monitor.h"
 #include "run/sim.h"
 #include "solid/crack.h"

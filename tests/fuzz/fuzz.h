@@ -5,8 +5,8 @@
 #include "io/zlib.h"
 #include "io/png.h"
 #include "io/csv.h"
-#include "run/model.h"
-#include "run/memory_estimate.h"
+#include "physics/model.h"
+#include "physics/memory_estimate.h"
 #include "scene/scene.h"
 #include <stdio.h>
 #include <stdlib.h>

@@ -2,7 +2,7 @@
  * names would hide theirs. */
 #ifndef MODEL_SCENE_H
 #define MODEL_SCENE_H
-#include "run/model.h"
+#include "physics/model.h"
 #include "scene/scene.h"
 #include "test.h"
 

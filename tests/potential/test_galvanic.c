@@ -2,7 +2,7 @@
  * the current, conductivity of species, checkpoints, threads, bad input; against closed forms.
  * dims: 1 2 */
 #define _XOPEN_SOURCE 700
-#include "run/sample.h"
+#include "physics/sample.h"
 #include "run/field_view.h"
 #include "checkpoint_model.h"
 #include "scene_file.h"

@@ -3,7 +3,7 @@
  * dims: 1 2 */
 #define _XOPEN_SOURCE 700
 #include "scene/fields.h"
-#include "run/sample.h"
+#include "physics/sample.h"
 #include "checkpoint_model.h"
 #include "scene_file.h"
 #include "model_scene.h"

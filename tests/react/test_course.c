@@ -2,8 +2,8 @@
  * closed form, one species against transport, what metal loses against what species gain, checkpoints, bad input.
  * dims: 1 2 */
 #include "scene/fields.h"
-#include "run/model.h"
-#include "run/sample.h"
+#include "physics/model.h"
+#include "physics/sample.h"
 #include "run/field_view.h"
 #include "scene/scene.h"
 #include "checkpoint_model.h"

@@ -1,7 +1,7 @@
 /* test_input_step_limit: which values of a scene depend on time, and the places at which they are looked at.
  * dims: 1 2 3 */
 #define _XOPEN_SOURCE 700
-#include "run/input_step_limit.h"
+#include "physics/input_step_limit.h"
 #include "scene_file.h"
 
 #if PD_DIM == 1

@@ -2,8 +2,8 @@
  * dims: 1 2 3 */
 #define _XOPEN_SOURCE 700
 #include "scene_file.h"
-#include "run/memory_estimate.h"
-#include "run/model.h"
+#include "physics/memory_estimate.h"
+#include "physics/model.h"
 
 /* Scenes of the examples, of every sort of physics; tests run in the root of the repository. */
 typedef struct example {

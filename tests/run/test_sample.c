@@ -2,7 +2,7 @@
  * dims: 1 2 3 */
 #define _XOPEN_SOURCE 700
 #include "run/monitor.h"
-#include "run/sample.h"
+#include "physics/sample.h"
 #include "lattice/quadratic_fit.h"
 #include "random.h"
 #include "scene_file.h"

@@ -3,7 +3,7 @@
 #define _XOPEN_SOURCE 700
 #include "scene/fields.h"
 #include "run/sim.h"
-#include "run/sample.h"
+#include "physics/sample.h"
 #include "checkpoint_scene.h"
 
 /* Without outputs on the way, which cut steps of a run. */

@@ -1,7 +1,7 @@
 /* surface_view: the metal of a scene as pictures show it, against closed forms.
  * dims: 3 */
-#include "run/memory_estimate.h"
-#include "run/sample.h"
+#include "physics/memory_estimate.h"
+#include "physics/sample.h"
 #include "run/surface_view.h"
 #include <math.h>
 #include <stdio.h>

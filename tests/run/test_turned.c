@@ -2,7 +2,7 @@
  * and no side is another than the others.
  * dims: 1 2 3 */
 #include "scene/fields.h"
-#include "run/sample.h"
+#include "physics/sample.h"
 #include "run/sim.h"
 #include "test.h"
 

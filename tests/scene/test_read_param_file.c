@@ -1,7 +1,7 @@
 /* read_param_file: every key of the flat parameter file, in 2D and 3D, and what overrides do to it.
  * dims: 2 3 */
 #define _XOPEN_SOURCE 700
-#include "run/model.h"
+#include "physics/model.h"
 #include "scene/scene.h"
 #include "test.h"
 #include <stdlib.h>

@@ -404,7 +404,7 @@ TEST(files_of_a_run)
     CHECK_LE(r.mass_balance_error, 1e-12);
     CHECK_NEAR(r.time, 3600.0, 0.0);
     CHECK(l.summary >= 5 && !r.stopped && !r.has_flux);
-    CHECK(strstr(l.text, "not modelled: flow, grains, ") != NULL);
+    CHECK(strstr(l.text, "not modelled: flow, inertia of the flow in time, gas, grains, ") != NULL);
     pd_run_format_result(&r, line, sizeof line);
     CHECK(strncmp(line, "result case=a dim=2 h=1e-05 m=1 volume_loss=0.0", 47) == 0);
     for (size_t k = 0; k < sizeof files / sizeof files[0]; k++) {

@@ -3,8 +3,8 @@
  * dims: 1 2 3 */
 #define _XOPEN_SOURCE 700
 #include "scene_file.h"
-#include "run/memory_estimate.h"
-#include "run/model.h"
+#include "physics/memory_estimate.h"
+#include "physics/model.h"
 
 #if PD_DIM == 1
 #define ACROSS(range)

@@ -1,8 +1,8 @@
 /* Metal of scenes in motion, and metal of springs: waves, oscillations and energies against closed forms, a crack that
  * branches.
  * dims: 1 2 3 */
-#include "run/reaction_force.h"
-#include "run/model.h"
+#include "physics/reaction_force.h"
+#include "physics/model.h"
 #include "scene/scene.h"
 #include "test.h"
 #include <math.h>

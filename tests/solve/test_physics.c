@@ -3,7 +3,7 @@
  * dims: 1 2 */
 #define _XOPEN_SOURCE 700
 #include "fault.h"
-#include "run/model.h"
+#include "physics/model.h"
 #include "checkpoint_model.h"
 #include "scene/scene.h"
 #include "scene_file.h"

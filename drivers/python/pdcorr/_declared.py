@@ -4118,23 +4118,6 @@ def declare(dim):
         ('saved_count', c_int64),
     ]
 
-    class pd_memory_estimate(Structure):
-        pass
-    pd_memory_estimate._fields_ = [
-        ('nodes', c_double),
-        ('cells', c_double),
-        ('fluid', c_double),
-        ('solid', c_double),
-        ('truncated', c_double),
-        ('near_medium', c_double),
-        ('bonds', c_double),
-        ('bytes', c_double * 9),
-        ('runtime_bytes', c_double),
-        ('output_bytes', c_double),
-        ('equilibrium_bytes', c_double),
-        ('total_bytes', c_double),
-    ]
-
     class pd_dissolution_law(Structure):
         pass
     pd_dissolution_law._fields_ = [
@@ -4187,6 +4170,23 @@ def declare(dim):
         ('surfaces', POINTER(pd_surface_states)),
     ]
 
+    class pd_memory_estimate(Structure):
+        pass
+    pd_memory_estimate._fields_ = [
+        ('nodes', c_double),
+        ('cells', c_double),
+        ('fluid', c_double),
+        ('solid', c_double),
+        ('truncated', c_double),
+        ('near_medium', c_double),
+        ('bonds', c_double),
+        ('bytes', c_double * 9),
+        ('runtime_bytes', c_double),
+        ('output_bytes', c_double),
+        ('equilibrium_bytes', c_double),
+        ('total_bytes', c_double),
+    ]
+
     class pd_model_law(Structure):
         pass
     pd_model_law._fields_ = [
@@ -4237,9 +4237,13 @@ def declare(dim):
         ('metal', POINTER(c_uint8)),
         ('passive', POINTER(c_uint8)),
         ('time_loop', pd_time_loop),
+        ('physics', c_void_p),
+        ('sampler', c_void_p * 62),
         ('bytes', c_size_t * 9),
         ('unknowns', c_int64 * 9),
     ]
+
+    pd_print_fn = CFUNCTYPE(None, c_void_p, c_int, c_char_p)
 
     class pd_step_diagnostics(Structure):
         pass
@@ -4339,8 +4343,6 @@ def declare(dim):
         ('loss_room', c_int64),
         ('curve', c_int * 2),
     ]
-
-    pd_print_fn = CFUNCTYPE(None, c_void_p, c_int, c_char_p)
 
     class pd_depletion_notes(Structure):
         pass

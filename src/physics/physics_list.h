@@ -1,0 +1,11 @@
+/* physics_list: the physics of this library, in the order in which models are built. */
+#ifndef PD_PHYSICS_LIST_H
+#define PD_PHYSICS_LIST_H
+#include "physics/physics_row.h"
+
+#ifdef PDI_INTERNAL
+/* Make the list of all physics. */
+PDI_FN void pdi_physics_list_init(pdi_physics_list *list);
+#endif
+
+#endif
