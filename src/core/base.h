@@ -51,6 +51,8 @@ typedef struct pd_allocator {
 typedef int (*pd_cancel_fn)(void *user, const char *doing, int64_t count);
 
 /* One context a thread of the caller; pdcorr keeps no other state. */
+#define PD_CTX_PHYSICS 4 /* most physics that a program brings along */
+
 typedef struct pd_ctx {
     pd_allocator alloc;
     int threads;   /* 0: all that OpenMP offers */
@@ -58,6 +60,8 @@ typedef struct pd_ctx {
     size_t peak;   /* [byte] most so far */
     pd_cancel_fn cancel; /* NULL: no cancellation */
     void *cancel_user;
+    const struct pd_physics_type *physics[PD_CTX_PHYSICS]; /* of the program, by pd_physics_type_register */
+    int physics_count;
     pd_thread_contention contention; /* detects that the threads are slowed by other programs */
     pd_status status;
     char message[PD_MESSAGE_SIZE];

@@ -470,7 +470,7 @@ PDI_FN pd_status pdi_steady_build_stages(pd_ctx *ctx, pd_steady *s, size_t more)
     if (s->solves_stages) return PD_OK;
     s->solves_stages = 1;
     pdi_steady_init_newton_krylov(s, &kd);
-    pdi_krylov_free(ctx, &s->krylov);
+    pd_krylov_free(ctx, &s->krylov);
     PDI_TRY(pdi_krylov_build_unallocated(ctx, &kd, &s->krylov));
     return pdi_arena_reserve(ctx, pdi_steady_get_arena(s), pdi_steady_count_work_bytes(s) + more);
 }
@@ -529,7 +529,7 @@ static pd_status pdi_steady_solve_linear(pd_ctx *ctx, pd_steady *s, pd_krylov *k
     user.steady = s;
     PDI_TRY(pdi_arena_acquire(ctx, arena, pdi_krylov_list, krylov));
     pd_status status =
-        pdi_krylov_solve(ctx, krylov, apply, precond, &user, s->residual + at, s->newton_step + at, linear);
+        pd_krylov_solve(ctx, krylov, apply, precond, &user, s->residual + at, s->newton_step + at, linear);
     return pdi_arena_release(ctx, arena, pdi_krylov_list, krylov, status);
 }
 
@@ -796,8 +796,8 @@ void pd_steady_free(pd_ctx *ctx, pd_steady *s)
     pdi_multigrid_free(ctx, &s->mg_u);
     pdi_multigrid_free(ctx, &s->mg_p);
     pdi_multigrid_free(ctx, &s->mg_darcy);
-    pdi_krylov_free(ctx, &s->krylov);
-    pdi_krylov_free(ctx, &s->potential_krylov);
+    pd_krylov_free(ctx, &s->krylov);
+    pd_krylov_free(ctx, &s->potential_krylov);
     pdi_jacobian_free(ctx, &s->jacobian);
     pdi_array_registry_free(ctx, pdi_steady_list, s);
     pd_arena_free(ctx, &s->own_arena);

@@ -34,6 +34,9 @@ PDI_FN void pdi_dissolution_laws_set_variables(const pd_dissolution_law *law, in
         memset(x, 0, sizeof x);
         vars[PDI_SETUP_RATE_POTENTIAL] = pdi_setup_eval_expr(&metal->potential, x, t) - phi;
     }
+    memset(vars + PDI_SETUP_RATE_FIELD, 0, PD_PHYSICS_TYPE_FIELDS * sizeof *vars);
+    if (a->set_registered && pdi_setup_reads_registered_field(metal))
+        a->set_registered(a->set_registered_user, node, vars);
     vars[PDI_SETUP_RATE_PH] = ph;
     for (int k = 0; k < metal->species_count; k++)
         vars[PDI_SETUP_RATE_PH + 1 + k] =

@@ -35,6 +35,9 @@ typedef struct pd_dissolution_laws {
     int law_count;  /* length of law[]: all metals where several have a law in the species, else 1, or 0 */
     int32_t *grain; /* [total] grain of the metal beside a fluid node; NULL: no law depends on it */
     double step_start; /* [s] start of the step of the run */
+    /* sets the variables that are fields of the physics of the program; called where a law reads one */
+    void (*set_registered)(const void *user, int32_t node, double *vars);
+    const void *set_registered_user;
 } pd_dissolution_laws;
 
 #ifdef PDI_INTERNAL

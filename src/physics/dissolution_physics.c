@@ -15,6 +15,7 @@ static void pdi_dissolution_physics_set_law_variables(const pd_model_law *law, c
     memcpy(vars + 2, at->x, sizeof at->x);
     vars[PDI_SETUP_RATE_GRAIN] = at->grain;
     vars[PDI_SETUP_RATE_CURRENT] = vars[PDI_SETUP_RATE_POTENTIAL] = 0.0;
+    if (pdi_setup_reads_registered_field(law->metal)) pdi_model_set_registered_variables(law->model, at->node, vars);
     if (law->cell && pdi_setup_has_electric_rate(law->metal))
         pdi_cell_beside(law->cell, at->node, law->kind, &vars[PDI_SETUP_RATE_CURRENT], &vars[PDI_SETUP_RATE_POTENTIAL]);
 }
@@ -119,6 +120,7 @@ static pd_status pdi_dissolution_physics_build(pd_ctx *ctx, pd_model *m)
     for (int k = 0; k < u->metals; k++) {
         m->law[k].metal = &u->metal[k];
         m->law[k].kind = k;
+        m->law[k].model = m;
         m->law[k].cell = u->has_potential ? &m->cell : NULL;
         metal[k] = pdi_dissolution_physics_set_metal_desc(&m->law[k]);
     }
@@ -206,11 +208,14 @@ static void pdi_dissolution_physics_format_rate(const pd_setup *setup, int m, ch
     char speed[PD_UNITS_TEXT];
     double v = pdi_setup_compute_rate_at_zero(metal), z = metal->material.charge;
     pdi_setup_format_value(v, "m/s", speed);
-    if (pdi_setup_has_species_rate(metal) || pdi_setup_has_electric_rate(metal)) {
+    if (pdi_setup_has_species_rate(metal) || pdi_setup_has_electric_rate(metal) ||
+        pdi_setup_reads_registered_field(metal)) {
         snprintf(text, size, "%s%ssurface rate by %s, z = %g, Cs = %.6g mol/m3",
                  setup->metals > 1 ? metal->material.name : "", setup->metals > 1 ? ": " : "",
-                 pdi_setup_has_species_rate(metal) ? "a law in the species at the surface" : "the potential", z,
-                 metal->solid_c);
+                 pdi_setup_has_species_rate(metal)    ? "a law in the species at the surface"
+                 : pdi_setup_has_electric_rate(metal) ? "the potential"
+                                                      : "a law in the fields at the surface",
+                 z, metal->solid_c);
         return;
     }
     snprintf(text, size, "%s%ssurface rate %s at C = 0%s (%.4g mm/year, %.4g A/m2 with z = %g), Cs = %.6g mol/m3",

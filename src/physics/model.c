@@ -131,7 +131,8 @@ static void pdi_model_set_samplers(pd_model *m)
         const pdi_physics_row *row = &m->physics->row[k];
         for (int s = 0; s < row->samplers && row->is_present(m->setup); s++)
             for (int f = row->sampler[s].first; f <= (int)row->sampler[s].last && f < PD_FIELD_COUNT; f++)
-                m->sampler[f] = &row->sampler[s];
+                if (!row->sampler[s].has || row->sampler[s].has(m->setup, (pd_field)f))
+                    m->sampler[f] = &row->sampler[s];
     }
 }
 
@@ -151,6 +152,17 @@ PDI_FN double pdi_model_compute_speed(const pd_model *m, int32_t node)
     for (int d = 0; d < PD_DIM && v; d++)
         square += v[(int64_t)d * m->grid.total + node] * v[(int64_t)d * m->grid.total + node];
     return sqrt(square);
+}
+
+PDI_FN void pdi_model_set_registered_variables(const void *model, int32_t node, double *vars)
+{
+    const pd_model *m = (const pd_model *)model;
+    int first = pdi_fields_first_registered(m->setup);
+    for (int k = 0; k < PD_PHYSICS_TYPE_FIELDS; k++) {
+        const pdi_physics_sampler *sampler =
+            m->setup->registered_count && first + k < PD_FIELD_COUNT ? m->sampler[first + k] : NULL;
+        vars[PDI_SETUP_RATE_FIELD + k] = sampler ? sampler->sample(m, (pd_field)(first + k), node) : 0.0;
+    }
 }
 
 PDI_FN int pdi_model_is_undefined(const pd_model *m, pd_field field, int32_t i)

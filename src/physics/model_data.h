@@ -24,7 +24,14 @@ typedef struct pd_model_law {
     const pd_setup_metal *metal;
     int kind;            /* its index */
     const pd_cell *cell; /* potential solver; NULL: no law depends on it */
+    const struct pd_model *model;
 } pd_model_law;
+
+/* A physics of the program in a model. */
+typedef struct pd_model_registered {
+    pd_physics_view view;
+    void *state; /* NULL: not built */
+} pd_model_registered;
 
 /* Objects point at each other: a built model must not be moved. Absent physics stays zero. */
 typedef struct pd_model {
@@ -54,6 +61,7 @@ typedef struct pd_model {
     pd_course species_integrator;         /* time integrator of the species */
     pd_surface_states *surface_states;    /* states of surfaces; NULL: there are none */
     pd_dissolution_laws dissolution_laws; /* rate laws in the species; else absent */
+    pd_model_registered registered[PD_CTX_PHYSICS];
     pd_grain grain;
     pd_grain_stats grain_stats;
     double *boundary_factor;        /* [total] [-] rate factor of the grain boundaries; NULL: 1 */
@@ -81,6 +89,8 @@ typedef struct pd_model {
 PDI_FN int pdi_model_is_undefined(const pd_model *m, pd_field field, int32_t i);
 /* [PD_DIM][total] [m/s] velocity of flow or gas; NULL: nothing moves. */
 PDI_FN const double *pdi_model_velocity(const pd_model *model);
+/* Set the variables of a rate law that are fields of the physics of the program, at a node. model: a pd_model. */
+PDI_FN void pdi_model_set_registered_variables(const void *model, int32_t node, double *vars);
 /* Speed [m/s] at a node; 0: nothing moves. */
 PDI_FN double pdi_model_compute_speed(const pd_model *model, int32_t node);
 

@@ -5,6 +5,7 @@
 #include "physics/gas_physics.h"
 #include "physics/grain_physics.h"
 #include "physics/potential_physics.h"
+#include "physics/registered_physics.h"
 #include "physics/solid_physics.h"
 #include "physics/species_physics.h"
 #include "physics/transport_physics.h"
@@ -18,6 +19,7 @@ PDI_FN void pdi_physics_list_init(pdi_physics_list *list)
     pdi_transport_physics_register(list);
     pdi_grain_physics_register(list);
     pdi_solid_physics_register(list);
+    pdi_registered_physics_register(list);
     pdi_dissolution_physics_register(list);
     pdi_species_physics_register(list);
     pdi_potential_physics_register(list);

@@ -23,6 +23,7 @@ typedef enum pdi_physics_stage {
 /* Fields first .. last of a physics, in the order of pd_field. */
 typedef struct pdi_physics_sampler {
     pd_field first, last;
+    int (*has)(const pd_setup *setup, pd_field field); /* 1: it has this one of them; NULL: all */
     /* value at a node as of pdi_sample_get_node */
     double (*sample)(const pd_model *m, pd_field field, int32_t node);
     /* array [total] of a component, which values at points are interpolated from; NULL: from `sample` */

@@ -104,6 +104,8 @@ static pd_status pdi_species_physics_build_integrator(pd_ctx *ctx, pd_model *m)
         PDI_TRY(pdi_dissolution_laws_build(ctx, u, &m->reactive, u->has_dissolve ? &m->dissolve : NULL,
                                            &m->species_integrator, &m->cell, &m->electrodes, m->surface_states,
                                            &m->dissolution_laws));
+        m->dissolution_laws.set_registered = pdi_model_set_registered_variables;
+        m->dissolution_laws.set_registered_user = m;
         desc.surface = &m->dissolution_laws.surface_solver;
         desc.find = pdi_dissolution_laws_update_interface;
         desc.open = pdi_dissolution_laws_solve_initial;
@@ -301,6 +303,12 @@ static void pdi_species_physics_prepare_samples(pd_ctx *ctx, pd_model *m, pd_fie
         pd_ghosts_set_scalar(&m->bonds.ghosts, m->reactive.c + (int64_t)n * m->grid.total);
 }
 
+/* Behind its fields follow those of the physics of the program. */
+static int pdi_species_physics_has_field(const pd_setup *setup, pd_field field)
+{
+    return (int)field < pdi_fields_first_registered(setup);
+}
+
 static const double *pdi_species_physics_get_values(const pd_model *m, pd_field field, int component)
 {
     (void)component;
@@ -336,4 +344,5 @@ PDI_FN void pdi_species_physics_register(pdi_physics_list *list)
     row->print_summary = pdi_species_physics_print_summary;
     pdi_physics_row_add_fields(row, PD_FIELD_PH, PD_FIELD_COUNT, pdi_species_physics_sample,
                                pdi_species_physics_get_values);
+    row->sampler[0].has = pdi_species_physics_has_field;
 }

@@ -169,8 +169,8 @@ static pd_status pdi_distribution_linear(pd_ctx *ctx, pd_potential *p, double sh
     p->krylov.desc.rtol = share;
     p->krylov.desc.atol = 0.1 * rounding;
     PDI_TRY(pdi_arena_acquire(ctx, &p->arena, pdi_krylov_list, &p->krylov));
-    pd_status status = pdi_krylov_solve(ctx, &p->krylov, pdi_distribution_apply, pdi_distribution_precondition, &user,
-                                        p->rest, p->step, &linear);
+    pd_status status = pd_krylov_solve(ctx, &p->krylov, pdi_distribution_apply, pdi_distribution_precondition, &user,
+                                       p->rest, p->step, &linear);
     result->krylov += linear.iterations;
     if (status == PD_ERR_DIVERGED) status = PD_OK; /* the best step seen lowers the energy */
     return pdi_arena_release(ctx, &p->arena, pdi_krylov_list, &p->krylov, status);
@@ -501,7 +501,7 @@ static void pdi_distribution_empty(pd_ctx *ctx, pd_potential *p)
     pdi_open_boundary_free(ctx, &p->boundary);
     pdi_diffusion_free(ctx, &p->diffusion);
     pdi_inverse_free(ctx, &p->inverse);
-    pdi_krylov_free(ctx, &p->krylov);
+    pd_krylov_free(ctx, &p->krylov);
     pdi_array_registry_free(ctx, pdi_distribution_contact_list, p);
     pdi_contact_free(ctx, &p->contacts);
     pd_arena_free(ctx, &p->arena);

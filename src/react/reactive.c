@@ -655,7 +655,7 @@ void pd_reactive_free(pd_ctx *ctx, pd_reactive *r)
     pdi_inverse_free(ctx, &r->inverse);
     pdi_migration_free(ctx, &r->migration);
     for (int n = 0; n < r->filters && r->filter; n++) pdi_inverse_free(ctx, &r->filter[n].inverse);
-    pdi_krylov_free(ctx, &r->krylov);
+    pd_krylov_free(ctx, &r->krylov);
     pdi_array_registry_free(ctx, pdi_reactive_list, r);
     pd_arena_free(ctx, &r->own);
     memset(r, 0, sizeof *r);

@@ -607,8 +607,8 @@ PDI_FN pd_status pdi_tangent_direction(pd_ctx *ctx, pd_reactive *r, double share
     r->krylov.desc.atol = goal;
     pdi_tangent_spend(r, r->work);
     PDI_TRY(pdi_arena_acquire(ctx, arena, pdi_krylov_list, &r->krylov));
-    pd_status status = pdi_krylov_solve(ctx, &r->krylov, pdi_tangent_apply, near, &user, r->work,
-                                        r->work + r->components.count * (int64_t)r->grid->total, &linear);
+    pd_status status = pd_krylov_solve(ctx, &r->krylov, pdi_tangent_apply, near, &user, r->work,
+                                       r->work + r->components.count * (int64_t)r->grid->total, &linear);
     *iterations += linear.iterations;
     if (r->migration.on) pdi_tangent_resolve(r);
     return pdi_arena_release(ctx, arena, pdi_krylov_list, &r->krylov, status);

@@ -36,7 +36,10 @@ static const char *const pdi_output_node_kind_names[] = {"outside", "fluid", "me
 static const char *const pdi_output_phase_names[] = {"fluid or wall", "metal"};
 
 /* 1: a field of the solid alone, NaN elsewhere. */
-static int pdi_output_is_solid_field(pd_field field) { return pdi_fields_get_place(field) == PD_FIELD_IN_METAL; }
+static int pdi_output_is_solid_field(const pd_setup *setup, pd_field field)
+{
+    return pdi_fields_get_place(setup, field) == PD_FIELD_IN_METAL;
+}
 
 /* Compute the output fields now. */
 static void pdi_output_compute_fields(pd_ctx *ctx, pd_output *out)
@@ -47,7 +50,7 @@ static void pdi_output_compute_fields(pd_ctx *ctx, pd_output *out)
     pdi_sample_prepare(ctx, m, m->setup->fields | m->setup->images | drawn);
     for (int k = 0; k < PD_FIELD_COUNT; k++)
         for (int32_t i = 0; i < m->grid.total && out->scalar[k]; i++)
-            out->scalar[k][i] = pdi_output_is_solid_field((pd_field)k) && m->grid.kind[i] != PD_SOLID
+            out->scalar[k][i] = pdi_output_is_solid_field(m->setup, (pd_field)k) && m->grid.kind[i] != PD_SOLID
                                     ? (double)NAN
                                     : pdi_sample_get_node(m, (pd_field)k, i);
     for (int64_t k = 0; k < (int64_t)PD_DIM * m->grid.total && out->displaced; k++) out->displaced[k] = (double)NAN;

@@ -27,7 +27,7 @@ typedef struct pdi_pictures_frame_header {
 /* 1: the metal is drawn deformed, at its displaced place, in pictures of this field. */
 static int pdi_pictures_is_deformed(const pd_output_pictures *im, pd_field field)
 {
-    return im->displacement && field < PD_FIELD_COUNT && pdi_fields_is_in_metal(field);
+    return im->displacement && field < PD_FIELD_COUNT && pdi_fields_is_in_metal(im->model->setup, field);
 }
 
 /* 1: the scene asks for pictures of this field, or of the surface. */
@@ -67,12 +67,12 @@ static int pdi_pictures_is_log_scale(const pd_output_pictures *im, pd_field fiel
 static pd_paint pdi_pictures_get_cell_kind(const pd_model *m, pd_field field, int32_t node)
 {
     uint8_t kind = m->grid.kind[node];
-    int solid = pdi_fields_is_in_metal(field);
-    if (pdi_fields_get_place(field) == PD_FIELD_IN_ALL) return PD_PAINT_FIELD;
+    int solid = pdi_fields_is_in_metal(m->setup, field);
+    if (pdi_fields_get_place(m->setup, field) == PD_FIELD_IN_ALL) return PD_PAINT_FIELD;
     if (kind == PD_WALL || kind == PD_INACTIVE) return PD_PAINT_WALL;
     if (kind == PD_SOLID) return solid ? PD_PAINT_FIELD : PD_PAINT_SOLID;
     if (pdi_model_is_undefined(m, field, node)) return PD_PAINT_OUTSIDE;
-    return pdi_fields_get_place(field) == PD_FIELD_IN_METAL ? PD_PAINT_OUTSIDE : PD_PAINT_FIELD;
+    return pdi_fields_get_place(m->setup, field) == PD_FIELD_IN_METAL ? PD_PAINT_OUTSIDE : PD_PAINT_FIELD;
 }
 
 /* Node that a cell of the drawn plane shows; rows below the axis of an axisymmetric scene are mirrored. */

@@ -40,7 +40,7 @@ static double pdi_surface_view_get_colour_value(const void *user, const int *in,
 {
     const pd_model *m = (const pd_model *)user;
     pd_field field = pdi_surface_view_get_colour_field(m->setup);
-    int metal = pdi_fields_is_in_metal(field);
+    int metal = pdi_fields_is_in_metal(m->setup, field);
     if (!metal && !pdi_grid_is_inside(&m->grid, out)) return (double)NAN;
     int32_t node = pd_grid_node(&m->grid, metal ? in : out);
     if (!metal && m->grid.kind[node] != PD_FLUID) return (double)NAN;

@@ -178,8 +178,26 @@ PDI_FN int pdi_fields_state_index(const pd_setup *setup, int64_t field)
     return field >= PD_FIELD_SPECIES && index >= 0 && index < setup->states ? (int)index : -1;
 }
 
+PDI_FN int pdi_fields_first_registered(const pd_setup *setup)
+{
+    return PD_FIELD_SPECIES + setup->electrolyte.count + setup->states;
+}
+
+PDI_FN int pdi_fields_find_registered(const pd_setup *setup, int64_t field, int *index)
+{
+    int64_t k = field - pdi_fields_first_registered(setup);
+    for (int p = 0; p < setup->registered_count && k >= 0; k -= setup->registered[p++].type->fields)
+        if (k < setup->registered[p].type->fields) {
+            *index = (int)k;
+            return p;
+        }
+    return -1;
+}
+
 PDI_FN const char *pdi_fields_get_name(const pd_setup *setup, pd_field field)
 {
+    int k, own = pdi_fields_find_registered(setup, field, &k);
+    if (own >= 0) return setup->registered[own].type->field[k].name;
     int species = pdi_fields_species_index(setup, field), state = pdi_fields_state_index(setup, field);
     if (field < PD_FIELD_SPECIES) return pdi_fields_rows[field].name;
     if (species >= 0) return setup->electrolyte.species[species].name;
@@ -188,6 +206,8 @@ PDI_FN const char *pdi_fields_get_name(const pd_setup *setup, pd_field field)
 
 PDI_FN const char *pdi_fields_get_label(const pd_setup *setup, pd_field field)
 {
+    int k, own = pdi_fields_find_registered(setup, field, &k);
+    if (own >= 0) return setup->registered[own].label[k];
     int species = pdi_fields_species_index(setup, field), state = pdi_fields_state_index(setup, field);
     if (field < PD_FIELD_SPECIES) return pdi_fields_rows[field].label;
     if (species >= 0) return setup->species_label[species];
@@ -215,7 +235,11 @@ PDI_FN char pdi_fields_get_axis(pd_field field, int component)
     return pdi_fields_row_of(field)->is_vector ? "xyz"[component] : '\0';
 }
 
-PDI_FN pd_field_place pdi_fields_get_place(pd_field field) { return pdi_fields_row_of(field)->place; }
+PDI_FN pd_field_place pdi_fields_get_place(const pd_setup *setup, pd_field field)
+{
+    int k, own = pdi_fields_find_registered(setup, field, &k);
+    return own >= 0 ? setup->registered[own].type->field[k].place : pdi_fields_row_of(field)->place;
+}
 
 PDI_FN int pdi_fields_is_categorical(pd_field field) { return pdi_fields_row_of(field)->scale == PDI_FIELDS_CATEGORY; }
 
@@ -238,7 +262,8 @@ PDI_FN const char *pdi_fields_lacks(const pd_setup *setup, pd_field field)
 {
     const pdi_fields_row *row = pdi_fields_row_of(field);
     if (field < PD_FIELD_SPECIES) return row->lacks ? row->lacks(setup) : NULL;
-    if (pdi_fields_state_index(setup, field) >= 0) return NULL;
+    int k;
+    if (pdi_fields_state_index(setup, field) >= 0 || pdi_fields_find_registered(setup, field, &k) >= 0) return NULL;
     if (!setup->has_chemistry) return pdi_fields_lacks_chemistry(setup);
     return pdi_fields_is_solute(setup, pdi_fields_species_index(setup, field)) ? NULL : "a solute";
 }
@@ -251,7 +276,7 @@ int pd_field_info_get(const pd_setup *setup, int k, pd_field_info *info)
         info->name = pdi_fields_get_name(setup, (pd_field)field);
         info->label = pdi_fields_get_label(setup, (pd_field)field);
         info->components = pdi_fields_count_components((pd_field)field);
-        info->place = pdi_fields_get_place((pd_field)field);
+        info->place = pdi_fields_get_place(setup, (pd_field)field);
         info->map = pdi_fields_get_map((pd_field)field);
         return 1;
     }

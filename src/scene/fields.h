@@ -5,14 +5,6 @@
 #include "io/colour.h"
 #include "scene/setup.h"
 
-/* Cells in which a field has values. */
-typedef enum pd_field_place {
-    PD_FIELD_IN_FLUID = 0,
-    PD_FIELD_IN_METAL,
-    PD_FIELD_IN_BOTH,
-    PD_FIELD_IN_ALL /* walls and cells outside of the domain, too */
-} pd_field_place;
-
 /* A field as front ends list it. */
 typedef struct pd_field_info {
     const char *name;     /* "C", "Mg2+"; borrowed from the setup or static */
@@ -50,7 +42,11 @@ PDI_FN int pdi_fields_count_components(pd_field field);
 /* Letter of the axis of a component, which follows the name: x, y, z of a vector in every dimension; of others '\0'. */
 PDI_FN char pdi_fields_get_axis(pd_field field, int component);
 /* Cells in which the field has values. */
-PDI_FN pd_field_place pdi_fields_get_place(pd_field field);
+PDI_FN pd_field_place pdi_fields_get_place(const pd_setup *setup, pd_field field);
+/* Field of a physics of the program: index in pd_setup.registered, and *index in its fields; -1: it is none. */
+PDI_FN int pdi_fields_find_registered(const pd_setup *setup, int64_t field, int *index);
+/* pd_field of the first field of the physics of the program; the others follow. */
+PDI_FN int pdi_fields_first_registered(const pd_setup *setup);
 /* 1: values are integer labels (kind, grain, phase): not to be interpolated. */
 PDI_FN int pdi_fields_is_categorical(pd_field field);
 /* 1: files hold one number a node: neither a vector, nor labels. */
@@ -65,9 +61,10 @@ PDI_FN const char *pdi_fields_lacks(const pd_setup *setup, pd_field field);
 /* Bit of a field in a pd_fields set. */
 static inline pd_fields pdi_fields_bit(int64_t field) { return (pd_fields)1 << field; }
 /* 1: the field has values in the metal. */
-static inline int pdi_fields_is_in_metal(pd_field field)
+static inline int pdi_fields_is_in_metal(const pd_setup *setup, pd_field field)
 {
-    return pdi_fields_get_place(field) == PD_FIELD_IN_METAL || pdi_fields_get_place(field) == PD_FIELD_IN_BOTH;
+    pd_field_place place = pdi_fields_get_place(setup, field);
+    return place == PD_FIELD_IN_METAL || place == PD_FIELD_IN_BOTH;
 }
 #endif
 

@@ -27,9 +27,11 @@ static pd_status pdi_key_check_section(pd_ctx *ctx, const pd_text *text, int sec
     int count;
     const pd_key_section *table = pd_key_sections(&count);
     pdi_units_suggestion near_word;
-    if (pdi_keys_find_section(name)) return PD_OK;
+    if (pdi_keys_find_known_section(ctx, name)) return PD_OK;
     pdi_units_init_suggestion(&near_word, name, strlen(name));
     for (int k = 0; k < count; k++) pdi_key_check_add_candidates(table[k].name, &near_word, list, sizeof list);
+    for (int k = 0; k < ctx->physics_count; k++)
+        pdi_key_check_add_candidates(ctx->physics[k]->section.name, &near_word, list, sizeof list);
     pdi_units_format_suggestion(&near_word, hint);
     return pdi_text_fail_key(ctx, text, section, "scene", "found the section [%.40s], expected one of %s%s", name, list,
                              hint);
@@ -39,10 +41,11 @@ static pd_status pdi_key_check_section(pd_ctx *ctx, const pd_text *text, int sec
 static pd_status pdi_key_check_key(pd_ctx *ctx, const pd_text *text, const pd_text_entry *e)
 {
     const pd_section *s = &text->section[e->section];
-    const pd_key_section *table = pdi_keys_find_section(s->name);
+    const pd_key_section *table = pdi_keys_find_known_section(ctx, s->name);
     char hint[PD_UNITS_TEXT], list[512] = "", where[320] = "command line";
     pdi_units_suggestion near_word;
     if (pdi_keys_find_key(table, e->key)) return PD_OK;
+    if (strcmp(s->name, "side") == 0 && pdi_keys_is_field(ctx, e->key)) return PD_OK;
     pdi_units_init_suggestion(&near_word, e->key, strlen(e->key));
     for (int k = 0; k < table->count; k++)
         pdi_key_check_add_candidates(table->key[k].keys, &near_word, list, sizeof list);

@@ -550,6 +550,21 @@ static int pdi_keys_is_listed(const char *list, const char *word)
     return 0;
 }
 
+PDI_FN const pd_key_section *pdi_keys_find_known_section(const pd_ctx *ctx, const char *name)
+{
+    for (int k = 0; k < ctx->physics_count; k++)
+        if (strcmp(ctx->physics[k]->section.name, name) == 0) return &ctx->physics[k]->section;
+    return pdi_keys_find_section(name);
+}
+
+PDI_FN int pdi_keys_is_field(const pd_ctx *ctx, const char *name)
+{
+    for (int k = 0; k < ctx->physics_count; k++)
+        for (int f = 0; f < ctx->physics[k]->fields; f++)
+            if (strcmp(ctx->physics[k]->field[f].name, name) == 0) return 1;
+    return 0;
+}
+
 PDI_FN const pd_key *pdi_keys_find_key(const pd_key_section *section, const char *key)
 {
     for (int k = 0; k < section->count; k++)

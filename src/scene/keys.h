@@ -3,24 +3,7 @@
  */
 #ifndef PD_KEYS_H
 #define PD_KEYS_H
-#include "core/base.h"
-
-/* A key of a section. */
-typedef struct pd_key {
-    const char *keys;     /* one, or several with one meaning: "vx, vy, vz" */
-    const char *unit;     /* of the SI, any other of its dimension will do; "-": none; "any": a name of the user's;
-                           * "text": a value with = in it; the first key of a section stands without it */
-    const char *default_text; /* the default; "required"; "-": absent; "the ...", "that of ...": where it comes from */
-    const char *meaning;
-} pd_key;
-
-/* A section and its keys. */
-typedef struct pd_key_section {
-    const char *name, *label; /* label: what stands behind the name: "NAME", "FORMULA", "" for nothing */
-    const char *meaning;
-    const pd_key *key; /* [count] in the order of the guide */
-    int count;
-} pd_key_section;
+#include "couple/physics_type.h"
 
 #define pd_key_sections PD_NAME(pd_key_sections)
 
@@ -28,8 +11,12 @@ typedef struct pd_key_section {
 PD_API const pd_key_section *pd_key_sections(int *count);
 
 #ifdef PDI_INTERNAL
-/* Find the section of this name. NULL: there is none. */
+/* Find the section of this name in the table. NULL: there is none. */
 PDI_FN const pd_key_section *pdi_keys_find_section(const char *name);
+/* Find it there or among the physics that the program brings along. NULL: there is none. */
+PDI_FN const pd_key_section *pdi_keys_find_known_section(const pd_ctx *ctx, const char *name);
+/* 1: a physics of the program has a field of this name. */
+PDI_FN int pdi_keys_is_field(const pd_ctx *ctx, const char *name);
 /* Find a key in the table of a section. NULL: the section has no such key. */
 PDI_FN const pd_key *pdi_keys_find_key(const pd_key_section *section, const char *key);
 #ifdef PD_DEBUG

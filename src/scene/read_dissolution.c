@@ -1,5 +1,6 @@
 /* read_dissolution: see read_dissolution.h */
 #include "scene/read_dissolution.h"
+#include "scene/read_physics.h"
 #include "scene/read_surface_states.h"
 #include <math.h>
 #include <stdio.h>
@@ -114,13 +115,16 @@ static pd_status pdi_read_dissolution_check_rate(pdi_reader *s, int section, con
     return PD_OK;
 }
 
-/* Symbol table vars[*count] of the rate law under `key`: C, t, x, y, z, grain, i, E, pH, the species that its text
- * names as [H+], whose names name[] stores, and all surface states. Variables without a value here get the name "". */
+/* Symbol table vars[*count] of the rate law under `key`: C, t, x, y, z, grain, i, E, fields of the physics of the
+ * program, whose units unit[] stores, pH, the species that its text names as [H+], whose names name[] stores, and all
+ * surface states. Variables without a value here get the name "". */
 static pd_status pdi_read_dissolution_rate_symbols(pdi_reader *s, int section, const char *key, pd_setup_metal *metal,
-                                                   pd_expr_symbol *vars, char (*name)[PD_SPECIES_NAME + 2], int *count)
+                                                   pd_expr_symbol *vars, char (*unit)[PD_UNITS_TEXT],
+                                                   char (*name)[PD_SPECIES_NAME + 2], int *count)
 {
     const char *at;
     memcpy(vars, pdi_setup_get_rate_symbols(), PDI_SETUP_RATE_VARS * sizeof *vars);
+    pdi_read_physics_set_symbols(s->setup, vars, unit);
     if (!s->setup->has_potential || s->setup->has_migration) vars[PDI_SETUP_RATE_CURRENT].name = "";
     if (!s->setup->has_potential && !metal->has_potential) vars[PDI_SETUP_RATE_POTENTIAL].name = "";
     memset(&vars[PDI_SETUP_RATE_PH], 0, sizeof *vars);
@@ -175,6 +179,10 @@ static pd_status pdi_read_dissolution_check_species_rate(pdi_reader *s, int sect
                                                          const pd_setup_metal *metal)
 {
     const pd_setup *u = s->setup;
+    if (pdi_setup_reads_registered_field(metal) && pdi_setup_has_ion_electrodes(u))
+        return pdi_text_fail_key(s->ctx, s->text, section, key,
+                                 "found a field of a physics of the program, expected none beside electrodes among "
+                                 "ions that migrate");
     if (!pdi_setup_has_species_rate(metal)) return PD_OK;
     int acid = u->has_chemistry && pdi_electrolyte_find_species(&u->electrolyte, "H+") >= 0;
     if ((metal->rate.variables_used >> PDI_SETUP_RATE_PH & 1u) && !acid)
@@ -205,12 +213,12 @@ static pd_status pdi_read_dissolution_rate(pdi_reader *s, int section, const cha
 {
     double factor;
     pd_expr_symbol vars[PD_EXPR_VARS];
-    char name[PD_EXPR_VARS][PD_SPECIES_NAME + 2];
+    char name[PD_EXPR_VARS][PD_SPECIES_NAME + 2], units[PD_PHYSICS_TYPE_FIELDS][PD_UNITS_TEXT];
     int count;
     if (pdi_text_has_key(s->ctx, s->text, section, other) && strcmp(key, other) != 0)
         return pdi_text_fail_key(s->ctx, s->text, section, key, "found beside '%s', expected one of them", other);
     if (!s->setup->has_corrode) PDI_TRY(pdi_read_dissolution_potential(s, section, metal));
-    PDI_TRY(pdi_read_dissolution_rate_symbols(s, section, key, metal, vars, name, &count));
+    PDI_TRY(pdi_read_dissolution_rate_symbols(s, section, key, metal, vars, units, name, &count));
     PDI_TRY(pdi_text_get_expr(s->ctx, s->text, section, key, unit, vars, count, NULL, &metal->rate));
     PDI_TRY(pdi_read_dissolution_check_species_rate(s, section, key, metal));
     PDI_TRY(pdi_reader_get_bounded(s, section, "rate_scale", "", "1", 0.0, 1e6, 0, &factor));

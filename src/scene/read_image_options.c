@@ -219,7 +219,7 @@ static pd_status pdi_read_image_options_contour_values(pdi_read_image_options_st
 static pd_status pdi_read_image_options_check_undeformed(pdi_read_image_options_state *r, const char *key, int field)
 {
     const char *name = pdi_fields_get_name(r->setup, (pd_field)field);
-    if (!pdi_fields_is_in_metal((pd_field)field) || !(r->setup->displacement_scale > 0.0)) return PD_OK;
+    if (!pdi_fields_is_in_metal(r->setup, (pd_field)field) || !(r->setup->displacement_scale > 0.0)) return PD_OK;
     return pdi_text_fail_key(r->ctx, r->text, r->section, key,
                              "found '%s', which 'deformed' draws where the metal has "
                              "moved to, expected a field of the fluid",

@@ -1,5 +1,6 @@
 /* scene: see scene.h */
 #include "scene/scene.h"
+#include "scene/fields.h"
 #include "scene/key_check.h"
 #include "scene/read_constants.h"
 #include "scene/read_tables.h"
@@ -11,6 +12,7 @@
 #include "scene/read_potential.h"
 #include "scene/read_surface_states.h"
 #include "scene/read_gas.h"
+#include "scene/read_physics.h"
 #include "scene/read_mechanics.h"
 #include "scene/read_precracks.h"
 #include "scene/read_param_file.h"
@@ -539,7 +541,7 @@ static pd_status pdi_scene_read_run(pdi_reader *s)
     /* a steady flow may follow what stands outside of it, when a time to follow it for is given */
     int follows = (u->flow_time == PD_FLOW_STEADY || u->has_solid || u->has_potential) && !carries &&
                   pdi_text_has_key(s->ctx, s->text, section, "until");
-    rests = rests && !(u->metal_body.density > 0.0);
+    rests = rests && !(u->metal_body.density > 0.0) && !u->registered_count;
     if (rests && !follows && !u->has_gas && (!carries || u->steady_transport)) return pdi_scene_check_steady_scene(s);
     PDI_TRY(pdi_reader_get_positive(s, section, "until", "s", NULL, &u->end_time));
     PDI_TRY(pdi_reader_get_bounded(s, section, "max_step", "s", "0", 0.0, PDI_READER_MAX_NUMBER, 0, &u->max_step));
@@ -616,6 +618,8 @@ static pd_status pdi_scene_read_output(pdi_reader *s)
                                      u->has_gas ? "density, v, p, energy, kind" :
                                      u->has_solid ? "C, v, p, kind, grain, u, mises, sigma_h, eps_p, broken" :
                                      "C, v, p, kind, grain, pH, phi", &u->fields));
+    for (int k = 0, i; k < PD_FIELD_COUNT && !pdi_text_has_key(s->ctx, s->text, section, "fields"); k++)
+        if (pdi_fields_find_registered(u, k, &i) >= 0) u->fields |= pdi_fields_bit(k);
     PDI_TRY(pdi_read_monitors_fields(s->ctx, s->text, u, section, "images", "none", &u->images));
     PDI_TRY(pdi_scene_read_magnification(s, section));
     PDI_TRY(pdi_read_image_options_read(s->ctx, s->text, section, u));
@@ -680,6 +684,7 @@ static pd_status pdi_scene_read_sections(pd_ctx *ctx, pd_text *text, const char 
     PDI_TRY(pdi_read_gas_read(ctx, text, setup));
     PDI_TRY(pdi_scene_read_transport(&s));
     PDI_TRY(pdi_read_surface_states_read(&s));
+    PDI_TRY(pdi_read_physics_read(&s));
     PDI_TRY(pdi_read_dissolution_dissolve(&s));
     PDI_TRY(pdi_read_dissolution_corrode(&s));
     PDI_TRY(pdi_read_dissolution_rates(&s));
@@ -694,8 +699,8 @@ static pd_status pdi_scene_read_sections(pd_ctx *ctx, pd_text *text, const char 
     PDI_TRY(pdi_read_monitors_read(ctx, text, setup));
     PDI_TRY(pdi_read_measured_read(ctx, text, folder, setup));
     PDI_TRY(pdi_text_check_unused(ctx, text));
-    if (!setup->has_flow && !setup->has_gas && !setup->has_transport && !setup->has_solid &&
-        !setup->has_chemistry && !setup->has_potential)
+    if (!setup->has_flow && !setup->has_gas && !setup->has_transport && !setup->has_solid && !setup->has_chemistry &&
+        !setup->has_potential && !setup->registered_count)
         return pdi_text_fail_key(ctx, text, 0, "scene",
                                  "found no physics, expected a [flow], [gas], [transport], [corrode], [chemistry], "
                                  "[potential] or [solid] section");

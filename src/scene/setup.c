@@ -18,8 +18,9 @@ static const char *const pdi_setup_side_names[] = {"x-", "x+", "y-", "y+", "z-",
 /* Variables of expressions in space and time. */
 static const pd_expr_symbol pdi_setup_position_symbols[] = {PDI_SETUP_COORDINATES, {"t", "s", 0.0}};
 /* Variables of dissolution rate laws. */
-static const pd_expr_symbol pdi_setup_rate_symbols[] = {{"C", "mol/m3", 0.0}, {"t", "s", 0.0},    PDI_SETUP_COORDINATES,
-                                                        {"grain", "", 0.0},   {"i", "A/m2", 0.0}, {"E", "V", 0.0}};
+static const pd_expr_symbol pdi_setup_rate_symbols[] = {
+    {"C", "mol/m3", 0.0}, {"t", "s", 0.0}, PDI_SETUP_COORDINATES, {"grain", "", 0.0}, {"i", "A/m2", 0.0},
+    {"E", "V", 0.0},      {"", "", 0.0},   {"", "", 0.0},         {"", "", 0.0},      {"", "", 0.0}};
 /* Variables of the stress factor of the dissolution rate. */
 static const pd_expr_symbol pdi_setup_stress_symbols[] = {
     {"sigma_h", "Pa", 0.0}, {"mises", "Pa", 0.0}, {"eps_p", "", 0.0}, PDI_SETUP_COORDINATES, {"t", "s", 0.0}};
@@ -74,6 +75,10 @@ void pd_setup_free(pd_ctx *ctx, pd_setup *setup)
 {
     pdi_setup_free_mechanics(ctx, &setup->metal_body);
     pdi_setup_free_electrodes(ctx, &setup->potential);
+    for (int r = 0; r < setup->registered_count; r++) {
+        for (int k = 0; k < PD_PHYSICS_TYPE_KEYS; k++) pdi_expr_free(ctx, &setup->registered[r].value[k]);
+        for (int s = 0; s < 2 * PD_DIM; s++) pdi_expr_free(ctx, &setup->registered[r].held[s]);
+    }
     for (int s = 0; s < 2 * PD_DIM; s++) {
         for (int d = 0; d < PD_DIM; d++) pdi_expr_free(ctx, &setup->side[s].velocity[d]);
         for (int d = 0; d < PD_DIM; d++) pdi_expr_free(ctx, &setup->side[s].wall_velocity[d]);

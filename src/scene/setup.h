@@ -11,6 +11,7 @@
 #include "metal/metal.h"
 #include "flow/gas.h"
 #include "couple/solid_coupling.h"
+#include "couple/physics_type.h"
 #include "chemistry/electrolyte.h"
 #include "potential/electrode.h"
 #include "react/coat.h"
@@ -354,6 +355,17 @@ typedef struct pd_setup_solid_shape {
     int shape, metal;         /* indices */
 } pd_setup_solid_shape;
 
+/* A physics of the program in a scene that has its section. */
+typedef struct pd_setup_registered {
+    const pd_physics_type *type;
+    pd_expr value[PD_PHYSICS_TYPE_KEYS]; /* [SI unit of the key] of x, y, z, t */
+    uint32_t given;                      /* bit k: key k has a value, given or by default */
+    pd_expr held[2 * PD_DIM];            /* [SI unit of the field] of x, y, z, t: the first field at sides */
+    uint32_t sides;                      /* bit s: side s holds it */
+    char label[PD_PHYSICS_TYPE_FIELDS][PD_SETUP_NAME + PD_UNITS_TEXT + 4]; /* names of the fields with units: "T [K]" */
+    int line;                                                              /* of the section in the file */
+} pd_setup_registered;
+
 typedef struct pd_setup {
     char name[PD_SETUP_NAME];  /* case name: the file name without folder and ending */
     char folder[PD_PATH_SIZE]; /* output folder */
@@ -452,6 +464,9 @@ typedef struct pd_setup {
     /* electric potential */
     int has_potential;
     pd_setup_potential potential;
+    /* physics of the program */
+    pd_setup_registered registered[PD_CTX_PHYSICS];
+    int registered_count;
     /* states of surfaces */
     pd_setup_surface_state state[PD_SETUP_SURFACE_STATES];
     int states;
@@ -535,9 +550,10 @@ PDI_FN const pd_expr_symbol *pdi_setup_get_position_symbols(void);
 #define PDI_SETUP_RATE_GRAIN (PD_DIM + 2)     /* index of the variable grain of a rate law */
 #define PDI_SETUP_RATE_CURRENT (PD_DIM + 3)   /* index of i, current density of the electrode */
 #define PDI_SETUP_RATE_POTENTIAL (PD_DIM + 4) /* index of E, potential of the electrode */
-#define PDI_SETUP_RATE_VARS (PD_DIM + 5)      /* number of these variables */
+#define PDI_SETUP_RATE_FIELD (PD_DIM + 5)     /* index of the first field of the physics of the program */
+#define PDI_SETUP_RATE_VARS (PDI_SETUP_RATE_FIELD + PD_PHYSICS_TYPE_FIELDS) /* number of these variables */
 /* Symbol table of dissolution rate laws: C, t, x, y, z, grain as in pd_rate_at, then current density i and potential E
- * of electrodes; PDI_SETUP_RATE_VARS entries. */
+ * of electrodes, and nameless places for fields; PDI_SETUP_RATE_VARS entries. */
 PDI_FN const pd_expr_symbol *pdi_setup_get_rate_symbols(void);
 /* Index of the variable pH of a rate law; behind it follow the species that the law names, then surface states. */
 #define PDI_SETUP_RATE_PH PDI_SETUP_RATE_VARS
@@ -566,6 +582,11 @@ static inline int pdi_setup_count_species_rate_metals(const pd_setup *setup)
 static inline int pdi_setup_has_ion_electrodes(const pd_setup *setup)
 {
     return setup->has_migration && setup->has_potential;
+}
+/* 1: the rate law depends on a field of a physics of the program. */
+static inline int pdi_setup_reads_registered_field(const pd_setup_metal *metal)
+{
+    return (metal->rate.variables_used >> PDI_SETUP_RATE_FIELD & (((uint32_t)1 << PD_PHYSICS_TYPE_FIELDS) - 1u)) != 0;
 }
 /* 1: the rate law depends on i or E of the electric potential solver. */
 static inline int pdi_setup_has_electric_rate(const pd_setup_metal *metal)

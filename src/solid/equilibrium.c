@@ -312,7 +312,7 @@ static pd_status pdi_equilibrium_build_krylov(const pdi_equilibrium *q, int inte
     kd.n = q->n;
     kd.rtol = DBL_MIN; /* the target is all */
     kd.max_iterations = q->desc->max_iterations > 0 ? q->desc->max_iterations : 10000;
-    return pdi_krylov_build(q->ctx, &kd, krylov);
+    return pd_krylov_build(q->ctx, &kd, krylov);
 }
 
 /* Solves the linear step for the residual down to `target` [N], into q->step. PD_ERR_DIVERGED: the loads do work along
@@ -324,8 +324,8 @@ static pd_status pdi_equilibrium_solve_krylov(pdi_equilibrium *q, pd_krylov *kry
     krylov->desc.atol = target;
     krylov->desc.diagonal = q->solid->linear ? q->diagonal : NULL;
     pd_status status =
-        pdi_krylov_solve(q->ctx, krylov, follows ? pdi_equilibrium_apply_interpolated : pdi_equilibrium_apply_tangent,
-                         pdi_equilibrium_apply_precond, q, q->residual, q->step, &linear);
+        pd_krylov_solve(q->ctx, krylov, follows ? pdi_equilibrium_apply_interpolated : pdi_equilibrium_apply_tangent,
+                        pdi_equilibrium_apply_precond, q, q->residual, q->step, &linear);
     result->iterations += linear.iterations;
     result->residual = linear.residual;
     if (follows || status != PD_ERR_DIVERGED || !q->solid->linear) return status;
@@ -344,7 +344,7 @@ static pd_status pdi_equilibrium_search_mechanism(pdi_equilibrium *q, double tar
     pd_status status = pdi_equilibrium_build_krylov(q, 0, &krylov);
     if (status == PD_OK) status = pdi_equilibrium_solve_krylov(q, &krylov, 0, target, &found);
     q->step = step;
-    pdi_krylov_free(q->ctx, &krylov);
+    pd_krylov_free(q->ctx, &krylov);
     result->iterations = found.iterations;
     return status == PD_OK ? PD_NOT_CONVERGED : status;
 }
@@ -518,7 +518,7 @@ pd_status pd_equilibrium_solve(pd_ctx *ctx, const pd_material_interface *solid, 
     q.load = load;
     q.n = (int64_t)solid->body->count * PD_DIM;
     pd_status status = pdi_equilibrium_solve_inner(&q, u, result);
-    pdi_krylov_free(ctx, &q.krylov);
+    pd_krylov_free(ctx, &q.krylov);
     pdi_coarse_fe_precond_free(ctx, &q.coarse);
     pdi_array_registry_free(ctx, pdi_equilibrium_list, &q);
     return status;

@@ -141,11 +141,11 @@ PDI_FN pd_status pdi_krylov_build_unallocated(pd_ctx *ctx, const pd_krylov_desc 
     return status;
 }
 
-PDI_FN pd_status pdi_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov)
+pd_status pd_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov)
 {
     pd_status status = pdi_krylov_build_unallocated(ctx, desc, krylov);
     if (status == PD_OK) status = pdi_array_registry_build(ctx, pdi_krylov_list, krylov);
-    if (status < 0) pdi_krylov_free(ctx, krylov);
+    if (status < 0) pd_krylov_free(ctx, krylov);
     return status;
 }
 PDI_COLD_END
@@ -270,7 +270,7 @@ PDI_FN pd_status pdi_krylov_restore_basis(pd_ctx *ctx, pd_krylov *krylov, pd_are
     return pdi_arena_release(ctx, arena, list, object, status);
 }
 
-PDI_FN void pdi_krylov_free(pd_ctx *ctx, pd_krylov *krylov)
+void pd_krylov_free(pd_ctx *ctx, pd_krylov *krylov)
 {
     pdi_krylov_free_growth(ctx, krylov);
     pdi_array_registry_free(ctx, pdi_krylov_list, krylov);
@@ -770,8 +770,8 @@ static pd_status pdi_krylov_begin(pdi_krylov_state *run, double *norm)
     return PD_OK;
 }
 
-PDI_FN pd_status pdi_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn apply, pd_apply_fn precond, void *user,
-                                  const double *b, double *x, pd_krylov_result *result)
+pd_status pd_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn apply, pd_apply_fn precond, void *user,
+                          const double *b, double *x, pd_krylov_result *result)
 {
     pd_krylov_result own;
     pdi_krylov_state run;

@@ -98,6 +98,23 @@ typedef struct pd_krylov_result {
     int converged;
 } pd_krylov_result;
 
+#define pd_krylov_build PD_NAME(pd_krylov_build)
+#define pd_krylov_free PD_NAME(pd_krylov_free)
+#define pd_krylov_solve PD_NAME(pd_krylov_solve)
+
+/* Build a solver with all its vectors. PD_ERR_ARGUMENT: a setting is out of range. */
+PD_API pd_status pd_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov);
+/* Free all memory that is not lent. */
+PD_API void pd_krylov_free(pd_ctx *ctx, pd_krylov *krylov);
+/* Solve A x = b, preconditioned from the right (CG: symmetrically). precond NULL: none; user is passed to all
+ * callbacks. x: initial guess in, solution out; result may be NULL. Allocates nothing except for the growth allowed by
+ * `most`. PD_NOT_CONVERGED: iteration limit or stagnation. PD_ERR_DIVERGED: a callback returned NaN or infinity, or CG
+ * met an indefinite operator or a singular direction, which is then work vector 1. In both cases x is the best iterate.
+ * PD_ERR_ARGUMENT: b or x is not finite.
+ * Sources: Saad 2003 (GMRES alg. 9.5, 9.6; CG alg. 9.1), Notay 2000 (flexible CG). */
+PD_API pd_status pd_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn apply, pd_apply_fn precond, void *user,
+                                 const double *b, double *x, pd_krylov_result *result);
+
 #ifdef PDI_INTERNAL
 /* [-] Largest and smallest forcing term (relative tolerance of the linear solves in Newton's method). */
 #define PDI_KRYLOV_FORCING_MAX 0.1
@@ -113,12 +130,8 @@ static inline double pdi_krylov_forcing_linear(double left)
 {
     return pdi_min(PDI_KRYLOV_FORCING_MAX, pdi_max(PDI_KRYLOV_FORCING_MIN, 0.9 * left));
 }
-/* Build a solver with all its vectors. PD_ERR_ARGUMENT: a setting is out of range. */
-PDI_FN pd_status pdi_krylov_build(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov);
-/* The same without the vectors of pdi_krylov_list, which an arena lends for each solve. */
+/* pd_krylov_build without the vectors of pdi_krylov_list, which an arena lends for each solve. */
 PDI_FN pd_status pdi_krylov_build_unallocated(pd_ctx *ctx, const pd_krylov_desc *desc, pd_krylov *krylov);
-/* Free all memory that is not lent. */
-PDI_FN void pdi_krylov_free(pd_ctx *ctx, pd_krylov *krylov);
 /* Smallest meaningful norm [unit of b], sqrt(DBL_MIN / DBL_EPSILON): below it squares underflow. A residual below it
  * counts as zero. */
 PDI_FN double pdi_krylov_min_norm(void);
@@ -135,15 +148,6 @@ PDI_FN int pdi_krylov_lend_basis(pd_ctx *ctx, pd_krylov *krylov, pd_arena *arena
  * error. */
 PDI_FN pd_status pdi_krylov_restore_basis(pd_ctx *ctx, pd_krylov *krylov, pd_arena *arena, pdi_array_list_fn list,
                                           void *object, pd_status status);
-/* Solve A x = b, preconditioned from the right (CG: symmetrically). precond NULL: none; user is passed to all
- * callbacks. x: initial guess in, solution out; result may be NULL. Allocates nothing except for the growth allowed by
- * `most`. PD_NOT_CONVERGED: iteration limit or stagnation. PD_ERR_DIVERGED: a callback returned NaN or infinity, or CG
- * met an indefinite operator or a singular direction, which is then work vector 1. In both cases x is the best iterate.
- * PD_ERR_ARGUMENT: b or x is not finite.
- * Sources: Saad 2003 (GMRES alg. 9.5, 9.6; CG alg. 9.1), Notay 2000 (flexible CG). */
-PDI_FN pd_status pdi_krylov_solve(pd_ctx *ctx, pd_krylov *krylov, pd_apply_fn apply, pd_apply_fn precond, void *user,
-                                  const double *b, double *x, pd_krylov_result *result);
-
 /* List function: the work vectors and the basis. */
 PDI_FN void pdi_krylov_list(pdi_array_visitor *owner, void *object);
 /* Check the desc, fill in defaults and sizes; allocates nothing, so that the memory can be counted. PD_ERR_ARGUMENT,

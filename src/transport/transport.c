@@ -204,8 +204,8 @@ static pd_status pdi_transport_linear(pd_ctx *ctx, pd_transport *t, pd_apply_fn 
 {
     pd_arena *arena = pdi_transport_arena(t);
     PDI_TRY(pdi_arena_acquire(ctx, arena, pdi_krylov_list, &t->krylov));
-    pd_status status = pdi_krylov_solve(ctx, &t->krylov, apply, pdi_transport_precondition, user, t->work,
-                                        t->work + t->grid->total, linear);
+    pd_status status = pd_krylov_solve(ctx, &t->krylov, apply, pdi_transport_precondition, user, t->work,
+                                       t->work + t->grid->total, linear);
     return pdi_arena_release(ctx, arena, pdi_krylov_list, &t->krylov, status);
 }
 
@@ -794,7 +794,7 @@ void pd_transport_free(pd_ctx *ctx, pd_transport *t)
     pdi_open_boundary_free(ctx, &t->boundary);
     pdi_diffusion_free(ctx, &t->diffusion);
     pdi_inverse_free(ctx, &t->inverse);
-    pdi_krylov_free(ctx, &t->krylov);
+    pd_krylov_free(ctx, &t->krylov);
     pdi_array_registry_free(ctx, pdi_transport_list, t);
     pd_arena_free(ctx, &t->own);
     memset(t, 0, sizeof *t);

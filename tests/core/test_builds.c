@@ -263,7 +263,7 @@ INNER(krylov, pd_krylov)
     pd_krylov_desc d;
     memset(&d, 0, sizeof d);
     d.n = l->wrong ? 0 : 20;
-    return pdi_krylov_build(ctx, &d, o);
+    return pd_krylov_build(ctx, &d, o);
 }
 
 INNER(multigrid, pd_multigrid)

@@ -92,13 +92,14 @@ TEST(names_in_messages)
 /* Values stand in the cells of the place that the row names: elsewhere is 0, -1 or nothing. */
 TEST(places)
 {
-    CHECK_INT(pdi_fields_get_place(PD_FIELD_C), PD_FIELD_IN_FLUID);
-    CHECK_INT(pdi_fields_get_place(PD_FIELD_PHI), PD_FIELD_IN_FLUID);
-    CHECK_INT(pdi_fields_get_place(PD_FIELD_SPECIES), PD_FIELD_IN_FLUID);
-    CHECK_INT(pdi_fields_get_place(PD_FIELD_GRAIN), PD_FIELD_IN_METAL);
-    CHECK_INT(pdi_fields_get_place(PD_FIELD_SIGMA_ZX), PD_FIELD_IN_METAL);
-    CHECK_INT(pdi_fields_get_place(PD_FIELD_DENSITY), PD_FIELD_IN_BOTH);
-    CHECK_INT(pdi_fields_get_place(PD_FIELD_KIND), PD_FIELD_IN_ALL);
+    static const pd_setup none; /* without physics of the program */
+    CHECK_INT(pdi_fields_get_place(&none, PD_FIELD_C), PD_FIELD_IN_FLUID);
+    CHECK_INT(pdi_fields_get_place(&none, PD_FIELD_PHI), PD_FIELD_IN_FLUID);
+    CHECK_INT(pdi_fields_get_place(&none, PD_FIELD_SPECIES), PD_FIELD_IN_FLUID);
+    CHECK_INT(pdi_fields_get_place(&none, PD_FIELD_GRAIN), PD_FIELD_IN_METAL);
+    CHECK_INT(pdi_fields_get_place(&none, PD_FIELD_SIGMA_ZX), PD_FIELD_IN_METAL);
+    CHECK_INT(pdi_fields_get_place(&none, PD_FIELD_DENSITY), PD_FIELD_IN_BOTH);
+    CHECK_INT(pdi_fields_get_place(&none, PD_FIELD_KIND), PD_FIELD_IN_ALL);
     CHECK_INT(pdi_fields_count_components(PD_FIELD_V), PD_DIM);
     CHECK_INT(pdi_fields_get_axis(PD_FIELD_V, 0), 'x'); /* in 1D, too: the key of a column knows no dimension */
     CHECK_INT(pdi_fields_get_axis(PD_FIELD_V, PD_DIM - 1), "xyz"[PD_DIM - 1]);

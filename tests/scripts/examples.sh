@@ -4,7 +4,9 @@
 . tests/lib/script.sh
 cc=${CC:-cc}
 # takes NAME: the file under examples/ that the program reads, if it reads any.
-takes() { case $1 in *mesh) echo ring.msh ;; *) echo scenes/mg_pin_2d.scene ;; esac; }
+takes() {
+    case $1 in *mesh) echo ring.msh ;; *own_physics) echo 11_own_physics.scene ;; *) echo scenes/mg_pin_2d.scene ;; esac
+}
 for file in examples/*.c; do
     name=$(basename "$file" .c)
     # warnings of the header are those of check-compilers, those of the example come below

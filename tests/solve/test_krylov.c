@@ -110,10 +110,10 @@ static pd_status run(pd_ctx *ctx, const pd_krylov_desc *desc, sys *s, pd_apply_f
                      pd_krylov_result *result)
 {
     pd_krylov k;
-    pd_status status = pdi_krylov_build(ctx, desc, &k);
-    if (status == PD_OK) status = pdi_krylov_solve(ctx, &k, multiply, precond, s, b, x, result);
-    pdi_krylov_free(ctx, &k);
-    pdi_krylov_free(ctx, &k);
+    pd_status status = pd_krylov_build(ctx, desc, &k);
+    if (status == PD_OK) status = pd_krylov_solve(ctx, &k, multiply, precond, s, b, x, result);
+    pd_krylov_free(ctx, &k);
+    pd_krylov_free(ctx, &k);
     CHECK_INT(ctx->in_use, 0);
     return status;
 }
@@ -202,10 +202,10 @@ TEST(gmres_growth)
         d.basis_precision = variant >> 1 & 1 ? PD_KRYLOV_SINGLE : PD_KRYLOV_DOUBLE;
         d.flexible = variant >> 2;
         fault_context(&c, 0, 1, &ctx);
-        CHECK_OK(&ctx, pdi_krylov_build(&ctx, &d, &k));
+        CHECK_OK(&ctx, pd_krylov_build(&ctx, &d, &k));
         size_t built = ctx.in_use;
         if (refused) c.fail_at = c.calls + 4; /* the second growth, halfway */
-        CHECK_INT(pdi_krylov_solve(&ctx, &k, multiply, precond, &s, b, x, &r), refused ? PD_NOT_CONVERGED : PD_OK);
+        CHECK_INT(pd_krylov_solve(&ctx, &k, multiply, precond, &s, b, x, &r), refused ? PD_NOT_CONVERGED : PD_OK);
         CHECK_INT(r.iterations, refused ? 6 : N); /* it grows by one */
         CHECK(!refused || strstr(ctx.message, "stagnation") != NULL);
         if (!refused) CHECK_NEAR(x[1], 1.0, 1e-6);
@@ -215,13 +215,13 @@ TEST(gmres_growth)
         if (!refused) CHECK_INT((int)ctx.in_use, (int)built);
         c.fail_at = 0;
         memset(x, 0, sizeof x);
-        CHECK_OK(&ctx, pdi_krylov_solve(&ctx, &k, multiply, precond, &s, b, x, &r));
+        CHECK_OK(&ctx, pd_krylov_solve(&ctx, &k, multiply, precond, &s, b, x, &r));
         CHECK_INT(r.iterations, N);
         k.desc.fixed_restart = 1;
         memset(x, 0, sizeof x);
-        CHECK_INT(pdi_krylov_solve(&ctx, &k, multiply, precond, &s, b, x, &r), PD_NOT_CONVERGED);
+        CHECK_INT(pd_krylov_solve(&ctx, &k, multiply, precond, &s, b, x, &r), PD_NOT_CONVERGED);
         CHECK_INT(r.iterations, 5);
-        pdi_krylov_free(&ctx, &k);
+        pd_krylov_free(&ctx, &k);
         CHECK_INT(ctx.in_use, 0);
         CHECK_INT(c.live, 0);
     }
@@ -250,11 +250,11 @@ TEST(gmres_growth_lent)
             d.flexible = flexible;
             if (lends) d.arena = &arena;
             CHECK_OK(&ctx, pdi_arena_reserve(&ctx, &arena, LENT * chunk));
-            CHECK_OK(&ctx, pdi_krylov_build(&ctx, &d, &k));
+            CHECK_OK(&ctx, pd_krylov_build(&ctx, &d, &k));
             size_t built = ctx.in_use;
             for (int pass = 0; pass < 2; pass++) {
                 memset(x[lends], 0, sizeof x[lends]);
-                CHECK_OK(&ctx, pdi_krylov_solve(&ctx, &k, multiply, flexible ? same : NULL, &s, b, x[lends], &r));
+                CHECK_OK(&ctx, pd_krylov_solve(&ctx, &k, multiply, flexible ? same : NULL, &s, b, x[lends], &r));
                 CHECK_INT(r.iterations, N);
                 CHECK_INT(k.chunk_count, GROWS - (lends ? LENT : 0));
                 CHECK_INT((int)arena.used, 0);
@@ -262,7 +262,7 @@ TEST(gmres_growth_lent)
             grown[lends] = ctx.in_use - built;
             pdi_krylov_free_growth(&ctx, &k);
             CHECK_INT((int)ctx.in_use, (int)built);
-            pdi_krylov_free(&ctx, &k);
+            pd_krylov_free(&ctx, &k);
             pd_arena_free(&ctx, &arena);
             CHECK_INT(ctx.in_use, 0);
         }
@@ -302,12 +302,12 @@ TEST(gmres_lean)
             d.low_memory = lean;
             d.initial_vectors = lean ? 6 : 0;
             for (int i = 0; i < N; i++) x[lean][i] = 7.0;
-            CHECK_OK(&ctx, pdi_krylov_build(&ctx, &d, &k));
+            CHECK_OK(&ctx, pd_krylov_build(&ctx, &d, &k));
             CHECK_INT(k.vectors, lean ? 1 : 2);
-            int status = pdi_krylov_solve(&ctx, &k, lean ? spoil : multiply, jacobi, &s, b, x[lean], &r[lean]);
+            int status = pd_krylov_solve(&ctx, &k, lean ? spoil : multiply, jacobi, &s, b, x[lean], &r[lean]);
             CHECK_INT(status, variant >> 2 ? PD_NOT_CONVERGED : PD_OK);
             CHECK_NEAR(residual_norm(&s, b, x[lean]), r[lean].residual, 1e-12 * r[lean].residual0);
-            pdi_krylov_free(&ctx, &k);
+            pd_krylov_free(&ctx, &k);
             CHECK_INT(ctx.in_use, 0);
         }
         CHECK_INT(r[0].iterations, r[1].iterations);
@@ -336,11 +336,11 @@ TEST(gmres_trusting)
             d.rtol = 1e-8;
             d.zero_guess = d.low_memory = 1;
             d.skip_true_residual = trusting;
-            CHECK_OK(&ctx, pdi_krylov_build(&ctx, &d, &k));
-            int status = pdi_krylov_solve(&ctx, &k, spoil, jacobi, &s, b, x[trusting], &r[trusting]);
+            CHECK_OK(&ctx, pd_krylov_build(&ctx, &d, &k));
+            int status = pd_krylov_solve(&ctx, &k, spoil, jacobi, &s, b, x[trusting], &r[trusting]);
             CHECK_INT(status, variant >> 1 ? PD_NOT_CONVERGED : PD_OK);
             CHECK_NEAR(residual_norm(&s, b, x[trusting]), r[trusting].residual, 1e-12 * r[trusting].residual0);
-            pdi_krylov_free(&ctx, &k);
+            pd_krylov_free(&ctx, &k);
             CHECK_INT(ctx.in_use, 0);
         }
         CHECK_INT(r[1].iterations, r[0].iterations);
@@ -377,16 +377,16 @@ TEST(gmres_integers)
             d.zero_guess = 1;
             d.low_memory = lean;
             d.max_iterations = 4000;
-            CHECK_OK(&ctx, pdi_krylov_build(&ctx, &d, &k));
+            CHECK_OK(&ctx, pd_krylov_build(&ctx, &d, &k));
             bytes[integers] = (size_t)k.basis_entries * sizeof *k.compressed_basis;
-            CHECK_OK(&ctx, pdi_krylov_solve(&ctx, &k, lean ? spoil : multiply, NULL, &s, b, x, &r));
+            CHECK_OK(&ctx, pd_krylov_solve(&ctx, &k, lean ? spoil : multiply, NULL, &s, b, x, &r));
             taken[integers] = r.iterations;
             CHECK_NEAR(residual_norm(&s, b, x), r.residual, 1e-12 * r.residual0);
             CHECK_LE(r.residual, 1e-3 * r.residual0);
             k.desc.rtol = 1e-11;
-            CHECK_OK(&ctx, pdi_krylov_solve(&ctx, &k, lean ? spoil : multiply, NULL, &s, b, x, &r));
+            CHECK_OK(&ctx, pd_krylov_solve(&ctx, &k, lean ? spoil : multiply, NULL, &s, b, x, &r));
             CHECK_LE(residual_norm(&s, b, x), 1e-11 * r.residual0);
-            pdi_krylov_free(&ctx, &k);
+            pd_krylov_free(&ctx, &k);
             CHECK_INT(ctx.in_use, 0);
         }
         CHECK_INT(taken[1], taken[0]);
@@ -686,18 +686,18 @@ TEST(memory)
         pd_krylov_desc d = describe(methods[m], N);
         fault_context(&c, 0, 1, &ctx);
         sys s = make(K_POISSON, N);
-        CHECK_OK(&ctx, pdi_krylov_build(&ctx, &d, &k));
+        CHECK_OK(&ctx, pd_krylov_build(&ctx, &d, &k));
         long built = c.calls;
-        CHECK_OK(&ctx, pdi_krylov_solve(&ctx, &k, multiply, jacobi, &s, b, x, NULL));
+        CHECK_OK(&ctx, pd_krylov_solve(&ctx, &k, multiply, jacobi, &s, b, x, NULL));
         CHECK_INT(c.calls, built); /* solve allocates nothing */
-        pdi_krylov_free(&ctx, &k);
+        pd_krylov_free(&ctx, &k);
         CHECK_INT(ctx.in_use, 0);
         for (long fail = 1; fail <= built; fail++) {
             c.calls = 0;
             c.fail_at = fail;
-            CHECK_INT(pdi_krylov_build(&ctx, &d, &k), PD_ERR_MEMORY);
-            CHECK_INT(pdi_krylov_solve(&ctx, &k, multiply, NULL, &s, b, x, NULL), PD_ERR_ARGUMENT);
-            pdi_krylov_free(&ctx, &k);
+            CHECK_INT(pd_krylov_build(&ctx, &d, &k), PD_ERR_MEMORY);
+            CHECK_INT(pd_krylov_solve(&ctx, &k, multiply, NULL, &s, b, x, NULL), PD_ERR_ARGUMENT);
+            pd_krylov_free(&ctx, &k);
             CHECK_INT(ctx.in_use, 0);
         }
     }
@@ -738,16 +738,16 @@ TEST(spans)
         d.rtol = 1e-12;
         d.restart = 20;
         for (int p = 0; p < 20; p++) b[place(p)] = 1.0;
-        CHECK_OK(&ctx, pdi_krylov_build(&ctx, &d, &k));
+        CHECK_OK(&ctx, pd_krylov_build(&ctx, &d, &k));
         CHECK_INT((int)k.length, 20);
-        CHECK_OK(&ctx, pdi_krylov_solve(&ctx, &k, multiply_placed, NULL, &s, b, x, &r));
+        CHECK_OK(&ctx, pd_krylov_solve(&ctx, &k, multiply_placed, NULL, &s, b, x, &r));
         for (int p = 0; p < 20; p++) {
             CHECK_NEAR(x[place(p)], 0.5 * (p + 1.0) * (20.0 - p), 1e-9);
             x[place(p)] = 0.0;
         }
         for (int i = 0; i < 42; i++) between = fmax(between, fabs(x[i]));
         CHECK_LE(between, 0.0);
-        pdi_krylov_free(&ctx, &k);
+        pd_krylov_free(&ctx, &k);
     }
 }
 
@@ -774,18 +774,18 @@ TEST(bad_input)
         case 8: d.spans = &spans, d.components = 3, word = "expected 3 times 21"; break;
         default: d.rtol = 1.0, word = "rtol"; break;
         }
-        CHECK_INT(pdi_krylov_build(&ctx, &d, &k), PD_ERR_ARGUMENT);
+        CHECK_INT(pd_krylov_build(&ctx, &d, &k), PD_ERR_ARGUMENT);
         CHECK(strstr(ctx.message, word) != NULL);
-        pdi_krylov_free(&ctx, &k);
+        pd_krylov_free(&ctx, &k);
     }
     double b[4] = {1, 1, 1, 1}, x[4] = {0, 0, 0, 0};
     sys s = make(K_POISSON, 4);
     pd_krylov_desc d = describe(PD_KRYLOV_CG, 4);
     x[2] = (double)INFINITY;
     CHECK_INT(run(&ctx, &d, &s, NULL, b, x, NULL), PD_ERR_ARGUMENT);
-    CHECK_OK(&ctx, pdi_krylov_build(&ctx, &d, &k));
-    CHECK_INT(pdi_krylov_solve(&ctx, &k, NULL, NULL, &s, b, x, NULL), PD_ERR_ARGUMENT);
-    pdi_krylov_free(&ctx, &k);
+    CHECK_OK(&ctx, pd_krylov_build(&ctx, &d, &k));
+    CHECK_INT(pd_krylov_solve(&ctx, &k, NULL, NULL, &s, b, x, NULL), PD_ERR_ARGUMENT);
+    pd_krylov_free(&ctx, &k);
 }
 
 TEST_MAIN(ENTRY(poisson_closed_form) ENTRY(gmres_cyclic_shift) ENTRY(gmres_growth) ENTRY(gmres_growth_lent)

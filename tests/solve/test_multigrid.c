@@ -68,12 +68,12 @@ static int count(problem *p, pd_krylov_method method)
     double *exact = random_vector(p), *b = vector(p), *x = vector(p), *y = vector(p);
     multiply_projected(p, exact, b);
     if (CHECK_OK(&p->ctx, build(p)) && CHECK_OK(&p->ctx, setup(p)) &&
-        CHECK_OK(&p->ctx, pdi_krylov_build(&p->ctx, &desc, &k))) {
+        CHECK_OK(&p->ctx, pd_krylov_build(&p->ctx, &desc, &k))) {
         size_t held = p->ctx.in_use, peak = p->ctx.peak;
-        CHECK_OK(&p->ctx, pdi_krylov_solve(&p->ctx, &k, multiply_projected, cycle_projected, p, b, x, &r));
+        CHECK_OK(&p->ctx, pd_krylov_solve(&p->ctx, &k, multiply_projected, cycle_projected, p, b, x, &r));
         CHECK_INT(p->ctx.in_use, held); /* neither the solver nor the cycle allocates */
         CHECK_INT(p->ctx.peak, peak > held ? peak : held);
-        pdi_krylov_free(&p->ctx, &k);
+        pd_krylov_free(&p->ctx, &k);
         multiply(p, x, y);
         memset(exact, 0, (size_t)p->nodes * sizeof *exact);
         CHECK_LE(norm_difference(p, y, b), 1.001e-8 * norm_difference(p, exact, b));
@@ -114,9 +114,9 @@ TEST(closed_form)
     desc.n = p.nodes;
     desc.rtol = 1e-12;
     if (CHECK_OK(&p.ctx, build(&p)) && CHECK_OK(&p.ctx, setup(&p)) &&
-        CHECK_OK(&p.ctx, pdi_krylov_build(&p.ctx, &desc, &k))) {
-        CHECK_OK(&p.ctx, pdi_krylov_solve(&p.ctx, &k, multiply, cycle, &p, b, x, NULL));
-        pdi_krylov_free(&p.ctx, &k);
+        CHECK_OK(&p.ctx, pd_krylov_build(&p.ctx, &desc, &k))) {
+        CHECK_OK(&p.ctx, pd_krylov_solve(&p.ctx, &k, multiply, cycle, &p, b, x, NULL));
+        pd_krylov_free(&p.ctx, &k);
         for (int i = 0; i < p.nodes; i++) CHECK_NEAR(x[i], exact[i], 1e-8);
     }
     free(b);

@@ -14,6 +14,7 @@ PD_COARSE_FE_LEVELS = 30
 PD_COAT_AROUND = 2
 PD_CSV_MAX_COLUMNS = 256
 PD_CSV_MAX_FILE_SIZE = 536870912
+PD_CTX_PHYSICS = 4
 PD_ELECTRODES = 256
 PD_EQUILIBRIUM_RTOL = 1e-10
 PD_EXPR_CODE = 1024
@@ -50,6 +51,8 @@ PD_PARAMETER_SWEEP_MAX_OVERRIDES = 64
 PD_PARAMETER_SWEEP_MAX_RUNS = 4096
 PD_PARAMETER_SWEEP_VALUE_BYTES = 128
 PD_PATH_SIZE = 1024
+PD_PHYSICS_TYPE_FIELDS = 4
+PD_PHYSICS_TYPE_KEYS = 16
 PD_PLOT_MAX_SERIES = 12
 PD_PNG_MAX_PIXELS = 67108864
 PD_POINT_BATCH_MAX = 32
@@ -212,6 +215,10 @@ PD_SOLID_COUPLING_BOND_BASED = 1
 PD_SOLID_COUPLING_ORDINARY_STATE = 2
 PD_SOLID_COUPLING_NEO_HOOKEAN = 3
 PD_SOLID_COUPLING_HENCKY = 4
+PD_FIELD_IN_FLUID = 0
+PD_FIELD_IN_METAL = 1
+PD_FIELD_IN_BOTH = 2
+PD_FIELD_IN_ALL = 3
 PD_COLOUR_MAP_SEQUENTIAL = 0
 PD_COLOUR_MAP_DIVERGING = 1
 PD_COLOUR_MAP_LABELS = 2
@@ -296,10 +303,6 @@ PD_SOLVER_SETTING_STEADY = 0
 PD_SOLVER_SETTING_FLOW_RTOL = 1
 PD_SOLVER_SETTING_RTOL = 2
 PD_SOLVER_SETTING_FRACTION = 3
-PD_FIELD_IN_FLUID = 0
-PD_FIELD_IN_METAL = 1
-PD_FIELD_IN_BOTH = 2
-PD_FIELD_IN_ALL = 3
 PD_PRINT_SUMMARY = 0
 PD_PRINT_NOTE = 1
 PD_PRINT_PROGRESS = 2
@@ -341,6 +344,7 @@ ENUMS = {
     'pd_circuit_control': {'PD_CIRCUIT_CURRENT': 0, 'PD_CIRCUIT_POTENTIAL': 1},
     'pd_cell_touches': {'PD_CELL_APART': 0, 'PD_CELL_IDLE': 1, 'PD_CELL_WORKS': 2},
     'pd_solid_coupling_material': {'PD_SOLID_COUPLING_CORRESPONDENCE': 0, 'PD_SOLID_COUPLING_BOND_BASED': 1, 'PD_SOLID_COUPLING_ORDINARY_STATE': 2, 'PD_SOLID_COUPLING_NEO_HOOKEAN': 3, 'PD_SOLID_COUPLING_HENCKY': 4},
+    'pd_field_place': {'PD_FIELD_IN_FLUID': 0, 'PD_FIELD_IN_METAL': 1, 'PD_FIELD_IN_BOTH': 2, 'PD_FIELD_IN_ALL': 3},
     'pd_colour_map': {'PD_COLOUR_MAP_SEQUENTIAL': 0, 'PD_COLOUR_MAP_DIVERGING': 1, 'PD_COLOUR_MAP_LABELS': 2, 'PD_COLOUR_MAP_GREY': 3, 'PD_COLOUR_MAP_VIRIDIS': 4},
     'pd_paint': {'PD_PAINT_FIELD': 0, 'PD_PAINT_SOLID': 1, 'PD_PAINT_WALL': 2, 'PD_PAINT_OUTSIDE': 3},
     'pd_series_style': {'PD_SERIES_STYLE_LINE': 0, 'PD_SERIES_STYLE_DASHED': 1, 'PD_SERIES_STYLE_MARKERS': 2, 'PD_SERIES_STYLE_BOTH': 3},
@@ -352,7 +356,6 @@ ENUMS = {
     'pd_monitor_kind': {'PD_MONITOR_LINE': 0, 'PD_MONITOR_PLANE': 1, 'PD_MONITOR_FORCE': 2, 'PD_MONITOR_TRANSFER': 3, 'PD_MONITOR_TOTAL': 4, 'PD_MONITOR_MECHANICAL_BC': 5, 'PD_MONITOR_SOLID': 6, 'PD_MONITOR_PRECRACK': 7, 'PD_MONITOR_ELECTRODE': 8, 'PD_MONITOR_SURFACE_STATE': 9},
     'pd_reference_fluid': {'PD_REFERENCE_FLUID_VALUE': 0, 'PD_REFERENCE_FLUID_INLET': 1, 'PD_REFERENCE_FLUID_BULK': 2},
     'pd_solver_setting': {'PD_SOLVER_SETTING_STEADY': 0, 'PD_SOLVER_SETTING_FLOW_RTOL': 1, 'PD_SOLVER_SETTING_RTOL': 2, 'PD_SOLVER_SETTING_FRACTION': 3},
-    'pd_field_place': {'PD_FIELD_IN_FLUID': 0, 'PD_FIELD_IN_METAL': 1, 'PD_FIELD_IN_BOTH': 2, 'PD_FIELD_IN_ALL': 3},
     'pd_print_kind': {'PD_PRINT_SUMMARY': 0, 'PD_PRINT_NOTE': 1, 'PD_PRINT_PROGRESS': 2, 'PD_PRINT_RESULT': 3},
     'pd_snapshot_stage': {'PD_SNAPSHOT_STAGE_START': 0, 'PD_SNAPSHOT_STAGE_STEP': 1, 'PD_SNAPSHOT_STAGE_END': 2},
 }
@@ -405,6 +408,8 @@ def declare(dim):
         ('peak', c_size_t),
         ('cancel', pd_cancel_fn),
         ('cancel_user', c_void_p),
+        ('physics', c_void_p * 4),
+        ('physics_count', c_int),
         ('contention', pd_thread_contention),
         ('status', c_int),
         ('message', c_char * 640),
@@ -3310,6 +3315,57 @@ def declare(dim):
 
     pd_observer_fn = CFUNCTYPE(c_int, c_void_p, POINTER(pd_time_loop))
 
+    class pd_key(Structure):
+        pass
+    pd_key._fields_ = [
+        ('keys', c_char_p),
+        ('unit', c_char_p),
+        ('default_text', c_char_p),
+        ('meaning', c_char_p),
+    ]
+
+    class pd_key_section(Structure):
+        pass
+    pd_key_section._fields_ = [
+        ('name', c_char_p),
+        ('label', c_char_p),
+        ('meaning', c_char_p),
+        ('key', POINTER(pd_key)),
+        ('count', c_int),
+    ]
+
+    class pd_physics_view(Structure):
+        pass
+    pd_physics_view._fields_ = [
+        ('grid', POINTER(pd_grid)),
+        ('bonds', POINTER(pd_bonds)),
+        ('flow', POINTER(pd_flow)),
+        ('scene', c_void_p),
+        ('value', CFUNCTYPE(c_double, c_void_p, c_int, POINTER(c_double), c_double)),
+        ('held', CFUNCTYPE(c_int, c_void_p, c_int, POINTER(c_double), c_double, POINTER(c_double))),
+    ]
+
+    class pd_physics_field(Structure):
+        pass
+    pd_physics_field._fields_ = [
+        ('name', c_char_p),
+        ('unit', c_char_p),
+        ('place', c_int),
+    ]
+
+    class pd_physics_type(Structure):
+        pass
+    pd_physics_type._fields_ = [
+        ('section', pd_key_section),
+        ('field', POINTER(pd_physics_field)),
+        ('fields', c_int),
+        ('build', CFUNCTYPE(c_int, POINTER(pd_ctx), POINTER(pd_physics_view), POINTER(c_void_p))),
+        ('free', CFUNCTYPE(None, POINTER(pd_ctx), c_void_p)),
+        ('process', CFUNCTYPE(pd_physics, c_void_p)),
+        ('values', CFUNCTYPE(POINTER(c_double), c_void_p, c_int)),
+        ('bytes_per_node', c_double),
+    ]
+
     class pd_file(Structure):
         pass
     pd_file._fields_ = [
@@ -3547,25 +3603,6 @@ def declare(dim):
         ('discontinuities', POINTER(c_double)),
         ('discontinuity_count', c_int),
         ('time_variable', c_int),
-    ]
-
-    class pd_key(Structure):
-        pass
-    pd_key._fields_ = [
-        ('keys', c_char_p),
-        ('unit', c_char_p),
-        ('default_text', c_char_p),
-        ('meaning', c_char_p),
-    ]
-
-    class pd_key_section(Structure):
-        pass
-    pd_key_section._fields_ = [
-        ('name', c_char_p),
-        ('label', c_char_p),
-        ('meaning', c_char_p),
-        ('key', POINTER(pd_key)),
-        ('count', c_int),
     ]
 
     class pd_template(Structure):
@@ -3888,6 +3925,18 @@ def declare(dim):
         ('metal', c_int),
     ]
 
+    class pd_setup_registered(Structure):
+        pass
+    pd_setup_registered._fields_ = [
+        ('type', POINTER(pd_physics_type)),
+        ('value', pd_expr * 16),
+        ('given', c_uint32),
+        ('held', pd_expr * (2 * dim)),
+        ('sides', c_uint32),
+        ('label', c_char * 164 * 4),
+        ('line', c_int),
+    ]
+
     class pd_setup(Structure):
         pass
     pd_setup._fields_ = [
@@ -3986,6 +4035,8 @@ def declare(dim):
         ('gas', c_char * 24),
         ('has_potential', c_int),
         ('potential', pd_setup_potential),
+        ('registered', pd_setup_registered * 4),
+        ('registered_count', c_int),
         ('state', pd_setup_surface_state * 8),
         ('states', c_int),
         ('table', POINTER(pd_setup_table)),
@@ -4141,6 +4192,8 @@ def declare(dim):
         ('law_count', c_int),
         ('grain', POINTER(c_int32)),
         ('step_start', c_double),
+        ('set_registered', CFUNCTYPE(None, c_void_p, c_int32, POINTER(c_double))),
+        ('set_registered_user', c_void_p),
     ]
 
     class pd_input_value(Structure):
@@ -4193,6 +4246,14 @@ def declare(dim):
         ('metal', POINTER(pd_setup_metal)),
         ('kind', c_int),
         ('cell', POINTER(pd_cell)),
+        ('model', c_void_p),
+    ]
+
+    class pd_model_registered(Structure):
+        pass
+    pd_model_registered._fields_ = [
+        ('view', pd_physics_view),
+        ('state', c_void_p),
     ]
 
     class pd_model(Structure):
@@ -4223,6 +4284,7 @@ def declare(dim):
         ('species_integrator', pd_course),
         ('surface_states', POINTER(pd_surface_states)),
         ('dissolution_laws', pd_dissolution_laws),
+        ('registered', pd_model_registered * 4),
         ('grain', pd_grain),
         ('grain_stats', pd_grain_stats),
         ('boundary_factor', POINTER(c_double)),
@@ -4685,6 +4747,9 @@ def declare(dim):
         'pd_lattice_build': (c_int, [POINTER(pd_ctx), POINTER(pd_lattice_desc), POINTER(pd_lattice)]),
         'pd_lattice_add_field': (c_int, [POINTER(pd_ctx), POINTER(pd_lattice), c_int, POINTER(POINTER(c_double))]),
         'pd_lattice_free': (None, [POINTER(pd_ctx), POINTER(pd_lattice)]),
+        'pd_krylov_build': (c_int, [POINTER(pd_ctx), POINTER(pd_krylov_desc), POINTER(pd_krylov)]),
+        'pd_krylov_free': (None, [POINTER(pd_ctx), POINTER(pd_krylov)]),
+        'pd_krylov_solve': (c_int, [POINTER(pd_ctx), POINTER(pd_krylov), pd_apply_fn, pd_apply_fn, c_void_p, POINTER(c_double), POINTER(c_double), POINTER(pd_krylov_result)]),
         'pd_physics_run': (c_int, [POINTER(pd_ctx), pd_physics, c_double]),
         'pd_flow_build': (c_int, [POINTER(pd_ctx), POINTER(pd_grid), POINTER(pd_bonds), POINTER(pd_flow_desc), POINTER(pd_flow)]),
         'pd_flow_update': (c_int, [POINTER(pd_ctx), POINTER(c_int32), c_int32, POINTER(pd_flow)]),
@@ -4832,6 +4897,7 @@ def declare(dim):
         'pd_time_loop_volume_loss': (c_double, [POINTER(pd_time_loop)]),
         'pd_time_loop_imbalance': (c_double, [POINTER(pd_time_loop)]),
         'pd_time_loop_store': (c_int, [POINTER(pd_ctx), POINTER(pd_time_loop), POINTER(pd_archive)]),
+        'pd_physics_type_register': (c_int, [POINTER(pd_ctx), POINTER(pd_physics_type)]),
         'pd_file_make_directory': (c_int, [POINTER(pd_ctx), c_char_p]),
         'pd_file_join': (c_int, [POINTER(pd_ctx), c_char_p, c_char_p, POINTER(c_char)]),
         'pd_archive_file_create': (c_int, [POINTER(pd_ctx), c_char_p, POINTER(pd_archive_file)]),
