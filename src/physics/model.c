@@ -130,7 +130,7 @@ static void pdi_model_set_samplers(pd_model *m)
     for (int k = m->physics->count - 1; k >= 0; k--) {
         const pdi_physics_row *row = &m->physics->row[k];
         for (int s = 0; s < row->samplers && row->is_present(m->setup); s++)
-            for (int f = row->sampler[s].first; f <= (int)row->sampler[s].last && f < PD_FIELD_COUNT; f++)
+            for (int f = (int)row->sampler[s].first; f <= (int)row->sampler[s].last && f < PD_FIELD_COUNT; f++)
                 if (!row->sampler[s].has || row->sampler[s].has(m->setup, (pd_field)f))
                     m->sampler[f] = &row->sampler[s];
     }

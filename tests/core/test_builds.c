@@ -258,7 +258,7 @@ BUILD(grain, pd_grain)
     return pd_grain_build(ctx, &l->pin.grid, &d, o);
 }
 
-INNER(krylov, pd_krylov)
+BUILD(krylov, pd_krylov)
 {
     pd_krylov_desc d;
     memset(&d, 0, sizeof d);
