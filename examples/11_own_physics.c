@@ -115,15 +115,13 @@ static pd_status heat_checkpoint(pd_ctx *ctx, void *self, pd_archive *archive)
     return archive->transfer(ctx, archive->user, "heat.T", s->T, sizeof *s->T, s->view->grid->total);
 }
 
-static pd_physics heat_process(void *self)
+static void heat_set_process(void *self, pd_physics *p)
 {
-    pd_physics p = {0};
-    p.name = "heat";
-    p.self = self;
-    p.has_substeps = 1;
-    p.attempt = heat_attempt;
-    p.checkpoint = heat_checkpoint;
-    return p;
+    p->name = "heat";
+    p->self = self;
+    p->has_substeps = 1;
+    p->attempt = heat_attempt;
+    p->checkpoint = heat_checkpoint;
 }
 
 static const double *heat_values(const void *self, int field) { return field == 0 ? ((const heat *)self)->T : NULL; }
@@ -131,7 +129,7 @@ static const double *heat_values(const void *self, int field) { return field == 
 int main(int argc, char **argv)
 {
     const pd_physics_type type = {{"heat", "", "conduction of heat in fluid and metal", keys, KEYS}, fields, 1,
-                                  heat_build, heat_free, heat_process, heat_values, 56.0};
+                                  heat_build, heat_free, heat_set_process, heat_values, 56.0};
     pd_ctx ctx;
     pd_setup setup;
     pd_run_result result;

@@ -518,6 +518,97 @@ class Functions(unittest.TestCase):
             sim.step()
 
 
+COOLING = PLATE.replace("rate = 3 um/h", "rate = 3 um/h * T/(300 K)").replace("until = 20 h", "until = 2 h") \
+    + "[cooling] k = 0.5 /h\n[side x+] T = 280 K + 1 K*t/(1 h)\n"
+
+
+class Cooling(pdcorr.Physics):
+    """A body that cools: T = start exp(-k t)."""
+
+    section, meaning = "cooling", "a body that cools"
+    keys = {"k": pdcorr.Key("1/s", "required", "rate of cooling"),
+            "start": pdcorr.Key("K", "300 K", "temperature at the start"),
+            "nothing": pdcorr.Key("m", "-", "may be left out")}
+    fields = {"T": "K", "S": "K"}
+    places = {"S": "metal"}
+    max_step = 100.0
+
+    def start(self):
+        self.T[...] = self.value("start")
+        self.S[...] = 2 * self.T
+
+    def step(self, time, dt):
+        self.T *= np.exp(-self.value("k") * dt)
+        self.S[...] = 2 * self.T
+
+
+class PhysicsOfPython(unittest.TestCase):
+    """A physics that is a class."""
+
+    def test_law_reads_the_field(self):
+        k, step = 0.5 / HOUR, Cooling.max_step
+        with pdcorr.Sim(COOLING, physics=[Cooling]) as sim:
+            self.assertLessEqual({"T", "S"}, set(sim.fields))
+            self.assertEqual(sim.label("T"), "T [K]")
+            np.testing.assert_allclose(sim.field("T"), 300.0, rtol=0)
+            sim.run_to(2 * HOUR)
+            np.testing.assert_allclose(sim.field("T"), 300 * np.exp(-1.0), rtol=1e-12)
+            np.testing.assert_allclose(sim.field("S")[0], 600 * np.exp(-1.0), rtol=1e-12)
+            self.assertEqual(sim.field("S")[-1], 0.0)  # in fluid
+            depth = 3 * UM / 0.5 * (1 - np.exp(-1.0)) * k * step / np.expm1(k * step)  # T at the end of each step
+            self.assertAlmostEqual(sim.volume_loss * 200 * UM, depth, delta=1e-9 * depth)
+
+    def test_sides_and_keys(self):
+        seen = []
+
+        class Looking(Cooling):
+            def start(self):
+                super().start()
+                seen.append((self.held(0, [0.0]), self.held(1, [400 * UM], HOUR), self.value("nothing"), self.kind[0],
+                             self.axes[0][0], self.h[0]))
+
+        with pdcorr.Sim(COOLING, physics=[Looking]):
+            left, right, nothing, kind, x, h = seen[0]
+        self.assertIsNone(left)
+        self.assertAlmostEqual(right, 281.0, delta=1e-9)
+        self.assertTrue(np.isnan(nothing).all())
+        self.assertEqual(kind, pdcorr.Kind.SOLID)
+        self.assertAlmostEqual(x, 2.5 * UM, delta=1e-12)
+        self.assertAlmostEqual(h, 5 * UM, delta=1e-12)
+
+    def test_checkpoints(self):
+        with tempfile.TemporaryDirectory() as folder:
+            whole = pdcorr.run(COOLING, out=folder + "/whole", physics=[Cooling])
+            calls = []
+            first = pdcorr.run(COOLING, out=folder + "/parts", physics=[Cooling], checkpoint=0,
+                               observe=lambda at: calls.append(at.time) or len(calls) == 30)
+            self.assertTrue(first.stopped)
+            rest = pdcorr.run(COOLING, out=folder + "/parts", physics=[Cooling], checkpoint=0, resume=True)
+            self.assertEqual((rest.volume_loss, rest.time), (whole.volume_loss, whole.time))
+
+    def test_what_it_raises_comes_out(self):
+        class Failing(Cooling):
+            def step(self, time, dt):
+                if time > 1000:
+                    raise RuntimeError("too cold")
+                super().step(time, dt)
+
+        class Unready(Cooling):
+            def start(self):
+                raise KeyError("start")
+
+        with self.assertRaisesRegex(RuntimeError, "too cold"):
+            pdcorr.run(COOLING, dry=True, physics=[Failing])
+        with self.assertRaises(KeyError):
+            pdcorr.Sim(COOLING, physics=[Unready])
+        with self.assertRaisesRegex(pdcorr.Error, "found the section"):
+            pdcorr.Sim(COOLING)
+        with self.assertRaisesRegex(TypeError, "physics: found 3"):
+            pdcorr.Sim(COOLING, physics=[3])
+        with self.assertRaisesRegex(pdcorr.Error, "cooling. is registered"):
+            pdcorr.Sim(COOLING, physics=[Cooling, Failing])
+
+
 class Studies(unittest.TestCase):
     """Many runs of one scene."""
 

@@ -7,8 +7,9 @@ pd_status pd_physics_type_register(pd_ctx *ctx, const pd_physics_type *type)
     const pd_key_section *s = &type->section;
     if (!s->name || !s->name[0] || !s->label || s->label[0] || !s->meaning || (s->count && !s->key))
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "physics", "expected a section with a name, a meaning and no label");
-    if (!type->build || !type->free || !type->process || !type->values)
-        return pdi_fail(ctx, PD_ERR_ARGUMENT, "physics", "[%s] lacks a callback, expected build, free, process, values",
+    if (!type->build || !type->free || !type->set_process || !type->values)
+        return pdi_fail(ctx, PD_ERR_ARGUMENT, "physics",
+                        "[%s] lacks a callback, expected build, free, set_process, values",
                         s->name);
     if (type->fields < 1 || type->fields > PD_PHYSICS_TYPE_FIELDS || s->count > PD_PHYSICS_TYPE_KEYS)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "physics",

@@ -66,8 +66,8 @@ typedef struct pd_physics_type {
     /* Build the state of a run. On failure nothing is left. */
     pd_status (*build)(pd_ctx *ctx, const pd_physics_view *view, void **state);
     void (*free)(pd_ctx *ctx, void *state);
-    /* Its process, with the state as `self`. It steps before the metal does. */
-    pd_physics (*process)(void *state);
+    /* Fill in its process, which is zero, with the state as `self`. It steps before the metal does. */
+    void (*set_process)(void *state, pd_physics *process);
     /* [grid->total] [SI] values of a field now. */
     const double *(*values)(const void *state, int field);
     double bytes_per_node; /* [byte] for estimates of memory */

@@ -44,9 +44,12 @@ static pd_status pdi_registered_physics_build(pd_ctx *ctx, pd_model *m)
 
 static pd_status pdi_registered_physics_add_processes(pd_ctx *ctx, pd_model *m)
 {
-    for (int k = 0; k < m->setup->registered_count; k++)
-        PDI_TRY(pd_time_loop_add_process(ctx, &m->time_loop,
-                                         m->setup->registered[k].type->process(m->registered[k].state)));
+    for (int k = 0; k < m->setup->registered_count; k++) {
+        pd_physics process;
+        memset(&process, 0, sizeof process);
+        m->setup->registered[k].type->set_process(m->registered[k].state, &process);
+        PDI_TRY(pd_time_loop_add_process(ctx, &m->time_loop, process));
+    }
     return PD_OK;
 }
 

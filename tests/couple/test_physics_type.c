@@ -84,17 +84,14 @@ static pd_status cooling_checkpoint(pd_ctx *ctx, void *self, pd_archive *archive
     return PD_OK;
 }
 
-static pd_physics cooling_process(void *self)
+static void cooling_set_process(void *self, pd_physics *p)
 {
-    pd_physics p;
-    memset(&p, 0, sizeof p);
-    p.name = "cooling";
-    p.self = self;
-    p.has_substeps = 1;
-    p.max_run_step = cooling_max_run_step;
-    p.attempt = cooling_attempt;
-    p.checkpoint = cooling_checkpoint;
-    return p;
+    p->name = "cooling";
+    p->self = self;
+    p->has_substeps = 1;
+    p->max_run_step = cooling_max_run_step;
+    p->attempt = cooling_attempt;
+    p->checkpoint = cooling_checkpoint;
 }
 
 static const double *cooling_values(const void *self, int field)
@@ -108,7 +105,7 @@ static const pd_physics_type type = {{"cooling", "", "a body that cools", keys, 
                                      2,
                                      cooling_build,
                                      cooling_free,
-                                     cooling_process,
+                                     cooling_set_process,
                                      cooling_values,
                                      16.0};
 
@@ -294,7 +291,7 @@ TEST(bad_types)
     CHECK_INT(pd_physics_type_register(&ctx, &type), PD_ERR_ARGUMENT);
     CHECK_STR(ctx.message, "physics: [cooling] is registered");
     other.section.name = "other";
-    other.process = NULL;
+    other.set_process = NULL;
     CHECK_INT(pd_physics_type_register(&ctx, &other), PD_ERR_ARGUMENT);
     other = type;
     other.section.name = "";

@@ -8,6 +8,7 @@ from ._library import Error, Status
 from .chemistry import Speciation, speciate
 from .lattice import (Csr, Kind, Lattice, Shape, Stencil, ball, box, complement, cylinder, difference, half_space,
                       intersect, union)
+from .physics import Key, Physics
 from .sim import Estimate, Estimated, Frame, Instant, Ledger, Result, Sim, run
 from .study import Fit, Parameter, Sweep, SweepRun, fit, sweep
 from .table import Table, read_table
@@ -15,8 +16,8 @@ from .table import Table, read_table
 __version__ = f"{PD_VERSION_MAJOR}.{PD_VERSION_MINOR}.{PD_VERSION_PATCH}"
 
 __all__ = [
-    "Csr", "Error", "Estimate", "Estimated", "Fit", "Frame", "Instant", "Kind", "Lattice", "Ledger", "Parameter",
-    "Result", "Shape", "Sim", "Speciation", "Status", "Stencil", "Sweep", "SweepRun", "Table", "ball", "box",
+    "Csr", "Error", "Estimate", "Estimated", "Fit", "Frame", "Instant", "Key", "Kind", "Lattice", "Ledger", "Parameter",
+    "Physics", "Result", "Shape", "Sim", "Speciation", "Status", "Stencil", "Sweep", "SweepRun", "Table", "ball", "box",
     "complement", "cylinder", "difference", "fit", "half_space", "intersect", "read_table", "run", "speciate", "sweep",
     "union",
 ]

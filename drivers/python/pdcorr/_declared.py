@@ -3361,7 +3361,7 @@ def declare(dim):
         ('fields', c_int),
         ('build', CFUNCTYPE(c_int, POINTER(pd_ctx), POINTER(pd_physics_view), POINTER(c_void_p))),
         ('free', CFUNCTYPE(None, POINTER(pd_ctx), c_void_p)),
-        ('process', CFUNCTYPE(pd_physics, c_void_p)),
+        ('set_process', CFUNCTYPE(None, c_void_p, POINTER(pd_physics))),
         ('values', CFUNCTYPE(POINTER(c_double), c_void_p, c_int)),
         ('bytes_per_node', c_double),
     ]

@@ -137,6 +137,7 @@ class Context:
         self.struct.alloc.limit = int(memory_limit)
         self.guard = _Guard()
         self.struct.cancel = self.types.pd_cancel_fn(self.guard.poll)
+        self.physics: list[Any] = []  # of Python, which the struct points at
         self._lock = threading.Lock()
         self._garbage: list[tuple[Callable, tuple]] = []
 

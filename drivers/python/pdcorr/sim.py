@@ -15,6 +15,7 @@ import numpy as np
 
 from . import _declared
 from ._library import Context, Error, Status, view
+from .physics import Physics, register
 from .table import Table, read_table
 
 Functions = Mapping[str, Callable[..., float]]
@@ -77,11 +78,13 @@ class _Scene:
     """A scene that was read, with functions put into it. The setup belongs to the struct that has it as a member."""
 
     def __init__(self, scene: str | os.PathLike, overrides: Mapping[str, Any] | None, values: Mapping[str, Any],
-                 dim: int | None, functions: Functions | None, threads: int, memory_limit: float):
+                 dim: int | None, functions: Functions | None, threads: int, memory_limit: float,
+                 physics: Sequence[type[Physics]] = ()):
         changes = {**(overrides or {}), **values}
         if not _is_text(scene) and not os.path.exists(scene):
             raise Error(Status.PD_ERR_FILE, f"{os.fspath(scene)}: there is no such file")
         self.context = Context(_dimension(scene, changes) if dim is None else dim, threads, memory_limit)
+        register(self.context, physics)
         self.scene = scene
         self.changes = [_override(key, value).encode() for key, value in changes.items()]
         self.functions = dict(functions or {})
@@ -197,7 +200,7 @@ class Sim:
     scene: the path of a scene file, or its text, which has a newline in it. overrides, values: values in the place of
     those of the scene, by key or "section.key". dim: 1, 2 or 3; None: that of the box of the scene. functions: Python
     functions in the place of values of the scene, see the guide; their parameters are variables by name, all in SI.
-    threads: 0: all. memory_limit [byte]: 0: none. progress: True: a line on a terminal; or a function that is called
+    threads: 0: all. memory_limit [byte]: 0: none. physics: classes that inherit Physics. progress: True: a line on a terminal; or a function that is called
     with the simulation after each step.
 
     Building solves the flow: fields are there. Raises Error with the message of the library.
@@ -205,8 +208,9 @@ class Sim:
 
     def __init__(self, scene: str | os.PathLike, overrides: Mapping[str, Any] | None = None, *, dim: int | None = None,
                  functions: Functions | None = None, threads: int = 0, memory_limit: float = 0,
-                 progress: bool | Callable[["Sim"], None] | None = None, **values: Any):
-        self._scene = _Scene(scene, overrides, values, dim, functions, threads, memory_limit)
+                 progress: bool | Callable[["Sim"], None] | None = None, physics: Sequence[type[Physics]] = (),
+                 **values: Any):
+        self._scene = _Scene(scene, overrides, values, dim, functions, threads, memory_limit, physics)
         self._context = self._scene.context
         self._sim = self._context.types.pd_sim()
         # callbacks live as long as the model that calls them
@@ -589,7 +593,7 @@ def run(scene: str | os.PathLike, overrides: Mapping[str, Any] | None = None, *,
         dim: int | None = None, functions: Functions | None = None, threads: int = 0, memory_limit: float = 0,
         progress: bool | Callable[[str], None] | None = None, dry: bool = False, checkpoint: float | None = None,
         resume: bool = False, observe: Callable[[Instant], Any] | None = None, estimate_error: bool = False,
-        accuracy: float | None = None, **values: Any) -> Result:
+        accuracy: float | None = None, physics: Sequence[type[Physics]] = (), **values: Any) -> Result:
     """Run a scene to its end and write its files, as pd2d does.
 
     out: folder; None: that of the scene. progress: True: a line on a terminal; or a function that is called with such
@@ -603,7 +607,7 @@ def run(scene: str | os.PathLike, overrides: Mapping[str, Any] | None = None, *,
     """
     if functions and (checkpoint is not None or resume):
         raise ValueError("functions: found beside checkpoint or resume, which do not know functions")
-    read = _Scene(scene, overrides, values, dim, functions, threads, memory_limit)
+    read = _Scene(scene, overrides, values, dim, functions, threads, memory_limit, physics)
     context, types = read.context, read.context.types
     setup, desc, result = types.pd_setup(), types.pd_run_desc(), types.pd_run_result()
     figures, printer, estimate = types.pd_scalar_outputs(), _Printer(context, progress), None
