@@ -14,7 +14,7 @@ ROOMS = {
     "transport": "how what is dissolved moves", "react": "how species move and react",
     "solid": "how metal bears loads", "metal": "how metal dissolves", "potential": "electric currents around metals",
     "couple": "all of it together, in time", "io": "files and pictures",
-    "scene": "scene files", "run": "whole runs",
+    "scene": "scene files", "physics": "what each physics of a scene builds", "run": "whole runs",
 }
 
 
