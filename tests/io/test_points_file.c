@@ -143,7 +143,7 @@ static void write_2(const mesh_kind *kind)
     for (int64_t cell = 0; cell < 2 * cells; cell++)
         for (int part = 0; part < kind->parts; part++) {
             int64_t own = cell < cells ? cell : cell - cells;
-            say("%ld %d 2 %d %d", id++, kind->type, cell < cells ? region_of(own) : 12, region_of(own));
+            say("%ld %d 2 %d %d", id++, kind->type, cell < cells ? region_of(own) : 12, 100 + region_of(own));
             corners_of(kind, own, part);
         }
     say("$EndElements\n");
