@@ -84,7 +84,8 @@ static void conduct(const heat *s, const double *T, double *y, int held)
             int32_t j = i + (up ? 1 : -1) * g->stride[d];
             double over = s->dt / (g->h[d] * g->h[d]);
             if (up ? x[d] + g->h[d] > g->lo[d] + g->n[d] * g->h[d] : x[d] - g->h[d] < g->lo[d]) {
-                if (s->view->held(s->view, side, x, s->time, &value)) sum += 2.0 * own * over * (held ? -value : T[i]);
+                if (s->view->prescribed(s->view, side, x, s->time, &value))
+                    sum += 2.0 * own * over * (held ? -value : T[i]);
             } else if (!held) {
                 double other = diffusivity(s, j);
                 sum += 2.0 * own * other / (own + other) * over * (T[i] - T[j]);

@@ -564,7 +564,7 @@ class PhysicsOfPython(unittest.TestCase):
         class Looking(Cooling):
             def start(self):
                 super().start()
-                seen.append((self.held(0, [0.0]), self.held(1, [400 * UM], HOUR), self.value("nothing"), self.kind[0],
+                seen.append((self.prescribed(0, [0.0]), self.prescribed(1, [400 * UM], HOUR), self.value("nothing"), self.kind[0],
                              self.axes[0][0], self.h[0]))
 
         with pdcorr.Sim(COOLING, physics=[Looking]):

@@ -50,9 +50,9 @@ typedef struct pd_allocator {
  * quick. */
 typedef int (*pd_cancel_fn)(void *user, const char *doing, int64_t count);
 
-/* One context a thread of the caller; pdcorr keeps no other state. */
 #define PD_CTX_PHYSICS 4 /* most physics that a program brings along */
 
+/* One context a thread of the caller; pdcorr keeps no other state. */
 typedef struct pd_ctx {
     pd_allocator alloc;
     int threads;   /* 0: all that OpenMP offers */

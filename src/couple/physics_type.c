@@ -9,8 +9,7 @@ pd_status pd_physics_type_register(pd_ctx *ctx, const pd_physics_type *type)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "physics", "expected a section with a name, a meaning and no label");
     if (!type->build || !type->free || !type->set_process || !type->values)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "physics",
-                        "[%s] lacks a callback, expected build, free, set_process, values",
-                        s->name);
+                        "[%s] lacks a callback, expected build, free, set_process, values", s->name);
     if (type->fields < 1 || type->fields > PD_PHYSICS_TYPE_FIELDS || s->count > PD_PHYSICS_TYPE_KEYS)
         return pdi_fail(ctx, PD_ERR_ARGUMENT, "physics",
                         "[%s] has %d fields and %d keys, expected 1 to %d and at most %d", s->name, type->fields,

@@ -41,13 +41,13 @@ typedef struct pd_physics_view {
     const pd_grid *grid;
     const pd_bonds *bonds;
     const pd_flow *flow; /* NULL: none */
-    const void *scene;
+    const void *scene;   /* what the callbacks below read */
     /* Value [SI unit of the key] of key number `key` at x [PD_DIM] [m] and t [s]; NaN: it is not given, and has no
      * default. */
     double (*value)(const struct pd_physics_view *view, int key, const double *x, double t);
-    /* 1: section [side ...] number `side` (x-, x+, y-, ...) has the first field as a key: *value [SI] is held at x
-     * [m] and t [s]. */
-    int (*held)(const struct pd_physics_view *view, int side, const double *x, double t, double *value);
+    /* 1: section [side ...] number `side` (x-, x+, y-, ...) has the first field as a key: *value [SI] is prescribed at
+     * x [m] and t [s]. */
+    int (*prescribed)(const struct pd_physics_view *view, int side, const double *x, double t, double *value);
 } pd_physics_view;
 
 /* A scalar field of such a physics. */

@@ -197,7 +197,7 @@ static double pdi_flow_physics_sample(const pd_model *m, pd_field field, int32_t
 {
     if (m->grid.kind[i] != PD_FLUID) return 0.0;
     if (field == PD_FIELD_DENSITY) return m->flow.rho;
-    return field == PD_FIELD_P ? m->flow.p[i] * m->flow.rho : pdi_model_compute_speed(m, i);
+    return field == PD_FIELD_P ? m->flow.p[i] * m->flow.rho : pdi_model_compute_speed(m, m->flow.u, i);
 }
 
 /* Velocity, or pressure over density. */

@@ -75,7 +75,8 @@ static const double *pdi_gas_physics_get_values(const pd_model *m, pd_field fiel
 static double pdi_gas_physics_sample(const pd_model *m, pd_field field, int32_t i)
 {
     if (m->grid.kind[i] != PD_FLUID) return 0.0;
-    return field == PD_FIELD_V ? pdi_model_compute_speed(m, i) : pdi_gas_physics_get_values(m, field, 0)[i];
+    return field == PD_FIELD_V ? pdi_model_compute_speed(m, pdi_gas_physics_velocity(m), i)
+                               : pdi_gas_physics_get_values(m, field, 0)[i];
 }
 
 PDI_FN void pdi_gas_physics_register(pdi_physics_list *list)

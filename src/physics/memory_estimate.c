@@ -191,9 +191,9 @@ void pd_memory_estimate_compute(const pd_setup *u, pd_memory_estimate *b)
     pdi_memory_estimate_nodes(u, reach, b);
     pdi_memory_plan_init(u, b, &plan);
     pdi_memory_estimate_grid(u, &plan, b);
-    pdi_physics_list_init(&list);
+    pdi_physics_list_init_present(u, &list);
     for (int k = 0; k < list.count; k++)
-        if (list.row[k].is_present(u) && list.row[k].estimate) list.row[k].estimate(u, &plan, b);
+        if (list.row[k].estimate) list.row[k].estimate(u, &plan, b);
     pdi_memory_estimate_output(u, b);
     b->total_bytes = PDI_MEMORY_ESTIMATE_FIXED_BYTES + b->runtime_bytes +
                      pdi_max(b->output_bytes, b->equilibrium_bytes) + PD_SHAPE_MAX * (double)sizeof *u->shape;

@@ -85,7 +85,7 @@ static pd_status pdi_model_build_parts(pd_ctx *ctx, pd_model *m)
         for (int k = 0; k < m->physics->count; k++) {
             const pdi_physics_row *row = &m->physics->row[k];
             pd_status (*build)(pd_ctx *, pd_model *) = connects ? row->connect : row->build;
-            if (build && row->is_present(m->setup)) PDI_TRY(pdi_model_build_part(ctx, m, row->part, build));
+            if (build) PDI_TRY(pdi_model_build_part(ctx, m, row->part, build));
         }
     return PD_OK;
 }
@@ -95,7 +95,7 @@ PDI_FN void pdi_model_get_statistics(const pd_model *m, pdi_model_statistics *e)
     memset(e, 0, sizeof *e);
     for (int k = 0; k < m->physics->count; k++) {
         const pdi_physics_row *row = &m->physics->row[k];
-        if (row->add_statistics && row->is_present(m->setup)) row->add_statistics(m, e);
+        if (row->add_statistics) row->add_statistics(m, e);
     }
 }
 
@@ -105,7 +105,7 @@ static pd_status pdi_model_add_processes(pd_ctx *ctx, pd_model *m)
     for (int stage = 0; stage < PDI_PHYSICS_STAGE_COUNT; stage++)
         for (int k = 0; k < m->physics->count; k++) {
             const pdi_physics_row *row = &m->physics->row[k];
-            if (!row->add_processes || !row->is_present(m->setup)) continue;
+            if (!row->add_processes) continue;
             pdi_physics_stage own = row->get_stage ? row->get_stage(m) : row->stage;
             if ((int)own == stage) PDI_TRY(row->add_processes(ctx, m));
         }
@@ -119,7 +119,7 @@ static int pdi_model_needs_bond_updates(const pd_model *m)
     int reads = u->probes || u->monitors;
     for (int k = 0; k < m->physics->count; k++) {
         const pdi_physics_row *row = &m->physics->row[k];
-        reads |= row->reads_bonds && row->is_present(u) && row->reads_bonds(u);
+        reads |= row->reads_bonds && row->reads_bonds(u);
     }
     return reads;
 }
@@ -129,7 +129,7 @@ static void pdi_model_set_samplers(pd_model *m)
 {
     for (int k = m->physics->count - 1; k >= 0; k--) {
         const pdi_physics_row *row = &m->physics->row[k];
-        for (int s = 0; s < row->samplers && row->is_present(m->setup); s++)
+        for (int s = 0; s < row->samplers; s++)
             for (int f = (int)row->sampler[s].first; f <= (int)row->sampler[s].last && f < PD_FIELD_COUNT; f++)
                 if (!row->sampler[s].has || row->sampler[s].has(m->setup, (pd_field)f))
                     m->sampler[f] = &row->sampler[s];
@@ -140,17 +140,18 @@ PDI_FN const double *pdi_model_velocity(const pd_model *m)
 {
     for (int k = 0; k < m->physics->count; k++) {
         const pdi_physics_row *row = &m->physics->row[k];
-        if (row->velocity && row->is_present(m->setup)) return row->velocity(m);
+        if (row->velocity) return row->velocity(m);
     }
     return NULL;
 }
 
-PDI_FN double pdi_model_compute_speed(const pd_model *m, int32_t node)
+PDI_FN double pdi_model_compute_speed(const pd_model *m, const double *velocity, int32_t node)
 {
-    const double *v = pdi_model_velocity(m);
     double square = 0.0;
-    for (int d = 0; d < PD_DIM && v; d++)
-        square += v[(int64_t)d * m->grid.total + node] * v[(int64_t)d * m->grid.total + node];
+    for (int d = 0; d < PD_DIM; d++) {
+        double v = velocity[(int64_t)d * m->grid.total + node];
+        square += v * v;
+    }
     return sqrt(square);
 }
 
@@ -159,8 +160,7 @@ PDI_FN void pdi_model_set_registered_variables(const void *model, int32_t node, 
     const pd_model *m = (const pd_model *)model;
     int first = pdi_fields_first_registered(m->setup);
     for (int k = 0; k < PD_PHYSICS_TYPE_FIELDS; k++) {
-        const pdi_physics_sampler *sampler =
-            m->setup->registered_count && first + k < PD_FIELD_COUNT ? m->sampler[first + k] : NULL;
+        const pdi_physics_sampler *sampler = first + k < PD_FIELD_COUNT ? m->sampler[first + k] : NULL;
         vars[PDI_SETUP_RATE_FIELD + k] = sampler ? sampler->sample(m, (pd_field)(first + k), node) : 0.0;
     }
 }
@@ -180,7 +180,7 @@ PDI_FN pd_status pdi_model_build(pd_ctx *ctx, const pd_setup *setup, pd_model *m
     memset(&desc, 0, sizeof desc);
     PDI_TRY(PDI_NEW(ctx, "model", 1, m->physics));
     m->setup = setup;
-    pdi_physics_list_init(m->physics);
+    pdi_physics_list_init_present(setup, m->physics);
     pdi_model_set_samplers(m);
     desc.fraction = setup->max_node_fraction;
     desc.max_step = setup->max_step;

@@ -76,7 +76,7 @@ typedef struct pd_model {
     uint8_t *metal;           /* [total] index of the metal of solid nodes; NULL: all are of the first one */
     uint8_t *passive;         /* [total] 1: in front of a passive film; NULL: none */
     pd_time_loop time_loop;   /* time loop over all solvers */
-    struct pdi_physics_list *physics;                          /* rows of all physics, present or not */
+    struct pdi_physics_list *physics;                          /* rows of the physics that the setup has */
     const struct pdi_physics_sampler *sampler[PD_FIELD_COUNT]; /* of the first present physics with that field */
     size_t bytes[PD_PART_COUNT];     /* [byte] */
     int64_t unknowns[PD_PART_COUNT];
@@ -91,8 +91,8 @@ PDI_FN int pdi_model_is_undefined(const pd_model *m, pd_field field, int32_t i);
 PDI_FN const double *pdi_model_velocity(const pd_model *model);
 /* Set the variables of a rate law that are fields of the physics of the program, at a node. model: a pd_model. */
 PDI_FN void pdi_model_set_registered_variables(const void *model, int32_t node, double *vars);
-/* Speed [m/s] at a node; 0: nothing moves. */
-PDI_FN double pdi_model_compute_speed(const pd_model *model, int32_t node);
+/* Norm [m/s] at a node of a velocity [PD_DIM][total] [m/s]. */
+PDI_FN double pdi_model_compute_speed(const pd_model *model, const double *velocity, int32_t node);
 
 /* Solver statistics since the start, and residuals of the last solves; zero where there is no such solver. */
 typedef struct pdi_model_statistics {

@@ -24,3 +24,12 @@ PDI_FN void pdi_physics_list_init(pdi_physics_list *list)
     pdi_species_physics_register(list);
     pdi_potential_physics_register(list);
 }
+
+PDI_FN void pdi_physics_list_init_present(const pd_setup *setup, pdi_physics_list *list)
+{
+    int present = 0;
+    pdi_physics_list_init(list);
+    for (int k = 0; k < list->count; k++)
+        if (list->row[k].is_present(setup)) list->row[present++] = list->row[k];
+    list->count = present;
+}

@@ -6,6 +6,8 @@
 #ifdef PDI_INTERNAL
 /* Make the list of all physics. */
 PDI_FN void pdi_physics_list_init(pdi_physics_list *list);
+/* Make the list of those that the setup has. */
+PDI_FN void pdi_physics_list_init_present(const pd_setup *setup, pdi_physics_list *list);
 #endif
 
 #endif

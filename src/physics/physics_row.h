@@ -32,7 +32,7 @@ typedef struct pdi_physics_sampler {
 
 /* Callbacks of one physics. Each may be NULL unless noted. */
 typedef struct pdi_physics_row {
-    const char *name;                             /* as summaries list it; never NULL */
+    const char *name; /* as summaries list what is not modelled; NULL: its absence is not told */
     pd_part part;                                 /* whose line, memory and unknowns it counts */
     int (*is_present)(const pd_setup *setup);     /* never NULL */
     const char *(*absent)(const pd_setup *setup); /* what is not modelled, NULL: nothing; default: the name */

@@ -13,13 +13,13 @@ static double pdi_registered_physics_get_value(const pd_physics_view *view, int 
     return own->given >> key & 1u ? pdi_setup_eval_expr(&own->value[key], x, t) : (double)NAN;
 }
 
-/* A `held` callback of pd_physics_view. */
-static int pdi_registered_physics_get_held(const pd_physics_view *view, int side, const double *x, double t,
-                                           double *value)
+/* A `prescribed` callback of pd_physics_view. */
+static int pdi_registered_physics_get_prescribed(const pd_physics_view *view, int side, const double *x, double t,
+                                                 double *value)
 {
     const pd_setup_registered *own = (const pd_setup_registered *)view->scene;
-    if (!(own->sides >> side & 1u)) return 0;
-    *value = pdi_setup_eval_expr(&own->held[side], x, t);
+    if (!(own->prescribed_sides >> side & 1u)) return 0;
+    *value = pdi_setup_eval_expr(&own->prescribed[side], x, t);
     return 1;
 }
 
@@ -33,7 +33,7 @@ static pd_status pdi_registered_physics_build(pd_ctx *ctx, pd_model *m)
         view->flow = m->flow.u ? &m->flow : NULL;
         view->scene = own;
         view->value = pdi_registered_physics_get_value;
-        view->held = pdi_registered_physics_get_held;
+        view->prescribed = pdi_registered_physics_get_prescribed;
         m->error_line = own->line;
         PDI_TRY(own->type->build(ctx, view, &m->registered[k].state));
         if (!m->registered[k].state)
@@ -95,18 +95,9 @@ static void pdi_registered_physics_print_summary(const pdi_summary_text *s)
                                     u->registered[k].type->section.meaning);
 }
 
-/* What a program did not bring along is no physics that is missing. */
-static const char *pdi_registered_physics_absent(const pd_setup *setup)
-{
-    (void)setup;
-    return NULL;
-}
-
 PDI_FN void pdi_registered_physics_register(pdi_physics_list *list)
 {
-    pdi_physics_row *row =
-        pdi_physics_row_add(list, "physics of the program", PD_PART_GRID, pdi_registered_physics_is_present);
-    row->absent = pdi_registered_physics_absent;
+    pdi_physics_row *row = pdi_physics_row_add(list, NULL, PD_PART_GRID, pdi_registered_physics_is_present);
     row->stage = PDI_PHYSICS_STAGE_MOTION;
     row->build = pdi_registered_physics_build;
     row->add_processes = pdi_registered_physics_add_processes;

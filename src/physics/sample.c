@@ -42,7 +42,7 @@ PDI_FN void pdi_sample_prepare(pd_ctx *ctx, pd_model *m, pd_fields fields)
 {
     for (int k = 0; k < m->physics->count; k++) {
         const pdi_physics_row *row = &m->physics->row[k];
-        if (row->prepare_samples && row->is_present(m->setup)) row->prepare_samples(ctx, m, fields);
+        if (row->prepare_samples) row->prepare_samples(ctx, m, fields);
     }
 }
 

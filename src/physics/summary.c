@@ -49,9 +49,11 @@ static void pdi_summary_print_absent(const pdi_summary_text *s)
 {
     const pd_setup *u = s->model->setup;
     char text[256] = "  not modelled: ";
+    pdi_physics_list all;
     int absent = 0;
-    for (int k = 0; k < s->model->physics->count; k++) {
-        const pdi_physics_row *row = &s->model->physics->row[k];
+    pdi_physics_list_init(&all);
+    for (int k = 0; k < all.count; k++) {
+        const pdi_physics_row *row = &all.row[k];
         const char *what = row->absent ? row->absent(u) : row->is_present(u) ? NULL : row->name;
         if (what) pdi_append(text, sizeof text, "%s%s", absent++ ? ", " : "", what);
     }
@@ -70,7 +72,7 @@ PDI_FN void pdi_summary_print(const pd_model *model, pd_print_fn print, void *us
     pdi_summary_print_grid(&s);
     for (int k = 0; k < model->physics->count; k++) {
         const pdi_physics_row *row = &model->physics->row[k];
-        if (row->print_summary && row->is_present(model->setup)) row->print_summary(&s);
+        if (row->print_summary) row->print_summary(&s);
     }
     pdi_summary_print_monitors(&s);
     pdi_summary_print_absent(&s);
@@ -82,6 +84,6 @@ PDI_FN void pdi_summary_print(const pd_model *model, pd_print_fn print, void *us
     for (int k = 0; k < model->setup->notes; k++) print(user, PD_PRINT_NOTE, model->setup->note[k]);
     for (int k = 0; k < model->physics->count; k++) {
         const pdi_physics_row *row = &model->physics->row[k];
-        if (row->print_notes && row->is_present(model->setup)) row->print_notes(&s);
+        if (row->print_notes) row->print_notes(&s);
     }
 }

@@ -467,10 +467,10 @@ static int pdi_monitor_name_line_columns(const pd_setup *setup, const pd_monitor
         first[f] = count;
         if (!((m->desc->fields >> f) & 1u)) continue;
         for (int d = 0; d < pdi_fields_count_components((pd_field)f); d++) {
-            char unit[PD_UNITS_TEXT], axis[2] = {pdi_fields_get_axis((pd_field)f, d), '\0'};
+            char unit[PD_UNITS_TEXT];
             pdi_fields_get_unit(setup, (pd_field)f, unit);
-            snprintf(name, sizeof name, "%.36s%s [%.22s]", pdi_fields_get_name(setup, (pd_field)f), axis,
-                     unit[0] ? unit : "-");
+            snprintf(name, sizeof name, "%.36s%s [%.22s]", pdi_fields_get_name(setup, (pd_field)f),
+                     pdi_fields_get_axis((pd_field)f, d), unit[0] ? unit : "-");
             count = pdi_monitor_set_column_name(names, count, name);
         }
     }

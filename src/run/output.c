@@ -139,11 +139,12 @@ static int pdi_output_compute_probe_row(const pd_output *out, char names[][PDI_O
             const pd_setup_probe *p = &m->setup->probe[k];
             int parts = pdi_fields_count_components((pd_field)f);
             for (int d = 0; d < parts && ((p->fields >> f) & 1u) && count < room; d++, count++) {
-                char unit[PD_UNITS_TEXT], part[2] = {pdi_fields_get_axis((pd_field)f, d), '\0'};
+                char unit[PD_UNITS_TEXT];
                 pdi_fields_get_unit(m->setup, (pd_field)f, unit);
                 if (names)
                     snprintf(names[count], PDI_OUTPUT_COLUMN_NAME, "%.40s_%.14s%s [%.23s]", p->name,
-                             pdi_fields_get_name(m->setup, (pd_field)f), part, unit[0] ? unit : "-");
+                             pdi_fields_get_name(m->setup, (pd_field)f), pdi_fields_get_axis((pd_field)f, d),
+                             unit[0] ? unit : "-");
                 if (!values) continue;
                 values[count] = pdi_sample_get_probe(m, (pd_field)f, d, p->position);
             }

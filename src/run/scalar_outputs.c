@@ -36,9 +36,7 @@ static pd_status pdi_scalar_outputs_add_probe_field(pd_ctx *ctx, const pd_model 
     pdi_fields_get_unit(model->setup, field, unit);
     if (!unit[0]) snprintf(unit, sizeof unit, "-");
     for (int d = 0; d < components; d++) {
-        const char *name = pdi_fields_get_name(model->setup, field);
-        char axis[2] = {pdi_fields_get_axis(field, d), '\0'};
-        snprintf(key, sizeof key, "%.16s%s", name, axis);
+        snprintf(key, sizeof key, "%.16s%s", pdi_fields_get_name(model->setup, field), pdi_fields_get_axis(field, d));
         PDI_TRY(pdi_scalar_outputs_add(ctx, f, "probe", p->name, -1, key, unit, sample(model, field, d, p->position)));
     }
     return PD_OK;

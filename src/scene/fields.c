@@ -230,9 +230,10 @@ PDI_FN int pdi_fields_find(const pd_setup *setup, const char *name)
 
 PDI_FN int pdi_fields_count_components(pd_field field) { return pdi_fields_row_of(field)->is_vector ? PD_DIM : 1; }
 
-PDI_FN char pdi_fields_get_axis(pd_field field, int component)
+PDI_FN const char *pdi_fields_get_axis(pd_field field, int component)
 {
-    return pdi_fields_row_of(field)->is_vector ? "xyz"[component] : '\0';
+    static const char *const axes[] = {"x", "y", "z"};
+    return pdi_fields_row_of(field)->is_vector ? axes[component] : "";
 }
 
 PDI_FN pd_field_place pdi_fields_get_place(const pd_setup *setup, pd_field field)

@@ -39,8 +39,8 @@ PDI_FN int pdi_fields_species_index(const pd_setup *setup, int64_t field);
 PDI_FN int pdi_fields_state_index(const pd_setup *setup, int64_t field);
 /* Number of components: PD_DIM of a vector, else 1. */
 PDI_FN int pdi_fields_count_components(pd_field field);
-/* Letter of the axis of a component, which follows the name: x, y, z of a vector in every dimension; of others '\0'. */
-PDI_FN char pdi_fields_get_axis(pd_field field, int component);
+/* Letter of the axis of a component, which follows the name: x, y, z of a vector in every dimension; "" of others. */
+PDI_FN const char *pdi_fields_get_axis(pd_field field, int component);
 /* Cells in which the field has values. */
 PDI_FN pd_field_place pdi_fields_get_place(const pd_setup *setup, pd_field field);
 /* Field of a physics of the program: index in pd_setup.registered, and *index in its fields; -1: it is none. */

@@ -28,8 +28,8 @@ static pd_status pdi_read_physics_sides(pdi_reader *s, pd_setup_registered *own)
         int section = pdi_text_get_section(s->ctx, s->text, "side", pdi_setup_side_name(side));
         if (!pdi_text_has_key(s->ctx, s->text, section, field->name)) continue;
         PDI_TRY(pdi_text_get_expr(s->ctx, s->text, section, field->name, field->unit, pdi_setup_get_position_symbols(),
-                                  PDI_SETUP_POSITION_VARS, NULL, &own->held[side]));
-        own->sides |= (uint32_t)1 << side;
+                                  PDI_SETUP_POSITION_VARS, NULL, &own->prescribed[side]));
+        own->prescribed_sides |= (uint32_t)1 << side;
     }
     return PD_OK;
 }

@@ -618,8 +618,9 @@ static pd_status pdi_scene_read_output(pdi_reader *s)
                                      u->has_gas ? "density, v, p, energy, kind" :
                                      u->has_solid ? "C, v, p, kind, grain, u, mises, sigma_h, eps_p, broken" :
                                      "C, v, p, kind, grain, pH, phi", &u->fields));
-    for (int k = 0, i; k < PD_FIELD_COUNT && !pdi_text_has_key(s->ctx, s->text, section, "fields"); k++)
-        if (pdi_fields_find_registered(u, k, &i) >= 0) u->fields |= pdi_fields_bit(k);
+    int given = pdi_text_has_key(s->ctx, s->text, section, "fields");
+    for (int k = pdi_fields_first_registered(u), i; !given && pdi_fields_find_registered(u, k, &i) >= 0; k++)
+        u->fields |= pdi_fields_bit(k);
     PDI_TRY(pdi_read_monitors_fields(s->ctx, s->text, u, section, "images", "none", &u->images));
     PDI_TRY(pdi_scene_read_magnification(s, section));
     PDI_TRY(pdi_read_image_options_read(s->ctx, s->text, section, u));

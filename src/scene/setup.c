@@ -77,7 +77,7 @@ void pd_setup_free(pd_ctx *ctx, pd_setup *setup)
     pdi_setup_free_electrodes(ctx, &setup->potential);
     for (int r = 0; r < setup->registered_count; r++) {
         for (int k = 0; k < PD_PHYSICS_TYPE_KEYS; k++) pdi_expr_free(ctx, &setup->registered[r].value[k]);
-        for (int s = 0; s < 2 * PD_DIM; s++) pdi_expr_free(ctx, &setup->registered[r].held[s]);
+        for (int s = 0; s < 2 * PD_DIM; s++) pdi_expr_free(ctx, &setup->registered[r].prescribed[s]);
     }
     for (int s = 0; s < 2 * PD_DIM; s++) {
         for (int d = 0; d < PD_DIM; d++) pdi_expr_free(ctx, &setup->side[s].velocity[d]);

@@ -360,8 +360,8 @@ typedef struct pd_setup_registered {
     const pd_physics_type *type;
     pd_expr value[PD_PHYSICS_TYPE_KEYS]; /* [SI unit of the key] of x, y, z, t */
     uint32_t given;                      /* bit k: key k has a value, given or by default */
-    pd_expr held[2 * PD_DIM];            /* [SI unit of the field] of x, y, z, t: the first field at sides */
-    uint32_t sides;                      /* bit s: side s holds it */
+    pd_expr prescribed[2 * PD_DIM];      /* [SI unit of the field] of x, y, z, t: the first field at sides */
+    uint32_t prescribed_sides;           /* bit s: side s prescribes it */
     char label[PD_PHYSICS_TYPE_FIELDS][PD_SETUP_NAME + PD_UNITS_TEXT + 4]; /* names of the fields with units: "T [K]" */
     int line;                                                              /* of the section in the file */
 } pd_setup_registered;

@@ -215,8 +215,8 @@ TEST(values_and_sides)
     const pd_physics_view *view = &sim.model.registered[0].view;
     CHECK_NEAR(view->value(view, KEY_START, x, 0.0), 302.0, 1e-12 * 302.0);
     CHECK(!(view->value(view, KEY_NOTHING, x, 0.0) < 0.0) && !(view->value(view, KEY_NOTHING, x, 0.0) >= 0.0));
-    CHECK_INT(view->held(view, 0, x, 0.0, &value), 0);
-    CHECK_INT(view->held(view, 1, x, 1800.0, &value), 1);
+    CHECK_INT(view->prescribed(view, 0, x, 0.0, &value), 0);
+    CHECK_INT(view->prescribed(view, 1, x, 1800.0, &value), 1);
     CHECK_NEAR(value, 311.0, 1e-12 * 311.0);
     CHECK(view->flow == NULL && view->grid == &sim.model.grid && view->bonds == &sim.model.bonds);
     pd_sim_close(&ctx, &sim);

@@ -101,9 +101,9 @@ TEST(places)
     CHECK_INT(pdi_fields_get_place(&none, PD_FIELD_DENSITY), PD_FIELD_IN_BOTH);
     CHECK_INT(pdi_fields_get_place(&none, PD_FIELD_KIND), PD_FIELD_IN_ALL);
     CHECK_INT(pdi_fields_count_components(PD_FIELD_V), PD_DIM);
-    CHECK_INT(pdi_fields_get_axis(PD_FIELD_V, 0), 'x'); /* in 1D, too: the key of a column knows no dimension */
-    CHECK_INT(pdi_fields_get_axis(PD_FIELD_V, PD_DIM - 1), "xyz"[PD_DIM - 1]);
-    CHECK_INT(pdi_fields_get_axis(PD_FIELD_P, 0), '\0');
+    CHECK_STR(pdi_fields_get_axis(PD_FIELD_V, 0), "x"); /* in 1D, too: the key of a column knows no dimension */
+    CHECK_STR(pdi_fields_get_axis(PD_FIELD_V, PD_DIM - 1), PD_DIM == 1 ? "x" : PD_DIM == 2 ? "y" : "z");
+    CHECK_STR(pdi_fields_get_axis(PD_FIELD_P, 0), "");
     CHECK_INT(pdi_fields_is_scalar(PD_FIELD_U), 0);
     CHECK_INT(pdi_fields_get_map(PD_FIELD_SIGMA_XX), PD_COLOUR_MAP_DIVERGING);
     CHECK_INT(pdi_fields_get_map(PD_FIELD_MISES), PD_COLOUR_MAP_SEQUENTIAL);

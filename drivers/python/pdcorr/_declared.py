@@ -3342,7 +3342,7 @@ def declare(dim):
         ('flow', POINTER(pd_flow)),
         ('scene', c_void_p),
         ('value', CFUNCTYPE(c_double, c_void_p, c_int, POINTER(c_double), c_double)),
-        ('held', CFUNCTYPE(c_int, c_void_p, c_int, POINTER(c_double), c_double, POINTER(c_double))),
+        ('prescribed', CFUNCTYPE(c_int, c_void_p, c_int, POINTER(c_double), c_double, POINTER(c_double))),
     ]
 
     class pd_physics_field(Structure):
@@ -3931,8 +3931,8 @@ def declare(dim):
         ('type', POINTER(pd_physics_type)),
         ('value', pd_expr * 16),
         ('given', c_uint32),
-        ('held', pd_expr * (2 * dim)),
-        ('sides', c_uint32),
+        ('prescribed', pd_expr * (2 * dim)),
+        ('prescribed_sides', c_uint32),
         ('label', c_char * 164 * 4),
         ('line', c_int),
     ]

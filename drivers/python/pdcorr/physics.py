@@ -78,11 +78,11 @@ class Physics:
             found[at] = self._view.contents.value(self._view, index, x, self.time if t is None else t)
         return found
 
-    def held(self, side: int, x: Sequence[float], t: float | None = None) -> float | None:
-        """Value [SI] at x [m] that side 0, 1, 2, ... (x-, x+, y-, ...) holds of the first field; None: none."""
+    def prescribed(self, side: int, x: Sequence[float], t: float | None = None) -> float | None:
+        """Value [SI] at x [m] that side 0, 1, 2, ... (x-, x+, y-, ...) prescribes of the first field; None: none."""
         found, place = c_double(), (c_double * len(self.axes))(*x)
         time = self.time if t is None else t
-        return found.value if self._view.contents.held(self._view, side, place, time, byref(found)) else None
+        return found.value if self._view.contents.prescribed(self._view, side, place, time, byref(found)) else None
 
 
 class _Registered:
